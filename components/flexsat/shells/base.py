@@ -1,0 +1,411 @@
+"""Run a component as an FMI 2.0 co-simulation slave: the one class between pythonfmu and the final shells.
+
+What the wrapper of pythonfmu 0.7 can tell its host decides how errors travel:
+
+- `do_step` may return true (fmi2OK) or false (fmi2Discard, and fmi2Terminated becomes true);
+- every other call is fmi2OK, or fmi2Fatal when it raises, and then the instance's memory is freed twice.
+
+So nothing raises here. A failed call is logged with status fmi2Error at once; from then on real outputs read
+not-a-number and each `do_step` returns fmi2Discard without calling the model. `fmi2Reset`, or setting a saved
+state, makes the instance usable again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import traceback
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from enum import Enum, auto
+from math import isfinite, nan
+from pathlib import Path
+from typing import Any, ClassVar
+from urllib.parse import unquote
+from xml.etree.ElementTree import Element
+
+from pythonfmu import Fmi2Slave
+from pythonfmu._version import __version__ as pythonfmu_version
+from pythonfmu.enums import Fmi2Status
+
+from .model_description import About, model_description
+from .ports import Kind, Port, PortTable
+from .state import decode, encode, restored
+from .values import Array, PortValues
+
+BUILD_FILE = "build.json"  # written into the resources by the export: model name, GUID, version
+STEP_TOLERANCE = 1e-6  # relative; a host that subtracts times at t = 1e5 s errs by 1e-11 s in its step
+
+
+class Refused(ValueError):
+    """The host asked for something that is not allowed: one line to the log, no traceback."""
+
+
+class Phase(Enum):
+    """Where an instance is in the FMI life cycle."""
+
+    INSTANTIATED = auto()
+    INITIALIZING = auto()
+    STEPPING = auto()
+    TERMINATED = auto()
+
+
+class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type information
+    """Give a stepper ports and a life cycle. A final class states its ports and calls its stepper.
+
+    A final class implements `ports`, `start` and `advance`, and `evaluate` if it has outputs on demand.
+    All that moves lives in `self.state`; all else is computed by `start` from parameters and resources.
+    """
+
+    description: ClassVar[str] = ""
+    author: ClassVar[str] = "flexsat developers"
+    license: ClassVar[str] = "BSD-3-Clause"
+    version: ClassVar[str] = "0"
+    preferred_step: ClassVar[float] = 1e-3  # [s] what the model description recommends
+    stop_time: ClassVar[float | None] = None  # [s] end of the default experiment
+    fixed_step: float | None = None  # [s] the only step accepted; None accepts any
+
+    state: Any = None
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        if "logger" in kwargs:  # made by the wrapper, not by a build or a test
+            self._leave_search_path()
+        build = self._build_facts()
+        self.modelName = str(build.get("model_name", type(self).__name__))
+        self.guid = str(build.get("guid", type(self).__qualname__))
+        self._version = str(build.get("version", type(self).version))
+        self.table = PortTable(self.ports())
+        self.values = PortValues(self.table)
+        self._outputs = self.values.arrays["real"][self.table.run("output")]
+        self._feeds_on_demand = any(port.on_demand and port.depends_on for port in self.table)
+        self._phase = Phase.INSTANTIATED
+        self._started = False  # whether `start` has run with the present parameters and inputs
+        self._stale = False  # whether the outputs on demand are older than the state
+        self._failure: str | None = None
+        self._reads: dict[tuple[int, int], tuple[list[int], Callable[[], list[float]], bool]] = {}
+        self._writes: dict[tuple[int, int], tuple[list[int], Callable[..., None]]] = {}
+
+    # What a final class implements.
+
+    @abstractmethod
+    def ports(self) -> Sequence[Port]:
+        """Return the ports. Resources may be read, parameters not yet."""
+
+    @abstractmethod
+    def start(self) -> None:
+        """Make `self.state` and the initial outputs; parameters are final. Raise ValueError with a one-line reason.
+
+        May be called again during initialisation, whenever a host reads outputs between changes of parameters.
+        """
+
+    @abstractmethod
+    def advance(self, time: float, step: float) -> None:
+        """Step the model from `time` to `time + step` [s], from the input views to the output views."""
+
+    def evaluate(self) -> None:
+        """Compute the outputs on demand from the present state."""
+
+    # What a final class uses.
+
+    def view(self, name: str) -> Array:
+        """Return a port's values as a view that stays valid; shape () for a scalar."""
+        return self.values.view(name)
+
+    def value(self, name: str) -> Any:
+        """Return a port's value as plain Python, or as a copy of its array."""
+        return self.values.value(name)
+
+    def resource(self, name: str) -> Path:
+        """Return the path of a file that travels in the FMU's resources."""
+        path = self._resource_folder() / name
+        if not path.is_file():
+            raise ValueError(f"resource {name!r} is missing in {path.parent}")
+        return path
+
+    # Life cycle, called by the wrapper.
+
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+    ) -> None:
+        """Accept any experiment."""
+
+    def enter_initialization_mode(self) -> None:
+        """Begin initialisation."""
+        self._phase = Phase.INITIALIZING
+
+    def exit_initialization_mode(self) -> None:
+        """Start the model; from here on parameters are fixed."""
+        try:
+            self._prepare()
+            self._phase = Phase.STEPPING
+        except BaseException as error:
+            self._fail("exitInitializationMode", error)
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """Advance the model, or log why not and return false."""
+        try:
+            if self._failure is not None or self._phase is not Phase.STEPPING:
+                raise Refused("not initialised" if self._failure is None else f"not stepped since: {self._failure}")
+            fixed = self.fixed_step
+            if fixed is not None:
+                if step_size != fixed and not abs(step_size - fixed) <= STEP_TOLERANCE * fixed:
+                    raise Refused(f"a step of {step_size!r} s is not accepted; the step is {fixed!r} s")
+                step_size = fixed
+            elif not step_size > 0.0:
+                raise Refused(f"a step of {step_size!r} s is not accepted; a step is > 0 s")
+            self._stale = True
+            self.advance(current_time, step_size)
+            if not isfinite(self._outputs.dot(self._outputs)):
+                self._refuse_non_finite_outputs()
+            return True
+        except BaseException as error:
+            self._fail(f"doStep at t = {current_time!r} s", error)
+            return False
+
+    def terminate(self) -> None:
+        """End the run; values can still be read."""
+        self._phase = Phase.TERMINATED
+
+    # Values, called by the wrapper with fresh lists at every step: the two methods for reals are the hot path.
+
+    def get_real(self, vrs: list[int]) -> list[float]:
+        """Read reals."""
+        try:
+            plan = self._reads.get((vrs[0], len(vrs)))
+            if plan is None or plan[0] != vrs:
+                return self._read("real", vrs)
+            if plan[2] and self._stale:
+                self._evaluate()
+            return plan[1]()
+        except BaseException as error:
+            self._fail("getReal", error)
+            return [nan] * len(vrs)
+
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        """Write reals."""
+        try:
+            plan = self._writes.get((vrs[0], len(vrs)))
+            if plan is None or plan[0] != vrs or not isfinite(sum(values)):
+                self._write("real", vrs, values)
+                return
+            plan[1](*values)
+            if self._feeds_on_demand:
+                self._stale = True
+        except BaseException as error:
+            self._fail("setReal", error)
+
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        """Read integers."""
+        return self._read_or("integer", vrs, 0)
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        """Read booleans."""
+        return self._read_or("boolean", vrs, False)
+
+    def get_string(self, vrs: list[int]) -> list[str]:
+        """Read strings."""
+        return self._read_or("string", vrs, "")
+
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        """Write integers."""
+        self._write_or_fail("integer", vrs, values)
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        """Write booleans."""
+        self._write_or_fail("boolean", vrs, values)
+
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        """Write strings."""
+        self._write_or_fail("string", vrs, values)
+
+    # State: bytes from the start, so that what is restored here and in a new process is the same.
+
+    def _get_fmu_state(self) -> bytes:
+        try:
+            return encode(
+                {
+                    "guid": self.guid,
+                    "phase": self._phase.name,
+                    "started": self._started,
+                    "stale": self._stale,
+                    "values": self.values.saved(),
+                    "state": self.state,
+                }
+            )
+        except BaseException as error:
+            self._fail("getFMUstate", error)
+            return b""
+
+    def _set_fmu_state(self, state: bytes) -> None:
+        try:
+            saved = decode(state)
+            if saved["guid"] != self.guid:
+                raise Refused(f"the saved state belongs to {saved['guid']}, this is {self.guid}")
+            parameters = self._parameter_bytes()
+            self.values.restore(saved["values"])
+            if saved["started"] and not (
+                self._started and self._failure is None and parameters == self._parameter_bytes()
+            ):
+                self.start()
+                self.values.restore(saved["values"])
+            self.state = restored(self.state, saved["state"])
+            self._phase = Phase[saved["phase"]]
+            self._started, self._stale = saved["started"], saved["stale"]
+            self._failure = None
+            self._forget_plans()
+        except BaseException as error:
+            self._fail("setFMUstate", error)
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: bytes) -> bytes:
+        return state
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> bytes:
+        return state  # judged when it is set: raising here would be fatal
+
+    def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
+        """Write the model description."""
+        assert not model_options, "options are the shell's own business"
+        epoch = os.environ.get("SOURCE_DATE_EPOCH")
+        date = epoch and datetime.fromtimestamp(int(epoch), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+        kind = type(self)
+        about = About(
+            model_name=self.modelName,
+            guid=self.guid,
+            description=kind.description,
+            version=self._version,
+            author=kind.author,
+            license=kind.license,
+            generation_tool=f"PythonFMU {pythonfmu_version}",
+            step_size=self.fixed_step or kind.preferred_step,
+            any_step=self.fixed_step is None,
+            stop_time=kind.stop_time,
+            date=date or None,
+            log_categories=self.log_categories,
+        )
+        return model_description(self.table, about)
+
+    # Inside.
+
+    def _prepare(self) -> None:
+        """Run `start` unless it has run with the present parameters and inputs."""
+        if not self._started:
+            self.start()
+            self._started, self._stale = True, True
+            if not isfinite(self._outputs.dot(self._outputs)):
+                self._refuse_non_finite_outputs()
+
+    def _evaluate(self) -> None:
+        self.evaluate()
+        self._stale = False
+        if not isfinite(self._outputs.dot(self._outputs)):
+            self._refuse_non_finite_outputs()
+
+    def _refuse_non_finite_outputs(self) -> None:
+        offender = self.values.first_non_finite("output")
+        if offender is not None:  # else the square overflowed
+            raise Refused(f"output {offender} is not finite")
+
+    def _read(self, kind: Kind, vrs: list[int]) -> list[Any]:
+        if not vrs:
+            return []
+        reader = self.values.reader(kind, vrs)
+        ports = {self.values.variable(kind, reference).port for reference in vrs}
+        if self._failure is None:
+            if self._phase is Phase.INITIALIZING and any(port.causality == "output" for port in ports):
+                self._prepare()
+            on_demand = any(port.on_demand for port in ports)
+            if on_demand and self._stale and self._started:
+                self._evaluate()
+            if kind == "real" and self._phase is Phase.STEPPING:
+                self._reads[vrs[0], len(vrs)] = (vrs, reader, on_demand)
+        return reader()
+
+    def _write(self, kind: Kind, vrs: list[int], values: Sequence[Any]) -> None:
+        if not vrs:
+            return
+        writer = self.values.writer(kind, vrs)
+        for reference, value in zip(vrs, values, strict=True):
+            self._admit(kind, reference, value)
+        writer(*values)
+        if self._phase is Phase.STEPPING:
+            self._stale |= self._feeds_on_demand
+            limited = any(self.values.variable(kind, i).port.limited for i in vrs)
+            if kind == "real" and not limited:  # what has limits is checked each time
+                self._writes[vrs[0], len(vrs)] = (vrs, writer)
+        else:
+            self._started = False
+
+    def _admit(self, kind: Kind, reference: int, value: Any) -> None:
+        """Refuse a value that may not be set here and now."""
+        variable = self.values.variable(kind, reference)
+        port = variable.port
+        if port.causality == "output":
+            raise Refused(f"{variable.name} is an output and cannot be set")
+        if port.causality == "parameter" and self._phase in (Phase.STEPPING, Phase.TERMINATED):
+            raise Refused(f"{variable.name} is a fixed parameter and cannot be set after initialisation, got {value!r}")
+        objection = port.objection(value)
+        if objection:
+            raise Refused(f"{variable.name} {objection}")
+
+    def _read_or(self, kind: Kind, vrs: list[int], nothing: Any) -> list[Any]:
+        try:
+            return self._read(kind, vrs)
+        except BaseException as error:
+            self._fail(f"get{kind.capitalize()}", error)
+            return [nothing] * len(vrs)
+
+    def _write_or_fail(self, kind: Kind, vrs: list[int], values: Sequence[Any]) -> None:
+        try:
+            self._write(kind, vrs, values)
+        except BaseException as error:
+            self._fail(f"set{kind.capitalize()}", error)
+
+    def _fail(self, where: str, error: BaseException) -> None:
+        """Log an error and stop the instance. Must not raise, whatever happens."""
+        reason = f"{where}: {error}"
+        brief = isinstance(error, Refused) or (self._phase is Phase.INITIALIZING and isinstance(error, ValueError))
+        if not brief:
+            lines = traceback.format_exception(error)
+            reason = f"{where}: {type(error).__name__}: {error}"
+        text = reason if brief else f"{reason}\n{''.join(lines)}"
+        if self._failure is None:
+            self._failure = reason
+            self._forget_plans()
+            self.values.poison()
+        self._tell(text)
+
+    def _tell(self, text: str) -> None:
+        """Log an error. The text is a printf format to C, encoded without error handling by the wrapper."""
+        clean = text.replace("\0", "").encode("utf-8", "backslashreplace").decode("utf-8").replace("%", "%%")
+        self.log(clean, Fmi2Status.error, "logStatusError")
+
+    def _forget_plans(self) -> None:
+        self._reads.clear()
+        self._writes.clear()
+
+    def _parameter_bytes(self) -> bytes:
+        parts = [self.values.arrays[kind][self.table.run("parameter", kind)].tobytes() for kind in self.values.arrays]
+        return b"".join(parts) + repr(self.values.strings).encode()
+
+    def _resource_folder(self) -> Path:
+        if self.resources is None:
+            raise ValueError("this instance was made without a resources folder")
+        folder = Path(self.resources)
+        return folder if folder.is_dir() else Path(unquote(self.resources))
+
+    def _build_facts(self) -> dict[str, Any]:
+        path = None if self.resources is None else self._resource_folder() / BUILD_FILE
+        if path is None or not path.is_file():
+            return {}
+        facts: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return facts
+
+    def _leave_search_path(self) -> None:
+        """Take the entry out that the wrapper adds to the search path at each instantiation and never removes."""
+        sys.path[:] = [entry for entry in sys.path if entry != self.resources]
+        sys.path_importer_cache.pop(str(self.resources), None)

@@ -1,0 +1,260 @@
+"""Declare a component's ports once: the shell, the model description and the documentation all read this table."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from .units import unit_of
+
+Causality = Literal["input", "output", "parameter"]
+Kind = Literal["real", "integer", "boolean", "string"]
+Variability = Literal["fixed", "discrete", "continuous"]
+Scalar = float | int | bool | str
+
+CAUSALITIES: tuple[Causality, ...] = ("input", "output", "parameter")  # also the order of the value references
+KINDS: tuple[Kind, ...] = ("real", "integer", "boolean", "string")
+ELEMENTWISE = "[i]"  # suffix of a dependency: element i depends on element i alone
+
+_NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
+_ZERO: dict[Kind, Scalar] = {"real": 0.0, "integer": 0, "boolean": False, "string": ""}
+_TYPES: dict[Kind, tuple[type, ...]] = {"real": (float, int), "integer": (int,), "boolean": (bool,), "string": (str,)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Port:
+    """One named quantity at a component's border: a scalar, or an array whose elements are numbered from 1.
+
+    Attributes
+    ----------
+    size : None for a scalar, else the number of elements
+    start : value before initialisation, or one per element (inputs and parameters only)
+    variability : None chooses fixed for a parameter, continuous for a real, discrete otherwise
+    depends_on : inputs that feed through to this output; "name[i]" when element i depends on element i alone
+    initial_depends_on : what an output's initial value depends on; None means all parameters and `depends_on`
+    on_demand : an output that is computed only when somebody reads it
+    frame : frame the quantity is expressed in, told in the description
+    display_unit : unit that tools should show
+    """
+
+    name: str
+    causality: Causality
+    unit: str = "1"
+    description: str
+    size: int | None = None
+    start: Scalar | tuple[Scalar, ...] | None = None
+    kind: Kind = "real"
+    variability: Variability | None = None
+    depends_on: tuple[str, ...] = ()
+    initial_depends_on: tuple[str, ...] | None = None
+    on_demand: bool = False
+    minimum: float | None = None
+    maximum: float | None = None
+    frame: str | None = None
+    display_unit: str | None = None
+
+    def __post_init__(self) -> None:
+        if not _NAME.fullmatch(self.name):
+            raise ValueError(f"port {self.name!r}: not a structured FMI name such as 'wheel.torque'")
+        for what, value, accepted in (("causality", self.causality, CAUSALITIES), ("kind", self.kind, KINDS)):
+            if value not in accepted:
+                raise ValueError(f"port {self.name}: {what} must be one of {', '.join(accepted)}, got {value!r}")
+        if not self.description.strip():
+            raise ValueError(f"port {self.name}: a description is required")
+        if self.size is not None and not (type(self.size) is int and self.size >= 1):
+            raise ValueError(f"port {self.name}: size must be None or a whole number from 1, got {self.size!r}")
+        self._check_unit()
+        self._check_variability()
+        if self.causality != "output" and (self.depends_on or self.initial_depends_on or self.on_demand):
+            raise ValueError(f"port {self.name}: only an output has dependencies or is on demand")
+        if self.kind not in ("real", "integer") and not (self.minimum is None and self.maximum is None):
+            raise ValueError(f"port {self.name}: only a real or an integer has a minimum or a maximum")
+        self._check_start()
+
+    def _check_unit(self) -> None:
+        try:
+            unit = unit_of(self.unit)
+        except ValueError as error:
+            raise ValueError(f"port {self.name}: {error}") from None
+        if self.kind != "real" and (self.unit != "1" or self.display_unit is not None):
+            raise ValueError(f"port {self.name}: only a real has a unit, got {self.unit!r}")
+        if self.display_unit is not None and self.display_unit not in unit.display:
+            shown = ", ".join(unit.display) or "none"
+            raise ValueError(f"port {self.name}: {self.unit} has no display unit {self.display_unit!r}; it has {shown}")
+
+    def _check_variability(self) -> None:
+        chosen = self.variability
+        if chosen is None:
+            chosen = "continuous" if self.kind == "real" else "discrete"
+            if self.causality == "parameter":
+                chosen = "fixed"
+            object.__setattr__(self, "variability", chosen)
+        accepted = ("fixed",) if self.causality == "parameter" else ("discrete", "continuous")
+        if chosen not in accepted or (chosen == "continuous" and self.kind != "real"):
+            raise ValueError(f"port {self.name}: a {self.kind} {self.causality} cannot be {chosen!r}")
+
+    def _check_start(self) -> None:
+        if self.causality == "output":
+            if self.start is not None:
+                raise ValueError(f"port {self.name}: an output is calculated and has no start value")
+            return
+        given = _ZERO[self.kind] if self.start is None else self.start
+        if isinstance(given, tuple) and self.size is None:
+            raise ValueError(f"port {self.name}: a scalar has one start value, got {given!r}")
+        values = given if isinstance(given, tuple) else (given,) * self.length
+        if len(values) != self.length:
+            raise ValueError(f"port {self.name}: {self.length} start values are needed, got {len(values)}")
+        for value in values:
+            problem = self.objection(value)
+            if problem:
+                raise ValueError(f"port {self.name}: start {problem}")
+        object.__setattr__(self, "start", values if self.size is not None else values[0])
+
+    @property
+    def length(self) -> int:
+        """Return the number of scalars."""
+        return 1 if self.size is None else self.size
+
+    @property
+    def limited(self) -> bool:
+        """Return whether a minimum or a maximum is declared."""
+        return self.minimum is not None or self.maximum is not None
+
+    @property
+    def starts(self) -> tuple[Scalar, ...]:
+        """Return one value per scalar: the start value, or zero for an output."""
+        if self.start is None:
+            return (_ZERO[self.kind],) * self.length
+        return self.start if isinstance(self.start, tuple) else (self.start,)
+
+    def objection(self, value: object) -> str | None:
+        """Tell why a value is not acceptable here, or None when it is."""
+        if not isinstance(value, _TYPES[self.kind]) or (isinstance(value, bool) and self.kind != "boolean"):
+            return f"must be {self.kind}, got {value!r}"
+        if isinstance(value, (float, int)) and not math.isfinite(value):
+            return f"must be finite, got {value!r}"
+        if self.minimum is not None and isinstance(value, (float, int)) and value < self.minimum:
+            return f"must be >= {self.minimum!r}, got {value!r}"
+        if self.maximum is not None and isinstance(value, (float, int)) and value > self.maximum:
+            return f"must be <= {self.maximum!r}, got {value!r}"
+        return None
+
+    def scalar_name(self, element: int) -> str:
+        """Return the FMI name of element `element`, counted from 0."""
+        return self.name if self.size is None else f"{self.name}[{element + 1}]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variable:
+    """One FMI scalar variable of a table.
+
+    Attributes
+    ----------
+    element : position in the port, from 0
+    value_reference : position among the variables of its kind, from 0
+    index : position in the model description, from 1
+    """
+
+    port: Port
+    element: int
+    value_reference: int
+    index: int
+
+    @property
+    def name(self) -> str:
+        """Return the FMI name."""
+        return self.port.scalar_name(self.element)
+
+
+class PortTable:
+    """Number the scalars of some ports: of each kind inputs first, then outputs, then parameters, each port in a run.
+
+    Inputs and outputs come first because CPython shares the integers up to 256: comparing and making
+    references is several times quicker there, and they are what is read and written at every step.
+    """
+
+    __slots__ = ("_by_name", "_first", "ports", "variables")
+
+    def __init__(self, ports: Iterable[Port]) -> None:
+        declared = tuple(ports)
+        self.ports = tuple(port for causality in CAUSALITIES for port in declared if port.causality == causality)
+        self._by_name = {port.name: port for port in self.ports}
+        if len(self._by_name) != len(self.ports):
+            twice = next(port.name for port in self.ports if sum(port.name == other.name for other in self.ports) > 1)
+            raise ValueError(f"port {twice} is declared twice")
+        self._first: dict[str, Variable] = {}
+        variables: list[Variable] = []
+        counts = dict.fromkeys(KINDS, 0)
+        for port in self.ports:
+            for element in range(port.length):
+                variable = Variable(
+                    port=port, element=element, value_reference=counts[port.kind], index=len(variables) + 1
+                )
+                counts[port.kind] += 1
+                variables.append(variable)
+                self._first.setdefault(port.name, variable)
+        self.variables = tuple(variables)
+        for port in self.ports:
+            self._check_dependencies(port)
+
+    def _check_dependencies(self, port: Port) -> None:
+        for name in port.depends_on:
+            if self._dependency(port, name).causality != "input":
+                raise ValueError(f"port {port.name}: depends_on names {name!r}, which is not an input")
+        for name in port.initial_depends_on or ():
+            if self._dependency(port, name).causality == "output":
+                raise ValueError(f"port {port.name}: initial_depends_on names {name!r}, which is an output")
+
+    def _dependency(self, port: Port, name: str) -> Port:
+        source = self._by_name.get(name.removesuffix(ELEMENTWISE))
+        if source is None:
+            known = ", ".join(other.name for other in self.ports if other.causality != "output")
+            raise ValueError(f"port {port.name}: depends on {name!r}, which is no port here; there are {known}")
+        if name.endswith(ELEMENTWISE) and source.size != port.size:
+            raise ValueError(f"port {port.name}: {name!r} needs equal sizes, got {port.size} and {source.size}")
+        return source
+
+    def __iter__(self) -> Iterator[Port]:
+        return iter(self.ports)
+
+    def __getitem__(self, name: str) -> Port:
+        try:
+            return self._by_name[name]
+        except KeyError:
+            raise ValueError(f"{name}: no such port; there are {', '.join(self._by_name)}") from None
+
+    def of_kind(self, kind: Kind) -> tuple[Variable, ...]:
+        """Return the variables of a kind; a value reference is a position in this tuple."""
+        return tuple(variable for variable in self.variables if variable.port.kind == kind)
+
+    def span(self, name: str) -> slice:
+        """Return the value references of a port, within its kind."""
+        first = self._first[self[name].name].value_reference
+        return slice(first, first + self[name].length)
+
+    def run(self, causality: Causality, kind: Kind = "real") -> slice:
+        """Return the value references of all inputs, outputs or parameters of a kind: one contiguous run."""
+        references = [v.value_reference for v in self.of_kind(kind) if v.port.causality == causality]
+        return slice(references[0], references[-1] + 1) if references else slice(0, 0)
+
+    def dependencies(self, variable: Variable, *, initial: bool) -> tuple[int, ...]:
+        """Return the model-description indices that an output's value (or initial value) depends on."""
+        port = variable.port
+        names = port.depends_on
+        if initial:
+            names = port.initial_depends_on if port.initial_depends_on is not None else (*names, *self._parameters())
+        indices = set()
+        for name in names:
+            source = self._dependency(port, name)
+            first = self._first[source.name].index
+            if name.endswith(ELEMENTWISE):
+                indices.add(first + variable.element)
+            else:
+                indices.update(range(first, first + source.length))
+        return tuple(sorted(indices))
+
+    def _parameters(self) -> tuple[str, ...]:
+        return tuple(port.name for port in self.ports if port.causality == "parameter")
