@@ -139,6 +139,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
     def exit_initialization_mode(self) -> None:
         """Start the model; from here on parameters are fixed."""
         try:
+            if self._failure is not None:
+                raise Refused(f"not started since: {self._failure}")
             self._prepare()
             self._phase = Phase.STEPPING
         except BaseException as error:

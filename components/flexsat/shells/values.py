@@ -119,7 +119,7 @@ class PortValues:
 
     def saved(self) -> dict[str, Any]:
         """Return all values, to be saved; the arrays are the live ones."""
-        return {**self.arrays, "string": self.strings}
+        return {**{str(kind): array for kind, array in self.arrays.items()}, "string": self.strings}
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Take all values back, in place."""

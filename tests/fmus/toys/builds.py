@@ -1,0 +1,44 @@
+"""Build toys, and run scripts against them in fresh processes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+_BUILD = """
+import sys
+from pathlib import Path
+import flexsat
+flexsat.__path__.append(sys.argv[1])
+from flexsat.export import build_fmu
+built = build_fmu("flexsat.toys.counter:Counter", Path(sys.argv[2]), {"model.npz": b"numbers"}, sys.argv[3])
+print(built.guid, built.sha256)
+"""
+
+
+def python(script, *arguments, check=True):
+    """Run a script in a fresh process and return what it printed; a crash of the process fails the test."""
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-W",
+            "error",
+            "-c",
+            f"import sys; sys.path.append({str(HERE)!r})\n{script}",
+            *map(str, arguments),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    if check:
+        assert done.returncode == 0, f"exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
+    return done.stdout if check else done
+
+
+def build(path, packages=HERE.parent, name="toy"):
+    """Build the counter in a fresh process; return its GUID and SHA-256."""
+    return tuple(python(_BUILD, packages, path, name).split())
