@@ -1,0 +1,51 @@
+"""Zip files that came from elsewhere: opened with one-line errors, extracted only below their folder."""
+
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import IO, BinaryIO, cast
+
+from lockstep.errors import InputError
+
+
+@contextmanager
+def open_zip(file: Path | IO[bytes], name: str) -> Iterator[zipfile.ZipFile]:
+    """Open a zip file and refuse members that would leave the folder it is extracted to."""
+    try:
+        with zipfile.ZipFile(file) as archive:
+            for member in archive.namelist():
+                if not is_inside(member):
+                    raise InputError(f"{name}: holds the unsafe path {member!r}; refusing to extract it")
+            yield archive
+    except zipfile.BadZipFile as error:
+        raise InputError(f"{name}: not a readable zip file ({error})") from None
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read ({error.strerror or error})") from None
+
+
+def is_inside(member: str) -> bool:
+    """Tell whether a path stays below the folder that it is relative to."""
+    path = PurePosixPath(member)
+    return not (path.is_absolute() or ".." in path.parts or "\\" in member or ":" in member)
+
+
+@contextmanager
+def open_file(path: Path, archive: Path | None, name: str) -> Iterator[BinaryIO]:
+    """Open a file on disk, or a member of a zip archive, for reading with seek."""
+    if archive is None:
+        try:
+            with path.open("rb") as stream:
+                yield stream
+        except FileNotFoundError:
+            raise InputError(f"{name}: no such file {path}") from None
+        except (IsADirectoryError, PermissionError) as error:
+            raise InputError(f"{name}: cannot read {path} ({error.strerror})") from None
+        return
+    with open_zip(archive, str(archive)) as outer:
+        try:
+            member = outer.open(path.as_posix())
+        except KeyError:
+            raise InputError(f"{name}: no such file {path} in {archive}") from None
+        with member:
+            yield cast(BinaryIO, member)

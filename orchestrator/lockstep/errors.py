@@ -1,0 +1,56 @@
+"""What can go wrong, as two exception classes, and how names are printed in messages."""
+
+import difflib
+import re
+from collections.abc import Iterable
+
+_INDEXED = re.compile(r"(.*)\[(\d+)\]")
+
+
+class InputError(ValueError):
+    """Refuse bad input: one line that names the thing, the wrong value and the remedy (exit code 2)."""
+
+
+class RunError(RuntimeError):
+    """End a run that had started: one line that names the component and the simulated time (exit code 1)."""
+
+
+def compact(names: Iterable[str], limit: int = 12) -> str:
+    """Print names with their array elements folded: `rate[1..3], energy`."""
+    runs: list[tuple[str, int, int] | str] = []
+    for name in names:
+        match = _INDEXED.fullmatch(name)
+        if match is None:
+            runs.append(name)
+            continue
+        base, index = match[1], int(match[2])
+        last = runs[-1] if runs else None
+        if isinstance(last, tuple) and last[0] == base and last[2] == index - 1:
+            runs[-1] = (base, last[1], index)
+        else:
+            runs.append((base, index, index))
+    texts = [run if isinstance(run, str) else _run_text(*run) for run in runs]
+    if len(texts) > limit:
+        texts = [*texts[:limit], f"and {len(texts) - limit} more"]
+    return ", ".join(texts) or "none"
+
+
+def suggestion(name: str, names: Iterable[str]) -> str:
+    """Return `; did you mean ...?` with the nearest name, or nothing when none is near."""
+    base = name.partition("[")[0]
+    # elements of one array differ in their index only: compare those first, or the hint is a far name
+    candidates = [other for other in names if other.partition("[")[0] != base]
+    near = difflib.get_close_matches(name, candidates, n=1, cutoff=0.7)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def siblings(name: str, names: Iterable[str]) -> list[str]:
+    """Return the elements of the array that `name` belongs to, or every name when there are none."""
+    every = list(names)
+    base = name.partition("[")[0]
+    same = [other for other in every if other.partition("[")[0] == base]
+    return same or every
+
+
+def _run_text(base: str, first: int, last: int) -> str:
+    return f"{base}[{first}]" if first == last else f"{base}[{first}..{last}]"

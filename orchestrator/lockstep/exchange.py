@@ -1,0 +1,250 @@
+"""Turn a memory plan into ready-bound calls: for each tick of the cycle a flat tuple of steps.
+
+No scalar is touched by Python in a tick: each step is one gather from the bus, one set, one doStep and one get.
+"""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.clock import seconds
+from lockstep.errors import RunError, compact
+from lockstep.layout import Layout
+from lockstep.schedule import Task
+from lockstep.slave import DTYPES, FATAL, SCALARS, STATUS, WARNING, Buffer, Scalar, Slave
+
+Call = Callable[[], int]
+Step = Callable[[float], None]
+Row = Callable[[float], tuple[NDArray[np.float64], ...]]  # the recorder's next row: Reals, Integers, Booleans
+Names = Mapping[tuple[str, Scalar, int], str]
+
+
+class Exchange:
+    """The bus and everything bound to it."""
+
+    def __init__(self, layout: Layout, slaves: Mapping[str, Slave], names: Names) -> None:
+        self._layout = layout
+        self._slaves = slaves
+        self._names = names
+        self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
+        self._zeros = np.zeros(max(1, len(self._bus["Real"])))
+        self._steps: dict[object, Step] = {}  # equal phases share one step
+        self._initial: dict[tuple[str, Scalar], dict[int, float]] = {}
+
+    def phases(self, row: Row) -> list[tuple[Step, ...]]:
+        """Return the steps of every tick of the cycle, in order."""
+        layout = self._layout
+        return [
+            (
+                *(self._step(task, tick) for task in layout.schedule.tasks if task.steps_at(tick)),
+                *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.recorded else ()),
+            )
+            for tick in range(layout.cycle)
+        ]
+
+    def fetch_initial(self, name: str) -> None:
+        """Fetch a component's initial outputs: for its readers' first inputs, and into all its slots."""
+        for scalar in SCALARS:
+            links = [link for link in self._layout.links if (link.producer, link.scalar) == (name, scalar)]
+            sources = sorted({source for link in links for source in link.sources})
+            if sources:
+                buffer: Buffer = np.zeros(len(sources), DTYPES[scalar])
+                self.check(name, f"fmi2Get{scalar}", 0.0, self._get(name, scalar, sources, buffer)())
+                if scalar == "Real":
+                    self._check_finite(name, sources, buffer, 0.0)
+                self._initial[name, scalar] = dict(zip(sources, buffer.tolist(), strict=True))
+            for version in range(1 - self._layout.rings[name], 1):
+                start, references = self._layout.fetched(name, scalar, version)
+                if references:
+                    part = self._bus[scalar][start : start + len(references)]
+                    self.check(name, f"fmi2Get{scalar}", 0.0, self._get(name, scalar, references, part)())
+                    if scalar == "Real":
+                        self._check_finite(name, references, part, 0.0)
+
+    def set_initial(self, name: str) -> None:
+        """Set the inputs whose producers' initial outputs have been fetched."""
+        for scalar in SCALARS:
+            entries: dict[int, float] = {}
+            for link in self._layout.links:
+                known = self._initial.get((link.producer, scalar))
+                if (link.consumer, link.scalar) == (name, scalar) and known is not None:
+                    values = (
+                        gain * known[s] + b for s, gain, b in zip(link.sources, link.gains, link.biases, strict=True)
+                    )
+                    entries |= dict(zip(link.targets, values, strict=True))
+            if entries:
+                targets = sorted(entries)
+                buffer: Buffer = np.array([entries[target] for target in targets], DTYPES[scalar])
+                call = self._slaves[name].setter(scalar, np.array(targets, np.uint32), buffer)
+                self.check(name, f"fmi2Set{scalar}", 0.0, call())
+
+    def check(self, name: str, function: str, time: float, status: int) -> None:
+        """Raise RunError if a call failed, with what the slave logged."""
+        if status <= WARNING:
+            return
+        slave = self._slaves[name]
+        slave.failed(status)
+        label = STATUS[status] if 0 <= status <= FATAL else f"status {status}"
+        message = slave.last_messages()
+        raise RunError(f"{name}: {function} returned {label} at {time:.9g} s" + (f": {message}" if message else ""))
+
+    def _get(self, name: str, scalar: Scalar, references: list[int], buffer: Buffer) -> Call:
+        return self._slaves[name].getter(scalar, np.array(references, np.uint32), buffer)
+
+    def _step(self, task: Task, tick: int) -> Step:
+        sets, gets = self._sets(task, tick), self._gets(task, tick)
+        key = (
+            task.name,
+            *((scalar, index.tobytes(), tuple(targets)) for scalar, (index, targets, *_) in sets.items()),
+            *((scalar, start, tuple(references)) for scalar, (start, references) in gets.items()),
+        )
+        if key not in self._steps:
+            self._steps[key] = self._bind(task, sets, gets)
+        return self._steps[key]
+
+    def _sets(
+        self, task: Task, tick: int
+    ) -> dict[Scalar, tuple[NDArray[np.intp], list[int], list[float], list[float]]]:
+        """For each type: where to gather, the targets in ascending order, gains and biases."""
+        found: dict[Scalar, list[tuple[int, int, float, float]]] = {}
+        for link, version in self._layout.renewed(task, tick):
+            for source, target, gain, bias in zip(link.sources, link.targets, link.gains, link.biases, strict=True):
+                position = self._layout.position(link.producer, link.scalar, source, version)
+                found.setdefault(link.scalar, []).append((target, position, gain, bias))
+        sets = {}
+        for scalar, entries in found.items():
+            entries.sort()
+            targets, positions, gains, biases = (list(column) for column in zip(*entries, strict=True))
+            sets[scalar] = (np.array(positions, np.intp), targets, gains, biases)
+        return sets
+
+    def _gets(self, task: Task, tick: int) -> dict[Scalar, tuple[int, list[int]]]:
+        fetched = {scalar: self._layout.fetched(task.name, scalar, task.begun(tick)) for scalar in SCALARS}
+        return {scalar: (start, references) for scalar, (start, references) in fetched.items() if references}
+
+    def _bind(
+        self,
+        task: Task,
+        sets: Mapping[Scalar, tuple[NDArray[np.intp], list[int], list[float], list[float]]],
+        gets: Mapping[Scalar, tuple[int, list[int]]],
+    ) -> Step:
+        """Bind one doStep with the sets before it and the gets after it."""
+        name, slave, check = task.name, self._slaves[task.name], self.check
+        do_step = slave.do_step
+        length = seconds(task.period * self._layout.schedule.tick)
+        end = length if task.continuous else 0.0  # from the step's start to where its outputs are true
+        before = [self._bound_set(name, scalar, entry) for scalar, entry in sets.items()]
+        after = [self._bound_get(name, scalar, *entry, end) for scalar, entry in gets.items()]
+        if len(before) == 1 and len(after) == 1:  # the usual step, without the two loops
+            first, last = before[0], after[0]
+
+            def usual_step(time: float) -> None:
+                first(time)
+                status = do_step(time, length, 1)
+                if status:
+                    check(name, "fmi2DoStep", time, status)
+                last(time)
+
+            return usual_step
+
+        def step(time: float) -> None:
+            for call in before:
+                call(time)
+            status = do_step(time, length, 1)
+            if status:
+                check(name, "fmi2DoStep", time, status)
+            for call in after:
+                call(time)
+
+        return step
+
+    def _bound_set(
+        self, name: str, scalar: Scalar, entry: tuple[NDArray[np.intp], list[int], list[float], list[float]]
+    ) -> Step:
+        index, targets, gains, biases = entry
+        check, take, function = self.check, self._bus[scalar].take, f"fmi2Set{scalar}"
+        buffer: Buffer = np.zeros(len(targets), DTYPES[scalar])
+        call = self._slaves[name].setter(scalar, np.array(targets, np.uint32), buffer)
+
+        def plain(time: float) -> None:
+            take(index, None, buffer, "clip")  # clip: the other modes copy through a temporary
+            status = call()
+            if status:
+                check(name, function, time, status)
+
+        if all(gain == 1.0 for gain in gains) and not any(biases):
+            return plain
+        gain, bias = np.array(gains), np.array(biases)
+
+        def converted(time: float) -> None:
+            take(index, None, buffer, "clip")
+            np.multiply(buffer, gain, buffer)
+            np.add(buffer, bias, buffer)
+            status = call()
+            if status:
+                check(name, function, time, status)
+
+        return converted
+
+    def _bound_get(self, name: str, scalar: Scalar, start: int, references: list[int], end: float) -> Step:
+        check, function = self.check, f"fmi2Get{scalar}"
+        part = self._bus[scalar][start : start + len(references)]
+        call = self._get(name, scalar, references, part)
+
+        def plain(time: float) -> None:
+            status = call()
+            if status:
+                check(name, function, time, status)
+
+        if scalar != "Real":
+            return plain
+        dot, zeros, check_finite = part.dot, self._zeros[: len(part)], self._check_finite
+
+        def checked(time: float) -> None:
+            status = call()
+            if status:
+                check(name, function, time, status)
+            if dot(zeros):  # 0 * x is NaN for every x that is not finite, and NaN is true
+                check_finite(name, references, part, time + end)
+
+        return checked
+
+    def _check_finite(self, name: str, references: list[int], values: Buffer, time: float) -> None:
+        bad = [
+            self._names[name, "Real", r] for r, value in zip(references, values, strict=True) if not np.isfinite(value)
+        ]
+        if bad:
+            first = values[~np.isfinite(values)][0]
+            raise RunError(f"{name}.{compact(bad)}: is {first} at {time:.9g} s; every exchanged value must be finite")
+
+    def _capture(self, tick: int, row: Row) -> Step:
+        """Bind the copy of what is true at this tick into the recorder's next row."""
+        layout = self._layout
+        index: dict[Scalar, NDArray[np.intp]] = {}
+        for scalar in SCALARS:
+            positions = [
+                layout.position(name, scalar, reference, layout.schedule.task(name).true_at(tick))
+                for name, references in layout.recorded.items()
+                for kind, reference in references
+                if kind == scalar
+            ]
+            index[scalar] = np.array(positions, np.intp)
+        key = ("capture", *(part.tobytes() for part in index.values()))
+        if key not in self._steps:
+            self._steps[key] = self._bind_capture(index, row)
+        return self._steps[key]
+
+    def _bind_capture(self, index: Mapping[Scalar, NDArray[np.intp]], row: Row) -> Step:
+        reals, integers, booleans = (index[scalar] for scalar in SCALARS)
+        take, take_integer, take_boolean = (self._bus[scalar].take for scalar in SCALARS)
+        whole = len(integers) + len(booleans) > 0
+
+        def capture(time: float) -> None:
+            real, integer, boolean = row(time)
+            take(reals, None, real, "clip")
+            if whole:
+                integer[:] = take_integer(integers)
+                boolean[:] = take_boolean(booleans)
+
+        return capture

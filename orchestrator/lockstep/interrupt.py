@@ -1,0 +1,43 @@
+"""Turn Ctrl-C into a request that the master looks at between ticks.
+
+An exception raised in the middle of a call into an FMU would be caught there: a slave written in Python runs
+in this interpreter, and takes it for its own failure.
+"""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+
+class Interrupt:
+    """Whether Ctrl-C was pressed."""
+
+    requested = False
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if it was."""
+        if self.requested:
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def deferred_interrupt() -> Iterator[Interrupt]:
+    """Defer Ctrl-C inside the block; a second one acts at once. Elsewhere than in the main thread: do nothing."""
+    interrupt = Interrupt()
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or before is not signal.default_int_handler:
+        yield interrupt
+        return
+
+    def request(number: int, frame: FrameType | None) -> None:
+        if interrupt.requested:
+            signal.default_int_handler(number, frame)
+        interrupt.requested = True
+
+    signal.signal(signal.SIGINT, request)
+    try:
+        yield interrupt
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,157 @@
+"""The record of a run: run.toml, enough to repeat it, and events.jsonl, what happened when."""
+
+import json
+import os
+import platform
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from lockstep.clock import seconds
+from lockstep.fmu import Description
+from lockstep.system import System, Value
+
+RUN = "run.toml"
+EVENTS = "events.jsonl"
+_PACKAGES = ("numpy", "fmpy", "lxml", "pyarrow")
+_MOST_MESSAGES = 1000  # of one component in the events: a slave that complains at each step must not fill the disk
+
+Table = dict[str, object]
+
+
+def describe_run(
+    system: System,
+    descriptions: Mapping[str, Description],
+    parameters: Mapping[str, Mapping[str, Value]],
+    overrides: Mapping[str, object],
+    stop_time: int,
+    record: Sequence[str],
+    record_period: int,
+) -> Table:
+    """Collect what a run depends on. Times are in seconds."""
+    delays = sorted({(c.from_component, c.to_component, c.delay) for c in system.connections})
+    return {
+        "status": "running",
+        "simulated_time": 0.0,
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "stop_time": seconds(stop_time),
+        "tick": seconds(system.tick),
+        "record": list(record),
+        "record_period": seconds(record_period),
+        "system": {"name": system.name, "path": str(system.path or ""), "sha256": system.sha256 or ""},
+        "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
+        "overrides": {key: _plain(value) for key, value in overrides.items()},
+        "component": [
+            {
+                "name": c.name,
+                "source": str(c.source),
+                "sha256": descriptions[c.name].sha256,
+                "model": descriptions[c.name].model,
+                "guid": descriptions[c.name].guid,
+                "period": seconds(c.period),
+                "offset": seconds(c.offset),
+                "kind": c.kind,
+                "parameters": dict(parameters[c.name]),
+            }
+            for c in system.components
+        ],
+        "latency": [{"from": start, "to": end, "delay": delay} for start, end, delay in delays],
+    }
+
+
+def write_manifest(folder: Path, content: Mapping[str, object]) -> None:
+    """Replace run.toml in one step: a reader sees the old one or the new one."""
+    partial = folder / f".{RUN}.partial"
+    partial.write_text(to_toml(content), encoding="utf-8")
+    partial.replace(folder / RUN)
+
+
+def to_toml(content: Mapping[str, object]) -> str:
+    """Write scalars, then tables, then arrays of tables, as TOML 1.0."""
+    return "\n".join(_lines(content, "")) + "\n"
+
+
+def _lines(content: Mapping[str, object], prefix: str) -> list[str]:
+    lines: list[str] = []
+    later: list[str] = []
+    for key, value in content.items():
+        name = f"{prefix}{_key(key)}"
+        if isinstance(value, Mapping):
+            later += ["", f"[{name}]", *_lines(value, f"{name}.")]
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            for entry in value:
+                later += ["", f"[[{name}]]", *_lines(entry, f"{name}.")]
+        else:
+            lines.append(f"{_key(key)} = {_literal(value)}")
+    return lines + later
+
+
+def _key(key: str) -> str:
+    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _text(key)
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML's basic strings escape as JSON's
+
+
+def _literal(value: object) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case int() | float():
+            return repr(value)
+        case list() | tuple():
+            return f"[{', '.join(map(_literal, value))}]"
+    return _text(str(value))
+
+
+def _plain(value: object) -> object:
+    if hasattr(value, "tolist"):
+        return value.tolist()  # numpy's scalars and arrays
+    return list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
+
+
+class Events:
+    """Append events, one JSON object a line, each with its simulated time; before `open` they wait."""
+
+    def __init__(self) -> None:
+        self.time = 0.0  # [s] simulated; the master keeps it
+        self._waiting: list[str] = []
+        self._file: int | None = None
+        self._counts: Counter[str] = Counter()
+
+    def open(self, folder: Path) -> None:
+        """Create events.jsonl and write what waited."""
+        self._file = os.open(folder / EVENTS, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+        waiting, self._waiting = self._waiting, []
+        for line in waiting:
+            self._write(line)
+
+    def add(self, event: str, **details: object) -> None:
+        """Write an event at the present simulated time."""
+        self._write(json.dumps({"time": self.time, "event": event, **details}, ensure_ascii=False) + "\n")
+
+    def log(self, component: str, status: int, category: str, message: str) -> None:
+        """Write an FMU's message if it is a warning or worse, up to a number of them."""
+        if status == 0:
+            return
+        self._counts[component] += 1
+        if self._counts[component] <= _MOST_MESSAGES:
+            level = ("ok", "warning", "discard", "error", "fatal", "pending")[min(status, 5)]
+            self.add("log", component=component, level=level, category=category, message=message)
+        elif self._counts[component] == _MOST_MESSAGES + 1:
+            self.add("log", component=component, level="warning", message="further messages are not listed")
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
+
+    def _write(self, line: str) -> None:
+        if self._file is None:
+            self._waiting.append(line)
+        else:
+            os.write(self._file, line.encode("utf-8", "replace"))  # unbuffered: it survives a kill

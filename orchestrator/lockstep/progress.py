@@ -1,0 +1,58 @@
+"""Show how far a run is: a bar on a terminal, plain lines elsewhere."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from typing import TextIO
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from lockstep.master import Progress as Report
+
+_LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
+
+
+@contextmanager
+def show_progress(title: str, stream: TextIO | None = None) -> Iterator[Report]:
+    """Yield what `simulate` takes as `progress`; it writes to standard error unless told otherwise."""
+    stream = stream or sys.stderr
+    console = Console(file=stream)
+    if not console.is_terminal:
+        yield _Lines(title, stream)
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.1f} of {task.total:.1f} s, {task.fields[speed]:.1f} x real time"),
+        TimeRemainingColumn(),
+    )
+    started = perf_counter()
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(title, total=None, speed=0.0, start=True)
+
+        def report(simulated: float, stop: float) -> None:
+            bar.update(task, completed=simulated, total=stop, speed=simulated / max(perf_counter() - started, 1e-9))
+
+        yield report
+
+
+class _Lines:
+    """One line now and then, and one at the end."""
+
+    def __init__(self, title: str, stream: TextIO) -> None:
+        self._title, self._stream = title, stream
+        self._started = perf_counter()
+        self._next = self._started + _LINE_INTERVAL
+
+    def __call__(self, simulated: float, stop: float) -> None:
+        now = perf_counter()
+        if now < self._next and simulated < stop:
+            return
+        self._next = now + _LINE_INTERVAL
+        elapsed = max(now - self._started, 1e-9)
+        speed = simulated / elapsed
+        left = (stop - simulated) / speed if speed else 0.0
+        text = f"{self._title}: {simulated:.1f} of {stop:.1f} s, {speed:.1f} x real time, {left:.0f} s left"
+        print(text, file=self._stream, flush=True)

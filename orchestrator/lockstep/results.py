@@ -1,0 +1,114 @@
+"""Read the recorded signals of a run: finished, still running, or killed."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from lockstep.errors import InputError, compact, suggestion
+
+PARQUET = "signals.parquet"  # of a run that ended
+STREAM = "signals.arrows"  # of one that runs or was killed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Signals:
+    """Recorded signals by name `component.variable`, with the time [s] at which each row is true."""
+
+    time: NDArray[np.float64]
+    columns: Mapping[str, NDArray[np.float64]]
+    units: Mapping[str, str]
+    descriptions: Mapping[str, str]
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Return a signal, (n,); or an array `component.variable` as (n, elements), in the order of its indices."""
+        if name in self.columns:
+            return self.columns[name]
+        elements = elements_of(name, self.columns)
+        if not elements:
+            raise InputError(f"{name}: not recorded; there are {compact(self.columns)}{suggestion(name, self.columns)}")
+        return np.column_stack([self.columns[element] for element in elements])
+
+    def __contains__(self, name: str) -> bool:
+        """Tell whether a signal, or an array of signals, was recorded."""
+        return name in self.columns or bool(elements_of(name, self.columns))
+
+
+def elements_of(name: str, names: Mapping[str, object] | Sequence[str]) -> list[str]:
+    """Return `name[1]`, `name[2]`, ... as far as they are among the names, sorted by index."""
+    rule = re.compile(re.escape(name) + r"\[(\d+)\]")
+    found = [(int(match[1]), other) for other in names if (match := rule.fullmatch(other))]
+    return [other for _, other in sorted(found)]
+
+
+def read_signals(folder: Path | str, columns: Sequence[str] | None = None) -> Signals:
+    """Read a run's signals, from the compressed file or from the stream of a run that was killed.
+
+    Parameters
+    ----------
+    folder : results folder of a run
+    columns : names of signals or of whole arrays; None for all. Time comes always.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no signals or a column was not recorded.
+    """
+    folder = Path(folder)
+    if (folder / PARQUET).exists():
+        schema = pq.read_schema(folder / PARQUET)
+        names = _chosen(schema, columns)
+        table = pq.read_table(folder / PARQUET, columns=["time", *names])
+    elif (folder / STREAM).exists():
+        with read_batches(folder / STREAM) as (schema, batches):
+            names = _chosen(schema, columns)
+            picked = [batch.select(["time", *names]) for batch in batches]
+            table = pa.Table.from_batches(picked, pa.schema([schema.field(name) for name in ("time", *names)]))
+    else:
+        raise InputError(f"{folder}: holds no {PARQUET} and no {STREAM}; give the folder of a run")
+    metadata = {name: schema.field(name).metadata or {} for name in names}
+    return Signals(
+        time=table.column("time").to_numpy(),
+        columns={name: table.column(name).to_numpy() for name in names},
+        units={name: metadata[name].get(b"unit", b"").decode() for name in names},
+        descriptions={name: metadata[name].get(b"description", b"").decode() for name in names},
+    )
+
+
+@contextmanager
+def read_batches(path: Path) -> Iterator[tuple[pa.Schema, Iterator[pa.RecordBatch]]]:
+    """Open a stream; its batches end where the file was cut off."""
+    with pa.OSFile(str(path), "rb") as source:
+        try:
+            reader = pa.ipc.open_stream(source)
+        except (pa.ArrowInvalid, OSError):
+            raise InputError(f"{path}: was cut off before its first row") from None
+        yield reader.schema, _batches(reader)
+
+
+def _batches(reader: pa.RecordBatchStreamReader) -> Iterator[pa.RecordBatch]:
+    while True:
+        try:
+            batch = reader.read_next_batch()
+        except (StopIteration, pa.ArrowInvalid, OSError):  # a killed run leaves half a batch at the end
+            return
+        yield batch
+
+
+def _chosen(schema: pa.Schema, columns: Sequence[str] | None) -> list[str]:
+    names = [name for name in schema.names if name != "time"]
+    if columns is None:
+        return names
+    chosen: dict[str, None] = {}
+    for column in columns:
+        found = [column] if column in names else elements_of(column, names)
+        if not found and column != "time":
+            raise InputError(f"{column}: not recorded; there are {compact(names)}{suggestion(column, names)}")
+        chosen.update(dict.fromkeys(found))
+    return list(chosen)

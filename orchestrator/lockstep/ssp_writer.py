@@ -1,0 +1,148 @@
+"""Write a system as an SSP 1.0 system structure description, schedule and delays in annotations."""
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from urllib.parse import quote
+
+from lxml import etree  # type: ignore[import-untyped]
+
+from lockstep.clock import seconds_text
+from lockstep.fmu import read_description
+from lockstep.ssp import ANNOTATION, LOCKSTEP, SSC, SSD, SSV
+from lockstep.system import Component, Connection, Connector, System, Value
+from lockstep.units import BASES, Unit
+
+
+def write_ssd(system: System, path: Path | str) -> None:
+    """Write `system` to a .ssd file, its FMUs relative to it.
+
+    Connectors that no component declares are filled in from the connections, their types from the FMUs.
+    """
+    path = Path(path).absolute()
+    root = etree.Element(
+        f"{{{SSD}}}SystemStructureDescription",
+        attrib={"version": "1.0", "name": system.name},
+        nsmap={"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP},
+    )
+    top = _add(root, SSD, "System", name=system.name)
+    elements = _add(top, SSD, "Elements")
+    for component in system.components:
+        _write_component(elements, component, _connectors(component, system.connections), path.parent)
+    if system.connections:
+        connections = _add(top, SSD, "Connections")
+        for connection in system.connections:
+            _write_connection(connections, connection)
+    timing = {"tick": seconds_text(system.tick)}
+    if system.record_period is not None:
+        timing["recordPeriod"] = seconds_text(system.record_period)
+    own = _annotate(top, "System", **timing)
+    for pattern in system.record:
+        _add(own, LOCKSTEP, "Record", pattern=pattern)
+    _write_units(root, SSD, {u.name: u for c in system.components for u in c.units.values()})
+    if system.stop_time is not None:
+        _add(root, SSD, "DefaultExperiment", startTime="0", stopTime=seconds_text(system.stop_time))
+    etree.ElementTree(root).write(str(path), xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def _write_component(parent: etree._Element, component: Component, ports: Iterable[Connector], folder: Path) -> None:
+    source = component.source
+    if component.archive is None:
+        source = Path(os.path.relpath(source.absolute(), folder))
+    element = _add(
+        parent,
+        SSD,
+        "Component",
+        name=component.name,
+        type="application/x-fmu-sharedlibrary",
+        source=quote(source.as_posix()),
+        implementation="CoSimulation",
+    )
+    listed = list(ports)
+    if listed:
+        connectors = _add(element, SSD, "Connectors")
+        for port in listed:
+            connector = _add(connectors, SSD, "Connector", name=port.name, kind=port.kind)
+            if port.type is not None:
+                unit = component.units.get(port.name) if port.type == "Real" else None
+                _add(connector, SSC, port.type, **({"unit": unit.name} if unit else {}))
+    if component.parameters:
+        bindings = _add(element, SSD, "ParameterBindings")
+        values = _add(_add(bindings, SSD, "ParameterBinding"), SSD, "ParameterValues")
+        parameters = _add(_add(values, SSV, "ParameterSet", version="1.0", name=component.name), SSV, "Parameters")
+        for name, value in component.parameters.items():
+            kind, text = _literal(value)
+            parameter = _add(_add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text)
+            if kind == "Real" and name in component.units:
+                parameter.set("unit", component.units[name].name)
+        used = {u.name: u for n, u in component.units.items() if n in component.parameters}
+        _write_units(parameters.getparent(), SSV, used)
+    timing = {"period": seconds_text(component.period), "offset": seconds_text(component.offset)}
+    _annotate(element, "Component", **timing, kind=component.kind)
+
+
+def _connectors(component: Component, connections: Iterable[Connection]) -> list[Connector]:
+    if component.connectors is not None:
+        return list(component.connectors)
+    ends = {c.input: "input" for c in connections if c.to_component == component.name}
+    ends |= {c.output: "output" for c in connections if c.from_component == component.name}
+    if not ends:
+        return []
+    variables = read_description(component).variables
+    return [
+        Connector(name=name, kind=kind, type=variables[name].type if name in variables else None)
+        for name, kind in ends.items()
+    ]
+
+
+def _write_connection(parent: etree._Element, connection: Connection) -> None:
+    element = _add(
+        parent,
+        SSD,
+        "Connection",
+        startElement=connection.from_component,
+        startConnector=connection.output,
+        endElement=connection.to_component,
+        endConnector=connection.input,
+    )
+    if not connection.convert_units:
+        element.set("suppressUnitConversion", "true")
+    if (connection.factor, connection.offset) != (1.0, 0.0):
+        _add(element, SSC, "LinearTransformation", factor=repr(connection.factor), offset=repr(connection.offset))
+    if connection.delay:
+        _annotate(element, "Connection", delay=str(connection.delay))
+
+
+def _write_units(parent: etree._Element | None, namespace: str, units: Mapping[str, Unit]) -> None:
+    if parent is None or not units:
+        return
+    group = _add(parent, namespace, "Units")
+    for unit in units.values():
+        base = _add(_add(group, SSC, "Unit", name=unit.name), SSC, "BaseUnit")
+        for symbol, exponent in zip(BASES, unit.exponents or (), strict=False):
+            if exponent:
+                base.set(symbol, str(exponent))
+        if (unit.factor, unit.offset) != (1.0, 0.0):
+            base.set("factor", repr(unit.factor))
+            base.set("offset", repr(unit.offset))
+
+
+def _literal(value: Value) -> tuple[str, str]:
+    if hasattr(value, "item"):
+        value = value.item()  # a numpy scalar
+    if isinstance(value, bool):
+        return "Boolean", "true" if value else "false"
+    if isinstance(value, int):
+        return "Integer", str(value)
+    if isinstance(value, float):
+        return "Real", repr(value)
+    return "String", value
+
+
+def _annotate(parent: etree._Element, tag: str, **attributes: str) -> etree._Element:
+    holder = _add(_add(parent, SSD, "Annotations"), SSC, "Annotation", type=ANNOTATION)
+    return _add(holder, LOCKSTEP, tag, **attributes)
+
+
+def _add(parent: etree._Element, namespace: str, tag: str, **attributes: str) -> etree._Element:
+    return etree.SubElement(parent, f"{{{namespace}}}{tag}", attrib=attributes)

@@ -1,0 +1,47 @@
+"""Units by their base-unit exponents, and the linear conversion between two of them."""
+
+from dataclasses import dataclass
+
+BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unit:
+    """A named unit. Without exponents only its name is known, and it can be compared by name alone.
+
+    A value v in this unit is factor * v + offset in the base units.
+    """
+
+    name: str
+    exponents: tuple[int, ...] | None = None  # of BASES, in that order
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+def conversion(source: Unit | None, target: Unit | None, relative: bool = False) -> tuple[float, float]:
+    """Return (gain, bias) with which target value = gain * source value + bias.
+
+    An undeclared unit is taken to be the other end's. A difference of values (`relative`) has no bias.
+
+    Raises
+    ------
+    ValueError
+        If the units measure different things or cannot be compared.
+    """
+    if source is None or target is None or source == target:
+        return 1.0, 0.0
+    if source.exponents is None or target.exponents is None:
+        if source.name == target.name:
+            return 1.0, 0.0
+        raise ValueError(f"units '{source.name}' and '{target.name}' cannot be compared without base units")
+    if source.exponents != target.exponents:
+        raise ValueError(f"unit {describe(source)} does not convert to {describe(target)}")
+    gain = source.factor / target.factor
+    bias = 0.0 if relative else (source.offset - target.offset) / target.factor
+    return gain, bias
+
+
+def describe(unit: Unit) -> str:
+    """Write a unit with its base units: `N.m [kg.m2.s-2]`."""
+    powers = [f"{b}{e if e != 1 else ''}" for b, e in zip(BASES, unit.exponents or (), strict=False) if e]
+    return f"'{unit.name}' [{'.'.join(powers) or '1'}]"
