@@ -12,7 +12,7 @@ from builds import build, python  # noqa: E402
 
 sys.path.remove(str(TOYS))
 
-OPEN = "from session import *; from session import argument; import json\n"
+OPEN = "from session import *; from session import argument; import json; from pathlib import Path\n"
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +234,7 @@ with Session(argument(0)) as one:
     one.fmu.setFMUState(state)
     assert one.run(25, 50) == rest, "rolled back in the same instance"
     one.fmu.freeFMUState(state)
-    open(argument(1), "wb").write(bytes_)
+    Path(argument(1)).write_bytes(bytes_)
     print(json.dumps(rest))
 """
 )
@@ -242,7 +242,7 @@ RESUME = (
     OPEN
     + """
 with Session(argument(0)) as one:
-    state = one.fmu.deSerializeFMUstate(open(argument(1), "rb").read())
+    state = one.fmu.deSerializeFMUstate(Path(argument(1)).read_bytes())
     one.fmu.setFMUState(state)
     assert not one.messages, one.messages
     assert one.get("gain") == 2.0
@@ -274,13 +274,13 @@ def test_that_test_notices_a_generator_left_out_of_the_state(tmp_path):
     assert "rolled back in the same instance" in failed.stderr
 
 
-@pytest.mark.parametrize("damage", ["data[:-9]", "b'nonsense'", "b''", "data.replace(b'guid', b'gu1d')"])
+@pytest.mark.parametrize("damage", ["data[:-9]", "b'nonsense'", "b''", "data.replace(b'dataclass', b'databrass')"])
 def test_damaged_state_is_refused(toy, tmp_path, damage):
     python(SAVE, toy, tmp_path / "state")
     python(
         OPEN
         + f"""
-data = open(argument(1), "rb").read()
+data = Path(argument(1)).read_bytes()
 with Session(argument(0)) as one:
     one.initialize(); one.run(0, 3)
     state = one.fmu.deSerializeFMUstate({damage})
@@ -299,7 +299,7 @@ def test_the_state_of_another_build_is_refused(toy, other_toy, tmp_path):
         OPEN
         + """
 with Session(argument(0)) as one:
-    state = one.fmu.deSerializeFMUstate(open(argument(1), "rb").read())
+    state = one.fmu.deSerializeFMUstate(Path(argument(1)).read_bytes())
     one.fmu.setFMUState(state)
     assert "the saved state belongs to" in one.messages[0][2], one.messages
     one.fmu.freeFMUState(state)
