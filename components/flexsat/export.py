@@ -21,7 +21,7 @@ from pythonfmu._version import __version__ as pythonfmu_version
 
 from .archive import write_atomically, zip_bytes
 from .bundle import collect
-from .shells.base import BUILD_FILE
+from .shells.resources import BUILD_FILE
 
 _SCRIPT = """\
 import ctypes; ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))  # pythonfmu drops one reference at each load

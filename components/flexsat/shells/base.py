@@ -12,9 +12,7 @@ state, makes the instance usable again.
 
 from __future__ import annotations
 
-import json
 import os
-import sys
 import traceback
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
@@ -23,7 +21,6 @@ from enum import Enum, auto
 from math import isfinite, nan
 from pathlib import Path
 from typing import Any, ClassVar
-from urllib.parse import unquote
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -33,15 +30,11 @@ from pythonfmu.enums import Fmi2Status
 
 from .model_description import About, model_description
 from .ports import Kind, Port, PortTable
+from .resources import build_facts, find_resource, leave_search_path
 from .state import decode, encode, restored
-from .values import Array, PortValues
+from .values import Array, PortValues, Refused
 
-BUILD_FILE = "build.json"  # written into the resources by the export: model name, GUID, version
 STEP_TOLERANCE = 1e-6  # relative; a host that subtracts times at t = 1e5 s errs by 1e-11 s in its step
-
-
-class Refused(ValueError):
-    """The host asked for something that is not allowed: one line to the log, no traceback."""
 
 
 class Phase(Enum):
@@ -73,8 +66,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         if "logger" in kwargs:  # made by the wrapper, not by a build or a test
-            self._leave_search_path()
-        build = self._build_facts()
+            leave_search_path(self.resources)
+        build = build_facts(self.resources)
         self.modelName = str(build.get("model_name", type(self).__name__))
         self.guid = str(build.get("guid", type(self).__qualname__))
         self._version = str(build.get("version", type(self).version))
@@ -122,10 +115,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
 
     def resource(self, name: str) -> Path:
         """Return the path of a file that travels in the FMU's resources."""
-        path = self._resource_folder() / name
-        if not path.is_file():
-            raise ValueError(f"resource {name!r} is missing in {path.parent}")
-        return path
+        return find_resource(self.resources, name)
 
     # Life cycle, called by the wrapper.
 
@@ -346,28 +336,17 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         if not vrs:
             return
         writer = self.values.writer(kind, vrs)
+        running = self._phase in (Phase.STEPPING, Phase.TERMINATED)
         for reference, value in zip(vrs, values, strict=True):
-            self._admit(kind, reference, value)
+            self.values.admit(kind, reference, value, parameters=not running)
         writer(*values)
-        if self._phase is Phase.STEPPING:
+        if running:
             self._stale |= self._feeds_on_demand
             limited = any(self.values.variable(kind, i).port.limited for i in vrs)
             if kind == "real" and not limited:  # what has limits is checked each time
                 self._writes[vrs[0], len(vrs)] = (vrs, writer)
         else:
             self._started = False
-
-    def _admit(self, kind: Kind, reference: int, value: Any) -> None:
-        """Refuse a value that may not be set here and now."""
-        variable = self.values.variable(kind, reference)
-        port = variable.port
-        if port.causality == "output":
-            raise Refused(f"{variable.name} is an output and cannot be set")
-        if port.causality == "parameter" and self._phase in (Phase.STEPPING, Phase.TERMINATED):
-            raise Refused(f"{variable.name} is a fixed parameter and cannot be set after initialisation, got {value!r}")
-        objection = port.objection(value)
-        if objection:
-            raise Refused(f"{variable.name} {objection}")
 
     def _read_or(self, kind: Kind, vrs: list[int], nothing: Any) -> list[Any]:
         try:
@@ -408,21 +387,3 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
     def _parameter_bytes(self) -> bytes:
         parts = [self.values.arrays[kind][self.table.run("parameter", kind)].tobytes() for kind in self.values.arrays]
         return b"".join(parts) + repr(self.values.strings).encode()
-
-    def _resource_folder(self) -> Path:
-        if self.resources is None:
-            raise ValueError("this instance was made without a resources folder")
-        folder = Path(self.resources)
-        return folder if folder.is_dir() else Path(unquote(self.resources))
-
-    def _build_facts(self) -> dict[str, Any]:
-        path = None if self.resources is None else self._resource_folder() / BUILD_FILE
-        if path is None or not path.is_file():
-            return {}
-        facts: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        return facts
-
-    def _leave_search_path(self) -> None:
-        """Take the entry out that the wrapper adds to the search path at each instantiation and never removes."""
-        sys.path[:] = [entry for entry in sys.path if entry != self.resources]
-        sys.path_importer_cache.pop(str(self.resources), None)

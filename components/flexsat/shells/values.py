@@ -15,6 +15,10 @@ Array = np.ndarray[Any, Any]
 Place = slice | np.ndarray[Any, np.dtype[np.intp]]
 
 
+class Refused(ValueError):
+    """The host asked for something that is not allowed: one line to the log, no traceback."""
+
+
 class PortValues:
     """The values of a port table: one flat array for the reals, one each for integers and booleans, and strings.
 
@@ -63,8 +67,19 @@ class PortValues:
         """Return the variable behind a value reference."""
         known = self._variables[kind]
         if not 0 <= reference < len(known):
-            raise ValueError(f"{kind} value reference {reference}: no such variable; there are {len(known)}")
+            raise Refused(f"{kind} value reference {reference}: no such variable; there are {len(known)}")
         return known[reference]
+
+    def admit(self, kind: Kind, reference: int, value: Any, *, parameters: bool) -> None:
+        """Refuse a value that may not be set; `parameters` tells whether parameters may be."""
+        variable = self.variable(kind, reference)
+        if variable.port.causality == "output":
+            raise Refused(f"{variable.name} is an output and cannot be set")
+        if variable.port.causality == "parameter" and not parameters:
+            raise Refused(f"{variable.name} is a fixed parameter and cannot be set after initialisation, got {value!r}")
+        objection = variable.port.objection(value)
+        if objection:
+            raise Refused(f"{variable.name} {objection}")
 
     def place(self, kind: Kind, references: Sequence[int]) -> Place:
         """Return where the references lie in the kind's buffer: a slice when they are one run, which is quicker."""
@@ -97,12 +112,14 @@ class PortValues:
             return partial(pack, self.arrays["real"].data.cast("B"), 8 * place.start)
         chosen = tuple(references)
 
-        def write(*values: Scalar) -> None:
-            target: Any = self.strings if kind == "string" else self.arrays[kind]
-            for i, value in zip(chosen, values, strict=True):
-                target[i] = value
+        def write_numbers(*values: Scalar) -> None:
+            self.arrays[kind][place] = values
 
-        return write
+        def write_strings(*values: str) -> None:
+            for i, value in zip(chosen, values, strict=True):
+                self.strings[i] = value
+
+        return write_strings if kind == "string" else write_numbers
 
     def first_non_finite(self, causality: str) -> str | None:
         """Name the first real input, output or parameter that is not finite, with its value."""
