@@ -1,1 +1,1 @@
-"""."""
+"""The spacecraft: physics, control design, run-time steppers, FMU shells and export."""

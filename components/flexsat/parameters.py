@@ -1,0 +1,199 @@
+"""Every number of the study, in SI units, with its source.
+
+Sources: P, the paper (Cachim et al., IEEE Aerospace 2025, arXiv 2410.07376); C, the authors' public MATLAB release;
+O, our own earlier independent simulation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+RPM = 2.0 * math.pi / 60.0  # rad/s
+DEGREE = math.pi / 180.0  # rad
+ARCSECOND = DEGREE / 3600.0  # rad
+
+ConfigurationName = Literal["centralised", "distributed"]
+CONFIGURATIONS: tuple[ConfigurationName, ...] = ("centralised", "distributed")
+
+
+def _positive(owner: object, *names: str) -> None:
+    for name in names:
+        value = getattr(owner, name)
+        if not value > 0.0:  # the negation also catches NaN
+            raise ValueError(f"{type(owner).__name__}.{name} must be > 0, got {value!r}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Aperture:
+    """The segmented aperture: hexagonal tiles in rings round a hexagonal hole of the same size."""
+
+    tile_side: Annotated[float, "m"] = 2.0  # P, section 5
+    rings: int = 4  # P: 60 tiles
+
+    def __post_init__(self) -> None:
+        _positive(self, "tile_side", "rings")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plate:
+    """A homogeneous Kirchhoff plate."""
+
+    flexural_rigidity: Annotated[float, "N.m"] = 8.4e4  # C, after its division of the stiffness by 64
+    poisson_ratio: Annotated[float, "1"] = 0.25  # C
+    area_density: Annotated[float, "kg/m2"] = 4200.0 / (360.0 * math.sqrt(3.0))  # P: 4200 kg over 60 hexagons
+    damping_ratio: Annotated[float, "1"] = 0.005  # P: Rayleigh damping, at both frequencies below
+    damping_frequencies: Annotated[tuple[float, float], "Hz"] = (0.5, 10.0)  # C
+    mode_count: int = 25  # P
+
+    def __post_init__(self) -> None:
+        _positive(self, "flexural_rigidity", "area_density", "mode_count")
+        if not -1.0 < self.poisson_ratio < 0.5:
+            raise ValueError(f"Plate.poisson_ratio must be in (-1, 0.5), got {self.poisson_ratio!r}")
+
+    def rayleigh(self) -> tuple[float, float]:
+        """Return beta_M [1/s] and beta_K [s] of F = beta_M I + beta_K K: 2 zeta w_i = beta_M + beta_K w_i^2."""
+        low, high = (2.0 * math.pi * f for f in self.damping_frequencies)
+        beta_k = 2.0 * self.damping_ratio / (low + high)
+        return beta_k * low * high, beta_k
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wheel:
+    """One reaction wheel and its imbalance. The broadband part stands for every harmonic but the first."""
+
+    inertia: Annotated[float, "kg.m2"] = 0.84  # P, table 1
+    torque_limit: Annotated[float, "N.m"] = 0.8  # P, table 1
+    speed_band: Annotated[float, "rad/s"] = 25.0 * RPM  # P: 50 rpm wide about the nominal speed
+    imbalance_force: Annotated[float, "N.s2"] = 0.7852e-7 / RPM**2  # C: 0.7852e-7 N/rpm2
+    imbalance_torque: Annotated[float, "N.m.s2"] = 0.3239e-7 / RPM**2  # C: 0.3239e-7 N.m/rpm2
+    broadband_force: Annotated[float, "N"] = 0.7852e-7 * 3600.0  # C: coefficient in rpm times 60^2, held 5 ms
+    broadband_torque: Annotated[float, "N.m"] = 0.3239e-7 * 3600.0  # C
+
+    def __post_init__(self) -> None:
+        _positive(self, "inertia", "torque_limit", "speed_band")
+
+    def scaled(self, factor: float) -> Wheel:
+        """Return a wheel `factor` times as large in inertia, torque and imbalance (P: 5.5 for the bus wheels)."""
+        return Wheel(
+            inertia=factor * self.inertia,
+            torque_limit=factor * self.torque_limit,
+            speed_band=self.speed_band,
+            imbalance_force=factor * self.imbalance_force,
+            imbalance_torque=factor * self.imbalance_torque,
+            broadband_force=factor * self.broadband_force,
+            broadband_torque=factor * self.broadband_torque,
+        )
+
+
+# Sites of sensors (both configurations) and wheels (distributed), radius [m] @ angle [deg], in the order of C's list
+SITES: tuple[tuple[float, float], ...] = (
+    (6.27, 180.0),
+    (14.176, 60.0),
+    (14.176, 0.0),
+    (14.176, 180.0),
+    (14.176, -120.0),
+    (14.176, -60.0),
+    (14.176, 120.0),
+    (6.27, 0.0),
+    (7.66, -90.0),
+    (7.66, 90.0),
+)
+
+# C looks its mode rows up through a sorted list: they belong to the sites in this other order (PHYSICS section 7)
+SITES_OF_MODE_ROWS_AS_PUBLISHED: tuple[tuple[float, float], ...] = (
+    (14.176, 60.0),
+    (14.176, 120.0),
+    (14.176, 180.0),
+    (14.176, -120.0),
+    (14.176, -60.0),
+    (14.176, 0.0),
+    (7.66, -90.0),
+    (7.66, 90.0),
+    (6.27, 180.0),
+    (6.27, 0.0),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorNoise:
+    """Standard deviation of one sample of each sensor (P prints them as densities; C uses them so)."""
+
+    gyro: Annotated[float, "rad/s"] = 1e-5 * DEGREE
+    accelerometer: Annotated[float, "m/s2"] = 2e-5
+    encoder: Annotated[float, "rad/s"] = 3e-4
+    star_tracker_coarse: Annotated[float, "rad"] = 10.0 * ARCSECOND  # SST, slews
+    star_tracker_fine: Annotated[float, "rad"] = 0.1 * ARCSECOND  # fine guidance sensor
+    filter_frequency: Annotated[float, "Hz"] = 80.0  # accelerometer anti-aliasing, 2nd-order Butterworth (P)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rates:
+    """Periods of the run-time components and of the sensors inside."""
+
+    plant: Annotated[float, "s"] = 1e-3
+    sensors: Annotated[float, "s"] = 1e-3
+    controller: Annotated[float, "s"] = 5e-3  # P: 200 Hz
+    star_tracker: Annotated[float, "s"] = 0.1  # P: 10 Hz
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Weights:
+    """LQR weights and Kalman process noise (P section 6; C). `scale` divides what belongs to a wheel."""
+
+    mrp: float = 1e7
+    rate: float = 1e3
+    modal_displacement: float = 1e8  # over omega_i^2
+    modal_velocity: float = 10.0  # over omega_i^2
+    null_wheel_speed: float = 0.1  # over scale
+    torque: float = 0.1  # over scale
+    scale: float = 1.0
+    process_noise: float = 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Slew:
+    """Guidance of the slew."""
+
+    rotation: Annotated[tuple[float, float, float], "rad"] = (0.5 * DEGREE, 0.0, 0.0)  # P
+    start_time: Annotated[float, "s"] = 5.0  # C
+    authority: Annotated[float, "1"] = 0.8  # P: share of torque and of speed band
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpeedSelection:
+    """Choice of the nominal wheel speeds (C; P's text says 150 rpm, its figure 200)."""
+
+    lowest: Annotated[float, "Hz"] = 200.0 / 60.0
+    highest: Annotated[float, "Hz"] = 100.0
+    points: int = 1000
+    window: Annotated[float, "Hz"] = 50.0 / 60.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Configuration:
+    """Everything that defines one spacecraft: the wheels' layout and all parameter sets."""
+
+    name: ConfigurationName
+    wheel: Wheel
+    weights: Weights
+    wheels_at_sites: bool  # three more at each site, else six on the bus
+    aperture: Aperture = field(default_factory=Aperture)
+    plate: Plate = field(default_factory=Plate)
+    noise: SensorNoise = field(default_factory=SensorNoise)
+    rates: Rates = field(default_factory=Rates)
+    slew: Slew = field(default_factory=Slew)
+    speeds: SpeedSelection = field(default_factory=SpeedSelection)
+
+
+def configuration(name: str) -> Configuration:
+    """Return the configuration called `name`; raise ValueError for any other."""
+    if name == "centralised":
+        factor = 5.5  # P: 33 small wheels weigh what six large ones do
+        return Configuration(
+            name=name, wheel=Wheel().scaled(factor), weights=Weights(scale=factor), wheels_at_sites=False
+        )
+    if name == "distributed":
+        return Configuration(name=name, wheel=Wheel(), weights=Weights(), wheels_at_sites=True)
+    raise ValueError(f"configuration {name!r}: no such configuration; there are {', '.join(CONFIGURATIONS)}")

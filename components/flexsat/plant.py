@@ -1,0 +1,374 @@
+"""Run-time plant: rigid body, modes and wheels, stepped exactly in their linear part.
+
+Equations of motion: P, with the terms as PHYSICS section 2 gives them. Over a step the linear structure is carried by
+its matrix exponential; the gyroscopic and momentum terms are evaluated once, at a predicted mid-step, and held. Error
+order: 2 in the step. numpy alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import rotations
+from .discretise import zero_order_hold
+from .rotations import Triple
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantMatrices:
+    """What the plant needs to know of a spacecraft, as plain arrays. Velocities are ordered (v, w, eta')."""
+
+    mass_matrix: Array  # (6 + m, 6 + m)
+    frequency: Array  # (m,) [rad/s]
+    damping: Array  # (m,) [1/s]
+    torque_influence: Array  # (6 + m, n)
+    jitter_influence: Array  # (6 + m, 4 n)
+    wheel_axis: Array  # (n, 3)
+    wheel_sense: Array  # (n,): +1 if (a, b, axis) is right-handed, else -1
+    wheel_slope: Array  # (n, 3, m)
+    wheel_inertia: float  # kg.m2
+    gyro_axis: Array  # (g, 3)
+    gyro_slope: Array  # (g, m)
+    accelerometer_axis: Array  # (k, 3)
+    accelerometer_position: Array  # (k, 3) [m]
+    accelerometer_deflection: Array  # (k, m)
+
+    @property
+    def modes(self) -> int:
+        """Number of modes."""
+        return len(self.frequency)
+
+    @property
+    def wheels(self) -> int:
+        """Number of wheels."""
+        return len(self.wheel_axis)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantParameters:
+    """Parameters of one run."""
+
+    mrp: Array  # (3,) initial attitude, body from inertial
+    rate: Array  # (3,) [rad/s]
+    velocity: Array  # (3,) [m/s]
+    modal_displacement: Array  # (m,) [m sqrt(kg)]
+    modal_velocity: Array  # (m,) [m sqrt(kg)/s]
+    wheel_speed: Array  # (n,) relative to the mount, about the axis [rad/s]
+    wheel_angle: Array  # (n,) [rad]
+    torque_limit: float  # N.m, of each motor
+    frequency_dispersion: Array  # (m,) relative error of the frequencies
+    damping_dispersion: Array  # (m,) relative error of the modal damping
+    inertia_dispersion: Array  # (3,) relative error of the principal inertias
+
+    def __post_init__(self) -> None:
+        if not np.linalg.norm(self.mrp) <= 1.0:
+            raise ValueError(f"initial.mrp: norm must be <= 1 (short rotation), got {np.linalg.norm(self.mrp):.6g}")
+        if not self.torque_limit > 0.0:
+            raise ValueError(f"wheel.torque_limit must be > 0 N.m, got {self.torque_limit!r}")
+        for name in ("frequency_dispersion", "inertia_dispersion"):
+            if not np.all(getattr(self, name) > -1.0):
+                raise ValueError(f"{name}: every relative error must be > -1, got {getattr(self, name).min()!r}")
+
+
+@dataclass(slots=True)
+class PlantState:
+    """Everything the plant remembers between steps. `step` returns the same object, updated in place."""
+
+    mrp: Triple
+    structure: Array  # eta, v, w, eta'
+    momentum: Array  # (n,) axial, inertial [N.m.s]
+    angle: Array  # (n,) [rad]
+    speed: Array  # (n,) relative [rad/s]
+    drive: Array  # wheel torque, jitter, external force and torque, momentum terms, as held over the last step
+    gyroscopic: Array  # (2 n,) torques on the wheels' lateral axes [N.m]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantOutputs:
+    """True at the end of the step. Views of one buffer that the next step overwrites."""
+
+    mrp: Array
+    quaternion: Array
+    rate: Array
+    velocity: Array
+    modal_displacement: Array
+    modal_velocity: Array
+    wheel_speed: Array
+    wheel_angle: Array
+    gyro_site_rate: Array
+    accelerometer_site_acceleration: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Telemetry:
+    """Quantities for the engineer, computed on demand."""
+
+    rms_deformation: float  # m
+    angular_momentum: Array  # (3,) inertial, about the body origin [N.m.s]
+    energy: float  # J
+
+
+class Plant:
+    """The model prepared for one step length: matrices only, no state that changes from step to step."""
+
+    def __init__(self, matrices: PlantMatrices, parameters: PlantParameters, step: float) -> None:
+        """Prepare the transition matrices for steps of `step` [s]; raise ValueError if it is not positive."""
+        self.matrices, self.parameters, self.step_length = matrices, parameters, step
+        m, n = matrices.modes, matrices.wheels
+        self.modes, self.wheels = m, n
+        mass = matrices.mass_matrix.copy()
+        mass[3:6, 3:6] += np.diag(np.diag(mass[3:6, 3:6]) * parameters.inertia_dispersion)
+        self.mass = mass
+        self.stiffness = (matrices.frequency * (1.0 + parameters.frequency_dispersion)) ** 2
+        damping = matrices.damping * (1.0 + parameters.damping_dispersion)
+        inverse_mass = np.linalg.inv(mass)
+        rigid = mass[:6]  # linear momentum, angular momentum
+        translation = mass[:3, 6:]
+
+        # generalised force of everything that is held over a step: see PlantState.drive
+        external = np.zeros((6 + m, 6))
+        external[:6] = np.eye(6)
+        momentum_terms = np.zeros((6 + m, 6))
+        momentum_terms[:3, :3] = -np.eye(3)
+        momentum_terms[6:, :3] = translation.T / mass[0, 0]
+        momentum_terms[3:6, 3:] = -np.eye(3)
+        force = np.hstack([matrices.torque_influence, matrices.jitter_influence, external, momentum_terms])
+        self.drives = force.shape[1]
+
+        # structure state: eta, then (v, w, eta'), then the integral of w over the step
+        size = 2 * m + 6
+        a = np.zeros((size + 3, size + 3))
+        a[:m, m + 6 : size] = np.eye(m)
+        a[m:size, :m] = -inverse_mass[:, 6:] * self.stiffness
+        a[m:size, m + 6 : size] = -inverse_mass[:, 6:] * damping
+        a[size:, m + 3 : m + 6] = np.eye(3)
+        b = np.zeros((size + 3, self.drives))
+        b[m:size] = inverse_mass @ force
+        full, full_drive = zero_order_hold(a, b, step)
+        half, half_drive = zero_order_hold(a, b, 0.5 * step)
+        self.whole_step = np.ascontiguousarray(np.hstack([full[:, :size], full_drive]))
+
+        # mid-step: what the momentum terms are made of, straight from the state at the start of the step
+        torque_columns = matrices.jitter_influence[:, 2 * n :]  # generalised force of unit torques about a, then b
+        crossed = np.vstack(
+            [
+                (torque_columns[:, n:] * matrices.wheel_sense).T,  # w_b times h: torque about a
+                -(torque_columns[:, :n] * matrices.wheel_sense).T,  # -w_a times h: torque about b
+            ]
+        )
+        rate_rows = np.zeros((3, 6 + m))
+        rate_rows[:, 3:6] = np.eye(3)
+        self.momentum_map = np.vstack([rigid, rate_rows, crossed])
+        mid = np.hstack([half[m:size, :size], half_drive[m:size]])
+        self.mid_step = np.ascontiguousarray(self.momentum_map @ mid)
+
+        # outputs that are linear in (structure, wheel momentum, products of velocities)
+        self.products = 9
+        g, k = len(matrices.gyro_axis), len(matrices.accelerometer_axis)
+        linear = np.zeros((2 * m + 6 + n + g + k, size + n + self.products))
+        linear[:3, m + 3 : m + 6] = np.eye(3)
+        linear[3:6, m : m + 3] = np.eye(3)
+        linear[6 : 6 + m, :m] = np.eye(m)
+        linear[6 + m : 6 + 2 * m, m + 6 : size] = np.eye(m)
+        speed = slice(6 + 2 * m, 6 + 2 * m + n)
+        linear[speed, m + 3 : m + 6] = -matrices.wheel_axis
+        linear[speed, m + 6 : size] = -np.einsum("ni,nim->nm", matrices.wheel_axis, matrices.wheel_slope)
+        linear[speed, size : size + n] = np.eye(n) / matrices.wheel_inertia
+        gyro = slice(speed.stop, speed.stop + g)
+        linear[gyro, m + 3 : m + 6], linear[gyro, m + 6 : size] = matrices.gyro_axis, matrices.gyro_slope
+        sensed = _accelerometer_map(matrices)
+        acceleration = slice(gyro.stop, gyro.stop + k)
+        linear[acceleration, :size] = sensed @ a[m:size, :size]
+        linear[acceleration, size + n :] = _accelerometer_products(matrices)
+        self.output_map = linear
+        self.acceleration_drive = np.ascontiguousarray(sensed @ b[m:size])
+
+        # buffers owned by the stepper
+        self._work = np.empty(size + self.drives)
+        self._seen = np.empty(size + n + self.products)
+        self._values = np.empty(2 * m + 6 + n + g + k)
+        self._end = np.empty(size + 3)
+        self._mid = np.empty(len(self.momentum_map))
+        self._attitude = np.empty(7)
+        values = self._values
+        self.outputs = PlantOutputs(
+            mrp=self._attitude[:3],
+            quaternion=self._attitude[3:],
+            rate=values[:3],
+            velocity=values[3:6],
+            modal_displacement=values[6 : 6 + m],
+            modal_velocity=values[6 + m : 6 + 2 * m],
+            wheel_speed=values[speed],
+            wheel_angle=np.empty(n),
+            gyro_site_rate=values[gyro],
+            accelerometer_site_acceleration=values[acceleration],
+        )
+
+    @property
+    def input_count(self) -> int:
+        """Length of the input vector: wheel torque, jitter (4 n), external force and torque."""
+        return 5 * self.wheels + 6
+
+
+def _accelerometer_map(matrices: PlantMatrices) -> Array:
+    """Map (v', w', eta'') to the sensed accelerations, (k, 6 + m)."""
+    axis, position = matrices.accelerometer_axis, matrices.accelerometer_position
+    return np.hstack([axis, np.cross(position, axis), matrices.accelerometer_deflection])
+
+
+def _accelerometer_products(matrices: PlantMatrices) -> Array:
+    """Map (w x v, and w_i w_j as xx yy zz xy xz yz) to the sensed accelerations, (k, 9).
+
+    P, equation for y_amu: w x v and the centripetal term a . (w (w . r) - r w^2). Its Coriolis term 2 a . (w x d')
+    vanishes: the sensors that move with the structure sense along z, and d' is along z.
+    """
+    axis, position = matrices.accelerometer_axis, matrices.accelerometer_position
+    along = np.sum(axis * position, axis=1)
+    square = axis * position - along[:, None]
+    pairs = [(0, 1), (0, 2), (1, 2)]
+    cross = [axis[:, i] * position[:, j] + axis[:, j] * position[:, i] for i, j in pairs]
+    return np.hstack([axis, square, np.stack(cross, axis=1)])
+
+
+def init(plant: Plant) -> PlantState:
+    """Return the state at the start of a run."""
+    matrices, parameters = plant.matrices, plant.parameters
+    m = plant.modes
+    structure = np.concatenate(
+        [parameters.modal_displacement, parameters.velocity, parameters.rate, parameters.modal_velocity]
+    )
+    axial_slope = np.einsum("ni,nim->nm", matrices.wheel_axis, matrices.wheel_slope)
+    inertial_speed = (
+        parameters.wheel_speed + matrices.wheel_axis @ parameters.rate + axial_slope @ parameters.modal_velocity
+    )
+    state = PlantState(
+        mrp=rotations.mrp_from_quaternion(rotations.quaternion_from_mrp(parameters.mrp.tolist())),
+        structure=structure,
+        momentum=matrices.wheel_inertia * inertial_speed,
+        angle=parameters.wheel_angle.copy(),
+        speed=parameters.wheel_speed.copy(),
+        drive=np.zeros(plant.drives),
+        gyroscopic=np.zeros(2 * plant.wheels),
+    )
+    now = plant.momentum_map @ structure[m:]
+    state.drive[plant.input_count :] = _momentum_terms(now)
+    state.gyroscopic[:] = now[9:] * np.concatenate([state.momentum, state.momentum])
+    return state
+
+
+def _momentum_terms(values: Array) -> list[float]:
+    """Return w x (linear momentum) and w x (angular momentum) from momenta and rate, (9,)."""
+    px, py, pz, hx, hy, hz, x, y, z = values[:9].tolist()
+    return [
+        y * pz - z * py,
+        z * px - x * pz,
+        x * py - y * px,
+        y * hz - z * hy,
+        z * hx - x * hz,
+        x * hy - y * hx,
+    ]
+
+
+def step(plant: Plant, state: PlantState, inputs: Array) -> tuple[PlantState, PlantOutputs]:
+    """Advance by one step with the inputs held over it.
+
+    Parameters
+    ----------
+    plant : the prepared model
+    state : updated in place
+    inputs : (5 n + 6,): wheel torque [N.m], jitter force a, force b [N], torque a, torque b [N.m], external force [N]
+        and torque [N.m] in body axes
+
+    Returns
+    -------
+    state, outputs
+        True at the end of the step.
+    """
+    n, size = plant.wheels, 2 * plant.modes + 6
+    limit = plant.parameters.torque_limit
+    work, drive, momentum = plant._work, state.drive, state.momentum
+    count = plant.input_count
+    drive[:count] = inputs
+    torque = drive[:n]
+    np.minimum(torque, limit, out=torque)
+    np.maximum(torque, -limit, out=torque)
+    lateral, given, gyroscopic = drive[3 * n : 5 * n], inputs[3 * n : 5 * n], state.gyroscopic
+    np.subtract(given, gyroscopic, out=lateral)
+    work[:size] = state.structure
+    work[size:] = drive
+
+    mid = np.matmul(plant.mid_step, work, out=plant._mid)
+    impulse = plant.step_length * torque
+    momentum_mid = momentum + 0.5 * impulse
+    np.multiply(mid[9 : 9 + n], momentum_mid, out=gyroscopic[:n])
+    np.multiply(mid[9 + n :], momentum_mid, out=gyroscopic[n:])
+    np.subtract(given, gyroscopic, out=lateral)
+    drive[count:] = _momentum_terms(mid)
+    work[size:] = drive
+
+    end = np.matmul(plant.whole_step, work, out=plant._end)
+    state.structure[:] = end[:size]
+    momentum += impulse
+    state.mrp = rotations.rotate_mrp(state.mrp, end[size:].tolist())
+    previous = state.speed
+    outputs = observe(plant, state)
+    # trapezoid: exact for the spin, second order for the mount's motion
+    angle = state.angle
+    angle += (0.5 * plant.step_length) * (previous + outputs.wheel_speed)
+    outputs.wheel_angle[:] = angle
+    previous[:] = outputs.wheel_speed
+    return state, outputs
+
+
+def observe(plant: Plant, state: PlantState) -> PlantOutputs:
+    """Return the outputs in the present state; accelerations hold for the inputs of the last step."""
+    m, n = plant.modes, plant.wheels
+    size = 2 * m + 6
+    seen, outputs = plant._seen, plant.outputs
+    seen[:size] = state.structure
+    seen[size : size + n] = state.momentum
+    vx, vy, vz, x, y, z = state.structure[m : m + 6].tolist()
+    seen[size + n :] = (
+        y * vz - z * vy,
+        z * vx - x * vz,
+        x * vy - y * vx,
+        x * x,
+        y * y,
+        z * z,
+        x * y,
+        x * z,
+        y * z,
+    )
+    np.matmul(plant.output_map, seen, out=plant._values)
+    acceleration = outputs.accelerometer_site_acceleration
+    acceleration += plant.acceleration_drive @ state.drive
+    plant._attitude[:3] = state.mrp
+    plant._attitude[3:] = rotations.quaternion_from_mrp(state.mrp)
+    outputs.wheel_angle[:] = state.angle
+    return outputs
+
+
+def telemetry(plant: Plant, state: PlantState) -> Telemetry:
+    """Return deformation, inertial angular momentum and energy in the present state.
+
+    The momentum counts the tilt of the wheel axes with the structure, to second order in eta (PHYSICS section 2). The
+    RMS deformation is the norm of eta over the square root of the mass (P, section 5).
+    """
+    matrices, m = plant.matrices, plant.modes
+    eta, velocity = state.structure[:m], state.structure[m:]
+    tilt = np.cross(matrices.wheel_slope @ eta, matrices.wheel_axis)
+    body = plant.mass[3:6] @ velocity + state.momentum @ (matrices.wheel_axis + tilt)
+    return Telemetry(
+        rms_deformation=float(np.sqrt(eta @ eta / plant.mass[0, 0])),
+        angular_momentum=rotations.matrix_from_mrp(state.mrp).T @ body,
+        energy=float(
+            0.5 * velocity @ plant.mass @ velocity
+            + 0.5 * eta @ (plant.stiffness * eta)
+            + 0.5 * state.momentum @ state.momentum / matrices.wheel_inertia
+        ),
+    )

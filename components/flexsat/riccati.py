@@ -1,0 +1,76 @@
+"""Steady solutions of discrete Riccati recursions, by composing steps and doubling.
+
+scipy's `solve_discrete_are` fails on this spacecraft (its pencil spans too many orders of magnitude). Here a step of
+the recursion
+
+    P -> g + a P (I + h P)^-1 a^T
+
+is kept as the triple (a, g, h). Two steps compose to one of the same form, so that k doublings take 2^k steps, and a
+recursion that is periodic over many steps is first composed over one period. g and h stay symmetric and positive
+semidefinite throughout.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+MOST_DOUBLINGS = 60
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RiccatiStep:
+    """One step, or several composed, of a Riccati recursion; each (n, n)."""
+
+    a: Array
+    g: Array
+    h: Array
+
+    def apply(self, p: Array) -> Array:
+        """Return the next P."""
+        inner = np.linalg.solve((np.eye(len(p)) + self.h @ p).T, p.T).T
+        return _symmetric(self.g + self.a @ inner @ self.a.T)
+
+    def then(self, later: RiccatiStep) -> RiccatiStep:
+        """Return the step that does this one and then `later`. Source: Chu et al. (2005), IJC 77(8), eq. (2.9)."""
+        solved = np.linalg.solve(np.eye(len(self.a)) + self.g @ later.h, np.hstack([self.a, self.g]))
+        across, spread = solved[:, : len(self.a)], solved[:, len(self.a) :]
+        return RiccatiStep(
+            a=later.a @ across,
+            g=_symmetric(later.g + later.a @ spread @ later.a.T),
+            h=_symmetric(self.h + self.a.T @ later.h @ across),
+        )
+
+
+def _symmetric(matrix: Array) -> Array:
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def steady_state(steps: list[RiccatiStep], tolerance: float = 1e-12) -> Array:
+    """Return the P that a periodic recursion repeats, taken before the first of `steps`.
+
+    Parameters
+    ----------
+    steps : the steps of one period, in order
+    tolerance : relative change over a doubling at which to stop
+
+    Raises
+    ------
+    ValueError
+        If it has not settled after 60 doublings: the pair is not stabilisable or not detectable.
+    """
+    period = reduce(lambda done, step: done.then(step), steps)
+    for _ in range(MOST_DOUBLINGS):
+        doubled = period.then(period)
+        change = np.linalg.norm(doubled.g - period.g) / np.linalg.norm(doubled.g)
+        period = doubled
+        if change < tolerance:
+            return period.g
+    raise ValueError(
+        f"steady_state: relative change still {change:.1e} after {MOST_DOUBLINGS} doublings;"
+        " the pair is not stabilisable or not detectable"
+    )
