@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except RunError as error:
         code, message = 1, str(error)
     except KeyboardInterrupt:
-        code, message = 130, "interrupted; what was simulated stays readable"
+        code, message = 130, "interrupted"
     except OSError as error:
         code, message = 1, f"{error.filename or 'system'}: {error.strerror or error}"
     print(f"lockstep: {' '.join(message.split())}", file=sys.stderr)

@@ -28,7 +28,6 @@ class Exchange:
         self._slaves = slaves
         self._names = names
         self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
-        self._zeros = np.zeros(max(1, len(self._bus["Real"])))
         self._steps: dict[object, Step] = {}  # equal phases share one step
         self._initial: dict[tuple[str, Scalar], dict[int, float]] = {}
 
@@ -199,13 +198,16 @@ class Exchange:
 
         if scalar != "Real":
             return plain
-        dot, zeros, check_finite = part.dot, self._zeros[: len(part)], self._check_finite
+        check_finite, isfinite = self._check_finite, np.isfinite
+        marks = bytearray(len(part))  # searched ten times faster than an array
+        finite = np.frombuffer(marks, np.bool_)
 
         def checked(time: float) -> None:
             status = call()
             if status:
                 check(name, function, time, status)
-            if dot(zeros):  # 0 * x is NaN for every x that is not finite, and NaN is true
+            isfinite(part, finite)
+            if 0 in marks:
                 check_finite(name, references, part, time + end)
 
         return checked

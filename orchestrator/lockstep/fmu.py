@@ -8,8 +8,10 @@ from contextlib import suppress
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_void_p
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
+from weakref import WeakValueDictionary
 
 import fmpy
 import numpy as np
@@ -20,7 +22,7 @@ from numpy.typing import NDArray
 
 from lockstep.archive import open_file, open_zip
 from lockstep.errors import InputError, RunError
-from lockstep.slave import DTYPES, ERROR, FATAL, Buffer, Scalar
+from lockstep.slave import DTYPES, ERROR, FATAL, OK, Buffer, Scalar
 from lockstep.system import Component, Value
 from lockstep.units import BASES, Unit
 
@@ -28,6 +30,11 @@ SSP_SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
 VERSION = str(fmpy.__version__)
 
 Log = Callable[[str, int, str, str], None]  # component, status, category, message
+
+# fmpy's proxy, which fills in the variadic arguments of a message, knows one logger for the whole process: the
+# last one given. So there is one, and it finds the instance by the environment that an FMU hands through.
+_instances: WeakValueDictionary[int, "FmuSlave"] = WeakValueDictionary()
+_environments = count(1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,12 +169,14 @@ class FmuSlave:
 
     def _instantiate(self) -> None:
         callbacks = fmi2.fmi2CallbackFunctions()
-        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._logged)
+        callbacks.logger = _LOGGER
         callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        addLoggerProxy(byref(callbacks))  # fills in the variadic arguments before our logger sees the text
+        callbacks.componentEnvironment = next(_environments)
+        _instances[callbacks.componentEnvironment] = self
+        addLoggerProxy(byref(callbacks))
         try:
-            self._fmu.instantiate(callbacks=callbacks, loggingOn=False)
+            self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
         except Exception:  # a bare Exception; the reason is what the FMU logged
             self._fmu.freeLibrary()
             reason = self.last_messages() or "it logged no reason (a GUID mismatch is one)"
@@ -180,12 +189,10 @@ class FmuSlave:
         function.argtypes, function.restype = argument_types, c_int
         return function  # type: ignore[no-any-return]
 
-    def _logged(self, _environment: object, _name: bytes, status: int, category: bytes, message: bytes) -> None:
-        text = (message or b"").decode("utf-8", "replace").strip()
-        if status > 0:
-            self._messages.append(" ".join(text.split()))
-        with suppress(Exception):  # nothing may be raised into C
-            self._log(self.name, status, (category or b"").decode("utf-8", "replace"), text)
+    def logged(self, status: int, category: str, message: str) -> None:
+        """Take a message from the FMU."""
+        self._messages.append(" ".join(message.split()))
+        self._log(self.name, status, category, message)
 
     def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return fmi2Get<scalar> with its arguments bound."""
@@ -251,3 +258,16 @@ class FmuSlave:
             self._status = max(self._status, self._call("fmi2Terminate"))
         if self._status < FATAL:
             self._fmu.freeInstance()
+
+
+def _logged(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
+    if status == OK:
+        return
+    with suppress(Exception):  # nothing may be raised into C
+        slave = _instances.get(environment or 0)
+        if slave is None:  # an FMU that does not hand the environment through
+            slave = next(slave for slave in _instances.values() if slave.name.encode() == name)
+        slave.logged(status, (category or b"").decode("utf-8", "replace"), message.decode("utf-8", "replace").strip())
+
+
+_LOGGER = fmi2.fmi2CallbackLoggerTYPE(_logged)

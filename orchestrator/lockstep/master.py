@@ -69,7 +69,7 @@ def simulate(
     KeyboardInterrupt
         After Ctrl-C, with the folder closed in the same way.
     """
-    folder = Path(folder)
+    folder = Path(folder).absolute()
     given = dict(overrides or {})
     plan = _Plan(system, stop_time, given, record, record_period)
     _check_folder(folder, overwrite)

@@ -54,5 +54,5 @@ class _Lines:
         elapsed = max(now - self._started, 1e-9)
         speed = simulated / elapsed
         left = (stop - simulated) / speed if speed else 0.0
-        text = f"{self._title}: {simulated:.1f} of {stop:.1f} s, {speed:.1f} x real time, {left:.0f} s left"
+        text = f"{self._title}: {simulated:.6g} of {stop:.6g} s, {speed:.1f} x real time, {left:.0f} s left"
         print(text, file=self._stream, flush=True)

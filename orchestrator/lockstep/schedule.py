@@ -21,7 +21,7 @@ from lockstep.clock import seconds_text
 from lockstep.errors import InputError
 from lockstep.system import Connection, System
 
-LONGEST_CYCLE = 100_000  # [ticks]; bounds the size of the precomputed plan
+LONGEST_CYCLE = 20_000  # [ticks]; bounds the size of the precomputed plan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

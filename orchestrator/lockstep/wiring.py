@@ -211,7 +211,7 @@ def _override(
         value = value.split(",")
     values = list(cast(Iterable[Value], value)) if hasattr(value, "__iter__") else [cast(Value, value)]
     if len(values) != len(elements):
-        raise InputError(f"{key}: got {len(values)} values for {compact(elements)}")
+        raise InputError(f"{key}: got {len(values)} value{'' if len(values) == 1 else 's'} for {compact(elements)}")
     return component, [_settable(component, element, description) for element in elements], values
 
 

@@ -17,7 +17,7 @@ class ToyCounter(Fmi2Slave):
         self.register_variable(Integer("fail_at", causality=par, variability=Fmi2Variability.fixed))
         self.register_variable(Integer("nan_at", causality=par, variability=Fmi2Variability.fixed))
 
-    def do_step(self, current_time, step_size):
+    def do_step(self, current_time, _step_size):
         self.steps += 1
         self.even = self.steps % 2 == 0
         self.count = float("nan") if self.steps == self.nan_at else self.gain * self.steps

@@ -23,14 +23,12 @@ class ToyEcho(Fmi2Slave):
         self.register_variable(Boolean("flag_out", causality=out, variability=disc))
         self.register_variable(Integer("number", causality=inp, variability=disc))
         self.register_variable(Integer("number_out", causality=out, variability=disc))
-        self.register_variable(
-            Real("refuse_at", causality=Fmi2Causality.parameter, variability=Fmi2Variability.fixed)
-        )
+        self.register_variable(Real("refuse_at", causality=Fmi2Causality.parameter, variability=Fmi2Variability.fixed))
 
     def _set(self, index, value):
         self.u[index] = value
 
-    def do_step(self, current_time, step_size):
+    def do_step(self, current_time, _step_size):
         self.y = list(self.u)
         self.flag_out, self.number_out = self.flag, self.number
         if 0 <= self.refuse_at <= current_time:
