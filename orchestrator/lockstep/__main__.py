@@ -33,6 +33,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code, message = 130, "interrupted"
     except OSError as error:
         code, message = 1, f"{error.filename or 'system'}: {error.strerror or error}"
+    except Exception as error:  # a bug: still one line, and one that can be reported
+        code, message = 1, f"internal error, please report it: {type(error).__name__}: {error}"
     print(f"lockstep: {' '.join(message.split())}", file=sys.stderr)
     return code
 

@@ -1,6 +1,7 @@
 """Zip files that came from elsewhere: opened with one-line errors, extracted only below their folder."""
 
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
@@ -18,7 +19,7 @@ def open_zip(file: Path | IO[bytes], name: str) -> Iterator[zipfile.ZipFile]:
                 if not is_inside(member):
                     raise InputError(f"{name}: holds the unsafe path {member!r}; refusing to extract it")
             yield archive
-    except zipfile.BadZipFile as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
         raise InputError(f"{name}: not a readable zip file ({error})") from None
     except OSError as error:
         raise InputError(f"{name}: cannot be read ({error.strerror or error})") from None

@@ -6,6 +6,7 @@ the type `lockstep`, in a namespace of our own; `lockstep.ssp_writer` writes the
 
 import hashlib
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -24,6 +25,7 @@ SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 LOCKSTEP = "urn:lockstep:1"
 ANNOTATION = "lockstep"
 MAIN = "SystemStructure.ssd"  # of a folder or an archive
+_PARAMETERS = "SystemStructureParameterValues.xsd"
 _TYPES = ("Real", "Integer", "Boolean", "String")
 _NS = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP}
 
@@ -49,11 +51,20 @@ def _parse(text: bytes, where: str, schema: str) -> etree._Element:
         root = etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
         raise InputError(f"{where}: not readable XML: {error.msg}") from None
-    rules = etree.XMLSchema(etree.parse(SSP_SCHEMAS / schema))
-    if not rules.validate(root):
+    _validate(root, where, schema)
+    return root
+
+
+def _validate(element: etree._Element, where: str, schema: str) -> None:
+    rules = _schema(schema)
+    if not rules.validate(element):
         first = rules.error_log[0]
         raise InputError(f"{where}, line {first.line}: not valid SSP 1.0: {_short(first.message)}")
-    return root
+
+
+@cache
+def _schema(name: str) -> etree.XMLSchema:
+    return etree.XMLSchema(etree.parse(SSP_SCHEMAS / name))
 
 
 def _short(text: str) -> str:
@@ -227,6 +238,8 @@ class _Reader:
         source = binding.get("source")
         if source is None:
             sets = binding.findall("ssd:ParameterValues/ssv:ParameterSet", _NS)
+            for values in sets:  # the schema of the system lets anything pass here
+                _validate(values, str(self.path), _PARAMETERS)
         else:
             if binding.get("sourceBase", "SSD") != "SSD":
                 raise InputError(
@@ -234,7 +247,7 @@ class _Reader:
                 )
             path = self.resolve(source, name)
             with open_file(path, self.archive, name) as stream:
-                sets = [_parse(stream.read(), str(path), "SystemStructureParameterValues.xsd")]
+                sets = [_parse(stream.read(), str(path), _PARAMETERS)]
         for values in sets:
             known = {**units, **_units(values)}
             for parameter in values.iterfind("ssv:Parameters/ssv:Parameter", _NS):
