@@ -1,5 +1,6 @@
 """Run a system: check it, start the FMUs, step them in lockstep, and leave a results folder whatever happens."""
 
+import os
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -243,15 +244,20 @@ class _Run:
                 recorder = Recorder(self.folder, plan.signals, self._rows_per_second())
                 self._loop(recorder, interrupt, progress)
                 wall_time = perf_counter() - started
-            finally:
+            except BaseException:
                 self.close_slaves.close()
-                if recorder is not None:
-                    recorder.close()
+                with suppress(OSError):  # the first failure is the one to tell
+                    if recorder is not None:
+                        recorder.close()
+                raise
+            self.close_slaves.close()
+            recorder.close()
         except KeyboardInterrupt:
             self._end("interrupted", None)
             raise
         except OSError as error:
-            reason = f"cannot write to {self.folder}: {error.strerror or error}, after {self._time():.9g} s simulated"
+            what = os.strerror(error.errno) if error.errno else str(error)
+            reason = f"cannot write to {self.folder}: {what}, after {self._time():.9g} s simulated"
             self._end("failed", reason)
             raise RunError(f"{reason}; what was written before stays readable") from None
         except BaseException as error:
