@@ -138,7 +138,7 @@ class FmuSlave:
     def __init__(self, component: Component, description: Description, folder: Path, log: Log) -> None:
         self.name = component.name
         self._status = 0
-        self._alive = False
+        self._alive = self._stepping = False
         self._kept: list[object] = []  # what the library holds addresses of
         self._messages: deque[str] = deque(maxlen=3)
         self._log = log
@@ -233,7 +233,9 @@ class FmuSlave:
 
     def exit_initialization(self) -> int:
         """Call fmi2ExitInitializationMode."""
-        return self._call("fmi2ExitInitializationMode")
+        status = self._call("fmi2ExitInitializationMode")
+        self._stepping = status < ERROR
+        return status
 
     def _call(self, name: str, *arguments: tuple[type, float]) -> int:
         function = self._function(name, c_void_p, *(kind for kind, _ in arguments))
@@ -248,13 +250,13 @@ class FmuSlave:
         return " | ".join(self._messages)
 
     def close(self) -> None:
-        """Terminate unless the instance failed, free it unless the failure was fatal, unload."""
+        """Terminate unless the instance failed or never began, free it unless the failure was fatal, unload."""
         if not self._alive:
             return
         self._alive = False
         if self._status >= FATAL:
             return  # no call is allowed any more; not even unloading is safe
-        if self._status < ERROR:
+        if self._stepping and self._status < ERROR:
             self._status = max(self._status, self._call("fmi2Terminate"))
         if self._status < FATAL:
             self._fmu.freeInstance()

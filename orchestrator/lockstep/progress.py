@@ -25,15 +25,17 @@ def show_progress(title: str, stream: TextIO | None = None) -> Iterator[Report]:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.completed:.1f} of {task.total:.1f} s, {task.fields[speed]:.1f} x real time"),
+        TextColumn("{task.fields[state]}"),
         TimeRemainingColumn(),
     )
     started = perf_counter()
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(title, total=None, speed=0.0, start=True)
+        task = bar.add_task(title, total=None, state="starting")
 
         def report(simulated: float, stop: float) -> None:
-            bar.update(task, completed=simulated, total=stop, speed=simulated / max(perf_counter() - started, 1e-9))
+            speed = simulated / max(perf_counter() - started, 1e-9)
+            state = f"{simulated:.1f} of {stop:.6g} s, {speed:.1f} x real time"
+            bar.update(task, completed=simulated, total=stop, state=state)
 
         yield report
 

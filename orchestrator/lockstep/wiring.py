@@ -204,12 +204,12 @@ def _override(
     description = descriptions[system.component(component).name]
     elements = [v for v in description.variables if re.fullmatch(re.escape(name) + r"\[\d+\]", v)]
     if name in description.variables or not elements:
-        if not isinstance(value, str) and isinstance(value, Sequence):
+        if not isinstance(value, str) and hasattr(value, "__len__"):
             raise InputError(f"{key}: got {len(value)} values for one parameter")
         return component, [_settable(component, name, description)], [value]
     if isinstance(value, str):
         value = value.split(",")
-    values = list(cast(Iterable[Value], value)) if hasattr(value, "__iter__") else [cast(Value, value)]
+    values = list(cast(Iterable[Value], value)) if hasattr(value, "__iter__") else [value]
     if len(values) != len(elements):
         raise InputError(f"{key}: got {len(values)} value{'' if len(values) == 1 else 's'} for {compact(elements)}")
     return component, [_settable(component, element, description) for element in elements], values
