@@ -35,8 +35,15 @@ class ControllerMatrices:
     wheel_inertia: float  # kg.m2
     inertia: Array  # (3, 3) [kg.m2]
     modes: int
+    period: float  # s, that the gains were designed for
     shaper_frequency: float  # rad/s
     shaper_damping: float
+    gyros: int
+    accelerometers: int
+    torque_limit: float  # N.m, these four: nominal values of the parameters of the same names
+    speed_band: float  # rad/s
+    imbalance_force: float  # N.s2
+    imbalance_torque: float  # N.m.s2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +75,7 @@ class ControllerParameters:
                 raise ValueError(f"{name} must be whole milliseconds from 0 to 0.020 s, got {value!r}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Measurements:
     """What the sensors give."""
 
@@ -77,7 +84,7 @@ class Measurements:
     encoder_speed: Array  # (n,) [rad/s]
     encoder_angle: Array  # (n,) [rad]
     star_tracker_mrp: Array  # (3,)
-    star_tracker_valid: bool  # a new sample
+    star_tracker_valid: bool | NDArray[np.bool_]  # a new sample; a shell gives a view, shape ()
 
 
 @dataclass(slots=True)

@@ -13,7 +13,8 @@ from .kalman import Estimator, design_estimator, measurement_noise
 from .linear import LinearModel, linearise
 from .lqr import Regulator, design_regulator
 from .parameters import Configuration
-from .plant import PlantMatrices
+from .plant_parameters import PlantMatrices
+from .sensors import SensorMatrices
 from .spacecraft import Spacecraft, build_spacecraft
 from .wheels import WheelResponse, select_speeds
 
@@ -33,6 +34,7 @@ class Design:
     coarse: Estimator
     fine: Estimator
     plant: PlantMatrices
+    sensors: SensorMatrices
     controller: ControllerMatrices
 
 
@@ -54,7 +56,7 @@ def dominant_pole(spacecraft: Spacecraft) -> tuple[float, float]:
     return frequency, float(shape @ damping @ shape) / (2.0 * frequency)
 
 
-def plant_matrices(spacecraft: Spacecraft, as_published: bool = False) -> PlantMatrices:
+def plant_matrices(spacecraft: Spacecraft, nominal_speed: Array, as_published: bool = False) -> PlantMatrices:
     """Return what the plant carries of a spacecraft.
 
     `as_published` leaves the flexible part out of the accelerometers of the centralised configuration, as the
@@ -75,6 +77,8 @@ def plant_matrices(spacecraft: Spacecraft, as_published: bool = False) -> PlantM
         wheel_sense=np.sum(turned * wheels.axis, axis=1),
         wheel_slope=wheels.slope,
         wheel_inertia=spacecraft.wheel.inertia,
+        torque_limit=spacecraft.wheel.torque_limit,
+        nominal_speed=nominal_speed,
         gyro_axis=spacecraft.gyros.axis,
         gyro_slope=spacecraft.gyros.axial_slope,
         accelerometer_axis=spacecraft.accelerometers.axis,
@@ -127,8 +131,15 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         wheel_inertia=config.wheel.inertia,
         inertia=spacecraft.inertia,
         modes=spacecraft.mode_count,
+        period=period,
         shaper_frequency=shaper_frequency,
         shaper_damping=shaper_damping,
+        gyros=model.gyro_count,
+        accelerometers=model.index.accelerometers,
+        torque_limit=config.wheel.torque_limit,
+        speed_band=config.wheel.speed_band,
+        imbalance_force=config.wheel.imbalance_force,
+        imbalance_torque=config.wheel.imbalance_torque,
     )
     return Design(
         config=config,
@@ -139,11 +150,26 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         regulator=regulator,
         coarse=coarse,
         fine=fine,
-        plant=plant_matrices(spacecraft, as_published),
+        plant=plant_matrices(spacecraft, response.nominal, as_published),
+        sensors=SensorMatrices(
+            nominal_speed=response.nominal,
+            gyros=model.gyro_count,
+            accelerometers=model.index.accelerometers,
+            gyro_noise=noise.gyro,
+            accelerometer_noise=noise.accelerometer,
+            encoder_noise=noise.encoder,
+            star_tracker_coarse=noise.star_tracker_coarse,
+            star_tracker_fine=noise.star_tracker_fine,
+            filter_frequency=noise.filter_frequency,
+            imbalance_force=config.wheel.imbalance_force,
+            imbalance_torque=config.wheel.imbalance_torque,
+            broadband_force=config.wheel.broadband_force,
+            broadband_torque=config.wheel.broadband_torque,
+        ),
         controller=controller,
     )
 
 
-def as_arrays(matrices: PlantMatrices | ControllerMatrices, prefix: str) -> dict[str, Array]:
+def as_arrays(matrices: PlantMatrices | SensorMatrices | ControllerMatrices, prefix: str) -> dict[str, Array]:
     """Return a matrix set as named arrays for an `.npz`, each name with the prefix."""
     return {f"{prefix}.{f.name}": np.asarray(getattr(matrices, f.name)) for f in fields(matrices)}

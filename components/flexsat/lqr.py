@@ -57,5 +57,5 @@ def design_regulator(spacecraft: Spacecraft, model: LinearModel, weights: Weight
     a, b = basis.T @ ad[:n, :n] @ basis, basis.T @ bd[:n]
     spread = b @ np.linalg.solve(torque_weight, b.T)
     value = steady_state([RiccatiStep(a=a.T, g=state_weight, h=spread)])
-    gain = np.linalg.solve(torque_weight + b.T @ value @ b, b.T @ value @ a)
-    return Regulator(gain=gain @ basis.T, basis=basis, state_weight=state_weight, torque_weight=torque_weight)
+    gain = np.asarray(np.linalg.solve(torque_weight + b.T @ value @ b, b.T @ value @ a) @ basis.T, dtype=float)
+    return Regulator(gain=gain, basis=basis, state_weight=state_weight, torque_weight=torque_weight)

@@ -54,7 +54,9 @@ class Mesh:
         distance = np.linalg.norm(self.nodes - polar(radius, angle_deg), axis=1)
         nearest = int(np.argmin(distance))
         if distance[nearest] > 1e-3:
-            raise ValueError(f"site {radius} m @ {angle_deg} deg: no mesh node; nearest is {distance[nearest]:.3f} m off")
+            raise ValueError(
+                f"site {radius} m @ {angle_deg} deg: no mesh node; nearest is {distance[nearest]:.3f} m off"
+            )
         return nearest
 
 
@@ -82,7 +84,7 @@ def tile_centres(aperture: Aperture) -> Array:
 
 def tile_vertices(centre: Array, side: float) -> Array:
     """Return the six corners of a tile, (6, 2) [m], counter-clockwise from 30 deg."""
-    return centre + np.array([polar(side, 30.0 + 60.0 * k) for k in range(6)])
+    return np.asarray(centre + np.array([polar(side, 30.0 + 60.0 * k) for k in range(6)]))
 
 
 def _unique(points: Array) -> tuple[Array, Index]:

@@ -187,13 +187,13 @@ class Configuration:
     speeds: SpeedSelection = field(default_factory=SpeedSelection)
 
 
-def configuration(name: str) -> Configuration:
+def configuration(name: ConfigurationName) -> Configuration:
     """Return the configuration called `name`; raise ValueError for any other."""
+    if name not in CONFIGURATIONS:
+        raise ValueError(f"configuration {name!r}: no such configuration; there are {', '.join(CONFIGURATIONS)}")
     if name == "centralised":
         factor = 5.5  # P: 33 small wheels weigh what six large ones do
         return Configuration(
             name=name, wheel=Wheel().scaled(factor), weights=Weights(scale=factor), wheels_at_sites=False
         )
-    if name == "distributed":
-        return Configuration(name=name, wheel=Wheel(), weights=Weights(), wheels_at_sites=True)
-    raise ValueError(f"configuration {name!r}: no such configuration; there are {', '.join(CONFIGURATIONS)}")
+    return Configuration(name=name, wheel=Wheel(), weights=Weights(), wheels_at_sites=True)

@@ -14,65 +14,10 @@ from numpy.typing import NDArray
 
 from . import rotations
 from .discretise import zero_order_hold
+from .plant_parameters import PlantMatrices, PlantParameters
 from .rotations import Triple
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlantMatrices:
-    """What the plant needs to know of a spacecraft, as plain arrays. Velocities are ordered (v, w, eta')."""
-
-    mass_matrix: Array  # (6 + m, 6 + m)
-    frequency: Array  # (m,) [rad/s]
-    damping: Array  # (m,) [1/s]
-    torque_influence: Array  # (6 + m, n)
-    jitter_influence: Array  # (6 + m, 4 n)
-    wheel_axis: Array  # (n, 3)
-    wheel_sense: Array  # (n,): +1 if (a, b, axis) is right-handed, else -1
-    wheel_slope: Array  # (n, 3, m)
-    wheel_inertia: float  # kg.m2
-    gyro_axis: Array  # (g, 3)
-    gyro_slope: Array  # (g, m)
-    accelerometer_axis: Array  # (k, 3)
-    accelerometer_position: Array  # (k, 3) [m]
-    accelerometer_deflection: Array  # (k, m)
-
-    @property
-    def modes(self) -> int:
-        """Number of modes."""
-        return len(self.frequency)
-
-    @property
-    def wheels(self) -> int:
-        """Number of wheels."""
-        return len(self.wheel_axis)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlantParameters:
-    """Parameters of one run."""
-
-    mrp: Array  # (3,) initial attitude, body from inertial
-    rate: Array  # (3,) [rad/s]
-    velocity: Array  # (3,) [m/s]
-    modal_displacement: Array  # (m,) [m sqrt(kg)]
-    modal_velocity: Array  # (m,) [m sqrt(kg)/s]
-    wheel_speed: Array  # (n,) relative to the mount, about the axis [rad/s]
-    wheel_angle: Array  # (n,) [rad]
-    torque_limit: float  # N.m, of each motor
-    frequency_dispersion: Array  # (m,) relative error of the frequencies
-    damping_dispersion: Array  # (m,) relative error of the modal damping
-    inertia_dispersion: Array  # (3,) relative error of the principal inertias
-
-    def __post_init__(self) -> None:
-        if not np.linalg.norm(self.mrp) <= 1.0:
-            raise ValueError(f"initial.mrp: norm must be <= 1 (short rotation), got {np.linalg.norm(self.mrp):.6g}")
-        if not self.torque_limit > 0.0:
-            raise ValueError(f"wheel.torque_limit must be > 0 N.m, got {self.torque_limit!r}")
-        for name in ("frequency_dispersion", "inertia_dispersion"):
-            if not np.all(getattr(self, name) > -1.0):
-                raise ValueError(f"{name}: every relative error must be > -1, got {getattr(self, name).min()!r}")
 
 
 @dataclass(slots=True)
@@ -90,8 +35,9 @@ class PlantState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantOutputs:
-    """True at the end of the step. Views of one buffer that the next step overwrites."""
+    """True at the end of the step. Views of one buffer, `flat`, that the next step overwrites, in its order."""
 
+    flat: Array
     mrp: Array
     quaternion: Array
     rate: Array
@@ -99,9 +45,9 @@ class PlantOutputs:
     modal_displacement: Array
     modal_velocity: Array
     wheel_speed: Array
-    wheel_angle: Array
     gyro_site_rate: Array
     accelerometer_site_acceleration: Array
+    wheel_angle: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,22 +137,22 @@ class Plant:
         # buffers owned by the stepper
         self._work = np.empty(size + self.drives)
         self._seen = np.empty(size + n + self.products)
-        self._values = np.empty(2 * m + 6 + n + g + k)
         self._end = np.empty(size + 3)
         self._mid = np.empty(len(self.momentum_map))
-        self._attitude = np.empty(7)
-        values = self._values
+        flat = np.empty(7 + len(linear) + n)
+        values = self._values = flat[7 : 7 + len(linear)]
         self.outputs = PlantOutputs(
-            mrp=self._attitude[:3],
-            quaternion=self._attitude[3:],
+            flat=flat,
+            mrp=flat[:3],
+            quaternion=flat[3:7],
             rate=values[:3],
             velocity=values[3:6],
             modal_displacement=values[6 : 6 + m],
             modal_velocity=values[6 + m : 6 + 2 * m],
             wheel_speed=values[speed],
-            wheel_angle=np.empty(n),
             gyro_site_rate=values[gyro],
             accelerometer_site_acceleration=values[acceleration],
+            wheel_angle=flat[7 + len(linear) :],
         )
 
     @property
@@ -347,8 +293,7 @@ def observe(plant: Plant, state: PlantState) -> PlantOutputs:
     np.matmul(plant.output_map, seen, out=plant._values)
     acceleration = outputs.accelerometer_site_acceleration
     acceleration += plant.acceleration_drive @ state.drive
-    plant._attitude[:3] = state.mrp
-    plant._attitude[3:] = rotations.quaternion_from_mrp(state.mrp)
+    outputs.flat[:7] = (*state.mrp, *rotations.quaternion_from_mrp(state.mrp))
     outputs.wheel_angle[:] = state.angle
     return outputs
 

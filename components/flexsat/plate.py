@@ -35,9 +35,7 @@ QUADRATIC_MASS = (
     / 180.0
 )
 # Integrals of linear (row) times quadratic (column) shape functions, as a share of the area
-LINEAR_QUADRATIC_MASS = (
-    np.array([[2, -1, -1, 8, 4, 8], [-1, 2, -1, 8, 8, 4], [-1, -1, 2, 4, 8, 8]]) / 60.0
-)
+LINEAR_QUADRATIC_MASS = np.array([[2, -1, -1, 8, 4, 8], [-1, 2, -1, 8, 8, 4], [-1, -1, 2, 4, 8, 8]]) / 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -60,9 +60,7 @@ def quaternion_from_rotation_vector(rotation: Sequence[float]) -> Quadruple:
 
 def rotate_mrp(mrp: Sequence[float], rotation: Sequence[float]) -> Triple:
     """Turn the attitude `mrp` further by a rotation vector [rad] in body axes; switch to the shadow set beyond 1."""
-    return mrp_from_quaternion(
-        compose_quaternions(quaternion_from_rotation_vector(rotation), quaternion_from_mrp(mrp))
-    )
+    return mrp_from_quaternion(compose_quaternions(quaternion_from_rotation_vector(rotation), quaternion_from_mrp(mrp)))
 
 
 def matrix_from_mrp(mrp: Sequence[float]) -> Vector:

@@ -14,12 +14,32 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SensorMatrices:
+    """What the sensors carry of a design: sizes, and nominal values of the parameters of the same names."""
+
+    nominal_speed: Array  # (n,) [rad/s]
+    gyros: int
+    accelerometers: int
+    gyro_noise: float  # rad/s
+    accelerometer_noise: float  # m/s2
+    encoder_noise: float  # rad/s
+    star_tracker_coarse: float  # rad
+    star_tracker_fine: float  # rad
+    filter_frequency: float  # Hz
+    imbalance_force: float  # N.s2
+    imbalance_torque: float  # N.m.s2
+    broadband_force: float  # N
+    broadband_torque: float  # N.m
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SensorParameters:
     """Parameters of one run. Deviations are standard deviations of one sample."""
 
     seed: int
     gyro_noise: float  # rad/s
     accelerometer_noise: float  # m/s2
+    accelerometer_noise_is_gyros: bool = False  # slip of the release: the gyros' number, read in m/s2
     encoder_noise: float  # rad/s
     star_tracker_noise: float  # rad, each axis
     filter_frequency: float  # Hz, of the accelerometers' Butterworth filter
@@ -98,6 +118,9 @@ def prepare(parameters: SensorParameters) -> Sensors:
     chain[2, 3] = 1.0 / h
     sampled = matrix_exponential(chain * h)
     new = sampled[:2, 3:4]
+    accelerometer_noise = (
+        parameters.gyro_noise if parameters.accelerometer_noise_is_gyros else parameters.accelerometer_noise
+    )
     return Sensors(
         parameters=parameters,
         transition=sampled[:2, :2],
@@ -106,13 +129,11 @@ def prepare(parameters: SensorParameters) -> Sensors:
         deviation=np.concatenate(
             [
                 np.full(parameters.gyros, parameters.gyro_noise),
-                np.full(parameters.accelerometers, parameters.accelerometer_noise),
+                np.full(parameters.accelerometers, accelerometer_noise),
                 np.full(parameters.wheels, parameters.encoder_noise),
             ]
         ),
-        broadband_deviation=np.array(
-            [[parameters.broadband_force]] * 2 + [[parameters.broadband_torque]] * 2
-        ),
+        broadband_deviation=np.array([[parameters.broadband_force]] * 2 + [[parameters.broadband_torque]] * 2),
     )
 
 
@@ -168,9 +189,7 @@ def step(
     p, outputs = sensors.parameters, state.outputs
     if state.count:
         state.filtered[:] = (
-            sensors.transition @ state.filtered
-            + sensors.old_input * state.last
-            + sensors.new_input * acceleration
+            sensors.transition @ state.filtered + sensors.old_input * state.last + sensors.new_input * acceleration
         )
     state.last[:] = acceleration
     if state.count % p.fast_steps == 0:

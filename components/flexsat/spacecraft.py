@@ -31,7 +31,7 @@ class Points:
     @property
     def axial_slope(self) -> Array:
         """Rotation about each device's own axis per unit modal displacement, (n, m)."""
-        return np.einsum("ni,nim->nm", self.axis, self.slope)
+        return np.asarray(np.einsum("ni,nim->nm", self.axis, self.slope))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -59,6 +59,4 @@ def select_speeds(spacecraft: Spacecraft, selection: SpeedSelection) -> WheelRes
     margin = int(np.ceil(window / 2)) - 1  # the band must lie inside the range
     inner = slice(margin, selection.points - margin)
     best = margin + np.argmin(worst[:, inner], axis=1)
-    return WheelResponse(
-        speed=2.0 * np.pi * hertz, response=response, worst=worst, nominal=2.0 * np.pi * hertz[best]
-    )
+    return WheelResponse(speed=2.0 * np.pi * hertz, response=response, worst=worst, nominal=2.0 * np.pi * hertz[best])

@@ -21,7 +21,7 @@ from fmpy.model_description import read_model_description
 from numpy.typing import NDArray
 
 from lockstep.archive import open_file, open_zip
-from lockstep.errors import InputError, RunError
+from lockstep.errors import InputError, RunError, compact, siblings, suggestion
 from lockstep.slave import DTYPES, ERROR, FATAL, OK, Buffer, Scalar
 from lockstep.system import Component, Value
 from lockstep.units import BASES, Unit
@@ -66,6 +66,13 @@ class Description:
     def names(self, *causalities: str) -> list[str]:
         """Return the names of the variables of these causalities, in the order of the file."""
         return [v.name for v in self.variables.values() if v.causality in causalities]
+
+    def lacks(self, component: str, name: str, kind: str) -> str:
+        """Say that there is no such variable, and which there are."""
+        # an input may be given a start value like a parameter, so both are offered
+        names = self.names(*(("parameter", "input") if kind == "parameter" else (kind,)))
+        there = compact(siblings(name, names)) + suggestion(name, names)
+        return f"{component}.{name}: no such {kind}; {component} has {there}"
 
 
 def read_description(component: Component) -> Description:

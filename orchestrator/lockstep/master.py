@@ -1,7 +1,6 @@
 """Run a system: check it, start the FMUs, step them in lockstep, and leave a results folder whatever happens."""
 
 import os
-import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
@@ -10,18 +9,18 @@ from itertools import cycle
 from pathlib import Path
 from time import perf_counter
 
-from lockstep.clock import nanoseconds, seconds
-from lockstep.errors import InputError, RunError
+from lockstep.clock import seconds
+from lockstep.errors import RunError
 from lockstep.exchange import Exchange
-from lockstep.fmu import FmuSlave, read_description
+from lockstep.fmu import FmuSlave
+from lockstep.folder import check_folder, make_folder
 from lockstep.interrupt import Interrupt, deferred_interrupt
-from lockstep.layout import Layout, Reference
-from lockstep.manifest import RUN, Events, describe_run, write_manifest
+from lockstep.manifest import Events, describe_run, write_manifest
+from lockstep.parameters import Override
+from lockstep.plan import Plan
 from lockstep.recorder import Recorder
-from lockstep.schedule import Schedule, build_schedule, whole_ticks
-from lockstep.slave import SCALARS, Slave
-from lockstep.system import System, Value
-from lockstep.wiring import Override, Signal, Wiring, select, wire
+from lockstep.slave import Slave
+from lockstep.system import System
 
 Progress = Callable[[float, float], None]
 _REPORT_INTERVAL = 0.1  # [s] of wall time between two looks at progress and Ctrl-C
@@ -72,8 +71,8 @@ def simulate(
     """
     folder = Path(folder).absolute()
     given = dict(overrides or {})
-    plan = _Plan(system, stop_time, given, record, record_period)
-    _check_folder(folder, overwrite)
+    plan = Plan(system, stop_time, given, record, record_period)
+    check_folder(folder, overwrite)
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
         temporary = stack.enter_context(tempfile.TemporaryDirectory(prefix="lockstep-", ignore_cleanup_errors=True))
@@ -98,65 +97,11 @@ def simulate(
             plan.record,
             plan.layout.record_ticks * system.tick,
         )
-        _make_folder(folder, manifest)
+        make_folder(folder, manifest)
         return _Run(plan, folder, manifest, events, exchange, close_slaves).execute(interrupt, progress)
 
 
-class _Plan:
-    """Everything about a run that is known before any FMU is started."""
-
-    def __init__(
-        self,
-        system: System,
-        stop_time: float | str | None,
-        overrides: Mapping[str, Override],
-        record: Sequence[str] | None,
-        record_period: float | str | None,
-    ) -> None:
-        self.system = system
-        stop = system.stop_time if stop_time is None else nanoseconds(stop_time, "stop time")
-        if stop is None:
-            raise InputError(f"system {system.name}: no stop time in the file; give one")
-        self.stop_time: int = stop
-        self.ticks = whole_ticks(stop, system.tick, "stop time")
-        self.schedule: Schedule = build_schedule(system)
-        self.descriptions = {component.name: read_description(component) for component in system.components}
-        self.wiring: Wiring = wire(system, self.descriptions, overrides)
-        self.record = tuple(system.record if record is None else record)
-        self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)
-        period = system.record_period if record_period is None else nanoseconds(record_period, "record period")
-        self.layout = Layout(
-            schedule=self.schedule,
-            links=self.wiring.links,
-            recorded=_by_component(self.signals),
-            record_ticks=1 if period is None else whole_ticks(period, system.tick, "record period"),
-        )
-        self.names = {
-            (name, scalar, variable.reference): variable.name
-            for name, description in self.descriptions.items()
-            for scalar in SCALARS
-            for variable in description.variables.values()
-            if variable.type == scalar and variable.causality == "output"
-        }
-
-    def starts(self, name: str) -> dict[str, dict[int, Value]]:
-        """Return a component's parameters and start values by type and value reference."""
-        starts: dict[str, dict[int, Value]] = {}
-        for key, value in self.wiring.parameters[name].items():
-            variable = self.descriptions[name].variables[key]
-            starts.setdefault(variable.type, {})[variable.reference] = value
-        return starts
-
-
-def _by_component(signals: Sequence[Signal]) -> dict[str, tuple[Reference, ...]]:
-    grouped: dict[str, list[Reference]] = {}
-    for signal in signals:
-        scalar = next(scalar for scalar in SCALARS if scalar == signal.variable.type)
-        grouped.setdefault(signal.component, []).append((scalar, signal.variable.reference))
-    return {name: tuple(references) for name, references in grouped.items()}
-
-
-def _initialize(plan: _Plan, slaves: Mapping[str, Slave], exchange: Exchange, interrupt: Interrupt) -> None:
+def _initialize(plan: Plan, slaves: Mapping[str, Slave], exchange: Exchange, interrupt: Interrupt) -> None:
     """Bring all slaves to step mode, with each other's initial outputs as inputs.
 
     Continuous components first: their initial outputs are initial states. Each component gets the outputs of
@@ -182,46 +127,12 @@ def _initialize(plan: _Plan, slaves: Mapping[str, Slave], exchange: Exchange, in
         exchange.set_initial(task.name)
 
 
-def _check_folder(folder: Path, overwrite: bool) -> None:
-    if not folder.exists():
-        return
-    if not folder.is_dir():
-        raise InputError(f"{folder}: is a file; choose another results folder")
-    if any(folder.iterdir()):
-        if not (folder / RUN).exists():
-            raise InputError(f"{folder}: holds other files and no run; choose another results folder")
-        if not overwrite:
-            raise InputError(f"{folder}: holds a run already; choose another folder or overwrite it")
-
-
-def _make_folder(folder: Path, manifest: Mapping[str, object]) -> None:
-    """Put the new run's folder in place of an old one, in one step for whoever looks."""
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        fresh = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-        fresh.chmod(0o755)
-        try:
-            write_manifest(fresh, manifest)
-            old = None
-            if folder.exists():
-                old = Path(tempfile.mkdtemp(prefix=f".{folder.name}-old-", dir=folder.parent))
-                folder.replace(old)
-            fresh.rename(folder)
-        except BaseException:
-            shutil.rmtree(fresh, ignore_errors=True)
-            raise
-        if old is not None:
-            shutil.rmtree(old, ignore_errors=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made ({error.strerror or error}); choose another folder") from None
-
-
 class _Run:
     """The loop, and what is written around it."""
 
     def __init__(
         self,
-        plan: _Plan,
+        plan: Plan,
         folder: Path,
         manifest: dict[str, object],
         events: Events,

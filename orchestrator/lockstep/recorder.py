@@ -9,8 +9,8 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from lockstep.results import PARQUET, STREAM, read_batches
+from lockstep.selection import Signal
 from lockstep.slave import SCALARS
-from lockstep.wiring import Signal
 
 _BLOCK_BYTES = 4_000_000  # of one batch on disk, when a simulated second is larger
 _GROUP_BYTES = 16_000_000  # of one row group of the final file; bounds the memory of the conversion

@@ -6,7 +6,6 @@ the type `lockstep`, in a namespace of our own; `lockstep.ssp_writer` writes the
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from functools import cache
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -15,19 +14,22 @@ from lxml import etree  # type: ignore[import-untyped]
 from lockstep.archive import is_inside, open_file
 from lockstep.clock import nanoseconds
 from lockstep.errors import InputError, compact, siblings, suggestion
-from lockstep.fmu import SSP_SCHEMAS
+from lockstep.ssp_xml import (
+    ANNOTATION,
+    LOCKSTEP,
+    MAIN,
+    NS,
+    PARAMETERS,
+    SSC,
+    TYPES,
+    parse,
+    read_units,
+    read_value,
+    unit_named,
+    validate,
+)
 from lockstep.system import Component, Connection, Connector, Kind, System, Value
-from lockstep.units import BASES, Unit
-
-SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
-SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
-LOCKSTEP = "urn:lockstep:1"
-ANNOTATION = "lockstep"
-MAIN = "SystemStructure.ssd"  # of a folder or an archive
-_PARAMETERS = "SystemStructureParameterValues.xsd"
-_TYPES = ("Real", "Integer", "Boolean", "String")
-_NS = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP}
+from lockstep.units import Unit
 
 
 def load_system(path: Path | str) -> System:
@@ -39,38 +41,10 @@ def load_system(path: Path | str) -> System:
     document = Path(MAIN) if archive else path
     with open_file(document, archive, str(path)) as stream:
         text = stream.read()
-    root = _parse(text, str(path), "SystemStructureDescription.xsd")
+    root = parse(text, str(path), "SystemStructureDescription.xsd")
     with open_file(path, None, str(path)) as stream:
         digest = hashlib.sha256(stream.read()).hexdigest()
     return _Reader(path, document.parent, archive).system(root, digest)
-
-
-def _parse(text: bytes, where: str, schema: str) -> etree._Element:
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
-    try:
-        root = etree.fromstring(text, parser)
-    except etree.XMLSyntaxError as error:
-        raise InputError(f"{where}: not readable XML: {error.msg}") from None
-    _validate(root, where, schema)
-    return root
-
-
-def _validate(element: etree._Element, where: str, schema: str) -> None:
-    rules = _schema(schema)
-    if not rules.validate(element):
-        first = rules.error_log[0]
-        raise InputError(f"{where}, line {first.line}: not valid SSP 1.0: {_short(first.message)}")
-
-
-@cache
-def _schema(name: str) -> etree.XMLSchema:
-    return etree.XMLSchema(etree.parse(SSP_SCHEMAS / name))
-
-
-def _short(text: str) -> str:
-    for namespace in (SSD, SSC, SSV):
-        text = text.replace(f"{{{namespace}}}", "")
-    return text
 
 
 class _Reader:
@@ -80,14 +54,14 @@ class _Reader:
         self.path, self.folder, self.archive = path, folder, archive
 
     def system(self, root: etree._Element, digest: str) -> System:
-        system = root.find("ssd:System", _NS)
+        system = root.find("ssd:System", NS)
         assert system is not None  # the schema demands it
-        units = _units(root)
+        units = read_units(root)
         own = self.annotation(system, "System", "the system")
         if own is None or "tick" not in own.attrib:
             raise InputError(f"{self.path}: no base tick; {_remedy('System', 'tick')} to ssd:System")
         _known(own, ("tick", "recordPeriod"), "system annotation")
-        elements = list(system.iterfind("ssd:Elements/*", _NS))
+        elements = list(system.iterfind("ssd:Elements/*", NS))
         for element in elements:
             if etree.QName(element).localname != "Component":
                 kind = etree.QName(element).localname
@@ -95,17 +69,17 @@ class _Reader:
         shared = self.shared_parameters(system, units, [str(e.get("name")) for e in elements])
         components = tuple(self.component(element, units, shared) for element in elements)
         ports = {c.name: {port.name: port for port in c.connectors or ()} for c in components}
-        experiment = root.find("ssd:DefaultExperiment", _NS)
+        experiment = root.find("ssd:DefaultExperiment", NS)
         start, stop = (experiment.get(name) if experiment is not None else None for name in ("startTime", "stopTime"))
         if start is not None and float(start) != 0.0:
             raise InputError(f"{self.path}: startTime {start} must be 0")
         period = own.get("recordPeriod")
-        record = tuple(str(e.get("pattern")) for e in own.iterfind("lockstep:Record", _NS))
+        record = tuple(str(e.get("pattern")) for e in own.iterfind("lockstep:Record", NS))
         return System(
             name=str(root.get("name")),
             tick=nanoseconds(own.attrib["tick"], "tick"),
             components=components,
-            connections=tuple(self.connection(e, ports) for e in system.iterfind("ssd:Connections/*", _NS)),
+            connections=tuple(self.connection(e, ports) for e in system.iterfind("ssd:Connections/*", NS)),
             stop_time=None if stop is None else nanoseconds(stop, "stopTime"),
             record=record or ("all",),
             record_period=None if period is None else nanoseconds(period, "recordPeriod"),
@@ -151,16 +125,16 @@ class _Reader:
     ) -> tuple[tuple[Connector, ...], dict[str, Unit]]:
         ports: dict[str, Connector] = {}
         declared: dict[str, Unit] = {}
-        for port in element.iterfind("ssd:Connectors/ssd:Connector", _NS):
+        for port in element.iterfind("ssd:Connectors/ssd:Connector", NS):
             key = str(port.get("name"))
             if key in ports:
                 raise InputError(f"{name}.{key}: connector declared twice")
             kind = next((child for child in port if etree.QName(child).namespace == SSC), None)
             type_name = etree.QName(kind).localname if kind is not None else None
-            if type_name is not None and type_name not in _TYPES:
-                raise InputError(f"{name}.{key}: type {type_name} is not supported; use one of {', '.join(_TYPES)}")
+            if type_name is not None and type_name not in TYPES:
+                raise InputError(f"{name}.{key}: type {type_name} is not supported; use one of {', '.join(TYPES)}")
             if kind is not None and kind.get("unit") is not None:
-                declared[key] = _unit_named(str(kind.get("unit")), units, f"{name}.{key}")
+                declared[key] = unit_named(str(kind.get("unit")), units, f"{name}.{key}")
             ports[key] = Connector(name=key, kind=str(port.get("kind")), type=type_name)
         return tuple(ports.values()), declared
 
@@ -220,8 +194,8 @@ class _Reader:
         self, element: etree._Element, units: Mapping[str, Unit], name: str
     ) -> dict[str, tuple[Value, Unit | None]]:
         found: dict[str, tuple[Value, Unit | None]] = {}
-        for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", _NS):
-            if binding.find("ssd:ParameterMapping", _NS) is not None:
+        for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NS):
+            if binding.find("ssd:ParameterMapping", NS) is not None:
                 raise InputError(f"{name}: a ParameterMapping is not supported; name the parameters as the FMU does")
             if binding.get("type", "application/x-ssp-parameter-set") != "application/x-ssp-parameter-set":
                 raise InputError(f"{name}: parameter binding of type {binding.get('type')} is not supported")
@@ -237,9 +211,9 @@ class _Reader:
     ) -> Iterator[tuple[str, tuple[Value, Unit | None]]]:
         source = binding.get("source")
         if source is None:
-            sets = binding.findall("ssd:ParameterValues/ssv:ParameterSet", _NS)
+            sets = binding.findall("ssd:ParameterValues/ssv:ParameterSet", NS)
             for values in sets:  # the schema of the system lets anything pass here
-                _validate(values, str(self.path), _PARAMETERS)
+                validate(values, str(self.path), PARAMETERS)
         else:
             if binding.get("sourceBase", "SSD") != "SSD":
                 raise InputError(
@@ -247,12 +221,12 @@ class _Reader:
                 )
             path = self.resolve(source, name)
             with open_file(path, self.archive, name) as stream:
-                sets = [_parse(stream.read(), str(path), _PARAMETERS)]
+                sets = [parse(stream.read(), str(path), PARAMETERS)]
         for values in sets:
-            known = {**units, **_units(values)}
-            for parameter in values.iterfind("ssv:Parameters/ssv:Parameter", _NS):
+            known = {**units, **read_units(values)}
+            for parameter in values.iterfind("ssv:Parameters/ssv:Parameter", NS):
                 key = str(parameter.get("name"))
-                yield key, _value(parameter[0], known, f"{name}.{key}")
+                yield key, read_value(parameter[0], known, f"{name}.{key}")
 
     def resolve(self, source: str, name: str) -> Path:
         parts = urlsplit(source)
@@ -265,7 +239,7 @@ class _Reader:
 
     def annotation(self, element: etree._Element, tag: str, name: str) -> etree._Element | None:
         """Return our own element in the annotations of `element`, or None."""
-        found = element.findall(f"ssd:Annotations/ssc:Annotation[@type='{ANNOTATION}']/*", _NS)
+        found = element.findall(f"ssd:Annotations/ssc:Annotation[@type='{ANNOTATION}']/*", NS)
         if not found:
             return None
         if len(found) > 1 or found[0].tag != f"{{{LOCKSTEP}}}{tag}":
@@ -281,41 +255,3 @@ def _known(element: etree._Element, names: tuple[str, ...], what: str) -> None:
 
 def _remedy(tag: str, attribute: str) -> str:
     return f'add <lockstep:{tag} {attribute}="0.001"/> in an annotation of type {ANNOTATION}'
-
-
-def _units(element: etree._Element) -> dict[str, Unit]:
-    """Read the Units of an SSD document or of a parameter set."""
-    found = {}
-    namespace = etree.QName(element).namespace
-    for unit in element.iterfind(f"{{{namespace}}}Units/{{{SSC}}}Unit"):
-        base = unit.find("ssc:BaseUnit", _NS)
-        assert base is not None  # the schema demands it
-        name = str(unit.get("name"))
-        found[name] = Unit(
-            name=name,
-            exponents=tuple(int(base.get(symbol, "0")) for symbol in BASES),
-            factor=float(base.get("factor", "1")),
-            offset=float(base.get("offset", "0")),
-        )
-    return found
-
-
-def _unit_named(name: str, units: Mapping[str, Unit], what: str) -> Unit:
-    if name not in units:
-        raise InputError(f"{what}: unit {name!r} is not defined; the file defines {compact(units)}")
-    return units[name]
-
-
-def _value(element: etree._Element, units: Mapping[str, Unit], what: str) -> tuple[Value, Unit | None]:
-    kind, text = etree.QName(element).localname, str(element.get("value"))
-    unit = element.get("unit")
-    match kind:
-        case "Real":
-            return float(text), None if unit is None else _unit_named(unit, units, what)
-        case "Integer":
-            return int(text), None
-        case "Boolean":
-            return text.strip() in ("true", "1"), None
-        case "String":
-            return text, None
-    raise InputError(f"{what}: type {kind} is not supported; use one of {', '.join(_TYPES)}")

@@ -9,7 +9,7 @@ from lxml import etree  # type: ignore[import-untyped]
 
 from lockstep.clock import seconds_text
 from lockstep.fmu import read_description
-from lockstep.ssp import ANNOTATION, LOCKSTEP, SSC, SSD, SSV
+from lockstep.ssp_xml import ANNOTATION, LOCKSTEP, SSC, SSD, SSV
 from lockstep.system import Component, Connection, Connector, System, Value
 from lockstep.units import BASES, Unit
 

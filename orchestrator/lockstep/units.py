@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from lockstep.errors import InputError
+
 BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
@@ -45,3 +47,11 @@ def describe(unit: Unit) -> str:
     """Write a unit with its base units: `N.m [kg.m2.s-2]`."""
     powers = [f"{b}{e if e != 1 else ''}" for b, e in zip(BASES, unit.exponents or (), strict=False) if e]
     return f"'{unit.name}' [{'.'.join(powers) or '1'}]"
+
+
+def checked_conversion(source: Unit | None, target: Unit | None, relative: bool, what: str) -> tuple[float, float]:
+    """Return `conversion`, or raise InputError naming what would be converted."""
+    try:
+        return conversion(source, target, relative)
+    except ValueError as error:
+        raise InputError(f"{what}: {error}; correct a unit, or set suppressUnitConversion") from None

@@ -7,7 +7,7 @@ import pytest
 from lockstep import InputError, Unit, read_signals, recorder
 from lockstep.fmu import Variable
 from lockstep.recorder import Recorder
-from lockstep.wiring import Signal
+from lockstep.selection import Signal
 
 
 def signal(name, kind="Real", unit=None):

@@ -6,8 +6,10 @@ import pytest
 
 from lockstep import Component, Connection, Connector, InputError, System, Unit
 from lockstep.fmu import Variable, read_description
+from lockstep.parameters import parse_value
+from lockstep.selection import select
 from lockstep.units import conversion
-from lockstep.wiring import parse_value, select, wire
+from lockstep.wiring import wire
 
 MS = 1_000_000
 DEG = Unit(name="deg", exponents=(0, 0, 0, 0, 0, 0, 0, 1), factor=0.017453292519943295)

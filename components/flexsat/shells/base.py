@@ -28,8 +28,8 @@ from pythonfmu import Fmi2Slave
 from pythonfmu._version import __version__ as pythonfmu_version
 from pythonfmu.enums import Fmi2Status
 
+from ..interfaces.ports import Kind, Port, PortTable
 from .model_description import About, model_description
-from .ports import Kind, Port, PortTable
 from .resources import build_facts, find_resource, leave_search_path
 from .state import decode, encode, restored
 from .values import Array, PortValues, Refused

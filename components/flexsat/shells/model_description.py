@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, SubElement
 
-from .ports import PortTable, Scalar, Variable
-from .units import UNITS
+from ..interfaces.ports import PortTable, Scalar, Variable
+from ..interfaces.units import UNITS
 
 _TAGS = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "String"}
 
@@ -89,7 +89,8 @@ def _add_units(root: Element, table: PortTable) -> None:
     for name, unit in UNITS.items():
         if name in used:
             element = SubElement(definitions, "Unit", {"name": name})
-            SubElement(element, "BaseUnit", {base: str(exponent) for base, exponent in unit.exponents.items()})
+            if unit.exponents is not None:
+                SubElement(element, "BaseUnit", {base: str(exponent) for base, exponent in unit.exponents.items()})
             for shown, factor in unit.display.items():
                 SubElement(element, "DisplayUnit", {"name": shown, "factor": _text(factor)})
 

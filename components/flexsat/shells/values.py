@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .ports import CAUSALITIES, KINDS, Kind, PortTable, Scalar, Variable
+from ..interfaces.ports import CAUSALITIES, KINDS, Kind, PortTable, Scalar, Variable
 
 Array = np.ndarray[Any, Any]
 Place = slice | np.ndarray[Any, np.dtype[np.intp]]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from flexsat.shells.base import SiSlave
-from flexsat.shells.ports import Port
+from flexsat.interfaces.ports import Port
 
 
 class Toy(SiSlave):

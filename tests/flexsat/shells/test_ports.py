@@ -2,8 +2,8 @@
 
 import pytest
 
-from flexsat.shells.ports import Port, PortTable
-from flexsat.shells.units import UNITS, unit_of
+from flexsat.interfaces.ports import Port, PortTable
+from flexsat.interfaces.units import UNITS, unit_of
 
 
 def port(**changes):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..shells.base import SiSlave
-from ..shells.ports import Port
+from ..interfaces.ports import Port
 
 GAIN = 2.0  # tests change this line to make another build
 

@@ -14,14 +14,15 @@ BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")  # in the order of F
 class Unit:
     """An SI unit: exponents of the base units (its factor is one) and display units by name.
 
+    Exponents are None where FMI cannot tell them: they are whole numbers there, and modal coordinates are m kg^0.5.
     A display unit's factor multiplies an SI value to give the displayed one.
     """
 
-    exponents: Mapping[str, int] = field(default_factory=dict)
+    exponents: Mapping[str, int] | None = field(default_factory=dict)
     display: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for base in self.exponents:
+        for base in self.exponents or ():
             if base not in BASE_UNITS:
                 raise ValueError(f"Unit: no base unit {base!r}; base units are {', '.join(BASE_UNITS)}")
 
@@ -37,6 +38,8 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "m": Unit(exponents={"m": 1}, display={"mm": 1e3, "um": 1e6}),
         "m/s": Unit(exponents={"m": 1, "s": -1}, display={"um/s": 1e6}),
         "m/s2": Unit(exponents={"m": 1, "s": -2}),
+        "m.kg^0.5": Unit(exponents=None),
+        "m.kg^0.5/s": Unit(exponents=None),
         "s": Unit(exponents={"s": 1}, display={"ms": 1e3}),
         "1/s": Unit(exponents={"s": -1}),
         "1/s2": Unit(exponents={"s": -2}),

@@ -1,0 +1,14 @@
+"""Periods as whole numbers of steps. numpy is not needed; FMUs carry this."""
+
+from __future__ import annotations
+
+
+def whole_multiple(name: str, period: float, step: float) -> int:
+    """Return period / step as a whole number from 1; raise ValueError by name if it is none.
+
+    Decimal periods are not exact in binary: a millionth of a step is forgiven.
+    """
+    count = round(period / step)
+    if count < 1 or abs(count * step - period) > 1e-6 * step:
+        raise ValueError(f"{name} = {period:g} s must be a whole multiple of the step of {step:g} s")
+    return count

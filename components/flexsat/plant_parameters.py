@@ -1,0 +1,111 @@
+"""What the plant needs to know: the matrices of a spacecraft, and the parameters of one run. numpy alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantMatrices:
+    """What the plant needs to know of a spacecraft, as plain arrays. Velocities are ordered (v, w, eta')."""
+
+    mass_matrix: Array  # (6 + m, 6 + m)
+    frequency: Array  # (m,) [rad/s]
+    damping: Array  # (m,) [1/s]
+    torque_influence: Array  # (6 + m, n)
+    jitter_influence: Array  # (6 + m, 4 n)
+    wheel_axis: Array  # (n, 3)
+    wheel_sense: Array  # (n,): +1 if (a, b, axis) is right-handed, else -1
+    wheel_slope: Array  # (n, 3, m)
+    wheel_inertia: float  # kg.m2
+    torque_limit: float  # N.m, of one motor
+    nominal_speed: Array  # (n,) [rad/s]
+    gyro_axis: Array  # (g, 3)
+    gyro_slope: Array  # (g, m)
+    accelerometer_axis: Array  # (k, 3)
+    accelerometer_position: Array  # (k, 3) [m]
+    accelerometer_deflection: Array  # (k, m)
+
+    @property
+    def modes(self) -> int:
+        """Number of modes."""
+        return len(self.frequency)
+
+    @property
+    def wheels(self) -> int:
+        """Number of wheels."""
+        return len(self.wheel_axis)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantParameters:
+    """Parameters of one run."""
+
+    mrp: Array  # (3,) initial attitude, body from inertial
+    rate: Array  # (3,) [rad/s]
+    velocity: Array  # (3,) [m/s]
+    modal_displacement: Array  # (m,) [m sqrt(kg)]
+    modal_velocity: Array  # (m,) [m sqrt(kg)/s]
+    wheel_speed: Array  # (n,) relative to the mount, about the axis [rad/s]
+    wheel_angle: Array  # (n,) [rad]
+    torque_limit: float  # N.m, of each motor
+    frequency_dispersion: Array  # (m,) relative error of the frequencies
+    damping_dispersion: Array  # (m,) relative error of the modal damping
+    inertia_dispersion: Array  # (3,) relative error of the principal inertias
+
+    def __post_init__(self) -> None:
+        if not np.linalg.norm(self.mrp) <= 1.0:
+            raise ValueError(f"initial.mrp: norm must be <= 1 (short rotation), got {np.linalg.norm(self.mrp):.6g}")
+        if not self.torque_limit > 0.0:
+            raise ValueError(f"wheel.torque_limit must be > 0 N.m, got {self.torque_limit!r}")
+        for name in ("frequency_dispersion", "inertia_dispersion"):
+            if not np.all(getattr(self, name) > -1.0):
+                raise ValueError(f"{name}: every relative error must be > -1, got {getattr(self, name).min()!r}")
+
+
+def parameters_of_run(
+    matrices: PlantMatrices,
+    *,
+    seed: int,
+    random_wheel_phases: bool,
+    attitude_deviation: float,
+    mrp: Array,
+    rate: Array,
+    velocity: Array,
+    modal_displacement: Array,
+    modal_velocity: Array,
+    wheel_speed_offset: Array,
+    wheel_angle: Array,
+    torque_limit: float,
+    frequency_dispersion: Array,
+    damping_dispersion: Array,
+    inertia_dispersion: Array,
+) -> PlantParameters:
+    """Return the parameters of a run, with what is random at its start drawn from the seed.
+
+    Wheel phases are uniform over a turn; the attitude error is normal with `attitude_deviation` [rad] about each axis.
+    The two come from separate streams, so that asking for one does not change the other.
+    """
+    if seed < 0:
+        raise ValueError(f"seed must be >= 0, got {seed}")
+    phases, attitude = (np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(2))
+    drawn = phases.uniform(0.0, 2.0 * np.pi, matrices.wheels)
+    error = attitude_deviation * attitude.standard_normal(3)
+    return PlantParameters(
+        mrp=mrp + 0.25 * error,
+        rate=rate,
+        velocity=velocity,
+        modal_displacement=modal_displacement,
+        modal_velocity=modal_velocity,
+        wheel_speed=matrices.nominal_speed + wheel_speed_offset,
+        wheel_angle=wheel_angle + drawn if random_wheel_phases else wheel_angle,
+        torque_limit=torque_limit,
+        frequency_dispersion=frequency_dispersion,
+        damping_dispersion=damping_dispersion,
+        inertia_dispersion=inertia_dispersion,
+    )

@@ -1,0 +1,34 @@
+"""Read the matrices that travel with a component: one `.npz`, a set for the corrected model and one as published."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+T = TypeVar("T")
+
+MODEL_FILE = "model.npz"
+CORRECTED, AS_PUBLISHED = "corrected", "as_published"
+
+
+def load_matrices(path: Path, kind: type[T], as_published: bool = False) -> T:
+    """Return a frozen set of matrices; scalars come back as plain Python.
+
+    Raises
+    ------
+    ValueError
+        If the file lacks one of them.
+    """
+    prefix = AS_PUBLISHED if as_published else CORRECTED
+    with np.load(path) as archive:
+        values = {}
+        for item in fields(kind):  # type: ignore[arg-type]  # every set is a dataclass
+            name = f"{prefix}.{item.name}"
+            if name not in archive:
+                raise ValueError(f"{path.name}: no array {name!r}; build the FMU again")
+            array = archive[name]
+            values[item.name] = array.item() if array.ndim == 0 else array
+    return kind(**values)

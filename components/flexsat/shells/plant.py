@@ -1,0 +1,54 @@
+"""FMI life cycle of the plant; its ports are flexsat.interfaces.plant, the physics is flexsat.plant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .. import plant
+from ..interfaces import plant as interface
+from ..interfaces.ports import Port
+from ..plant_parameters import PlantMatrices
+from .base import SiSlave
+from .matrices import MODEL_FILE, load_matrices
+
+
+class Plant(SiSlave):
+    """The flexible spacecraft with its reaction wheels."""
+
+    description = "Flexible spacecraft: rigid body, structural modes, reaction wheels"
+    preferred_step = 1e-3
+    stop_time = 300.0
+
+    def ports(self) -> Sequence[Port]:
+        """Return the ports; their sizes are those of the model in the resources."""
+        return interface.ports(load_matrices(self.resource(MODEL_FILE), PlantMatrices))
+
+    def start(self) -> None:
+        """Draw what is random, and make the state."""
+        model = load_matrices(self.resource(MODEL_FILE), PlantMatrices, as_published=self.value("as_published"))
+        self._parameters = interface.parameters(model, self.value)
+        self._plant = plant.Plant(model, self._parameters, self.preferred_step)
+        self._plants = {self.preferred_step: self._plant}
+        self.state = plant.init(self._plant)
+        reals = self.values.arrays["real"]
+        self._inputs = reals[self.table.run("input")]
+        self._shown = reals[self.table.span("attitude.mrp").start : self.table.span("wheel.angle").stop]
+        np.copyto(self._shown, plant.observe(self._plant, self.state).flat)
+
+    def advance(self, _time: float, step: float, /) -> None:
+        """Hold the inputs over the step; the outputs are true at its end."""
+        if step != self._plant.step_length:
+            if step not in self._plants:
+                self._plants[step] = plant.Plant(self._plant.matrices, self._parameters, step)
+            self._plant = self._plants[step]
+        _, outputs = plant.step(self._plant, self.state, self._inputs)
+        np.copyto(self._shown, outputs.flat)
+
+    def evaluate(self) -> None:
+        """Compute the telemetry."""
+        telemetry = plant.telemetry(self._plant, self.state)
+        self.view("rms_deformation")[()] = telemetry.rms_deformation
+        self.view("angular_momentum")[:] = telemetry.angular_momentum
+        self.view("energy")[()] = telemetry.energy

@@ -1,0 +1,68 @@
+"""Everything about a run that is known before any FMU is started."""
+
+from collections.abc import Mapping, Sequence
+
+from lockstep.clock import nanoseconds
+from lockstep.errors import InputError
+from lockstep.fmu import read_description
+from lockstep.layout import Layout, Reference
+from lockstep.parameters import Override
+from lockstep.schedule import Schedule, build_schedule, whole_ticks
+from lockstep.selection import Signal, select
+from lockstep.slave import SCALARS
+from lockstep.system import System, Value
+from lockstep.wiring import Wiring, wire
+
+
+class Plan:
+    """A checked run: schedule, descriptions, wiring, signals and memory layout. Raises InputError."""
+
+    def __init__(
+        self,
+        system: System,
+        stop_time: float | str | None,
+        overrides: Mapping[str, Override],
+        record: Sequence[str] | None,
+        record_period: float | str | None,
+    ) -> None:
+        self.system = system
+        stop = system.stop_time if stop_time is None else nanoseconds(stop_time, "stop time")
+        if stop is None:
+            raise InputError(f"system {system.name}: no stop time in the file; give one")
+        self.stop_time: int = stop
+        self.ticks = whole_ticks(stop, system.tick, "stop time")
+        self.schedule: Schedule = build_schedule(system)
+        self.descriptions = {component.name: read_description(component) for component in system.components}
+        self.wiring: Wiring = wire(system, self.descriptions, overrides)
+        self.record = tuple(system.record if record is None else record)
+        self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)
+        period = system.record_period if record_period is None else nanoseconds(record_period, "record period")
+        self.layout = Layout(
+            schedule=self.schedule,
+            links=self.wiring.links,
+            recorded=_by_component(self.signals),
+            record_ticks=1 if period is None else whole_ticks(period, system.tick, "record period"),
+        )
+        self.names = {
+            (name, scalar, variable.reference): variable.name
+            for name, description in self.descriptions.items()
+            for scalar in SCALARS
+            for variable in description.variables.values()
+            if variable.type == scalar and variable.causality == "output"
+        }
+
+    def starts(self, name: str) -> dict[str, dict[int, Value]]:
+        """Return a component's parameters and start values by type and value reference."""
+        starts: dict[str, dict[int, Value]] = {}
+        for key, value in self.wiring.parameters[name].items():
+            variable = self.descriptions[name].variables[key]
+            starts.setdefault(variable.type, {})[variable.reference] = value
+        return starts
+
+
+def _by_component(signals: Sequence[Signal]) -> dict[str, tuple[Reference, ...]]:
+    grouped: dict[str, list[Reference]] = {}
+    for signal in signals:
+        scalar = next(scalar for scalar in SCALARS if scalar == signal.variable.type)
+        grouped.setdefault(signal.component, []).append((scalar, signal.variable.reference))
+    return {name: tuple(references) for name, references in grouped.items()}

@@ -1,0 +1,91 @@
+"""Designs of both configurations, parameters of a quiet run, and the authors' finite-element data."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexsat.controller import ControllerParameters
+from flexsat.design import Design, build_design
+from flexsat.parameters import CONFIGURATIONS, configuration
+from flexsat.plant import PlantMatrices, PlantParameters
+
+DATA = Path(__file__).parents[3] / "shared" / "data" / "cachim_antenna_fem.npz"
+
+
+@pytest.fixture(scope="session")
+def centralised() -> Design:
+    """Return the design of the configuration with six wheels on the bus."""
+    return build_design(configuration("centralised"))
+
+
+@pytest.fixture(scope="session")
+def distributed() -> Design:
+    """Return the design of the configuration with 33 wheels."""
+    return build_design(configuration("distributed"))
+
+
+@pytest.fixture(scope="session", params=CONFIGURATIONS)
+def design(request: pytest.FixtureRequest) -> Design:
+    """Return each configuration's design in turn."""
+    return request.getfixturevalue(request.param)
+
+
+@pytest.fixture(scope="session")
+def authors_fem() -> dict[str, np.ndarray]:
+    """Return the authors' finite-element matrices; skip where the data are not there."""
+    if not DATA.exists():
+        pytest.skip(f"the authors' finite-element data are not there: {DATA}")
+    with np.load(DATA) as data:
+        return dict(data)
+
+
+@pytest.fixture(scope="session")
+def quiet_run() -> Callable[..., PlantParameters]:
+    """Return a maker of plant parameters: at rest, wheels stopped, nothing dispersed, unless told otherwise."""
+
+    def make(matrices: PlantMatrices, **changes: object) -> PlantParameters:
+        m, n = matrices.modes, matrices.wheels
+        quiet = PlantParameters(
+            mrp=np.zeros(3),
+            rate=np.zeros(3),
+            velocity=np.zeros(3),
+            modal_displacement=np.zeros(m),
+            modal_velocity=np.zeros(m),
+            wheel_speed=np.zeros(n),
+            wheel_angle=np.zeros(n),
+            torque_limit=np.inf,
+            frequency_dispersion=np.zeros(m),
+            damping_dispersion=np.zeros(m),
+            inertia_dispersion=np.zeros(3),
+        )
+        return replace(quiet, **changes)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def flight() -> Callable[..., ControllerParameters]:
+    """Return a maker of controller parameters: no delay, no feed-forward of jitter, unless told otherwise."""
+
+    def make(design: Design, **changes: object) -> ControllerParameters:
+        wheel = design.config.wheel
+        plain = ControllerParameters(
+            period=design.config.rates.controller,
+            fine_sensor=False,
+            feed_forward_jitter=False,
+            smoothed=False,
+            open_loop=False,
+            torque_limit=wheel.torque_limit,
+            speed_band=wheel.speed_band,
+            authority=design.config.slew.authority,
+            measurement_delay=0.0,
+            actuation_delay=0.0,
+            imbalance_force=wheel.imbalance_force,
+            imbalance_torque=wheel.imbalance_torque,
+        )
+        return replace(plain, **changes)
+
+    return make
