@@ -66,7 +66,9 @@ def test_rigid_motion_needs_no_force(irregular, patch, rigid):
 
 def test_only_rigid_motion_is_free_of_energy(patch):
     values = np.linalg.eigvalsh(patch.stiffness.toarray())
-    assert_allclose(values[:3], 0.0, atol=1e-13 * values[-1])  # rounding of a symmetric eigenvalue: n ulp of the largest
+    assert_allclose(
+        values[:3], 0.0, atol=1e-13 * values[-1]
+    )  # rounding of a symmetric eigenvalue: n ulp of the largest
     assert values[3] > 1e-9 * values[-1]  # far above it: no fourth mechanism
 
 
