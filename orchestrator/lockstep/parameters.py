@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import cast
 
 from lockstep.errors import InputError, compact
@@ -18,16 +19,17 @@ def component_parameters(component: Component, description: Description) -> dict
     values: dict[str, Value] = {}
     for name, value in component.parameters.items():
         what = f"{component.name}.{name}"
-        variable = _settable(component.name, name, description)
-        parsed = parse_value(value, variable, what)
+        variable = settable(component.name, name, description)
         if name in component.units and variable.type == "Real":
             gain, bias = checked_conversion(component.units[name], variable.unit, variable.relative, what)
-            parsed = gain * float(parsed) + bias
-        values[name] = parsed
+            given = parse_value(value, replace(variable, minimum=None, maximum=None), what)
+            value = gain * float(given) + bias  # the FMU's range is in the FMU's unit
+        values[name] = parse_value(value, variable, what)
     return values
 
 
-def _settable(component: str, name: str, description: Description) -> Variable:
+def settable(component: str, name: str, description: Description) -> Variable:
+    """Return the variable that a value may be given to, or raise InputError."""
     variable = description.variables.get(name)
     if variable is None:
         raise InputError(description.lacks(component, name, "parameter"))
@@ -50,13 +52,13 @@ def resolve_override(
     if name in description.variables or not elements:
         if not isinstance(value, str) and hasattr(value, "__len__"):
             raise InputError(f"{key}: got {len(value)} values for one parameter")
-        return component, [_settable(component, name, description)], [value]
+        return component, [settable(component, name, description)], [value]
     if isinstance(value, str):
         value = value.split(",")
     values: list[Value] = [*value] if hasattr(value, "__iter__") else [value]
     if len(values) != len(elements):
         raise InputError(f"{key}: got {len(values)} value{'' if len(values) == 1 else 's'} for {compact(elements)}")
-    return component, [_settable(component, element, description) for element in elements], values
+    return component, [settable(component, element, description) for element in elements], values
 
 
 def parse_value(value: Value, variable: Variable, what: str) -> Value:

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from urllib.parse import quote
 
@@ -9,6 +10,7 @@ from lxml import etree  # type: ignore[import-untyped]
 
 from lockstep.clock import seconds_text
 from lockstep.fmu import read_description
+from lockstep.parameters import parse_value, settable
 from lockstep.ssp_xml import ANNOTATION, LOCKSTEP, SSC, SSD, SSV
 from lockstep.system import Component, Connection, Connector, System, Value
 from lockstep.units import BASES, Unit
@@ -70,8 +72,11 @@ def _write_component(parent: etree._Element, component: Component, ports: Iterab
         bindings = _add(element, SSD, "ParameterBindings")
         values = _add(_add(bindings, SSD, "ParameterBinding"), SSD, "ParameterValues")
         parameters = _add(_add(values, SSV, "ParameterSet", version="1.0", name=component.name), SSV, "Parameters")
+        description = read_description(component)  # a value is written in its declared type, whatever it was given as
         for name, value in component.parameters.items():
-            kind, text = _literal(value)
+            what = f"{component.name}.{name}"
+            variable = replace(settable(component.name, name, description), minimum=None, maximum=None)
+            kind, text = _literal(parse_value(value, variable, what))
             parameter = _add(_add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text)
             if kind == "Real" and name in component.units:
                 parameter.set("unit", component.units[name].name)
@@ -128,14 +133,13 @@ def _write_units(parent: etree._Element | None, namespace: str, units: Mapping[s
 
 
 def _literal(value: Value) -> tuple[str, str]:
-    if hasattr(value, "item"):
-        value = value.item()  # a numpy scalar
-    if isinstance(value, bool):
-        return "Boolean", "true" if value else "false"
-    if isinstance(value, int):
-        return "Integer", str(value)
-    if isinstance(value, float):
-        return "Real", repr(value)
+    match value:
+        case bool():
+            return "Boolean", "true" if value else "false"
+        case int():
+            return "Integer", str(value)
+        case float():
+            return "Real", repr(value)
     return "String", value
 
 

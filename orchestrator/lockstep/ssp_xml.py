@@ -22,6 +22,7 @@ NS = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP}
 
 
 def parse(text: bytes, where: str, schema: str) -> etree._Element:
+    """Parse and validate a document, or raise InputError. Entities are not expanded, nothing is fetched."""
     parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
     try:
         root = etree.fromstring(text, parser)
@@ -32,6 +33,7 @@ def parse(text: bytes, where: str, schema: str) -> etree._Element:
 
 
 def validate(element: etree._Element, where: str, schema: str) -> None:
+    """Raise InputError with the line of the first thing that the schema refuses."""
     rules = _schema(schema)
     if not rules.validate(element):
         first = rules.error_log[0]
@@ -67,12 +69,14 @@ def read_units(element: etree._Element) -> dict[str, Unit]:
 
 
 def unit_named(name: str, units: Mapping[str, Unit], what: str) -> Unit:
+    """Look a unit up, or raise InputError."""
     if name not in units:
         raise InputError(f"{what}: unit {name!r} is not defined; the file defines {compact(units)}")
     return units[name]
 
 
 def read_value(element: etree._Element, units: Mapping[str, Unit], what: str) -> tuple[Value, Unit | None]:
+    """Read a typed value and its unit, if it has one."""
     kind, text = etree.QName(element).localname, str(element.get("value"))
     unit = element.get("unit")
     match kind:

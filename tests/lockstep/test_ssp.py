@@ -45,6 +45,17 @@ def test_a_written_file_reads_back_the_same_and_is_valid_ssp(rich, tmp_path):
     assert without_file(load_system(path)) == without_file(rich)
 
 
+def test_a_value_is_written_in_the_type_that_the_fmu_declares(loop, tmp_path):
+    counter = replace(loop.components[0], parameters={"gain": 2, "fail_at": "7"})
+    write_ssd(replace(loop, components=(counter, *loop.components[1:])), tmp_path / "s.ssd")
+    text = (tmp_path / "s.ssd").read_text()
+    assert '<ssv:Real value="2.0"/>' in text
+    assert '<ssv:Integer value="7"/>' in text
+    wrong = replace(counter, parameters={"gian": 2})
+    with pytest.raises(InputError, match=r"counter\.gian: no such parameter; .*did you mean gain"):
+        write_ssd(replace(loop, components=(wrong, *loop.components[1:])), tmp_path / "s.ssd")
+
+
 def test_sources_are_relative_and_escaped(loop, tmp_path):
     folder = tmp_path / "fmus of ä"
     folder.mkdir()
