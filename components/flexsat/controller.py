@@ -109,6 +109,12 @@ class ControllerOutputs:
     reference: Array  # (r,)
     reference_torque: Array  # (n,) [N.m]
 
+    @classmethod
+    def at_rest(cls, controller: Controller) -> ControllerOutputs:
+        """Return what the outputs show before the first step: zeros."""
+        torque, reference = np.zeros(controller.wheels), np.zeros(controller.controlled)
+        return cls(torque=torque, estimate=np.zeros(controller.states), reference=reference, reference_torque=torque)
+
 
 class Controller:
     """The design sampled at the period, for the known delays."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+STREAM = 1  # a component's own random streams: plant and sensors may be given the same seed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +94,7 @@ def parameters_of_run(
     """
     if seed < 0:
         raise ValueError(f"seed must be >= 0, got {seed}")
-    phases, attitude = (np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(2))
+    phases, attitude = (np.random.default_rng(stream) for stream in np.random.SeedSequence([seed, STREAM]).spawn(2))
     drawn = phases.uniform(0.0, 2.0 * np.pi, matrices.wheels)
     error = attitude_deviation * attitude.standard_normal(3)
     return PlantParameters(

@@ -11,6 +11,7 @@ from . import jitter, rotations
 from .discretise import matrix_exponential
 
 Array = NDArray[np.float64]
+STREAM = 2  # a component's own random streams: plant and sensors may be given the same seed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +141,7 @@ def prepare(parameters: SensorParameters) -> Sensors:
 def init(sensors: Sensors) -> SensorState:
     """Return the state before the first sample: instruments at rest, encoders at the nominal speeds."""
     p = sensors.parameters
-    noise, disturbance = (np.random.default_rng(s) for s in np.random.SeedSequence(p.seed).spawn(2))
+    noise, disturbance = (np.random.default_rng(s) for s in np.random.SeedSequence([p.seed, STREAM]).spawn(2))
     return SensorState(
         count=0,
         filtered=np.zeros((2, p.accelerometers)),
