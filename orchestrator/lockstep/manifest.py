@@ -35,6 +35,7 @@ def describe_run(
     return {
         "status": "running",
         "simulated_time": 0.0,
+        "wall_time": 0.0,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "stop_time": seconds(stop_time),
         "tick": seconds(system.tick),
@@ -64,8 +65,12 @@ def describe_run(
 def write_manifest(folder: Path, content: Mapping[str, object]) -> None:
     """Replace run.toml in one step: a reader sees the old one or the new one."""
     partial = folder / f".{RUN}.partial"
-    partial.write_text(to_toml(content), encoding="utf-8")
-    partial.replace(folder / RUN)
+    try:
+        partial.write_text(to_toml(content), encoding="utf-8")
+        partial.replace(folder / RUN)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
 
 
 def to_toml(content: Mapping[str, object]) -> str:

@@ -142,11 +142,12 @@ class _Run:
         self.plan, self.folder, self.manifest, self.events = plan, folder, manifest, events
         self.exchange, self.close_slaves = exchange, close_slaves
         self.done = 0  # [ticks]
+        self.started = 0.0  # [s] of the wall clock
 
     def execute(self, interrupt: Interrupt, progress: Progress | None) -> RunSummary:
         """Run to the end; on any failure close everything in order, then let the failure pass."""
         plan = self.plan
-        started = perf_counter()
+        self.started = perf_counter()
         recorder: Recorder | None = None
         try:
             try:
@@ -154,7 +155,7 @@ class _Run:
                 self.events.add("start", stop_time=seconds(plan.stop_time))
                 recorder = Recorder(self.folder, plan.signals, self._rows_per_second())
                 self._loop(recorder, interrupt, progress)
-                wall_time = perf_counter() - started
+                wall_time = perf_counter() - self.started
             except BaseException:
                 self.close_slaves.close()
                 with suppress(OSError):  # the first failure is the one to tell
@@ -197,6 +198,7 @@ class _Run:
             for step in phase:
                 step(time)
             if clock() >= look:
+                self.done = tick + 1  # the tick is complete: every recorded row lies before the simulated time
                 interrupt.check()
                 if progress is not None:
                     progress(time, stop)
@@ -211,7 +213,8 @@ class _Run:
 
     def _end(self, status: str, reason: str | None) -> None:
         """Note how the run ended; on a full disk as far as that goes."""
-        self.manifest |= {"status": status, "simulated_time": self._time()}
+        wall_time = perf_counter() - self.started
+        self.manifest |= {"status": status, "simulated_time": self._time(), "wall_time": round(wall_time, 3)}
         if reason is not None:
             self.manifest["reason"] = reason
         with suppress(OSError):

@@ -43,6 +43,7 @@ class Plan:
             recorded=_by_component(self.signals),
             record_ticks=1 if period is None else whole_ticks(period, system.tick, "record period"),
         )
+        self.layout.cycle  # noqa: B018 (refuses a plan that would be too long, before any FMU is started)
         self.names = {
             (name, scalar, variable.reference): variable.name
             for name, description in self.descriptions.items()

@@ -70,6 +70,8 @@ class Schedule:
         cycle = lcm(*(task.period for task in self.tasks), *more)
         if cycle > LONGEST_CYCLE:
             periods = ", ".join(f"{task.name} {seconds_text(task.period * self.tick)} s" for task in self.tasks)
+            if more:
+                periods += ", recording " + ", ".join(f"{seconds_text(ticks * self.tick)} s" for ticks in more)
             raise InputError(
                 f"the periods repeat after {cycle} ticks only, more than {LONGEST_CYCLE}: {periods}; "
                 "choose periods with a smaller common multiple"

@@ -131,6 +131,8 @@ def test_periods_without_a_small_common_multiple_are_refused():
     parts = [component("a", 997), component("b", 991)]
     with pytest.raises(InputError, match=r"repeat after 988027 ticks only.*a 0\.997 s, b 0\.991 s"):
         build_schedule(system(parts)).hyperperiod()
+    with pytest.raises(InputError, match=r"a 0\.001 s, recording 60 s; choose"):
+        build_schedule(system([component("a")])).hyperperiod(60_000)
 
 
 def test_a_stop_time_must_be_some_ticks():
