@@ -217,7 +217,8 @@ def test_ctrl_c_closes_everything(loop_ssd, tmp_path):
 
 def test_a_killed_run_lacks_at_most_its_last_second(loop_ssd, tmp_path):
     out = tmp_path / "out"
-    process = start(loop_ssd, out)
+    # nobody cleans up after a kill: let the extracted FMUs lie where the test runner removes them
+    process = start(loop_ssd, out, env={**os.environ, "TMPDIR": str(tmp_path)})
     size = (out / "signals.arrows").stat().st_size
     process.kill()
     process.communicate(timeout=60)
