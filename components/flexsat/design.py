@@ -72,7 +72,8 @@ def plant_matrices(spacecraft: Spacecraft, nominal_speed: Array, as_published: b
         frequency=spacecraft.frequency,
         damping=spacecraft.damping,
         torque_influence=spacecraft.torque_influence,
-        jitter_influence=spacecraft.jitter_influence,
+        wrench_influence=spacecraft.wrench_influence,
+        lateral_influence=spacecraft.jitter_influence[:, 2 * spacecraft.wheel_count :],
         wheel_axis=wheels.axis,
         wheel_sense=np.sum(turned * wheels.axis, axis=1),
         wheel_slope=wheels.slope,
@@ -153,6 +154,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         plant=plant_matrices(spacecraft, response.nominal, as_published),
         sensors=SensorMatrices(
             nominal_speed=response.nominal,
+            wrench_of_jitter=spacecraft.wrench_of_jitter,
             gyros=model.gyro_count,
             accelerometers=model.index.accelerometers,
             gyro_noise=noise.gyro,

@@ -150,7 +150,7 @@ class Monolith:
                 row = tick // record_ticks
                 for name, read in readers.items():
                     signals[name][row] = read(seen, measured, commanded)
-            inputs[n : 5 * n] = measured.jitter.ravel()
+            inputs[n : n + len(measured.wrench)] = measured.wrench
             _, seen = plant.step(self.plant, plant_state, inputs)
         times = np.array([row * record_ticks * tick_ns / 1e9 for row in range(rows)])
         return Recording(time=times, signals=signals)
@@ -185,7 +185,7 @@ class Monolith:
             "plant.accelerometer_site.acceleration": (
                 lambda seen, _measured, _commanded: seen.accelerometer_site_acceleration
             ),
-            "plant.rms_deformation": lambda *_: plant.telemetry(self.plant, state).rms_deformation,
+            "plant.rms_deformation": lambda seen, _measured, _commanded: seen.rms_deformation[0],
             "plant.angular_momentum": lambda *_: plant.telemetry(self.plant, state).angular_momentum,
             "plant.energy": lambda *_: plant.telemetry(self.plant, state).energy,
             "sensors.gyro.rate": lambda _seen, measured, _commanded: measured.gyro_rate,
@@ -195,11 +195,11 @@ class Monolith:
             "sensors.star_tracker.quaternion": (lambda _seen, measured, _commanded: measured.star_tracker_quaternion),
             "sensors.star_tracker.mrp": lambda _seen, measured, _commanded: measured.star_tracker_mrp,
             "sensors.star_tracker.valid": lambda _seen, measured, _commanded: measured.star_tracker_valid,
-            "sensors.jitter.force_a": lambda _seen, measured, _commanded: measured.jitter[0],
-            "sensors.jitter.force_b": lambda _seen, measured, _commanded: measured.jitter[1],
-            "sensors.jitter.torque_a": lambda _seen, measured, _commanded: measured.jitter[2],
-            "sensors.jitter.torque_b": lambda _seen, measured, _commanded: measured.jitter[3],
         }
+        mounts = self.plant.matrices.mounts
+        for k, jitter in enumerate(plant_interface.JITTER):
+            part = slice(k * mounts, (k + 1) * mounts)
+            readers[f"sensors.{jitter}"] = lambda _seen, measured, _commanded, part=part: measured.wrench[part]
         if name not in readers:
             raise ValueError(f"{name}: the monolith has no such output")
         return readers[name]

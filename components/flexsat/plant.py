@@ -7,6 +7,7 @@ order: 2 in the step. numpy alone.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,8 +30,7 @@ class PlantState:
     momentum: Array  # (n,) axial, inertial [N.m.s]
     angle: Array  # (n,) [rad]
     speed: Array  # (n,) relative [rad/s]
-    drive: Array  # wheel torque, jitter, external force and torque, momentum terms, as held over the last step
-    gyroscopic: Array  # (2 n,) torques on the wheels' lateral axes [N.m]
+    drive: Array  # what was held over the last step: the inputs, gyroscopic torques (2 n), momentum terms (6)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,13 +48,13 @@ class PlantOutputs:
     gyro_site_rate: Array
     accelerometer_site_acceleration: Array
     wheel_angle: Array
+    rms_deformation: Array  # (1,)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Telemetry:
     """Quantities for the engineer, computed on demand."""
 
-    rms_deformation: float  # m
     angular_momentum: Array  # (3,) inertial, about the body origin [N.m.s]
     energy: float  # J
 
@@ -83,7 +83,8 @@ class Plant:
         momentum_terms[:3, :3] = -np.eye(3)
         momentum_terms[6:, :3] = translation.T / mass[0, 0]
         momentum_terms[3:6, 3:] = -np.eye(3)
-        force = np.hstack([matrices.torque_influence, matrices.jitter_influence, external, momentum_terms])
+        lateral = matrices.lateral_influence
+        force = np.hstack([matrices.torque_influence, matrices.wrench_influence, external, -lateral, momentum_terms])
         self.drives = force.shape[1]
 
         # structure state: eta, then (v, w, eta'), then the integral of w over the step
@@ -100,11 +101,10 @@ class Plant:
         self.whole_step = np.ascontiguousarray(np.hstack([full[:, :size], full_drive]))
 
         # mid-step: what the momentum terms are made of, straight from the state at the start of the step
-        torque_columns = matrices.jitter_influence[:, 2 * n :]  # generalised force of unit torques about a, then b
         crossed = np.vstack(
             [
-                (torque_columns[:, n:] * matrices.wheel_sense).T,  # w_b times h: torque about a
-                -(torque_columns[:, :n] * matrices.wheel_sense).T,  # -w_a times h: torque about b
+                (lateral[:, n:] * matrices.wheel_sense).T,  # w_b times h: torque about a
+                -(lateral[:, :n] * matrices.wheel_sense).T,  # -w_a times h: torque about b
             ]
         )
         rate_rows = np.zeros((3, 6 + m))
@@ -134,12 +134,15 @@ class Plant:
         self.output_map = linear
         self.acceleration_drive = np.ascontiguousarray(sensed @ b[m:size])
 
+        # change of the wheels' axes with the modes, for the telemetry: (n, 3, m)
+        self.tilt = np.cross(matrices.wheel_slope, matrices.wheel_axis[:, :, None], axis=1)
+
         # buffers owned by the stepper
         self._work = np.empty(size + self.drives)
         self._seen = np.empty(size + n + self.products)
         self._end = np.empty(size + 3)
         self._mid = np.empty(len(self.momentum_map))
-        flat = np.empty(7 + len(linear) + n)
+        flat = np.zeros(7 + len(linear) + n + 1)
         values = self._values = flat[7 : 7 + len(linear)]
         self.outputs = PlantOutputs(
             flat=flat,
@@ -152,13 +155,14 @@ class Plant:
             wheel_speed=values[speed],
             gyro_site_rate=values[gyro],
             accelerometer_site_acceleration=values[acceleration],
-            wheel_angle=flat[7 + len(linear) :],
+            wheel_angle=flat[7 + len(linear) : -1],
+            rms_deformation=flat[-1:],
         )
 
     @property
     def input_count(self) -> int:
-        """Length of the input vector: wheel torque, jitter (4 n), external force and torque."""
-        return 5 * self.wheels + 6
+        """Length of the input vector: wheel torque, jitter wrenches (6 s), external force and torque."""
+        return self.wheels + 6 * self.matrices.mounts + 6
 
 
 def _accelerometer_map(matrices: PlantMatrices) -> Array:
@@ -199,11 +203,10 @@ def init(plant: Plant) -> PlantState:
         angle=parameters.wheel_angle.copy(),
         speed=parameters.wheel_speed.copy(),
         drive=np.zeros(plant.drives),
-        gyroscopic=np.zeros(2 * plant.wheels),
     )
     now = plant.momentum_map @ structure[m:]
-    state.drive[plant.input_count :] = _momentum_terms(now)
-    state.gyroscopic[:] = now[9:] * np.concatenate([state.momentum, state.momentum])
+    state.drive[plant.input_count : -6] = now[9:] * np.concatenate([state.momentum, state.momentum])
+    state.drive[-6:] = _momentum_terms(now)
     return state
 
 
@@ -227,35 +230,31 @@ def step(plant: Plant, state: PlantState, inputs: Array) -> tuple[PlantState, Pl
     ----------
     plant : the prepared model
     state : updated in place
-    inputs : (5 n + 6,): wheel torque [N.m], jitter force a, force b [N], torque a, torque b [N.m], external force [N]
-        and torque [N.m] in body axes
+    inputs : (n + 6 s + 6,): wheel torque [N.m], jitter force x, y, z [N] and torque x, y, z [N.m] on each mount,
+        external force [N] and torque [N.m]; all but the first in body axes
 
     Returns
     -------
     state, outputs
         True at the end of the step.
     """
-    n, size = plant.wheels, 2 * plant.modes + 6
+    n, size, count = plant.wheels, 2 * plant.modes + 6, plant.input_count
     limit = plant.parameters.torque_limit
     work, drive, momentum = plant._work, state.drive, state.momentum
-    count = plant.input_count
     drive[:count] = inputs
     torque = drive[:n]
     np.minimum(torque, limit, out=torque)
     np.maximum(torque, -limit, out=torque)
-    lateral, given, gyroscopic = drive[3 * n : 5 * n], inputs[3 * n : 5 * n], state.gyroscopic
-    np.subtract(given, gyroscopic, out=lateral)
     work[:size] = state.structure
-    work[size:] = drive
+    work[size:] = drive  # with the gyroscopic and momentum terms of the last step, to predict the middle of this one
 
     mid = np.matmul(plant.mid_step, work, out=plant._mid)
     impulse = plant.step_length * torque
     momentum_mid = momentum + 0.5 * impulse
-    np.multiply(mid[9 : 9 + n], momentum_mid, out=gyroscopic[:n])
-    np.multiply(mid[9 + n :], momentum_mid, out=gyroscopic[n:])
-    np.subtract(given, gyroscopic, out=lateral)
-    drive[count:] = _momentum_terms(mid)
-    work[size:] = drive
+    np.multiply(mid[9 : 9 + n], momentum_mid, out=drive[count : count + n])
+    np.multiply(mid[9 + n :], momentum_mid, out=drive[count + n : count + 2 * n])
+    drive[count + 2 * n :] = _momentum_terms(mid)
+    work[size + count :] = drive[count:]
 
     end = np.matmul(plant.whole_step, work, out=plant._end)
     state.structure[:] = end[:size]
@@ -272,7 +271,10 @@ def step(plant: Plant, state: PlantState, inputs: Array) -> tuple[PlantState, Pl
 
 
 def observe(plant: Plant, state: PlantState) -> PlantOutputs:
-    """Return the outputs in the present state; accelerations hold for the inputs of the last step."""
+    """Return the outputs in the present state; accelerations hold for the inputs of the last step.
+
+    The RMS deformation is the norm of eta over the square root of the mass (P, section 5).
+    """
     m, n = plant.modes, plant.wheels
     size = 2 * m + 6
     seen, outputs = plant._seen, plant.outputs
@@ -295,24 +297,24 @@ def observe(plant: Plant, state: PlantState) -> PlantOutputs:
     acceleration += plant.acceleration_drive @ state.drive
     outputs.flat[:7] = (*state.mrp, *rotations.quaternion_from_mrp(state.mrp))
     outputs.wheel_angle[:] = state.angle
+    eta = outputs.modal_displacement
+    outputs.rms_deformation[0] = math.sqrt(eta.dot(eta) / plant.mass[0, 0])
     return outputs
 
 
 def telemetry(plant: Plant, state: PlantState) -> Telemetry:
-    """Return deformation, inertial angular momentum and energy in the present state.
+    """Return inertial angular momentum and energy in the present state.
 
-    The momentum counts the tilt of the wheel axes with the structure, to second order in eta (PHYSICS section 2). The
-    RMS deformation is the norm of eta over the square root of the mass (P, section 5).
+    The momentum counts the tilt of the wheel axes with the structure, to second order in eta (PHYSICS section 2).
     """
     matrices, m = plant.matrices, plant.modes
     eta, velocity = state.structure[:m], state.structure[m:]
-    tilt = np.cross(matrices.wheel_slope @ eta, matrices.wheel_axis)
-    body = plant.mass[3:6] @ velocity + state.momentum @ (matrices.wheel_axis + tilt)
+    axes = matrices.wheel_axis + plant.tilt @ eta
+    body = plant.mass[3:6] @ velocity + state.momentum @ axes
     return Telemetry(
-        rms_deformation=float(np.sqrt(eta @ eta / plant.mass[0, 0])),
         angular_momentum=rotations.matrix_from_mrp(state.mrp).T @ body,
         energy=float(
-            0.5 * velocity @ plant.mass @ velocity
+            0.5 * velocity @ (plant.mass @ velocity)
             + 0.5 * eta @ (plant.stiffness * eta)
             + 0.5 * state.momentum @ state.momentum / matrices.wheel_inertia
         ),

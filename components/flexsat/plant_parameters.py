@@ -19,7 +19,8 @@ class PlantMatrices:
     frequency: Array  # (m,) [rad/s]
     damping: Array  # (m,) [1/s]
     torque_influence: Array  # (6 + m, n)
-    jitter_influence: Array  # (6 + m, 4 n)
+    wrench_influence: Array  # (6 + m, 6 s): force x, y, z, then torque x, y, z, each over the s mounts of wheels
+    lateral_influence: Array  # (6 + m, 2 n): torque about each wheel's lateral axis a, then about b
     wheel_axis: Array  # (n, 3)
     wheel_sense: Array  # (n,): +1 if (a, b, axis) is right-handed, else -1
     wheel_slope: Array  # (n, 3, m)
@@ -41,6 +42,11 @@ class PlantMatrices:
     def wheels(self) -> int:
         """Number of wheels."""
         return len(self.wheel_axis)
+
+    @property
+    def mounts(self) -> int:
+        """Number of places that carry wheels."""
+        return int(self.wrench_influence.shape[1]) // 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

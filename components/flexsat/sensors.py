@@ -19,6 +19,7 @@ class SensorMatrices:
     """What the sensors carry of a design: sizes, and nominal values of the parameters of the same names."""
 
     nominal_speed: Array  # (n,) [rad/s]
+    wrench_of_jitter: Array  # (6 s, 4 n): from the jitter of the wheels to the wrenches on their mounts
     gyros: int
     accelerometers: int
     gyro_noise: float  # rad/s
@@ -55,6 +56,7 @@ class SensorParameters:
     wheels: int
     gyros: int
     accelerometers: int
+    wrench_of_jitter: Array  # (6 s, 4 wheels)
     nominal_speed: Array  # (wheels,) [rad/s]: what the encoders show before their first sample
 
     def __post_init__(self) -> None:
@@ -72,16 +74,16 @@ class SensorParameters:
 
 @dataclass(slots=True)
 class SensorOutputs:
-    """Hold from the sampling time on. Buffers owned by the stepper."""
+    """Hold from the sampling time on. Buffers that the stepper writes into; a shell may hand in its own."""
 
     star_tracker_quaternion: Array  # (4,) scalar last, body from inertial
     star_tracker_mrp: Array  # (3,)
-    star_tracker_valid: bool  # a new star tracker sample in this step
+    star_tracker_valid: NDArray[np.bool_]  # (): a new star tracker sample in this step
     gyro_rate: Array  # (g,) [rad/s]
     accelerometer: Array  # (k,) [m/s2]
     encoder_speed: Array  # (n,) [rad/s]
     encoder_angle: Array  # (n,) [rad]
-    jitter: Array  # (4, n): force a, force b [N], torque a, torque b [N.m]
+    wrench: Array  # (6 s,): force x, y, z [N], torque x, y, z [N.m], each over the mounts, body axes
 
 
 @dataclass(slots=True)
@@ -89,9 +91,9 @@ class SensorState:
     """Everything the sensors remember between steps."""
 
     count: int  # steps done
-    filtered: Array  # (2, k): filter output and its rate over the corner frequency [m/s2]
-    last: Array  # (k,) accelerations at the last step [m/s2]
-    broadband: Array  # (4, n)
+    filter: Array  # (4, k) [m/s2]: output, its rate over the corner frequency, last input, new input
+    jitter: Array  # (4, n): force a, force b [N], torque a, torque b [N.m] of each wheel
+    broadband: Array  # (4, n), its noise part
     noise: np.random.Generator
     disturbance: np.random.Generator
     outputs: SensorOutputs
@@ -102,9 +104,7 @@ class Sensors:
     """The filter sampled for one step length, and the parameters."""
 
     parameters: SensorParameters
-    transition: Array  # (2, 2)
-    old_input: Array  # (2, 1)
-    new_input: Array  # (2, 1)
+    transition: Array  # (2, 4): from the four rows of the filter to its next output and rate
     deviation: Array  # noise of gyros, accelerometers, encoders in one vector
     broadband_deviation: Array  # (4, 1)
 
@@ -118,15 +118,13 @@ def prepare(parameters: SensorParameters) -> Sensors:
     chain[0, 1], chain[1, 0], chain[1, 1], chain[1, 2] = corner, -corner, -np.sqrt(2.0) * corner, corner
     chain[2, 3] = 1.0 / h
     sampled = matrix_exponential(chain * h)
-    new = sampled[:2, 3:4]
+    new = sampled[:2, 3:]
     accelerometer_noise = (
         parameters.gyro_noise if parameters.accelerometer_noise_is_gyros else parameters.accelerometer_noise
     )
     return Sensors(
         parameters=parameters,
-        transition=sampled[:2, :2],
-        old_input=sampled[:2, 2:3] - new,
-        new_input=new,
+        transition=np.hstack([sampled[:2, :2], sampled[:2, 2:3] - new, new]),
         deviation=np.concatenate(
             [
                 np.full(parameters.gyros, parameters.gyro_noise),
@@ -144,20 +142,20 @@ def init(sensors: Sensors) -> SensorState:
     noise, disturbance = (np.random.default_rng(s) for s in np.random.SeedSequence([p.seed, STREAM]).spawn(2))
     return SensorState(
         count=0,
-        filtered=np.zeros((2, p.accelerometers)),
-        last=np.zeros(p.accelerometers),
+        filter=np.zeros((4, p.accelerometers)),
+        jitter=np.zeros((4, p.wheels)),
         broadband=np.zeros((4, p.wheels)),
         noise=noise,
         disturbance=disturbance,
         outputs=SensorOutputs(
             star_tracker_quaternion=np.array([0.0, 0.0, 0.0, 1.0]),
             star_tracker_mrp=np.zeros(3),
-            star_tracker_valid=False,
+            star_tracker_valid=np.array(False),
             gyro_rate=np.zeros(p.gyros),
             accelerometer=np.zeros(p.accelerometers),
             encoder_speed=p.nominal_speed.copy(),
             encoder_angle=np.zeros(p.wheels),
-            jitter=np.zeros((4, p.wheels)),
+            wrench=np.zeros(len(p.wrench_of_jitter)),
         ),
     )
 
@@ -188,31 +186,32 @@ def step(
         Hold from the time of this call on.
     """
     p, outputs = sensors.parameters, state.outputs
-    if state.count:
-        state.filtered[:] = (
-            sensors.transition @ state.filtered + sensors.old_input * state.last + sensors.new_input * acceleration
-        )
-    state.last[:] = acceleration
+    state.filter[3] = acceleration
+    if state.count:  # the filter starts at rest, with its first input as its last
+        state.filter[:2] = sensors.transition @ state.filter
+    state.filter[2] = acceleration
     if state.count % p.fast_steps == 0:
         draw = state.noise.standard_normal(len(sensors.deviation))
         draw *= sensors.deviation
         first, second = p.gyros, p.gyros + p.accelerometers
         np.add(rate, draw[:first], out=outputs.gyro_rate)
-        np.add(state.filtered[0], draw[first:second], out=outputs.accelerometer)
+        np.add(state.filter[0], draw[first:second], out=outputs.accelerometer)
         np.add(speed, draw[second:], out=outputs.encoder_speed)
         outputs.encoder_angle[:] = angle
         if p.jitter:
             np.multiply(
                 state.disturbance.standard_normal((4, p.wheels)), sensors.broadband_deviation, out=state.broadband
             )
-    outputs.star_tracker_valid = state.count % p.star_tracker_steps == 0
-    if outputs.star_tracker_valid:
+    due = state.count % p.star_tracker_steps == 0
+    outputs.star_tracker_valid[()] = due
+    if due:
         error = (p.star_tracker_noise * state.noise.standard_normal(3)).tolist()
         seen = rotations.compose_quaternions(rotations.quaternion_from_rotation_vector(error), quaternion.tolist())
         outputs.star_tracker_quaternion[:] = seen
         outputs.star_tracker_mrp[:] = rotations.mrp_from_quaternion(seen)
     if p.jitter:
-        jitter.harmonic(speed, angle, p.step, p.imbalance_force, p.imbalance_torque, outputs.jitter)
-        outputs.jitter += state.broadband
+        jitter.harmonic(speed, angle, p.step, p.imbalance_force, p.imbalance_torque, state.jitter)
+        state.jitter += state.broadband
+        np.matmul(p.wrench_of_jitter, state.jitter.ravel(), out=outputs.wrench)
     state.count += 1
     return state, outputs

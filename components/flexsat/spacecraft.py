@@ -1,7 +1,8 @@
 """The spacecraft: wheels, gyros and accelerometers placed on the structure, and the matrices of their coupling.
 
-Velocities are ordered (v, w, eta'): body velocity, body rate, modal velocities. Jitter inputs are ordered
-(force a, force b, torque a, torque b), each over all wheels, along the wheel's two lateral axes.
+Velocities are ordered (v, w, eta'): body velocity, body rate, modal velocities. Jitter of the wheels is ordered
+(force a, force b, torque a, torque b), each over all wheels, along the wheel's two lateral axes. What the wheels of a
+mount do together is its wrench: (force x, y, z, torque x, y, z), each over all mounts, in body axes.
 """
 
 from __future__ import annotations
@@ -47,6 +48,8 @@ class Spacecraft:
     rotation: Array  # (3, m): L_w [m sqrt(kg)]
     wheel: Wheel
     wheels: Points
+    mounts: Points  # where wheels sit: the bus first, then the sites that carry wheels; axes unused
+    mount_of_wheel: NDArray[np.intp]  # (n,)
     lateral_a: Array  # (n, 3): first lateral axis of each wheel
     lateral_b: Array  # (n, 3): second
     gyros: Points
@@ -80,22 +83,40 @@ class Spacecraft:
         return np.vstack([np.zeros((3, self.wheel_count)), -wheels.axis.T, -wheels.axial_slope.T])
 
     @property
-    def jitter_influence(self) -> Array:
-        """Generalised force of unit jitter inputs, (6 + m, 4 n).
+    def wrench_influence(self) -> Array:
+        """Generalised force of unit wrenches on the mounts, (6 + m, 6 s).
 
-        A force acts on v, on w through its arm and on the modes through the displacement of the wheel; a torque acts
+        A force acts on v, on w through its arm and on the modes through the displacement of the mount; a torque acts
         on w and on the modes through the slope.
         """
-        wheels = self.wheels
+        count = len(self.mounts.position)
         columns = []
-        for lateral in (self.lateral_a, self.lateral_b):
-            arm = np.cross(wheels.position, lateral)
-            modal = np.einsum("ni,nim->mn", lateral, wheels.deflection)
-            columns.append(np.vstack([lateral.T, arm.T, modal]))
-        for lateral in (self.lateral_a, self.lateral_b):
-            modal = np.einsum("ni,nim->mn", lateral, wheels.slope)
-            columns.append(np.vstack([np.zeros((3, self.wheel_count)), lateral.T, modal]))
+        for axis in np.eye(3):
+            along = np.tile(axis, (count, 1))
+            modal = np.einsum("i,sim->ms", axis, self.mounts.deflection)
+            columns.append(np.vstack([along.T, np.cross(self.mounts.position, along).T, modal]))
+        for axis in np.eye(3):
+            along = np.tile(axis, (count, 1))
+            modal = np.einsum("i,sim->ms", axis, self.mounts.slope)
+            columns.append(np.vstack([np.zeros((3, count)), along.T, modal]))
         return np.hstack(columns)
+
+    @property
+    def wrench_of_jitter(self) -> Array:
+        """Map the jitter of the wheels to the wrenches on their mounts, (6 s, 4 n)."""
+        count, wheels = len(self.mounts.position), self.wheel_count
+        matrix = np.zeros((2, 3, count, 2, 2, wheels))  # force or torque, x y z, mount; the same, a or b, wheel
+        each = np.arange(wheels)
+        for kind in range(2):
+            for k, lateral in enumerate((self.lateral_a, self.lateral_b)):
+                for component in range(3):
+                    matrix[kind, component, self.mount_of_wheel, kind, k, each] = lateral[:, component]
+        return matrix.reshape(6 * count, 4 * wheels)
+
+    @property
+    def jitter_influence(self) -> Array:
+        """Generalised force of unit jitter inputs, (6 + m, 4 n)."""
+        return self.wrench_influence @ self.wrench_of_jitter
 
     def gyroscopic_matrix(self, momentum: Array) -> Array:
         """Return the matrix g of the gyroscopic force g (v, w, eta') for wheel momenta (n,) [N.m.s], (6+m, 6+m).
@@ -153,6 +174,7 @@ def build_spacecraft(config: Configuration, as_published: bool = False) -> Space
     gyros = [(-1, axis) for axis in (x, y, z)] + [(s, axis) for s in sites for axis in (x, y)]
     accelerometers = [(-1, axis) for axis in (x, y, z)] + [(s, z) for s in sites]
     placed_wheels = _points(structure, wheels, as_published)
+    occupied = sorted({site for site, _ in wheels})
     lateral_a, lateral_b = lateral_axes(placed_wheels.axis)
     return Spacecraft(
         name=config.name,
@@ -164,6 +186,8 @@ def build_spacecraft(config: Configuration, as_published: bool = False) -> Space
         rotation=structure.rotation,
         wheel=config.wheel,
         wheels=placed_wheels,
+        mounts=_points(structure, [(site, z) for site in occupied], as_published),
+        mount_of_wheel=np.array([occupied.index(site) for site, _ in wheels]),
         lateral_a=lateral_a,
         lateral_b=lateral_b,
         gyros=_points(structure, gyros, as_published),

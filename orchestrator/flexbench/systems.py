@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flexsat.build import Designs
+from flexsat.interfaces.plant import JITTER
 from flexsat.interfaces.ports import Port
 from flexsat.monolith import PORTS
 from flexsat.parameters import ConfigurationName, Rates
@@ -29,7 +30,6 @@ RECORD = (
     "controller.reference.*",
 )
 
-JITTER = ("jitter.force_a", "jitter.force_b", "jitter.torque_a", "jitter.torque_b")
 TRUTH = ("attitude.quaternion", "wheel.speed", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.angle")
 MEASUREMENTS = (
     "gyro.rate",

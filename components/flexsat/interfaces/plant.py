@@ -8,23 +8,26 @@ from typing import Any
 from ..plant_parameters import PlantMatrices, PlantParameters, parameters_of_run
 from .ports import Port
 
-JITTER = ("jitter.force_a", "jitter.force_b", "jitter.torque_a", "jitter.torque_b")
+JITTER = tuple(f"jitter.{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
 
 
 def ports(model: PlantMatrices) -> tuple[Port, ...]:
     """Return the ports of a plant of this size. The stepper's inputs and outputs stand in the same order."""
     m, n = model.modes, model.wheels
     gyros, accelerometers = len(model.gyro_axis), len(model.accelerometer_axis)
-    lateral = "on the wheel's lateral axis"
     return (
         Port(name="wheel.torque", causality="input", unit="N.m", size=n,
              description="motor torque on the wheel, about its axis; its reaction acts on the structure"),
-        Port(name="jitter.force_a", causality="input", unit="N", size=n, description=f"jitter force {lateral} a"),
-        Port(name="jitter.force_b", causality="input", unit="N", size=n, description=f"jitter force {lateral} b"),
-        Port(name="jitter.torque_a", causality="input", unit="N.m", size=n,
-             description=f"jitter torque {lateral} a"),
-        Port(name="jitter.torque_b", causality="input", unit="N.m", size=n,
-             description=f"jitter torque {lateral} b"),
+        *(
+            Port(name=f"jitter.force_{axis}", causality="input", unit="N", size=model.mounts, frame="body",
+                 description=f"jitter force of the wheels on each mount, along {axis}")
+            for axis in "xyz"
+        ),
+        *(
+            Port(name=f"jitter.torque_{axis}", causality="input", unit="N.m", size=model.mounts, frame="body",
+                 description=f"jitter torque of the wheels on each mount, about {axis}")
+            for axis in "xyz"
+        ),
         Port(name="external.force", causality="input", unit="N", size=3, frame="body",
              description="external force at the body origin"),
         Port(name="external.torque", causality="input", unit="N.m", size=3, frame="body",
@@ -50,7 +53,7 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              description="true acceleration along each accelerometer's axis: bus x y z, then z at each site"),
         Port(name="wheel.angle", causality="output", unit="rad", size=n,
              description="wheel angle relative to its mount, not wrapped"),
-        Port(name="rms_deformation", causality="output", unit="m", display_unit="um", on_demand=True,
+        Port(name="rms_deformation", causality="output", unit="m", display_unit="um",
              description="RMS deformation of the structure, mass-weighted"),
         Port(name="angular_momentum", causality="output", unit="N.m.s", size=3, frame="inertial", on_demand=True,
              description="total angular momentum about the body origin"),

@@ -13,7 +13,8 @@ from .ports import Port
 def ports(model: SensorMatrices) -> tuple[Port, ...]:
     """Return the ports of sensors of these sizes."""
     n, g, k = len(model.nominal_speed), model.gyros, model.accelerometers
-    jitter = "imbalance harmonic and broadband noise, held over the step, on the wheel's lateral axis"
+    mounts = len(model.wrench_of_jitter) // 6
+    jitter = "imbalance harmonic and broadband noise of the wheels on each mount, held over the step"
     return (
         Port(name="attitude.quaternion", causality="input", unit="1", size=4, start=(0.0, 0.0, 0.0, 1.0),
              description="true attitude, scalar-last quaternion, body from inertial"),
@@ -25,14 +26,16 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
              description="true acceleration along each accelerometer's axis"),
         Port(name="wheel.angle", causality="input", unit="rad", size=n,
              description="true wheel angle relative to its mount"),
-        Port(name="jitter.force_a", causality="output", unit="N", size=n, description=f"{jitter} a",
-             depends_on=("wheel.speed[i]", "wheel.angle[i]")),
-        Port(name="jitter.force_b", causality="output", unit="N", size=n, description=f"{jitter} b",
-             depends_on=("wheel.speed[i]", "wheel.angle[i]")),
-        Port(name="jitter.torque_a", causality="output", unit="N.m", size=n, description=f"{jitter} a",
-             depends_on=("wheel.speed[i]", "wheel.angle[i]")),
-        Port(name="jitter.torque_b", causality="output", unit="N.m", size=n, description=f"{jitter} b",
-             depends_on=("wheel.speed[i]", "wheel.angle[i]")),
+        *(
+            Port(name=f"jitter.force_{axis}", causality="output", unit="N", size=mounts, frame="body",
+                 depends_on=("wheel.speed", "wheel.angle"), description=f"{jitter}, force along {axis}")
+            for axis in "xyz"
+        ),
+        *(
+            Port(name=f"jitter.torque_{axis}", causality="output", unit="N.m", size=mounts, frame="body",
+                 depends_on=("wheel.speed", "wheel.angle"), description=f"{jitter}, torque about {axis}")
+            for axis in "xyz"
+        ),
         Port(name="gyro.rate", causality="output", unit="rad/s", size=g, display_unit="deg/s",
              depends_on=("gyro_site.rate[i]",), description="measured rate about each gyro's axis"),
         Port(name="accelerometer.acceleration", causality="output", unit="m/s2", size=k,
@@ -110,6 +113,7 @@ def parameters(model: SensorMatrices, value: Callable[[str], Any]) -> SensorPara
         imbalance_torque=value("jitter.imbalance_torque"),
         broadband_force=value("jitter.broadband_force"),
         broadband_torque=value("jitter.broadband_torque"),
+        wrench_of_jitter=model.wrench_of_jitter,
         wheels=len(model.nominal_speed),
         gyros=model.gyros,
         accelerometers=model.accelerometers,

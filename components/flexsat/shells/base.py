@@ -82,6 +82,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         self._failure: str | None = None
         self._reads: dict[tuple[int, int], tuple[list[int], Callable[[], list[float]], bool]] = {}
         self._writes: dict[tuple[int, int], tuple[list[int], Callable[..., None]]] = {}
+        self._flag_reads: dict[tuple[int, ...], Callable[[], list[bool]]] = {}
+        self._flag_writes: dict[tuple[int, ...], Callable[..., None]] = {}
 
     # What a final class implements.
 
@@ -199,8 +201,14 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         return self._read_or("integer", vrs, 0)
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        """Read booleans."""
-        return self._read_or("boolean", vrs, False)
+        """Read booleans; flags of samples are read at every step, so these take the quick way too."""
+        plan = self._flag_reads.get(tuple(vrs))
+        if plan is not None:
+            return plan()
+        values = self._read_or("boolean", vrs, False)
+        if vrs and self._failure is None and self._phase is Phase.STEPPING and not self._on_demand("boolean", vrs):
+            self._flag_reads[tuple(vrs)] = self.values.reader("boolean", vrs)
+        return values
 
     def get_string(self, vrs: list[int]) -> list[str]:
         """Read strings."""
@@ -211,8 +219,14 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         self._write_or_fail("integer", vrs, values)
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        """Write booleans."""
+        """Write booleans, with the quick way of `get_boolean`."""
+        plan = self._flag_writes.get(tuple(vrs))
+        if plan is not None:
+            plan(*values)
+            return
         self._write_or_fail("boolean", vrs, values)
+        if vrs and self._failure is None and self._phase is Phase.STEPPING and not self._feeds_on_demand:
+            self._flag_writes[tuple(vrs)] = self.values.writer("boolean", vrs)
 
     def set_string(self, vrs: list[int], values: list[str]) -> None:
         """Write strings."""
@@ -325,7 +339,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         if self._failure is None:
             if self._phase is Phase.INITIALIZING and any(port.causality == "output" for port in ports):
                 self._prepare()
-            on_demand = any(port.on_demand for port in ports)
+            on_demand = self._on_demand(kind, vrs)
             if on_demand and self._stale and self._started:
                 self._evaluate()
             if kind == "real" and self._phase is Phase.STEPPING:
@@ -380,8 +394,13 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         clean = text.replace("\0", "").encode("utf-8", "backslashreplace").decode("utf-8").replace("%", "%%")
         self.log(clean, Fmi2Status.error, "logStatusError")
 
+    def _on_demand(self, kind: Kind, vrs: Sequence[int]) -> bool:
+        return any(self.values.variable(kind, reference).port.on_demand for reference in vrs)
+
     def _forget_plans(self) -> None:
         self._reads.clear()
+        self._flag_reads.clear()
+        self._flag_writes.clear()
         self._writes.clear()
 
     def _parameter_bytes(self) -> bytes:

@@ -34,7 +34,7 @@ class Plant(SiSlave):
         self.state = plant.init(self._plant)
         reals = self.values.arrays["real"]
         self._inputs = reals[self.table.run("input")]
-        self._shown = reals[self.table.span("attitude.mrp").start : self.table.span("wheel.angle").stop]
+        self._shown = reals[self.table.span("attitude.mrp").start : self.table.span("rms_deformation").stop]
         np.copyto(self._shown, plant.observe(self._plant, self.state).flat)
 
     def advance(self, _time: float, step: float, /) -> None:
@@ -49,6 +49,5 @@ class Plant(SiSlave):
     def evaluate(self) -> None:
         """Compute the telemetry."""
         telemetry = plant.telemetry(self._plant, self.state)
-        self.view("rms_deformation")[()] = telemetry.rms_deformation
         self.view("angular_momentum")[:] = telemetry.angular_momentum
         self.view("energy")[()] = telemetry.energy

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
+
+from numpy.typing import NDArray
 
 from .. import sensors
 from ..interfaces import sensors as interface
@@ -35,34 +38,25 @@ class Sensors(SiSlave):
         names = ("attitude.quaternion", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.speed",
                  "wheel.angle")  # fmt: skip
         self._inputs = tuple(self.view(name) for name in names)
-        reals = self.values.arrays["real"]
-        first = self.table.span("jitter.force_a").start
-        self._jitter = reals[first : self.table.span("jitter.torque_b").stop]
-        self._samples = [
-            (self.view(port), getattr(self.state.outputs, part))
-            for port, part in (
-                ("gyro.rate", "gyro_rate"),
-                ("accelerometer.acceleration", "accelerometer"),
-                ("encoder.speed", "encoder_speed"),
-                ("encoder.angle", "encoder_angle"),
-            )
-        ]
-        self._valid = self.view("star_tracker.valid")
-        self._quaternion, self._mrp = self.view("star_tracker.quaternion"), self.view("star_tracker.mrp")
-        self._show(everything=True)
+        reals, first = self.values.arrays["real"], self.table.span("jitter.force_x").start
+        wrench = reals[first : self.table.span("jitter.torque_z").stop]
+        # the stepper writes straight into the ports
+        self.state.outputs = sensors.SensorOutputs(
+            star_tracker_quaternion=self._port("star_tracker.quaternion", self.state.outputs.star_tracker_quaternion),
+            star_tracker_mrp=self._port("star_tracker.mrp", self.state.outputs.star_tracker_mrp),
+            star_tracker_valid=self._port("star_tracker.valid", self.state.outputs.star_tracker_valid),
+            gyro_rate=self._port("gyro.rate", self.state.outputs.gyro_rate),
+            accelerometer=self._port("accelerometer.acceleration", self.state.outputs.accelerometer),
+            encoder_speed=self._port("encoder.speed", self.state.outputs.encoder_speed),
+            encoder_angle=self._port("encoder.angle", self.state.outputs.encoder_angle),
+            wrench=wrench,
+        )
 
     def advance(self, _time: float, _step: float, /) -> None:
         """Sample the inputs now; the outputs hold from now on."""
-        due = self.state.count % self._sensors.parameters.fast_steps == 0
         sensors.step(self._sensors, self.state, *self._inputs)
-        self._show(everything=due)
 
-    def _show(self, everything: bool) -> None:
-        outputs = self.state.outputs
-        self._jitter[:] = outputs.jitter.ravel()
-        if everything:
-            for shown, value in self._samples:
-                shown[:] = value
-        if everything or outputs.star_tracker_valid or self._valid:
-            self._valid[()] = outputs.star_tracker_valid
-            self._quaternion[:], self._mrp[:] = outputs.star_tracker_quaternion, outputs.star_tracker_mrp
+    def _port(self, name: str, initial: NDArray[Any]) -> NDArray[Any]:
+        view = self.view(name)
+        view[...] = initial
+        return view
