@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from flexsat.parameters import ARCSECOND, ConfigurationName, Slew, configuration
+import numpy as np
+
+from flexsat.design import Design
+from flexsat.guidance import plan
+from flexsat.parameters import ARCSECOND, Slew
 
 ScenarioName = Literal["slew", "fine_pointing", "fine_pointing_open_loop"]
 SCENARIOS: tuple[ScenarioName, ...] = ("slew", "fine_pointing", "fine_pointing_open_loop")
@@ -73,16 +77,15 @@ def scalar_overrides(parameters: Mapping[str, Mapping[str, Value | tuple[float, 
     return flat
 
 
-def slew_end(name: ConfigurationName) -> float:
-    """Return when the rigid slew of the paper ends [s]: start, two torque pulses and the coast between them.
-
-    The same for both configurations, whose wheels have equal torque and momentum in all (P, table 1).
-    """
-    config = configuration(name)
-    wheels = 11 if config.wheels_at_sites else 2  # about body x
-    wheel, slew = config.wheel, config.slew
-    angle = slew.rotation[0]
-    momentum = slew.authority * wheels * wheel.inertia * wheel.speed_band
-    ramp = wheel.inertia * wheel.speed_band / wheel.torque_limit
-    inertia = 2.177e5  # kg.m2 (PHYSICS section 1)
-    return slew.start_time + angle * inertia / momentum + ramp
+def slew_end(design: Design) -> float:
+    """Return when the paper's rigid slew ends [s], as the design's controller plans it."""
+    matrices, config = design.controller, design.config
+    capability = config.slew.authority * np.sum(np.abs(matrices.wheel_axis), axis=0)
+    profile = plan(
+        np.array(config.slew.rotation),
+        config.slew.start_time,
+        matrices.inertia,
+        capability * matrices.torque_limit,
+        capability * matrices.wheel_inertia * matrices.speed_band,
+    )
+    return profile.end

@@ -1,0 +1,180 @@
+"""Run many simulations in parallel processes, with a progress bar each."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import Empty
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from lockstep import RunError, load_system, simulate
+
+from .runs import read_run, write_metrics
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """One simulation of one of our systems, and where its results go."""
+
+    system: Path
+    folder: Path
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    stop_time: float | None = None
+
+    @property
+    def title(self) -> str:
+        """Name in progress and messages."""
+        return self.folder.name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finished:
+    """A completed job."""
+
+    job: Job
+    metrics: Mapping[str, float]  # SI
+    wall_time: float  # s
+    simulated_time: float  # s
+
+
+_reports: Any = None  # queue to the parent, in a worker
+
+
+def _prepare_worker(reports: Any) -> None:
+    global _reports
+    _reports = reports
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def run_job(job: Job) -> Finished:
+    """Simulate, and leave the metrics in the results folder."""
+
+    def progress(simulated: float, stop: float) -> None:
+        if _reports is not None:
+            _reports.put((job.title, simulated, stop))
+
+    summary = simulate(
+        load_system(job.system),
+        job.folder,
+        stop_time=job.stop_time,
+        overrides=dict(job.overrides),
+        progress=progress,
+        overwrite=True,
+    )
+    metrics = write_metrics(read_run(job.folder))
+    return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)
+
+
+def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished]:
+    """Run jobs, each in a process of its own, and return them in the given order.
+
+    Parameters
+    ----------
+    jobs : their folders must differ
+    processes : at once; None for one a core
+
+    Raises
+    ------
+    RunError
+        If a run fails or its process dies; the others are stopped, and what they simulated stays readable.
+    KeyboardInterrupt
+        After Ctrl-C, once the workers have closed their results.
+    """
+    context = multiprocessing.get_context("spawn")  # FMUs keep state in the process: none may be inherited
+    reports: Any = context.Queue()
+    workers = min(processes or len(os.sched_getaffinity(0)), len(jobs))
+    done: dict[int, Finished] = {}
+    with (
+        _show([job.title for job in jobs]) as show,
+        ProcessPoolExecutor(
+            workers, mp_context=context, initializer=_prepare_worker, initargs=(reports,), max_tasks_per_child=1
+        ) as pool,
+    ):
+        futures = {pool.submit(run_job, job): number for number, job in enumerate(jobs)}
+        pending = set(futures)
+        try:
+            while pending:
+                finished, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
+                _drain(reports, show)
+                for future in finished:
+                    number = futures[future]
+                    done[number] = _result(future, jobs[number])
+        except BaseException:
+            _stop(pool, pending)
+            raise
+    return [done[number] for number in range(len(jobs))]
+
+
+def _result(future: Future[Finished], job: Job) -> Finished:
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        raise RunError(f"{job.title}: its process died; run it alone with `flexsat run` to see why") from None
+    except (ValueError, RunError) as error:
+        raise type(error)(f"{job.title}: {error}") from None
+
+
+def _stop(pool: ProcessPoolExecutor, pending: set[Future[Finished]]) -> None:
+    """Interrupt the workers, so that they close their results, and start no other job."""
+    for future in pending:
+        future.cancel()
+    for process in list((pool._processes or {}).values()):
+        with suppress(ProcessLookupError):
+            os.kill(process.pid, signal.SIGINT)
+    pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _drain(reports: Any, show: Callable[[str, float, float], None]) -> None:
+    latest: dict[str, tuple[float, float]] = {}
+    with suppress(Empty):
+        while True:
+            title, simulated, stop = reports.get_nowait()
+            latest[title] = (simulated, stop)
+    for title, (simulated, stop) in latest.items():
+        show(title, simulated, stop)
+
+
+@contextmanager
+def _show(titles: Sequence[str]) -> Iterator[Callable[[str, float, float], None]]:
+    """Yield what shows a run's progress: a bar for each on a terminal, a line for each finished one elsewhere."""
+    console = Console(file=sys.stderr)
+    if not console.is_terminal:
+        ended: set[str] = set()
+
+        def line(title: str, simulated: float, stop: float) -> None:
+            if simulated >= stop and title not in ended:
+                ended.add(title)
+                print(
+                    f"{title}: {simulated:g} s simulated ({len(ended)} of {len(titles)})", file=sys.stderr, flush=True
+                )
+
+        yield line
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console) as bars:
+        tasks = {title: bars.add_task(title, total=1.0, start=False) for title in titles}
+        started: set[str] = set()
+
+        def bar(title: str, simulated: float, stop: float) -> None:
+            if title not in started:
+                started.add(title)
+                bars.start_task(tasks[title])
+            bars.update(tasks[title], completed=simulated, total=stop)
+
+        yield bar

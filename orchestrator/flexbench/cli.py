@@ -1,0 +1,137 @@
+"""The command line: `flexsat build`, `run`, `paper`, `equivalence`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+# One thread a process: the matrices are small, and several runs share the machine. Before numpy is imported.
+for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
+
+FMUS, RESULTS = Path("fmus"), Path("results")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit code: 0, 1 failed run, 2 bad input, 130 Ctrl-C."""
+    try:
+        options = _parser().parse_args(arguments)
+        command: Callable[[argparse.Namespace], int] = options.call
+        return command(options)
+    except KeyboardInterrupt:
+        code, message = 130, "interrupted; what was simulated is in the results folder"
+    except BrokenPipeError:
+        return 1
+    except OSError as error:
+        code, message = 1, f"{error.filename or 'system'}: {error.strerror or error}"
+    except Exception as error:
+        code, message = _told(error)
+    print(f"flexsat: {' '.join(message.split())}", file=sys.stderr)
+    return code
+
+
+def _told(error: Exception) -> tuple[int, str]:
+    from lockstep import RunError
+
+    if isinstance(error, RunError):
+        return 1, str(error)
+    if isinstance(error, ValueError):  # lockstep.InputError is one
+        return 2, str(error)
+    return 1, f"internal error, please report it: {type(error).__name__}: {error}"
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="flexsat", description="Co-simulation bench for the attitude control of large flexible spacecraft."
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    plain = argparse.RawDescriptionHelpFormatter
+
+    def add(name: str, call: Callable[[argparse.Namespace], int], text: str, example: str) -> argparse.ArgumentParser:
+        command = commands.add_parser(
+            name, help=text, description=text, epilog=f"example:\n  {example}\n", formatter_class=plain
+        )
+        command.set_defaults(call=call)
+        return command
+
+    build = add("build", _build, "build the FMUs and system files", "flexsat build --configuration distributed")
+    build.add_argument("--configuration", action="append", choices=("centralised", "distributed"), metavar="NAME",
+                       help="centralised or distributed (default: both)")  # fmt: skip
+    build.add_argument("--out", type=Path, default=FMUS, metavar="DIR", help="folder to fill (default: fmus)")
+
+    run = add(
+        "run",
+        _run,
+        "run one system, and leave its metrics and figures",
+        "flexsat run fmus/distributed/slew.ssd --seed 3 --set plant.initial.mrp[1]=1e-6 --stop 200",
+    )
+    run.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
+    run.add_argument("--out", type=Path, metavar="DIR", help="results folder (default: results/NAME OF THE SYSTEM)")
+    run.add_argument("--stop", metavar="S", help="stop time in seconds (default: the system file's)")
+    run.add_argument("--seed", type=int, metavar="N", help="seed of plant and sensors")
+    run.add_argument("--as-published", action="store_true", help="with the slips of the published release")
+    run.add_argument("--set", action="append", default=[], metavar="C.P=V", help="set parameter P of component C")
+    run.add_argument("--delay", action="append", default=[], metavar="A:B=N", help="delay from A to B in ticks")
+    run.add_argument("--period", action="append", default=[], metavar="C=S", help="period of component C in seconds")
+    run.add_argument("--record", action="append", metavar="PATTERN", help="outputs to record, or all")
+    run.add_argument("--record-period", metavar="S", help="time between two recorded rows in seconds")
+    run.add_argument("--overwrite", action="store_true", help="replace an earlier run in the results folder")
+
+    paper = add(
+        "paper",
+        _paper,
+        "build, run the paper's six runs, and print its table with our numbers beside it",
+        "flexsat paper --seeds 6",
+    )
+    paper.add_argument("--as-published", action="store_true", help="only with the slips of the published release")
+    paper.add_argument("--corrected", action="store_true", help="only without them (default: both)")
+    paper.add_argument("--seeds", type=int, default=1, metavar="N", help="run seeds 1 to N (default: 1)")
+    paper.add_argument("--duration", type=float, default=300.0, metavar="S", help="simulated time (default: 300)")
+    paper.add_argument("--out", type=Path, default=RESULTS / "paper", metavar="DIR",
+                       help="results folder (default: results/paper)")  # fmt: skip
+    paper.add_argument("--fmus", type=Path, default=FMUS, metavar="DIR", help="folder of the FMUs (default: fmus)")
+    paper.add_argument("--jobs", type=int, metavar="N", help="processes at once (default: one a core)")
+
+    gate = add(
+        "equivalence",
+        _equivalence,
+        "compare the co-simulation with the same steppers in one plain loop",
+        "flexsat equivalence --configuration distributed --scenario slew --duration 30",
+    )
+    gate.add_argument("--configuration", action="append", choices=("centralised", "distributed"), metavar="NAME",
+                      help="centralised or distributed (default: both)")  # fmt: skip
+    gate.add_argument("--scenario", action="append", choices=("slew", "fine_pointing", "fine_pointing_open_loop"),
+                      metavar="NAME", help="slew, fine_pointing, ... (default: these two)")  # fmt: skip
+    gate.add_argument("--seed", type=int, default=1, metavar="N", help="seed of both (default: 1)")
+    gate.add_argument("--duration", type=float, default=300.0, metavar="S", help="simulated time (default: 300)")
+    gate.add_argument("--record", action="append", metavar="PATTERN", help="signals to compare (default: as recorded)")
+    gate.add_argument("--out", type=Path, default=RESULTS / "equivalence", metavar="DIR", help="results folder")
+    gate.add_argument("--fmus", type=Path, default=FMUS, metavar="DIR", help="folder of the FMUs (default: fmus)")
+    return parser
+
+
+def _build(options: argparse.Namespace) -> int:
+    from . import commands
+
+    return commands.build(options.configuration or ("centralised", "distributed"), options.out)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from . import commands
+
+    return commands.run(options)
+
+
+def _paper(options: argparse.Namespace) -> int:
+    from . import commands
+
+    return commands.paper(options)
+
+
+def _equivalence(options: argparse.Namespace) -> int:
+    from . import commands
+
+    return commands.equivalence(options)

@@ -1,0 +1,130 @@
+"""What the commands do. Imported once the command line is understood: numpy and the rest take a moment."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+
+from flexsat.build import build_configuration, build_designs
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from lockstep import InputError, System, load_system, simulate
+from lockstep.clock import nanoseconds
+from lockstep.progress import show_progress
+
+from . import equivalence as gate
+from . import paper as study
+from .published import VARIANTS, Variant
+from .runs import read_run, write_metrics
+from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
+from .systems import write_systems
+from .table import as_text
+
+
+def build(names: Sequence[ConfigurationName], folder: Path) -> int:
+    """Build FMUs and system files, a line each."""
+    started = perf_counter()
+    for name in names:
+        build_configuration(name, folder, print)
+        for path in write_systems(build_designs(name), folder / name):
+            print(path)
+    print(f"built in {perf_counter() - started:.1f} s")
+    return 0
+
+
+def run(options: argparse.Namespace) -> int:
+    """Simulate one system; add metrics and figures if it is one of ours and long enough."""
+    if not options.system.exists() and options.system.suffix == ".ssd":
+        raise InputError(f"{options.system}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
+    system = _changed(load_system(options.system), options.delay, options.period)
+    overrides: dict[str, object] = {}
+    if options.as_published:
+        overrides |= scalar_overrides(scenario_parameters(_scenario_of(system), as_published=True))
+    if options.seed is not None:
+        overrides |= {"plant.seed": options.seed, "sensors.seed": options.seed}
+    for text in options.set:
+        key, equals, value = text.partition("=")
+        if not (key and equals):
+            raise InputError(f"--set {text}: write COMPONENT.PARAMETER=VALUE")
+        overrides[key] = value
+    folder = options.out or Path("results", system.name)
+    with show_progress(system.name) as progress:
+        summary = simulate(
+            system,
+            folder,
+            stop_time=options.stop,
+            overrides=overrides,
+            record=options.record,
+            record_period=options.record_period,
+            progress=progress,
+            overwrite=options.overwrite,
+        )
+    speed = summary.simulated_time / max(summary.wall_time, 1e-9)
+    print(f"{summary.simulated_time:g} s simulated in {summary.wall_time:.1f} s ({speed:.1f} x real time): {folder}")
+    try:
+        metrics = write_metrics(read_run(folder))
+    except InputError as error:
+        print(f"no metrics.json: {error}")
+        return 0
+    for key, value in metrics.items():
+        print(f"  {key:16} {value:.4g}")
+    return 0
+
+
+def _changed(system: System, delays: Sequence[str], periods: Sequence[str]) -> System:
+    for text in delays:
+        ends, _, ticks = text.rpartition("=")
+        start, _, end = ends.partition(":")
+        if not (start and end and ticks.isdecimal()):
+            raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example sensors:controller=5")
+        system = system.with_delay(start, end, int(ticks))
+    for text in periods:
+        name, equals, period = text.partition("=")
+        if not (name and equals):
+            raise InputError(f"--period {text}: write COMPONENT=SECONDS, for example sensors=0.005")
+        system = system.with_period(name, nanoseconds(period, f"--period {name}"))
+    return system
+
+
+def _scenario_of(system: System) -> ScenarioName:
+    for scenario in sorted(SCENARIOS, key=len, reverse=True):
+        if system.name.endswith(scenario.replace("_", "-")):
+            return scenario
+    raise InputError(f"--as-published: system {system.name} is none of the paper's; they end in slew, fine-pointing")
+
+
+def paper(options: argparse.Namespace) -> int:
+    """Run the paper's study."""
+    if options.seeds < 1:
+        raise InputError(f"--seeds {options.seeds}: must be 1 or more")
+    chosen: list[Variant] = [variant for variant in VARIANTS if getattr(options, variant)] or list(VARIANTS)
+    seeds = range(1, options.seeds + 1)
+    build(CONFIGURATIONS, options.fmus)
+    results = study.run_paper(options.fmus, options.out, chosen, seeds, options.duration, options.jobs)
+    print(as_text(results))
+    print("\n".join(str(path) for path in study.draw_paper(options.out, chosen, seeds[0])))
+    print(f"table.txt, table.md, table.csv, table.json and every run: {options.out}")
+    return 0
+
+
+def equivalence(options: argparse.Namespace) -> int:
+    """Run the equivalence gate; exit code 1 if it does not hold."""
+    failed = False
+    for name in options.configuration or CONFIGURATIONS:
+        if not (options.fmus / name / "slew.ssd").is_file():
+            build((name,), options.fmus)
+        for scenario in options.scenario or ("slew", "fine_pointing"):
+            folder = options.out / f"{name}-{scenario.replace('_', '-')}"
+            differences = gate.compare(
+                options.fmus, folder, name, scenario, options.seed, options.duration, options.record
+            )
+            worst = max(differences, key=lambda difference: difference.relative)
+            failed |= not worst.met
+            signals = sum(difference.scalars for difference in differences)
+            verdict = "equal" if worst.relative == 0.0 else f"largest difference {worst.relative:.1e} in {worst.port}"
+            print(f"{name} {scenario}, {options.duration:g} s, seed {options.seed}: {signals} signals, {verdict}")
+    if failed:
+        print(f"flexsat: the gate of {gate.TOLERANCE:g} does not hold", file=sys.stderr)
+    return 1 if failed else 0

@@ -1,0 +1,93 @@
+"""The paper's study: six runs a variant and seed, in parallel processes, then table and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+
+from .campaign import Job, run_jobs
+from .published import Variant
+from .runs import read_run
+from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
+from .table import Key, Results, as_csv, as_json, as_markdown, as_text
+
+
+def run_folder(folder: Path, variant: Variant, name: ConfigurationName, scenario: ScenarioName, seed: int) -> Path:
+    """Return where one run of the study goes."""
+    parts = [name, scenario.replace("_", "-"), *(["as-published"] if variant == "as_published" else []), f"seed{seed}"]
+    return folder / "-".join(parts)
+
+
+def plan_jobs(
+    fmus: Path, folder: Path, variants: Sequence[Variant], seeds: Sequence[int], duration: float
+) -> dict[tuple[Key, int], Job]:
+    """Return every run of the study, by variant, configuration and scenario, and seed."""
+    return {
+        ((variant, name, scenario), seed): Job(
+            system=fmus / name / f"{scenario}.ssd",
+            folder=run_folder(folder, variant, name, scenario, seed),
+            overrides=scalar_overrides(
+                scenario_parameters(scenario, as_published=variant == "as_published", seed=seed)
+            ),
+            stop_time=duration,
+        )
+        for seed in seeds
+        for variant in variants
+        for scenario in SCENARIOS
+        for name in reversed(CONFIGURATIONS)  # the longer runs first
+    }
+
+
+def run_paper(
+    fmus: Path,
+    folder: Path,
+    variants: Sequence[Variant],
+    seeds: Sequence[int],
+    duration: float,
+    processes: int | None = None,
+) -> Results:
+    """Run the study and leave table and runs in `folder`."""
+    jobs = plan_jobs(fmus, folder, variants, seeds, duration)
+    finished = run_jobs(list(jobs.values()), processes)
+    metrics: dict[Key, list[Mapping[str, float]]] = {}
+    for (key, _), done in zip(jobs, finished, strict=True):
+        metrics.setdefault(key, []).append(done.metrics)
+    results = Results(metrics=metrics, seeds=list(seeds), duration=duration)
+    for name, content in (
+        ("table.txt", as_text(results)),
+        ("table.md", as_markdown(results)),
+        ("table.csv", as_csv(results)),
+        ("table.json", as_json(results)),
+    ):
+        (folder / name).write_text(content, encoding="utf-8")
+    return results
+
+
+def draw_paper(folder: Path, variants: Sequence[Variant], seed: int) -> list[Path]:
+    """Draw the figures of the study from one seed's runs; return their paths."""
+    from . import figures  # matplotlib takes a second to import: only those who draw pay
+
+    paths: list[Path] = []
+    for variant in variants:
+        suffix = "-as-published" if variant == "as_published" else ""
+        by_scenario = {
+            scenario: {name: read_run(run_folder(folder, variant, name, scenario, seed)) for name in CONFIGURATIONS}
+            for scenario in SCENARIOS
+        }
+        signals = {
+            scenario: {name: run.signals() for name, run in runs.items()} for scenario, runs in by_scenario.items()
+        }
+        designs = {name: run.design for name, run in by_scenario["slew"].items()}
+        drawn = {
+            f"slew{suffix}": figures.slew_comparison(signals["slew"], designs),
+            f"fine-pointing{suffix}": figures.fine_pointing_comparison(
+                signals["fine_pointing"], signals["fine_pointing_open_loop"]
+            ),
+        }
+        if not paths:
+            drawn["mode-shapes"] = figures.mode_shapes(designs["centralised"])
+        for name, figure in drawn.items():
+            paths += figures.save_figure(figure, folder / "figures", name)
+    return paths

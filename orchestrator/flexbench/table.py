@@ -1,0 +1,220 @@
+"""The paper's results table with our numbers beside it: as text, Markdown, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+
+from .published import REMARKS, ROWS, VARIANTS, Row, Variant
+
+Key = tuple[Variant, ConfigurationName, str]  # variant, configuration, scenario
+WITHIN = 0.10  # relative deviation from the reference that counts as met
+DEVIATIONS = 3.0  # or this many standard deviations of one seed, where it scatters more
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """One of our numbers, in the printed unit, over the seeds."""
+
+    mean: float
+    deviation: float | None  # standard deviation of one seed; None with a single seed
+    count: int
+
+    @property
+    def text(self) -> str:
+        """The mean, and the spread if there is one."""
+        spread = "" if self.deviation is None else f" ± {number(self.deviation)}"
+        return number(self.mean) + spread
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """How one of our numbers compares with our earlier independent simulation."""
+
+    reference: float
+    deviation: float  # relative
+    criterion: str
+    met: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Results:
+    """All metrics of a study, by variant, configuration and scenario: one mapping a seed."""
+
+    metrics: Mapping[Key, Sequence[Mapping[str, float]]]
+    seeds: Sequence[int]
+    duration: float  # s
+
+    def cell(self, row: Row, variant: Variant, name: ConfigurationName) -> Cell | None:
+        """Return our number for a cell; None if that variant was not run."""
+        runs = self.metrics.get((variant, name, row.scenario))
+        if not runs:
+            return None
+        values = np.array([run[row.key] for run in runs]) * row.scale
+        deviation = float(values.std(ddof=1)) if len(values) > 1 else None
+        return Cell(mean=float(values.mean()), deviation=deviation, count=len(values))
+
+    @property
+    def variants(self) -> list[Variant]:
+        """The variants that were run."""
+        return [variant for variant in VARIANTS if any(key[0] == variant for key in self.metrics)]
+
+
+def number(value: float) -> str:
+    """Print three significant digits, without a needless exponent."""
+    if value == 0.0:
+        return "0"
+    if 1e-2 <= abs(value) < 1e4:
+        return f"{value:.3g}" if abs(value) < 1e3 else f"{value:.0f}"
+    mantissa, exponent = f"{value:.2e}".split("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+def judge(cell: Cell, reference: float) -> Verdict:
+    """Compare with the reference: within 10 %, or within three standard deviations where one seed scatters more."""
+    deviation = cell.mean / reference - 1.0 if reference else (0.0 if cell.mean == 0.0 else float("inf"))
+    spread = cell.deviation or 0.0
+    if reference and DEVIATIONS * spread > WITHIN * abs(reference) and spread > WITHIN * abs(reference):
+        return Verdict(
+            reference=reference,
+            deviation=deviation,
+            criterion="3 standard deviations",
+            met=abs(cell.mean - reference) <= DEVIATIONS * spread,
+        )
+    return Verdict(
+        reference=reference, deviation=deviation, criterion="10 %", met=abs(cell.mean - reference) <= WITHIN * reference
+    )
+
+
+def _header(results: Results) -> list[str]:
+    columns = ["row", "unit"]
+    for name in CONFIGURATIONS:
+        columns += [f"{name}: published", *(f"{name}: {variant.replace('_', ' ')}" for variant in results.variants)]
+    return columns
+
+
+def _lines(results: Results) -> list[list[str]]:
+    lines = []
+    for row in ROWS:
+        line = [row.label, row.unit]
+        for name in CONFIGURATIONS:
+            cells = [results.cell(row, variant, name) for variant in results.variants]
+            line += [number(row.published_for(name)), *(cell.text if cell else "-" for cell in cells)]
+        lines.append(line)
+    return lines
+
+
+def footnotes(results: Results) -> list[str]:
+    """Return seeds, definitions and remarks, a line each."""
+    seeds = ", ".join(map(str, results.seeds))
+    spread = " (mean ± standard deviation of one seed)" if len(results.seeds) > 1 else ""
+    notes = [f"Runs of {results.duration:g} s through the FMUs; seeds {seeds}{spread}."]
+    notes += [f"{row.label}: {row.definition}{f' ({row.note})' if row.note else ''}." for row in ROWS]
+    return notes + list(REMARKS)
+
+
+def as_text(results: Results, width: int = 150) -> str:
+    """Return the table for a terminal."""
+    console = Console(file=io.StringIO(), width=width)
+    table = Table(title="Results of the paper, and ours")
+    for column in _header(results):
+        table.add_column(column, justify="left" if column in ("row", "unit") else "right")
+    for line in _lines(results):
+        table.add_row(*line)
+    console.print(table)
+    console.print(_comparison(results))
+    output = console.file
+    assert isinstance(output, io.StringIO)
+    return output.getvalue() + "\n".join(footnotes(results)) + "\n"
+
+
+def _comparison(results: Results) -> Table:
+    table = Table(title="Against our earlier independent simulation on the same mesh")
+    for column in ("row", "variant", "configuration", "ours", "reference", "deviation", "criterion", ""):
+        table.add_column(column, justify="right" if column in ("ours", "reference", "deviation") else "left")
+    for row, variant, name, cell, verdict in verdicts(results):
+        deviation = f"{100.0 * verdict.deviation:+.0f} %" if np.isfinite(verdict.deviation) else "-"
+        table.add_row(
+            row.label,
+            variant.replace("_", " "),
+            name,
+            cell.text,
+            number(verdict.reference),
+            deviation,
+            verdict.criterion,
+            "met" if verdict.met else "not met",
+        )
+    return table
+
+
+def verdicts(results: Results) -> list[tuple[Row, Variant, ConfigurationName, Cell, Verdict]]:
+    """Return the comparison of every number that was run with its reference."""
+    found = []
+    for row in ROWS:
+        for variant in results.variants:
+            for name in CONFIGURATIONS:
+                cell = results.cell(row, variant, name)
+                if cell is not None:
+                    found.append((row, variant, name, cell, judge(cell, row.reference_for(variant, name))))
+    return found
+
+
+def as_markdown(results: Results) -> str:
+    """Return the table in Markdown, with its footnotes."""
+    header = _header(results)
+    rules = ["---" if column in ("row", "unit") else "---:" for column in header]
+    rows = [header, rules, *_lines(results)]
+    table = "\n".join("| " + " | ".join(row) + " |" for row in rows)
+    return table + "\n\n" + "\n".join(f"- {note}" for note in footnotes(results)) + "\n"
+
+
+def as_csv(results: Results) -> str:
+    """Return one line a number: full precision, in the printed unit."""
+    output = io.StringIO()
+    writer = csv.writer(output, lineterminator="\n")
+    writer.writerow(
+        ["row", "unit", "variant", "configuration", "published", "mean", "standard deviation", "seeds", "reference"]
+    )
+    for row, variant, name, cell, verdict in verdicts(results):
+        spread = "" if cell.deviation is None else repr(cell.deviation)
+        writer.writerow(
+            [row.label, row.unit, variant, name, row.published_for(name), repr(cell.mean), spread, cell.count,
+             verdict.reference]
+        )  # fmt: skip
+    return output.getvalue()
+
+
+def as_json(results: Results) -> str:
+    """Return everything behind the table, every seed's metrics in SI included."""
+    content = {
+        "seeds": list(results.seeds),
+        "duration": results.duration,
+        "rows": [
+            {
+                "row": row.label,
+                "unit": row.unit,
+                "definition": row.definition,
+                "variant": variant,
+                "configuration": name,
+                "published": row.published_for(name),
+                "mean": cell.mean,
+                "standard_deviation": cell.deviation,
+                "reference": verdict.reference,
+                "criterion": verdict.criterion,
+                "met": verdict.met,
+            }
+            for row, variant, name, cell, verdict in verdicts(results)
+        ],
+        "metrics_si": {" ".join(key): [dict(run) for run in runs] for key, runs in results.metrics.items()},
+        "remarks": list(REMARKS),
+    }
+    return json.dumps(content, indent=2) + "\n"
