@@ -41,17 +41,17 @@ def component_resources(designs: Designs, component: str) -> dict[str, bytes]:
 
 
 def build_configuration(
-    name: ConfigurationName, folder: Path, report: Callable[[str], None] = lambda _: None
+    designs: Designs, folder: Path, report: Callable[[str], None] = lambda _: None
 ) -> dict[str, BuiltFmu]:
     """Build plant, sensors and controller into `folder`/<configuration>/, each replaced in one piece.
 
     Parameters
     ----------
-    name : configuration
+    designs : of one configuration
     folder : usually `fmus`
     report : called with a line for each file written
     """
-    designs = build_designs(name)
+    name = designs.corrected.config.name
     built = {}
     for component, shell in SHELLS.items():
         path = folder / name / f"{component}.fmu"

@@ -130,8 +130,9 @@ def _stop(pool: ProcessPoolExecutor, pending: set[Future[Finished]]) -> None:
     for future in pending:
         future.cancel()
     for process in list((pool._processes or {}).values()):
-        with suppress(ProcessLookupError):
-            os.kill(process.pid, signal.SIGINT)
+        if process.pid is not None:
+            with suppress(ProcessLookupError):
+                os.kill(process.pid, signal.SIGINT)
     pool.shutdown(wait=True, cancel_futures=True)
 
 

@@ -16,6 +16,7 @@ from lockstep.progress import show_progress
 
 from . import equivalence as gate
 from . import paper as study
+from .metrics import SETTLED_FROM
 from .published import VARIANTS, Variant
 from .runs import read_run, write_metrics
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
@@ -27,8 +28,9 @@ def build(names: Sequence[ConfigurationName], folder: Path) -> int:
     """Build FMUs and system files, a line each."""
     started = perf_counter()
     for name in names:
-        build_configuration(name, folder, print)
-        for path in write_systems(build_designs(name), folder / name):
+        designs = build_designs(name)
+        build_configuration(designs, folder, print)
+        for path in write_systems(designs, folder / name):
             print(path)
     print(f"built in {perf_counter() - started:.1f} s")
     return 0
@@ -39,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     if not options.system.exists() and options.system.suffix == ".ssd":
         raise InputError(f"{options.system}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
     system = _changed(load_system(options.system), options.delay, options.period)
-    overrides: dict[str, object] = {}
+    overrides: dict[str, float | int | bool | str] = {}
     if options.as_published:
         overrides |= scalar_overrides(scenario_parameters(_scenario_of(system), as_published=True))
     if options.seed is not None:
@@ -100,6 +102,10 @@ def paper(options: argparse.Namespace) -> int:
     if options.seeds < 1:
         raise InputError(f"--seeds {options.seeds}: must be 1 or more")
     chosen: list[Variant] = [variant for variant in VARIANTS if getattr(options, variant)] or list(VARIANTS)
+    if not options.duration > SETTLED_FROM:
+        raise InputError(
+            f"--duration {options.duration:g}: the table refers to t > {SETTLED_FROM:g} s; simulate longer"
+        )
     seeds = range(1, options.seeds + 1)
     build(CONFIGURATIONS, options.fmus)
     results = study.run_paper(options.fmus, options.out, chosen, seeds, options.duration, options.jobs)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexsat.build import build_designs
 from flexsat.monolith import Monolith
@@ -80,7 +81,7 @@ def compare(
     ]
 
 
-def relative_difference(ours: np.ndarray, reference: np.ndarray) -> float:  # type: ignore[type-arg]
+def relative_difference(ours: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
     """Return the largest difference over the reference's largest value; of zero signals, zero or infinity."""
     difference, size = float(np.abs(ours - reference).max()), float(np.abs(reference).max())
     if difference == 0.0:
