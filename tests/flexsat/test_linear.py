@@ -29,7 +29,7 @@ def stepped(design, plant, x, inputs):
     state.structure[:] = np.concatenate([x[index.modal_displacement], drift, x[index.rate], x[index.modal_velocity]])
     state.momentum[:] = inertia * (design.model.nominal_speed + x[index.wheel_speed])
     now = plant.momentum_map @ state.structure[modes:]  # the terms of the step before: those of the present state
-    state.gyroscopic[:] = now[9:] * np.tile(state.momentum, 2)
+    state.drive[plant.input_count : -6] = now[9:] * np.tile(state.momentum, 2)
     state, outputs = nonlinear.step(plant, state, inputs)
     end = np.zeros(index.unfiltered)
     end[index.mrp], end[index.rate] = outputs.mrp, outputs.rate
@@ -54,7 +54,7 @@ def test_every_column_is_the_plants_derivative(design, nominal_plant):
     filter_jitter = model.b_jitter[model.index.filter_rate] / model.filter_corner
 
     def compare(x, u, name):
-        inputs[: 5 * wheels] = u
+        inputs[:wheels], inputs[wheels:-6] = u[:wheels], design.spacecraft.wrench_of_jitter @ u[wheels:]
         end, outputs = stepped(design, nominal_plant, SMALL * x, SMALL * inputs)
         expected = a[:n, :n] @ x + b_torque[:n] @ u[:wheels] + b_jitter[:n] @ u[wheels:]
         scale = max(np.abs(expected).max(), STEP)
@@ -90,7 +90,7 @@ def test_star_tracker_row_is_small_rotation_angles(design):
 
 
 def test_filter_is_butterworth(design):
-    """The poles of the filter rows, with nothing else moving, are a second-order Butterworth pair, and its gain is 1."""
+    """Alone, the filter rows have the poles of a second-order Butterworth filter, and unit gain at rest."""
     model = design.model
     corner = 2.0 * np.pi * 80.0
     k, start = model.index.accelerometers, model.index.filter_output.start
