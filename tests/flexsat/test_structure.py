@@ -34,6 +34,22 @@ def test_mesh_of_record_counts(of_record):
     assert_allclose(mesh.areas.sum(), AREA, rtol=1e-12)
 
 
+def test_nodes_of_record(of_record):
+    """Interior nodes as PHYSICS section 1 lists them, radius @ angle with mirror images, six times each."""
+    listed = [(3.4641, 0.0), (4.66, 30.0), (6.27, 0.0), (7.66, 30.0), (9.29, 9.4), (9.29, -9.4), (10.65, 37.3)]
+    listed += [(10.65, 22.7), (11.763, 0.0), (12.24, 30.0), (12.24, 13.3), (12.24, -13.3), (14.176, 0.0)]
+    points = np.array([r * np.exp(1j * np.radians(a + 60.0 * k)) for r, a in listed for k in range(6)])
+    nodes = of_record.mesh.nodes @ [1.0, 1.0j]
+    gap = np.abs(nodes[:, None] - points).min(axis=0)
+    assert_allclose(gap, 0.0, atol=1e-12)  # rounding
+    assert len(points) == 78
+    # the rest lie on tile vertices: at distances from the centre that are side times the root of a whole number
+    rest = nodes[np.abs(nodes[:, None] - points).min(axis=1) > 1e-9]
+    square = np.abs(rest) ** 2 / 4.0
+    assert_allclose(square, np.round(square), atol=1e-12)
+    assert len(rest) == 60
+
+
 def test_mass_and_inertia(of_record):
     # exact moments: the mesh covers the tiles, and x y, x^2 - y^2 vanish by the six-fold symmetry
     assert_allclose(of_record.total_mass, 4200.0, rtol=1e-12)  # rounding
