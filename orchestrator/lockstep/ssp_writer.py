@@ -11,7 +11,7 @@ from lxml import etree  # type: ignore[import-untyped]
 from lockstep.clock import seconds_text
 from lockstep.fmu import read_description
 from lockstep.parameters import parse_value, settable
-from lockstep.ssp_xml import ANNOTATION, LOCKSTEP, SSC, SSD, SSV
+from lockstep.ssp_xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV
 from lockstep.system import Component, Connection, Connector, System, Value
 from lockstep.units import BASES, Unit
 
@@ -25,7 +25,7 @@ def write_ssd(system: System, path: Path | str) -> None:
     root = etree.Element(
         f"{{{SSD}}}SystemStructureDescription",
         attrib={"version": "1.0", "name": system.name},
-        nsmap={"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP},
+        nsmap={"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP, "osp": OSP},
     )
     top = _add(root, SSD, "System", name=system.name)
     elements = _add(top, SSD, "Elements")
@@ -83,7 +83,10 @@ def _write_component(parent: etree._Element, component: Component, ports: Iterab
         used = {u.name: u for n, u in component.units.items() if n in component.parameters}
         _write_units(parameters.getparent(), SSV, used)
     timing = {"period": seconds_text(component.period), "offset": seconds_text(component.offset)}
-    _annotate(element, "Component", **timing, kind=component.kind)
+    own = _annotate(element, "Component", **timing, kind=component.kind)
+    # how libcosim and ecos are told of a component's own step
+    other = _add(own.getparent().getparent(), SSC, "Annotation", type="com.opensimulationplatform")
+    _add(other, OSP, "StepSizeHint", value=seconds_text(component.period))
 
 
 def _connectors(component: Component, connections: Iterable[Connection]) -> list[Connector]:

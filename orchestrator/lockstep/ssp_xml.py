@@ -15,6 +15,7 @@ SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 LOCKSTEP = "urn:lockstep:1"
 ANNOTATION = "lockstep"
+OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 MAIN = "SystemStructure.ssd"  # of a folder or an archive
 PARAMETERS = "SystemStructureParameterValues.xsd"
 TYPES = ("Real", "Integer", "Boolean", "String")

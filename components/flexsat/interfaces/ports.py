@@ -34,7 +34,7 @@ class Port:
     start : value before initialisation, or one per element (inputs and parameters only)
     variability : None chooses fixed for a parameter, continuous for a real, discrete otherwise
     depends_on : inputs that feed through to this output; "name[i]" when element i depends on element i alone
-    initial_depends_on : what an output's initial value depends on; None means all parameters and `depends_on`
+    initial_depends_on : what an output's initial value depends on; None means all parameters and no input
     on_demand : an output that is computed only when somebody reads it
     frame : frame the quantity is expressed in, told in the description
     display_unit : unit that tools should show
@@ -245,7 +245,7 @@ class PortTable:
         port = variable.port
         names = port.depends_on
         if initial:
-            names = port.initial_depends_on if port.initial_depends_on is not None else (*names, *self._parameters())
+            names = port.initial_depends_on if port.initial_depends_on is not None else self._parameters()
         indices = set()
         for name in names:
             source = self._dependency(port, name)
@@ -255,6 +255,16 @@ class PortTable:
             else:
                 indices.update(range(first, first + source.length))
         return tuple(sorted(indices))
+
+    def starts_from(self, port: Port) -> bool:
+        """Tell whether the start of a run depends on a port: a parameter, or an input of some initial value."""
+        if port.causality != "input":
+            return port.causality == "parameter"
+        return any(
+            port.name == name.removesuffix(ELEMENTWISE)
+            for output in self.ports
+            for name in output.initial_depends_on or ()
+        )
 
     def _parameters(self) -> tuple[str, ...]:
         return tuple(port.name for port in self.ports if port.causality == "parameter")

@@ -75,6 +75,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         self.values = PortValues(self.table)
         self._outputs = self.values.arrays["real"][self.table.run("output")]
         self._zeros = np.zeros_like(self._outputs)
+        self._starting = {port.name for port in self.table if self.table.starts_from(port)}
         self._feeds_on_demand = any(port.on_demand and port.depends_on for port in self.table)
         self._phase = Phase.INSTANTIATED
         self._started = False  # whether `start` has run with the present parameters and inputs
@@ -359,7 +360,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
             limited = any(self.values.variable(kind, i).port.limited for i in vrs)
             if kind == "real" and not limited:  # what has limits is checked each time
                 self._writes[vrs[0], len(vrs)] = (vrs, writer)
-        else:
+        elif any(port in self._starting for port in {self.values.variable(kind, i).port.name for i in vrs}):
             self._started = False
 
     def _read_or(self, kind: Kind, vrs: list[int], nothing: Any) -> list[Any]:

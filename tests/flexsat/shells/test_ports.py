@@ -44,7 +44,7 @@ def test_feedthrough_names_indices_of_the_model_description():
     by_name = {v.name: v for v in TABLE.variables}
 
     assert TABLE.dependencies(by_name["speed[2]"], initial=False) == (index["torque[2]"],)
-    assert TABLE.dependencies(by_name["speed[2]"], initial=True) == (index["torque[2]"], index["gain"], index["count"])
+    assert TABLE.dependencies(by_name["speed[2]"], initial=True) == (index["gain"], index["count"])
     assert TABLE.dependencies(by_name["valid"], initial=False) == (index["torque[1]"], index["torque[2]"])
     assert TABLE.dependencies(by_name["valid"], initial=True) == ()
 
