@@ -1,0 +1,136 @@
+"""What all figures share: colours, sizes, lines that stay small in a file, and saving."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
+from numpy.typing import NDArray
+
+from flexsat.parameters import ConfigurationName
+
+Array = NDArray[np.float64]
+Dashes = tuple[float, Sequence[float]]
+
+WIDTH = 9.6  # inch: as wide as a page of a README, so that a point of type is about a point on the screen
+RESOLUTION = 150  # pixels an inch
+BINS = 300  # of the rows of a long history, across a panel
+DECADES = 5.0  # of a logarithmic axis, at most
+RARE = 0.02  # share of the time that a line may lie below a logarithmic axis
+SOLID: Dashes = (0.0, ())
+DASHED: Dashes = (0.0, (4.0, 1.3))
+STYLE: dict[Any, Any] = {  # any: the type of a key is the list of all of them
+    "font.size": 8.5,
+    "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "axes.grid": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "mathtext.fontset": "dejavusans",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Look:
+    """How a configuration is drawn: told apart by colour, lightness, width and dashes."""
+
+    colour: str
+    dashes: Dashes
+    width: float  # the one drawn first is the wider, and shows under the other
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """The options of a line."""
+        return {"color": self.colour, "linestyle": self.dashes, "linewidth": self.width}
+
+
+# Okabe and Ito (2008), colours for the colour-blind: blue, vermillion
+LOOKS: dict[ConfigurationName, Look] = {
+    "centralised": Look(colour="#0072B2", dashes=SOLID, width=1.9),
+    "distributed": Look(colour="#D55E00", dashes=DASHED, width=1.1),
+}
+
+
+def bin_edges(rows: int, bins: int = BINS) -> list[int]:
+    """Return where to cut rows into bins of nearly the same size, none empty."""
+    bins = min(bins, rows)
+    return [rows * k // bins for k in range(bins + 1)]
+
+
+def envelope(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:
+    """Return fewer points, whose line covers the same area: the least and the largest value of each bin of rows.
+
+    A series of no more than two points a bin comes back as it is. No peak is lost, and each point is one of the series.
+    """
+    if len(values) <= 2 * bins:
+        return time, values
+    keep = {0, len(values) - 1}
+    for start, end in pairwise(bin_edges(len(values), bins)):
+        part = values[start:end]
+        keep |= {start + int(np.argmin(part)), start + int(np.argmax(part))}
+    rows = sorted(keep)
+    return time[rows], values[rows]
+
+
+def draw_line(axes: Axes, time: Array, values: Array, label: str, line: dict[str, Any]) -> Line2D:
+    """Draw a history as an envelope."""
+    (drawn,) = axes.plot(*envelope(time, values), label=label, **line)
+    return drawn
+
+
+def draw_noisy(axes: Axes, time: Array, values: Array, label: str, line: dict[str, Any]) -> Line2D:
+    """Draw a noisy norm: its RMS over each bin as a line, in a band from its least to its largest value there."""
+    bins = [values[start:end] for start, end in pairwise(bin_edges(len(values)))]
+    middle = np.array([0.5 * (time[start] + time[end - 1]) for start, end in pairwise(bin_edges(len(values)))])
+    low, high = np.array([part.min() for part in bins]), np.array([part.max() for part in bins])
+    axes.fill_between(middle, low, high, color=line["color"], alpha=0.2, linewidth=0.0)
+    (drawn,) = axes.plot(middle, [np.sqrt(np.mean(part**2)) for part in bins], label=label, **line)
+    return drawn
+
+
+def make_logarithmic(axes: Axes) -> None:
+    """Make the y axis logarithmic, up to the peak, and down to what its lines exceed for all but 2 % of the time.
+
+    A norm that is nothing at the start, or dips to nothing, must not stretch the axis. Lines that are nothing
+    throughout stay on a linear axis.
+    """
+    peak = axes.dataLim.y1
+    if not peak > 0.0:
+        return
+    lines = [np.asarray(drawn.get_ydata(), dtype=float) for drawn in axes.get_lines()]
+    least = min(float(np.quantile(values, RARE)) for values in lines)
+    low = max(0.5 * least, peak * 10.0**-DECADES)
+    axes.set_yscale("log")
+    axes.set_ylim(low, 1.3 * peak)
+    few = np.log10(peak / low) < 2.0
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    if few and low > 1e-3:
+        axes.yaxis.set_major_formatter("{x:g}")
+    elif few:
+        axes.yaxis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, np.inf)))  # label every tick
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
+    """Write `folder`/`name`.png and .svg, the same bytes for the same figure; return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    png, svg = folder / f"{name}.png", folder / f"{name}.svg"
+    with matplotlib.rc_context({"svg.hashsalt": name}):  # else the ids inside are random
+        figure.savefig(png, dpi=RESOLUTION, metadata={"Software": None})
+        figure.savefig(svg, metadata={"Date": None, "Creator": None})
+    return [png, svg]

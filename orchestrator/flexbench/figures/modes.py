@@ -1,0 +1,95 @@
+"""Mode shapes of the supported structure."""
+
+from __future__ import annotations
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.tri import Triangulation
+
+from flexsat.design import Design
+from flexsat.mesh import record_mesh
+from flexsat.structure import Structure, build_structure
+
+from .drawing import STYLE, WIDTH, Array
+
+COLOURS = "RdBu_r"
+LEVELS = 24  # colour bands; zero lies between two
+COLUMNS = 3
+HEIGHT = 2.5  # inch a row
+TICKS = (-10.0, 0.0, 10.0)  # m
+
+
+def mode_shapes(structure: Structure | Design, count: int = 6) -> Figure:
+    """Draw the deflection of the lowest modes over the aperture, each with its frequency.
+
+    Parameters
+    ----------
+    structure : mass-normalised modes; of a design, those of its structure on the mesh of record
+    count : how many
+
+    Raises
+    ------
+    ValueError
+        If the structure has fewer modes, or none is asked for.
+    """
+    if isinstance(structure, Design):
+        structure = build_structure(record_mesh(structure.config.aperture), structure.config.plate)
+    available = len(structure.frequency)
+    if not 1 <= count <= available:
+        raise ValueError(f"mode_shapes: count must be from 1 to {available}, got {count}")
+    deflection = structure.shape[::3, :count]
+    limit = float(np.max(np.abs(deflection)))
+    levels = np.linspace(-limit, limit, LEVELS + 1)
+    columns = min(COLUMNS, count)
+    rows = -(-count // columns)
+    with matplotlib.rc_context(STYLE | {"axes.grid": False, "axes.titlelocation": "center"}):
+        figure = Figure(figsize=(WIDTH, 0.5 + rows * HEIGHT), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
+        for mode, axes in enumerate(grid[:count]):
+            _draw_shape(axes, structure, deflection[:, mode], levels)
+            axes.set_title(f"mode {mode + 1}:  {structure.frequency[mode] / (2.0 * np.pi):.3f} Hz")
+        for axes in grid[count:]:
+            axes.set_visible(False)
+        for position, axes in enumerate(grid[:count]):
+            axes.set(aspect="equal", xticks=TICKS, yticks=TICKS)
+            axes.spines[:].set_visible(False)
+            axes.use_sticky_edges = False
+            axes.margins(0.03)
+            if position % columns == 0:
+                axes.set_ylabel("y [m]")
+            if position + columns >= count:  # nothing below
+                axes.set_xlabel("x [m]")
+                axes.tick_params(labelbottom=True)
+        colours = ScalarMappable(BoundaryNorm(levels.tolist(), 256), COLOURS)
+        ticks = levels[:: LEVELS // 4].tolist()
+        bar = figure.colorbar(colours, ax=grid.tolist(), shrink=0.8, aspect=32, ticks=ticks, format="{x:.3f}")
+        bar.set_label(r"deflection per unit modal displacement [$\mathrm{kg}^{-1/2}$]")
+        bar.ax.minorticks_off()
+    return figure
+
+
+def _draw_shape(axes: Axes, structure: Structure, deflection: Array, levels: Array) -> None:
+    mesh = structure.mesh
+    x, y = mesh.nodes.T
+    plate = Triangulation(x, y, mesh.triangles)
+    axes.tricontourf(plate, deflection, levels=levels, cmap=COLOURS)
+    axes.triplot(plate, color="0.35", linewidth=0.25, alpha=0.6)
+    axes.add_collection(LineCollection(_outline(plate), colors="0.15", linewidths=0.9))
+    rim = mesh.nodes[mesh.hole]
+    rim = rim[np.argsort(np.arctan2(rim[:, 1], rim[:, 0]))]
+    axes.add_patch(Polygon(rim.tolist(), facecolor="0.85", edgecolor="0.15", hatch="//////", linewidth=0.9))
+    clamped = np.flatnonzero(~structure.shape.reshape(len(x), -1).any(axis=1))
+    axes.plot(x[clamped], y[clamped], linestyle="none", marker="s", markersize=2.5, color="black", label="clamped")
+
+
+def _outline(plate: Triangulation) -> list[Array]:
+    """Return the edges that belong to one triangle only, each (2, 2)."""
+    triangle, edge = np.nonzero(plate.neighbors < 0)
+    ends = np.stack([plate.triangles[triangle, edge], plate.triangles[triangle, (edge + 1) % 3]], axis=1)
+    return list(np.stack([plate.x[ends], plate.y[ends]], axis=2))
