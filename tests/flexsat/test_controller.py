@@ -290,3 +290,15 @@ def test_time_optimal_reference_keeps_momentum_and_turns_as_planned(design, flig
         # the torque is held over periods of 5 ms: each of the profile's corners inside one moves the angle by a T^2/8
         corner = 0.25 * craft.inertia[0, 0] * profile.coast_rate / profile.ramp * 0.005**2
         assert_allclose(turned, [exact, 0.0, 0.0], atol=corner)
+
+
+def test_reference_is_taken_when_the_torque_will_act(centralised, flight):
+    """With 10 ms of actuation delay, feed-forward and reference are those of two periods later."""
+    times = [1000, 1100, 1200]
+    _, now = references(centralised, flight(centralised, smoothed=True), [k + 2 for k in times])
+    _, early = references(centralised, flight(centralised, smoothed=True, actuation_delay=0.010), times)
+    for k in times:
+        for ours, expected in zip(early[k], now[k + 2], strict=True):
+            # times as sums of floats: 1e-15 of 6 s, over a period of 5 ms
+            assert_allclose(ours, expected, rtol=1e-9, atol=1e-12)
+            assert np.abs(expected).max() > 0.0

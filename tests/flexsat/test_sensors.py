@@ -95,7 +95,7 @@ def test_published_slip_reads_the_gyros_number():
 
 
 def test_star_tracker_error_is_in_body_axes():
-    """The measured attitude is the true one turned by the error; about z ten times as much would show a mix-up."""
+    """The measured attitude is the true one turned further by the error, alike about each axis."""
     truth = Rotation.from_rotvec([1.0, -2.0, 0.5])
     given = parameters(star_tracker_noise=1e-3, star_tracker_steps=1)
     errors = []
