@@ -13,6 +13,8 @@ from ..plant_parameters import PlantMatrices
 from .base import SiSlave
 from .matrices import MODEL_FILE, load_matrices
 
+KEPT_STEPS = 8  # prepared models, a few hundred kB each
+
 
 class Plant(SiSlave):
     """The flexible spacecraft with its reaction wheels."""
@@ -40,11 +42,19 @@ class Plant(SiSlave):
     def advance(self, _time: float, step: float, /) -> None:
         """Hold the inputs over the step; the outputs are true at its end."""
         if step != self._plant.step_length:
-            if step not in self._plants:
-                self._plants[step] = plant.Plant(self._plant.matrices, self._parameters, step)
-            self._plant = self._plants[step]
+            self._change_step(round(step, 9))  # masters that subtract times give the same step with other last digits
         _, outputs = plant.step(self._plant, self.state, self._inputs)
         np.copyto(self._shown, outputs.flat)
+
+    def _change_step(self, step: float) -> None:
+        """Take the model prepared for a step, or prepare it; keep a few, for masters that change between them."""
+        if not step > 0.0:
+            raise ValueError(f"a step of {step!r} s is not accepted; the shortest is 1e-9 s")
+        if step not in self._plants:
+            if len(self._plants) == KEPT_STEPS:
+                self._plants.pop(next(iter(self._plants)))
+            self._plants[step] = plant.Plant(self._plant.matrices, self._parameters, step)
+        self._plant = self._plants[step]
 
     def evaluate(self) -> None:
         """Compute the telemetry."""
