@@ -61,7 +61,7 @@ def zero_order_hold(a: Array, b: Array, period: float) -> tuple[Array, Array]:
     ----------
     Van Loan (1978), IEEE Trans. Automatic Control 23(3), 395-404, whose augmented exponential this equals.
     """
-    n, m = b.shape
+    n = len(b)
     if a.shape != (n, n):
         raise ValueError(f"zero_order_hold: a must be ({n}, {n}) to match b {b.shape}, got {a.shape}")
     if not period > 0.0:
