@@ -58,8 +58,8 @@ class ControllerParameters:
     torque_limit: float  # N.m
     speed_band: float  # rad/s either side of nominal
     authority: float  # share of torque and speed band that the slew may use
-    measurement_delay: float  # s, known, whole milliseconds up to 20 ms
-    actuation_delay: float  # s
+    measurement_delay: float  # s, from sampling to the call that uses it; known, whole milliseconds up to 20 ms
+    actuation_delay: float  # s, from the call to when the torque acts
     imbalance_force: float  # N.s2
     imbalance_torque: float  # N.m.s2
 
@@ -165,8 +165,21 @@ class Controller:
         self.shaper = guidance.shaper_for_pole(matrices.shaper_frequency, matrices.shaper_damping, period)
 
     def plan(self, rotation: Array, start: float) -> guidance.Profile:
-        """Plan the slew for a rotation vector [rad] from `start` [s], as this controller is limited."""
-        return guidance.plan(rotation, start, self.matrices.inertia, self.body_torque, self.body_momentum)
+        """Plan the slew for a rotation vector [rad] from `start` [s], as this controller is limited.
+
+        Raises
+        ------
+        ValueError
+            If the shaped torque would have to begin before the run, or before the first measurement can count it.
+        """
+        profile = guidance.plan(rotation, start, self.matrices.inertia, self.body_torque, self.body_momentum)
+        p = self.parameters
+        earliest = float(self.shaper.shifts[0]) + p.measurement_delay + p.actuation_delay
+        if profile.angle > 0.0 and start < earliest:
+            raise ValueError(
+                f"command.start_time = {start:g} s must be >= {earliest:g} s: the shaped torque begins before the slew"
+            )
+        return profile
 
 
 def _split_hold(a: Array, b: Array, period: float, part: float) -> tuple[Array, Array]:

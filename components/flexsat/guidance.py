@@ -1,9 +1,10 @@
 """Run-time slew guidance: bang-coast-bang about a fixed axis, shaped for the mode that it excites most. numpy alone.
 
 The rigid profile drives momentum up at 80 % of the torque, coasts at 80 % of the speed band, and comes back. The
-feed-forward torque is that profile's torque through a three-tap filter with zeros at one flexible pole, centred so
-that it lags nothing. Two references follow from it (PHYSICS section 6): `smoothed` (the rigid profile itself, modes at
-rest) and `time_optimal` (the linear model without gyroscopic terms rolled forward under the shaped torque).
+feed-forward torque is that profile's torque through a three-tap filter with zeros at one flexible pole, centred on the
+profile: its middle tap is now. Two references follow from it (PHYSICS section 6): `smoothed` (the rigid profile
+itself, modes at rest) and `time_optimal` (the linear model without gyroscopic terms rolled forward under the shaped
+torque).
 """
 
 from __future__ import annotations

@@ -138,8 +138,7 @@ def refinable_mesh(aperture: Aperture, refinements: int = 0) -> Mesh:
         parts = ([a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca])
         soup = np.concatenate([np.stack(part, axis=1) for part in parts])
     nodes, where = _unique(soup.reshape(-1, 2))
-    # the hole's edge: within its circumscribed circle, and nothing of a tile is
-    hole = np.flatnonzero(np.linalg.norm(nodes, axis=1) <= aperture.tile_side + 1e-6)
+    hole = np.flatnonzero(_in_some_tile(nodes, np.zeros((1, 2)), aperture.tile_side))  # the edge of the missing tile
     return Mesh(nodes=nodes, triangles=_counter_clockwise(nodes, where.reshape(-1, 3)), hole=hole)
 
 

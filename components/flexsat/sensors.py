@@ -78,7 +78,7 @@ class SensorOutputs:
 
     star_tracker_quaternion: Array  # (4,) scalar last, body from inertial
     star_tracker_mrp: Array  # (3,)
-    star_tracker_valid: NDArray[np.bool_]  # (): a new star tracker sample in this step
+    star_tracker_valid: NDArray[np.bool_]  # (): the star tracker's sample is as new as the gyros'; until their next
     gyro_rate: Array  # (g,) [rad/s]
     accelerometer: Array  # (k,) [m/s2]
     encoder_speed: Array  # (n,) [rad/s]
@@ -198,13 +198,13 @@ def step(
         np.add(state.filter[0], draw[first:second], out=outputs.accelerometer)
         np.add(speed, draw[second:], out=outputs.encoder_speed)
         outputs.encoder_angle[:] = angle
+        outputs.star_tracker_valid[()] = False
         if p.jitter:
             np.multiply(
                 state.disturbance.standard_normal((4, p.wheels)), sensors.broadband_deviation, out=state.broadband
             )
-    due = state.count % p.star_tracker_steps == 0
-    outputs.star_tracker_valid[()] = due
-    if due:
+    if state.count % p.star_tracker_steps == 0:
+        outputs.star_tracker_valid[()] = True
         error = (p.star_tracker_noise * state.noise.standard_normal(3)).tolist()
         seen = rotations.compose_quaternions(rotations.quaternion_from_rotation_vector(error), quaternion.tolist())
         outputs.star_tracker_quaternion[:] = seen

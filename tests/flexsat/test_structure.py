@@ -72,7 +72,6 @@ def check_topology(mesh: Mesh, refinements: int) -> None:
     assert len(mesh.hole) == 6 * 2**refinements
 
 
-@pytest.mark.xfail(strict=True, reason="refinable_mesh counts plate nodes inside the hole's circumcircle as its edge")
 def test_hole_of_a_fine_mesh():
     check_topology(refinable_mesh(Aperture(), 3), 3)
 

@@ -80,7 +80,7 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="wheel.speed_band", causality="parameter", unit="rad/s", start=model.speed_band, minimum=0.0,
              display_unit="rpm", description="allowed wheel speed either side of nominal"),
         Port(name="delay.measurement", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=0.02,
-             display_unit="ms", description="known delay from sampling to these inputs, whole milliseconds"),
+             display_unit="ms", description="known delay from sampling to the step that uses it, whole milliseconds"),
         Port(name="delay.actuation", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=0.02,
              display_unit="ms", description="known delay from the torque output to the wheels, whole milliseconds"),
     )  # fmt: skip

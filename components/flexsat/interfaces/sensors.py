@@ -52,7 +52,7 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
              depends_on=("attitude.quaternion",),
              description="measured attitude, modified Rodrigues parameters, body from inertial"),
         Port(name="star_tracker.valid", causality="output", kind="boolean",
-             description="true in the step in which the star tracker took a sample"),
+             description="true from a star tracker sample to the next sample of gyros and encoders"),
         Port(name="as_published", causality="parameter", kind="boolean",
              description="nominal wheel speeds and accelerometer noise of the published release"),
         Port(name="seed", causality="parameter", kind="integer", start=0, minimum=0,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from flexsat.shells.base import SiSlave
 from flexsat.interfaces.ports import Port
+from flexsat.shells.base import SiSlave
 
 
 class Toy(SiSlave):
