@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -17,6 +17,7 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from flexsat.parameters import ConfigurationName
+from lockstep import Signals
 
 Array = NDArray[np.float64]
 Dashes = tuple[float, Sequence[float]]
@@ -101,6 +102,12 @@ def draw_noisy(axes: Axes, time: Array, values: Array, label: str, line: dict[st
     axes.fill_between(middle, low, high, color=line["color"], alpha=0.2, linewidth=0.0)
     (drawn,) = axes.plot(middle, [np.sqrt(np.mean(part**2)) for part in bins], label=label, **line)
     return drawn
+
+
+def span_runs(axes: Axes, results: Iterable[Signals]) -> None:
+    """Let the time axis reach from 0 to the end of the longest run, one interval after its last row."""
+    ends = [2.0 * times[-1] - times[-2] if len(times) > 1 else times[-1] for times in (run.time for run in results)]
+    axes.set_xlim(0.0, max(ends))
 
 
 def make_logarithmic(axes: Axes) -> None:

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from flexbench import histories
 from flexsat.parameters import ARCSECOND, ConfigurationName
 from lockstep import Signals
 
-from .drawing import DASHED, LOOKS, SOLID, STYLE, WIDTH, Look, draw_line, draw_noisy, make_logarithmic
+from .drawing import DASHED, LOOKS, SOLID, STYLE, WIDTH, Look, draw_line, draw_noisy, make_logarithmic, span_runs
 
 ZOOM = 2.0  # s, at the end of the run: some turns of the slowest wheel
 # lighter than with the loop closed, after Okabe and Ito (2008): sky blue, orange
@@ -50,11 +51,13 @@ def fine_pointing_comparison(
                 late = time >= time[-1] - ZOOM
                 draw_line(deformation, time[late], histories.deformation(signals)[late] * 1e6, label, line)
         make_logarithmic(pointing)
-        pointing.set(title="Pointing error: RMS, least and largest", ylabel="to reference [arcsec]")
+        pointing.set(title="Pointing error", ylabel="to reference [arcsec]")
         deformation.set(title=f"Deformation, last {ZOOM:g} s", ylabel="RMS over aperture [µm]")
+        span_runs(pointing, (*closed.values(), *open_loop.values()))
         deformation.set_ylim(bottom=0.0)
+        deformation.margins(x=0.0)
+        deformation.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 5, 10]))
         for axes in (pointing, deformation):
             axes.set_xlabel("time [s]")
-            axes.margins(x=0.0)
         figure.legend(*pointing.get_legend_handles_labels(), loc="outside upper center", ncols=4)
     return figure

@@ -18,7 +18,7 @@ from flexsat.design import Design
 from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName
 from lockstep import Signals
 
-from .drawing import LOOKS, STYLE, WIDTH, Array, draw_line, draw_noisy, make_logarithmic
+from .drawing import LOOKS, STYLE, WIDTH, Array, draw_line, draw_noisy, make_logarithmic, span_runs
 
 BAND: dict[str, Any] = {"color": "#F0E442", "alpha": 0.25, "linewidth": 0.0}  # Okabe and Ito: yellow
 MARK: dict[str, Any] = {"color": "0.45", "linewidth": 0.8, "linestyle": (0.0, (6.0, 2.0, 1.0, 2.0))}
@@ -56,7 +56,8 @@ def slew_comparison(
                 axes.axvline(time, **MARK)
         for axes in grid[-1]:
             axes.set_xlabel("time [s]")
-        grid[0, 0].set_xlim(0.0, max(signals.time[-1] for signals in results.values()))
+        span_runs(grid[0, 0], results.values())
+        figure.align_ylabels(grid)
         figure.legend(handles=_legend(results), loc="outside upper center", ncols=6)
     return figure
 
@@ -90,9 +91,10 @@ def _wheel_speed(axes: Axes, name: ConfigurationName, signals: Signals, design: 
     band = design.config.wheel.speed_band / RPM
     if not axes.patches:  # the same for both
         axes.axhspan(-band, band, **BAND)
+    line = LOOKS[name].line | {"linewidth": 0.7 * LOOKS[name].width}  # up to eleven
     deviation = histories.wheel_speed_deviation(signals, design) / RPM
     for wheel in np.flatnonzero(np.abs(design.spacecraft.wheels.axis[:, 0]) > 0.5):
-        draw_line(axes, signals.time, deviation[:, wheel], f"{name}, wheel {wheel + 1}", LOOKS[name].line)
+        draw_line(axes, signals.time, deviation[:, wheel], f"{name}, wheel {wheel + 1}", line)
 
 
 def _rotation(axes: Axes, name: ConfigurationName, signals: Signals, _: Design) -> None:
