@@ -72,6 +72,12 @@ class Plant:
         self.modes, self.wheels = m, n
         mass = matrices.mass_matrix.copy()
         mass[3:6, 3:6] += np.diag(np.diag(mass[3:6, 3:6]) * parameters.inertia_dispersion)
+        if not np.linalg.eigvalsh(mass)[0] > 0.0:
+            given = parameters.inertia_dispersion.tolist()
+            raise ValueError(
+                f"dispersion.inertia = {given} takes away more than the modes leave to the rigid body: the mass matrix"
+                " is not positive definite; choose larger values"
+            )
         self.mass = mass
         self.stiffness = (matrices.frequency * (1.0 + parameters.frequency_dispersion)) ** 2
         damping = matrices.damping * (1.0 + parameters.damping_dispersion)

@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 # One thread a process: the matrices are small, and several runs share the machine. Before numpy is imported.
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -43,8 +44,16 @@ def _told(error: Exception) -> tuple[int, str]:
     return 1, f"internal error, please report it: {type(error).__name__}: {error}"
 
 
+class _Parser(argparse.ArgumentParser):
+    """Tell what is wrong in one line; argparse offers no other way than a class of one's own."""
+
+    def error(self, message: str) -> NoReturn:
+        """Exit with code 2."""
+        self.exit(2, f"flexsat: {message}; see `{self.prog} --help`\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="flexsat", description="Co-simulation bench for the attitude control of large flexible spacecraft."
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")

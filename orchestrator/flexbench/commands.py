@@ -101,6 +101,8 @@ def paper(options: argparse.Namespace) -> int:
     """Run the paper's study."""
     if options.seeds < 1:
         raise InputError(f"--seeds {options.seeds}: must be 1 or more")
+    if options.jobs is not None and options.jobs < 1:
+        raise InputError(f"--jobs {options.jobs}: must be 1 or more")
     chosen: list[Variant] = [variant for variant in VARIANTS if getattr(options, variant)] or list(VARIANTS)
     if not options.duration > SETTLED_FROM:
         raise InputError(

@@ -62,10 +62,11 @@ def compute_metrics(signals: Signals, design: Design, windows: Windows) -> Mappi
         )
     error = histories.pointing_error(signals)
     total, control = histories.lqr_cost(signals, design)
+    samples = histories.controller_rows(signals, design)
     torque = histories.torque_norm(signals)
     metrics = {
-        "total_cost": float(total.sum()),
-        "control_cost": float(control.sum()),
+        "total_cost": float(total[samples].sum()),
+        "control_cost": float(control[samples].sum()),
         "pointing_error": root_mean_square(error[steady]),
         "torque": root_mean_square(torque[steady]),
     }

@@ -7,8 +7,11 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -18,6 +21,7 @@ from .published import REMARKS, ROWS, VARIANTS, Row, Variant
 
 Key = tuple[Variant, ConfigurationName, str]  # variant, configuration, scenario
 WITHIN = 0.10  # relative deviation from the reference that counts as met
+ENOUGH = 4  # seeds that tell their own scatter
 DEVIATIONS = 3.0  # or this many standard deviations of one seed, where it scatters more
 
 
@@ -79,37 +83,51 @@ def number(value: float) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
-def judge(cell: Cell, reference: float) -> Verdict:
-    """Compare with the reference: within 10 %, or within three standard deviations where one seed scatters more."""
+def judge(cell: Cell, reference: float, scatter: float) -> Verdict:
+    """Compare with the reference: within 10 %, or within three standard deviations where one seed scatters more.
+
+    Parameters
+    ----------
+    cell : ours
+    reference : a mean over some six seeds itself
+    scatter : standard deviation of one seed, in the printed unit
+    """
     deviation = cell.mean / reference - 1.0 if reference else (0.0 if cell.mean == 0.0 else float("inf"))
-    spread = cell.deviation or 0.0
-    if reference and DEVIATIONS * spread > WITHIN * abs(reference) and spread > WITHIN * abs(reference):
+    if scatter > WITHIN * abs(reference):
         return Verdict(
             reference=reference,
             deviation=deviation,
-            criterion="3 standard deviations",
-            met=abs(cell.mean - reference) <= DEVIATIONS * spread,
+            criterion="3 standard deviations of one seed",
+            met=abs(cell.mean - reference) <= DEVIATIONS * scatter,
         )
     return Verdict(
         reference=reference, deviation=deviation, criterion="10 %", met=abs(cell.mean - reference) <= WITHIN * reference
     )
 
 
+def one_seed_scatter(row: Row, variant: Variant, name: ConfigurationName, cell: Cell) -> float:
+    """Return the standard deviation of one seed: of these runs if there are enough, else of a stored study."""
+    if cell.deviation is not None and cell.count >= ENOUGH:
+        return cell.deviation
+    return _stored_scatter().get(f"{row.scenario} {row.key} {variant} {name}", 0.0)
+
+
+@cache
+def _stored_scatter() -> dict[str, float]:
+    content = json.loads(resources.files(__package__).joinpath("scatter.json").read_text(encoding="utf-8"))
+    return dict(content["standard_deviation"])
+
+
 def _header(results: Results) -> list[str]:
-    columns = ["row", "unit"]
-    for name in CONFIGURATIONS:
-        columns += [f"{name}: published", *(f"{name}: {variant.replace('_', ' ')}" for variant in results.variants)]
-    return columns
+    return ["row", "unit", "published", *(variant.replace("_", " ") for variant in results.variants)]
 
 
-def _lines(results: Results) -> list[list[str]]:
+def _lines(results: Results, name: ConfigurationName) -> list[list[str]]:
     lines = []
     for row in ROWS:
-        line = [row.label, row.unit]
-        for name in CONFIGURATIONS:
-            cells = [results.cell(row, variant, name) for variant in results.variants]
-            line += [number(row.published_for(name)), *(cell.text if cell else "-" for cell in cells)]
-        lines.append(line)
+        cells = [results.cell(row, variant, name) for variant in results.variants]
+        ours = [cell.text if cell else "-" for cell in cells]
+        lines.append([row.label, row.unit, number(row.published_for(name)), *ours])
     return lines
 
 
@@ -122,23 +140,25 @@ def footnotes(results: Results) -> list[str]:
     return notes + list(REMARKS)
 
 
-def as_text(results: Results, width: int = 150) -> str:
+def as_text(results: Results, width: int = 110) -> str:
     """Return the table for a terminal."""
-    console = Console(file=io.StringIO(), width=width)
-    table = Table(title="Results of the paper, and ours")
-    for column in _header(results):
-        table.add_column(column, justify="left" if column in ("row", "unit") else "right")
-    for line in _lines(results):
-        table.add_row(*line)
-    console.print(table)
+    output = io.StringIO()
+    console = Console(file=output, width=width)
+    for name in CONFIGURATIONS:
+        table = Table(title=f"{name}: the paper's results, and ours", title_justify="left", box=SIMPLE_HEAD)
+        for column in _header(results):
+            table.add_column(column, justify="left" if column in ("row", "unit") else "right")
+        for line in _lines(results, name):
+            table.add_row(*line)
+        console.print(table)
     console.print(_comparison(results))
-    output = console.file
-    assert isinstance(output, io.StringIO)
     return output.getvalue() + "\n".join(footnotes(results)) + "\n"
 
 
 def _comparison(results: Results) -> Table:
-    table = Table(title="Against our earlier independent simulation on the same mesh")
+    table = Table(
+        title="Against our earlier independent simulation on the same mesh", title_justify="left", box=SIMPLE_HEAD
+    )
     for column in ("row", "variant", "configuration", "ours", "reference", "deviation", "criterion", ""):
         table.add_column(column, justify="right" if column in ("ours", "reference", "deviation") else "left")
     for row, variant, name, cell, verdict in verdicts(results):
@@ -164,17 +184,21 @@ def verdicts(results: Results) -> list[tuple[Row, Variant, ConfigurationName, Ce
             for name in CONFIGURATIONS:
                 cell = results.cell(row, variant, name)
                 if cell is not None:
-                    found.append((row, variant, name, cell, judge(cell, row.reference_for(variant, name))))
+                    scatter = one_seed_scatter(row, variant, name, cell)
+                    found.append((row, variant, name, cell, judge(cell, row.reference_for(variant, name), scatter)))
     return found
 
 
 def as_markdown(results: Results) -> str:
-    """Return the table in Markdown, with its footnotes."""
-    header = _header(results)
-    rules = ["---" if column in ("row", "unit") else "---:" for column in header]
-    rows = [header, rules, *_lines(results)]
-    table = "\n".join("| " + " | ".join(row) + " |" for row in rows)
-    return table + "\n\n" + "\n".join(f"- {note}" for note in footnotes(results)) + "\n"
+    """Return the tables in Markdown, with their footnotes."""
+    parts = []
+    for name in CONFIGURATIONS:
+        header = _header(results)
+        rules = ["---" if column in ("row", "unit") else "---:" for column in header]
+        rows = [[name, *header[1:]], rules, *_lines(results, name)]
+        parts.append("\n".join("| " + " | ".join(row) + " |" for row in rows))
+    parts.append("\n".join(f"- {note}" for note in footnotes(results)))
+    return "\n\n".join(parts) + "\n"
 
 
 def as_csv(results: Results) -> str:

@@ -218,7 +218,11 @@ class Exchange:
         ]
         if bad:
             first = values[~np.isfinite(values)][0]
-            raise RunError(f"{name}.{compact(bad)}: is {first} at {time:.9g} s; every exchanged value must be finite")
+            said = self._slaves[name].last_messages()  # a slave that cannot return an error tells it so
+            raise RunError(
+                f"{name}.{compact(bad)}: is {first} at {time:.9g} s; every exchanged value must be finite"
+                + (f"; it said: {said}" if said else "")
+            )
 
     def _capture(self, tick: int, row: Row) -> Step:
         """Bind the copy of what is true at this tick into the recorder's next row."""

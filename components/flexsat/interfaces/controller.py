@@ -13,7 +13,9 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
     """Return the ports of a controller of these sizes. Reference and estimate stand in the order of the state."""
     n, m = len(model.nominal_speed), model.modes
     g, k = model.gyros, model.accelerometers
-    measured = ("gyro.rate", "accelerometer.acceleration", "encoder.speed", "star_tracker.mrp")
+    measured = (
+        "gyro.rate", "accelerometer.acceleration", "encoder.speed", "star_tracker.mrp", "star_tracker.valid",
+    )  # fmt: skip
     commanded = ("command.rotation", "command.start_time")
     deviation = "wheel speed less the nominal one, inertial, about its axis"
     return (
