@@ -74,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     run = add(
         "run",
         _run,
-        "run one system, and leave its metrics and figures",
+        "run one system, and leave its signals and metrics",
         "flexsat run fmus/distributed/slew.ssd --seed 3 --set plant.initial.mrp[1]=1e-6 --stop 200",
     )
     run.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")

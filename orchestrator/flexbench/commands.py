@@ -37,7 +37,7 @@ def build(names: Sequence[ConfigurationName], folder: Path) -> int:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Simulate one system; add metrics and figures if it is one of ours and long enough."""
+    """Simulate one system; add its metrics if it is one of ours and long enough."""
     if not options.system.exists() and options.system.suffix == ".ssd":
         raise InputError(f"{options.system}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
     system = _changed(load_system(options.system), options.delay, options.period)
