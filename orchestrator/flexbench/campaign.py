@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import Empty
+from time import perf_counter
 from typing import Any
 
 from rich.console import Console
@@ -165,17 +166,18 @@ def _show(titles: Sequence[str]) -> Iterator[Callable[[str, float, float], None]
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} s{task.fields[speed]}"),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console) as bars:
-        tasks = {title: bars.add_task(title, total=1.0, start=False) for title in titles}
-        started: set[str] = set()
+        tasks = {title: bars.add_task(title, total=1.0, start=False, speed="") for title in titles}
+        started: dict[str, float] = {}
 
         def bar(title: str, simulated: float, stop: float) -> None:
             if title not in started:
-                started.add(title)
+                started[title] = perf_counter()
                 bars.start_task(tasks[title])
-            bars.update(tasks[title], completed=simulated, total=stop)
+            speed = simulated / max(perf_counter() - started[title], 1e-3)
+            bars.update(tasks[title], completed=simulated, total=stop, speed=f", {speed:.1f} x real time")
 
         yield bar

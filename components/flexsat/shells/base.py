@@ -31,7 +31,7 @@ from pythonfmu.enums import Fmi2Status
 from ..interfaces.ports import Kind, Port, PortTable
 from .model_description import About, model_description
 from .resources import build_facts, find_resource, leave_search_path
-from .state import decode, encode, restored
+from .state import restored, sealed, unsealed
 from .values import Array, PortValues, Refused
 
 STEP_TOLERANCE = 1e-6  # relative; a host that subtracts times at t = 1e5 s errs by 1e-11 s in its step
@@ -83,8 +83,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         self._failure: str | None = None
         self._reads: dict[tuple[int, int], tuple[list[int], Callable[[], list[float]], bool]] = {}
         self._writes: dict[tuple[int, int], tuple[list[int], Callable[..., None]]] = {}
-        self._flag_reads: dict[tuple[int, ...], Callable[[], list[bool]]] = {}
-        self._flag_writes: dict[tuple[int, ...], Callable[..., None]] = {}
+        self._flag_reads: dict[tuple[str | int, ...], Callable[[], list[Any]]] = {}  # the same for booleans
+        self._flag_writes: dict[tuple[str | int, ...], Callable[..., None]] = {}
 
     # What a final class implements.
 
@@ -202,14 +202,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         return self._read_or("integer", vrs, 0)
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        """Read booleans; flags of samples are read at every step, so these take the quick way too."""
-        plan = self._flag_reads.get(tuple(vrs))
-        if plan is not None:
-            return plan()
-        values = self._read_or("boolean", vrs, False)
-        if vrs and self._failure is None and self._phase is Phase.STEPPING and not self._on_demand("boolean", vrs):
-            self._flag_reads[tuple(vrs)] = self.values.reader("boolean", vrs)
-        return values
+        """Read booleans."""
+        return self._read_or("boolean", vrs, False)
 
     def get_string(self, vrs: list[int]) -> list[str]:
         """Read strings."""
@@ -220,14 +214,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         self._write_or_fail("integer", vrs, values)
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        """Write booleans, with the quick way of `get_boolean`."""
-        plan = self._flag_writes.get(tuple(vrs))
-        if plan is not None:
-            plan(*values)
-            return
+        """Write booleans."""
         self._write_or_fail("boolean", vrs, values)
-        if vrs and self._failure is None and self._phase is Phase.STEPPING and not self._feeds_on_demand:
-            self._flag_writes[tuple(vrs)] = self.values.writer("boolean", vrs)
 
     def set_string(self, vrs: list[int], values: list[str]) -> None:
         """Write strings."""
@@ -237,23 +225,15 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
 
     def _get_fmu_state(self) -> bytes:
         try:
-            owner = f"{self.guid}\n".encode()
-            return owner + encode(
-                {
-                    "phase": self._phase.name,
-                    "started": self._started,
-                    "stale": self._stale,
-                    "values": self.values.saved(),
-                    "state": self.state,
-                }
-            )
+            content = {"phase": self._phase.name, "started": self._started, "stale": self._stale}
+            return sealed(str(self.guid), content | {"values": self.values.saved(), "state": self.state})
         except BaseException as error:
             self._fail("getFMUstate", error)
             return b""
 
     def _set_fmu_state(self, state: bytes) -> None:
         try:
-            saved = self._decoded(state)
+            saved = unsealed(str(self.guid), state)
             parameters = self._parameter_bytes()
             self.values.restore(saved["values"])
             if saved["started"] and not (
@@ -301,16 +281,6 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
 
     # Inside.
 
-    def _decoded(self, data: bytes) -> dict[str, Any]:
-        owner, _, content = data.partition(b"\n")
-        if owner != str(self.guid).encode():
-            raise Refused(f"the saved state belongs to {owner[:60]!r}, this is {self.guid}")
-        try:
-            saved: dict[str, Any] = decode(content)
-        except ValueError as error:
-            raise Refused(str(error)) from None
-        return saved
-
     def _prepare(self) -> None:
         """Run `start` unless it has run with the present parameters and inputs."""
         if not self._started:
@@ -345,6 +315,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
                 self._evaluate()
             if kind == "real" and self._phase is Phase.STEPPING:
                 self._reads[vrs[0], len(vrs)] = (vrs, reader, on_demand)
+            elif kind == "boolean" and self._phase is Phase.STEPPING and not on_demand:
+                self._flag_reads[kind, *vrs] = reader
         return reader()
 
     def _write(self, kind: Kind, vrs: list[int], values: Sequence[Any]) -> None:
@@ -360,10 +332,15 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
             limited = any(self.values.variable(kind, i).port.limited for i in vrs)
             if kind == "real" and not limited:  # what has limits is checked each time
                 self._writes[vrs[0], len(vrs)] = (vrs, writer)
+            elif kind == "boolean" and not self._feeds_on_demand:
+                self._flag_writes[kind, *vrs] = writer
         elif any(port in self._starting for port in {self.values.variable(kind, i).port.name for i in vrs}):
             self._started = False
 
     def _read_or(self, kind: Kind, vrs: list[int], nothing: Any) -> list[Any]:
+        plan = self._flag_reads.get((kind, *vrs))
+        if plan is not None:
+            return plan()
         try:
             return self._read(kind, vrs)
         except BaseException as error:
@@ -371,6 +348,10 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
             return [nothing] * len(vrs)
 
     def _write_or_fail(self, kind: Kind, vrs: list[int], values: Sequence[Any]) -> None:
+        plan = self._flag_writes.get((kind, *vrs))
+        if plan is not None:
+            plan(*values)
+            return
         try:
             self._write(kind, vrs, values)
         except BaseException as error:

@@ -10,7 +10,7 @@ import copy
 import json
 import sys
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -45,6 +45,20 @@ def decode(data: bytes) -> Any:
         return state
     except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
         raise ValueError(f"these bytes are not a saved state of this component: {error}") from error
+
+
+def sealed(owner: str, content: Mapping[str, Any]) -> bytes:
+    """Write a state with the name of what it belongs to in front."""
+    return owner.encode() + b"\n" + encode(dict(content))
+
+
+def unsealed(owner: str, data: bytes) -> dict[str, Any]:
+    """Read what `sealed` wrote; raise ValueError if it belongs to another owner or is no state."""
+    name, _, content = data.partition(b"\n")
+    if name != owner.encode():
+        raise ValueError(f"the saved state belongs to {name[:60]!r}, this is {owner}")
+    saved: dict[str, Any] = decode(content)
+    return saved
 
 
 def restored(live: Any, saved: Any) -> Any:
