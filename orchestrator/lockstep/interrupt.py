@@ -8,7 +8,10 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from time import monotonic
 from types import FrameType
+
+_SAME = 1.0  # [s]
 
 
 class Interrupt:
@@ -24,17 +27,23 @@ class Interrupt:
 
 @contextmanager
 def deferred_interrupt() -> Iterator[Interrupt]:
-    """Defer Ctrl-C inside the block; a second one acts at once. Elsewhere than in the main thread: do nothing."""
+    """Defer Ctrl-C inside the block; a second one acts at once. Elsewhere than in the main thread: do nothing.
+
+    A terminal signals a whole process group, and a parent may pass the signal on: within a second that is one Ctrl-C.
+    """
     interrupt = Interrupt()
+    first = 0.0
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or before is not signal.default_int_handler:
         yield interrupt
         return
 
     def request(number: int, frame: FrameType | None) -> None:
-        if interrupt.requested:
+        nonlocal first
+        if not interrupt.requested:
+            interrupt.requested, first = True, monotonic()
+        elif monotonic() - first > _SAME:
             signal.default_int_handler(number, frame)
-        interrupt.requested = True
 
     signal.signal(signal.SIGINT, request)
     try:
