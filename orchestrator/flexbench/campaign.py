@@ -50,16 +50,19 @@ class Finished:
 
 
 _reports: Any = None  # queue to the parent, in a worker
+_stopping: Any = None  # event, in a worker: the pool has handed out one more job than it has processes
 
 
-def _prepare_worker(reports: Any) -> None:
-    global _reports
-    _reports = reports
+def _prepare_worker(reports: Any, stopping: Any) -> None:
+    global _reports, _stopping
+    _reports, _stopping = reports, stopping
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def run_job(job: Job) -> Finished:
     """Simulate, and leave the metrics in the results folder."""
+    if _stopping is not None and _stopping.is_set():
+        raise KeyboardInterrupt
 
     def progress(simulated: float, stop: float) -> None:
         if _reports is not None:
@@ -93,13 +96,17 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
         After Ctrl-C, once the workers have closed their results.
     """
     context = multiprocessing.get_context("spawn")  # FMUs keep state in the process: none may be inherited
-    reports: Any = context.Queue()
+    reports, stopping = context.Queue(), context.Event()
     workers = min(processes or len(os.sched_getaffinity(0)), len(jobs))
     done: dict[int, Finished] = {}
     with (
         _show([job.title for job in jobs]) as show,
         ProcessPoolExecutor(
-            workers, mp_context=context, initializer=_prepare_worker, initargs=(reports,), max_tasks_per_child=1
+            workers,
+            mp_context=context,
+            initializer=_prepare_worker,
+            initargs=(reports, stopping),
+            max_tasks_per_child=1,
         ) as pool,
     ):
         futures = {pool.submit(run_job, job): number for number, job in enumerate(jobs)}
@@ -112,6 +119,7 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
                     number = futures[future]
                     done[number] = _result(future, jobs[number])
         except BaseException:
+            stopping.set()
             _stop(pool, pending)
             raise
     return [done[number] for number in range(len(jobs))]
