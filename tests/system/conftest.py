@@ -1,0 +1,81 @@
+"""The built FMUs of the spacecraft, and programs in fresh processes: an FMU may take its process down."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+COMMAND = Path(sys.executable).with_name("flexsat")
+# warnings are errors in the programs too, their workers included; one thread each, as two run at a time
+ENVIRONMENT = os.environ | {"PYTHONWARNINGS": "error", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+RunCli = Callable[..., "subprocess.CompletedProcess[str]"]
+RunScript = Callable[..., Any]
+
+
+@pytest.fixture(scope="session")
+def flexsat() -> RunCli:
+    """Return a function that runs the command `flexsat` as a user does."""
+
+    def run(*arguments: object, timeout: float = 120.0, **options: Any) -> "subprocess.CompletedProcess[str]":
+        command = [str(COMMAND), *map(str, arguments)]
+        return subprocess.run(
+            command, capture_output=True, text=True, check=False, timeout=timeout, env=ENVIRONMENT, **options
+        )
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def start_flexsat() -> Callable[..., "subprocess.Popen[str]"]:
+    """Return a function that starts the command `flexsat` in a process group of its own."""
+
+    def start(*arguments: object, **options: Any) -> "subprocess.Popen[str]":
+        command = [str(COMMAND), *map(str, arguments)]
+        return subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=ENVIRONMENT,
+            start_new_session=True,
+            **options,
+        )
+
+    return start
+
+
+@pytest.fixture(scope="session")
+def python() -> RunScript:
+    """Return a function that runs a script in a fresh process with its arguments in `given`; its `told` comes back."""
+
+    def run(script: str, *arguments: object, timeout: float = 300.0) -> Any:
+        text = f"import json, sys\nfrom pathlib import Path\ngiven = json.loads(sys.argv[1])\n{script}\n"
+        text += "print('told:' + json.dumps(told))\n"
+        given = json.dumps([str(a) if isinstance(a, Path) else a for a in arguments])
+        done = subprocess.run(
+            [sys.executable, "-c", text, given],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=timeout,
+            env=ENVIRONMENT,
+        )
+        assert done.returncode == 0, f"exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
+        return json.loads(done.stdout.rpartition("told:")[2])
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def fmus(tmp_path_factory: pytest.TempPathFactory, flexsat: RunCli) -> Path:
+    """Return a folder with the FMUs and systems of both configurations, built once a worker."""
+    folder = tmp_path_factory.mktemp("fmus")
+    done = flexsat("build", "--out", folder)
+    assert done.returncode == 0, done.stderr
+    return folder

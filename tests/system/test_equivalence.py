@@ -1,0 +1,143 @@
+"""The gate: the FMUs in the master give what the same steppers give in one plain loop."""
+
+import pytest
+
+# What a different order of additions may cost, relative to a signal's largest value (flexbench.equivalence.TOLERANCE).
+# Today nothing differs at all: both call the same functions on the same values.
+TOLERANCE = 1e-12
+CONFIGURATIONS = ("centralised", "distributed")
+
+GATE = """
+from flexbench.equivalence import compare
+fmus, folder, name, scenario = given
+found = compare(Path(fmus), Path(folder), name, scenario, 1, 300.0)
+told = [[difference.port, difference.scalars, difference.relative, difference.met] for difference in found]
+"""
+
+# Both sides get the same parameters; those in `monolith_only` go to the plain loop alone. Every output, every tick.
+EVERYTHING = """
+from flexbench.equivalence import relative_difference
+from flexbench.scenarios import scalar_overrides, scenario_parameters
+from flexsat.build import build_designs
+from flexsat.monolith import PORTS, Monolith
+from lockstep import load_system, read_signals, simulate
+fmus, folder, name, cases = given
+designs = build_designs(name)
+outputs = [f"{component}.{port.name}" for component, ports in PORTS.items()
+           for port in ports(getattr(designs.corrected, component)) if port.causality == "output"]
+told = {}
+for case in cases:
+    scenario, where = case["scenario"], Path(folder, str(len(told)))
+    parameters = scenario_parameters(scenario, as_published=case["as_published"], seed=3)
+    for component, ports in case["changes"].items():
+        parameters[component] |= {port: tuple(v) if isinstance(v, list) else v for port, v in ports.items()}
+    simulate(load_system(Path(fmus, name, f"{scenario}.ssd")), where, stop_time=case["duration"], record=["all"],
+             record_period=0.001, overrides=scalar_overrides(parameters))
+    signals = read_signals(where)
+    for component, ports in case["monolith_only"].items():
+        parameters[component] |= ports
+    expected = Monolith(designs, parameters).run(case["duration"], outputs, record_ticks=1)
+    assert expected.time.tolist() == signals.time.tolist()
+    assert sum(expected.signals[port][0].size for port in outputs) == len(signals.columns)  # nothing is left out
+    rows = len(signals.time)
+    told[case["name"]] = {port: relative_difference(signals[port].reshape(rows, -1),
+                                                    expected.signals[port].reshape(rows, -1)) for port in outputs}
+"""
+
+
+def case(name, scenario="fine_pointing", as_published=False, duration=3.0, changes=None, monolith_only=None):
+    """Describe one comparison."""
+    return {
+        "name": name,
+        "scenario": scenario,
+        "as_published": as_published,
+        "duration": duration,
+        "changes": changes or {},
+        "monolith_only": monolith_only or {},
+    }
+
+
+DISPERSED = {
+    "plant": {
+        "dispersion.frequency": [0.03 * (-1) ** k for k in range(25)],
+        "dispersion.damping": [0.5] * 25,
+        "dispersion.inertia": [0.02, -0.004, -0.03],
+        "initial.rate": [1e-6, -2e-6, 3e-6],
+        "wheel.torque_limit": 0.05,
+    }
+}
+DELAYS = {"controller": {"delay.measurement": 0.003, "delay.actuation": 0.004}}
+SENSORS = {
+    "sensors": {
+        "gyro.noise": 3e-7,
+        "accelerometer.noise": 1e-4,
+        "encoder.noise": 1e-3,
+        "star_tracker.noise_fine": 1e-6,
+        "accelerometer.filter_frequency": 60.0,
+        "fast_period": 0.01,
+        "star_tracker.period": 0.2,
+        "jitter.imbalance_force": 1e-5,
+        "jitter.broadband_torque": 1e-3,
+    }
+}
+CASES = [
+    case("fine pointing", duration=10.0),
+    case("slew", "slew", duration=10.0),  # it begins at 5 s
+    case("slew as published", "slew", as_published=True, duration=6.0),
+    case("open loop", "fine_pointing_open_loop"),
+    case("dispersions", changes=DISPERSED),
+    case("delays", changes=DELAYS),
+    case("delays as published", as_published=True, changes=DELAYS),
+    case("other noise and periods", changes=SENSORS),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", ["slew", "fine_pointing"])
+@pytest.mark.parametrize("name", CONFIGURATIONS)
+def test_the_gate_holds_over_a_whole_run(fmus, python, tmp_path, name, scenario):
+    differences = python(GATE, fmus, tmp_path / "run", name, scenario)
+
+    assert sum(scalars for _, scalars, _, _ in differences) > 100
+    assert [found for found in differences if not (found[2] <= TOLERANCE and found[3])] == []
+
+
+@pytest.fixture(scope="module", params=CONFIGURATIONS)
+def compared(request, fmus, python, tmp_path_factory):
+    """Return the largest relative difference of every port in every case, for each configuration in turn."""
+    return python(EVERYTHING, fmus, tmp_path_factory.mktemp("compared"), request.param, CASES)
+
+
+@pytest.mark.parametrize("name", [one["name"] for one in CASES])
+def test_every_output_at_every_tick_is_equal(compared, name):
+    assert {port: value for port, value in compared[name].items() if not value <= TOLERANCE} == {}
+
+
+# A change as small as these is far below all that metrics could show; the gate sees the second kind and larger.
+ULP, SMALL = 2.0**-52, 1e-8
+CHANGED = [
+    (component, port, value, relative)
+    for component, port, value in (
+        ("sensors", "gyro.noise", 2e-7),
+        ("sensors", "jitter.imbalance_force", 3e-5),
+        ("plant", "initial.rate[1]", 1e-6),
+        ("controller", "jitter.imbalance_force", 3e-5),
+    )
+    for relative in (ULP, SMALL)
+]
+
+
+def test_one_parameter_that_differs_in_its_last_digits_is_noticed(fmus, python, tmp_path):
+    cases = [
+        case(
+            f"{component}.{port} by {relative}",
+            duration=1.0,
+            changes={component: {port: value}},
+            monolith_only={component: {port: value * (1.0 + relative)}},
+        )
+        for component, port, value, relative in CHANGED
+    ]
+    found = python(EVERYTHING, fmus, tmp_path, "centralised", cases)
+
+    for name, differences in found.items():
+        assert max(differences.values()) > (TOLERANCE if name.endswith(str(SMALL)) else 0.0), name

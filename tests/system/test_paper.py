@@ -1,0 +1,203 @@
+"""The paper's study, run as a user runs it: every number against our earlier independent simulation.
+
+That reference (PHYSICS section 7, "of record") is itself a mean of four to six seeds. How much one seed scatters comes
+from a stored study of six seeds, `scatter.json`; `python tests/system/test_paper.py RESULTS COMMIT` writes it anew
+from the results folder of `flexsat paper --seeds 6`.
+"""
+
+import json
+import sys
+import tomllib
+from math import sqrt
+from pathlib import Path
+
+import pytest
+
+from lockstep import read_signals
+
+SCATTER = Path(__file__).parent / "scatter.json"
+VARIANTS, CONFIGURATIONS = ("as_published", "corrected"), ("centralised", "distributed")
+SCENARIOS = ("slew", "fine-pointing", "fine-pointing-open-loop")
+REFERENCE_SEEDS = 5  # four to six
+
+# row: as published, corrected; each centralised, distributed. In the printed unit of the table.
+REFERENCE = {
+    "slew: total cost": ((2.05e4, 422.0), (29.6, 35.2)),
+    "slew: control cost": ((213.0, 41.0), (9.1, 24.7)),
+    "slew: settling": ((95.0, 33.0), (0.0, 0.0)),
+    "slew: pointing error": ((52.4, 1.14), (0.88, 1.16)),
+    "slew: rate error": ((1.13e-3, 1.4e-4), (3.4e-5, 5.4e-5)),
+    "slew: deformation": ((2.44, 0.36), (0.091, 0.100)),
+    "fine pointing: torque": ((0.100, 0.241), (0.093, 0.50)),
+    "fine pointing: error": ((0.126, 0.068), (0.123, 0.064)),
+    "fine pointing: rate": ((1.9e-5, 1.4e-5), (1.8e-5, 2.1e-5)),
+    "deformation, closed loop": ((0.278, 0.112), (0.160, 0.104)),
+    "deformation, open loop": ((0.316, 0.328), (0.181, 0.077)),
+}
+CELLS = {
+    f"{row} | {variant} | {name}": values[v][n]
+    for row, values in REFERENCE.items()
+    for v, variant in enumerate(VARIANTS)
+    for n, name in enumerate(CONFIGURATIONS)
+}
+
+# What does not agree, with the mean of six seeds. Not to be made larger for convenience: a cell that is listed here
+# and agrees, or the other way round, fails a test.
+KNOWN_MISSES: dict[str, float] = {}
+
+
+def cells(table):
+    """Return the rows of table.json by row, variant and configuration."""
+    return {f"{row['row']} | {row['variant']} | {row['configuration']}": row for row in table["rows"]}
+
+
+def allowed(reference, deviation, seeds):
+    """Return how far a mean over `seeds` may lie from the reference: 10 %, or three standard deviations if more."""
+    return max(0.10 * abs(reference), 3.0 * deviation * sqrt(1.0 / seeds + 1.0 / REFERENCE_SEEDS))
+
+
+@pytest.fixture(scope="module")
+def scatter():
+    """Return mean and standard deviation of one seed by cell."""
+    return json.loads(SCATTER.read_text())["cells"]
+
+
+@pytest.fixture(scope="module")
+def study(flexsat, tmp_path_factory):
+    """Run the study with one seed, both variants; return its folder and what it printed."""
+    folder = tmp_path_factory.mktemp("study")
+    done = flexsat("paper", "--fmus", folder / "fmus", "--out", folder / "results", timeout=1800.0, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in folder.iterdir()) == ["fmus", "results"]
+    return folder / "results", done.stdout
+
+
+@pytest.fixture(scope="module")
+def table(study):
+    """Return table.json."""
+    return json.loads((study[0] / "table.json").read_text())
+
+
+def test_the_misses_listed_are_those_that_six_seeds_show(scatter):
+    assert set(scatter) == set(CELLS)
+    missed = {
+        cell: values["mean"]
+        for cell, values in scatter.items()
+        if abs(values["mean"] - CELLS[cell]) > allowed(CELLS[cell], values["standard_deviation"], 6)
+    }
+
+    assert missed == pytest.approx(KNOWN_MISSES, rel=0.01)  # the list gives three digits
+
+
+@pytest.mark.slow
+def test_the_references_in_the_table_are_those_of_the_reference(table):
+    assert {cell: row["reference"] for cell, row in cells(table).items()} == CELLS
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cell", CELLS)
+def test_a_number_agrees_with_the_reference(table, scatter, cell):
+    ours, reference = cells(table)[cell]["mean"], CELLS[cell]
+    limit = allowed(reference, scatter[cell]["standard_deviation"], 1)
+    if cell in KNOWN_MISSES:
+        assert abs(ours - KNOWN_MISSES[cell]) <= limit
+        assert abs(ours - KNOWN_MISSES[cell]) < abs(ours - reference)
+    else:
+        assert abs(ours - reference) <= limit
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cell", CELLS)
+def test_a_number_is_one_of_those_that_six_seeds_gave(table, scatter, cell):
+    mean, deviation = scatter[cell]["mean"], scatter[cell]["standard_deviation"]
+
+    # 1 %: what does not depend on the seed may follow small changes of the product
+    assert abs(cells(table)[cell]["mean"] - mean) <= max(0.01 * mean, 3.0 * deviation * sqrt(1.0 + 1.0 / 6.0))
+
+
+@pytest.mark.slow
+def test_every_file_is_there(study):
+    folder, printed = study
+    names = {
+        f"{name}-{scenario}{suffix}-seed1"
+        for name in CONFIGURATIONS
+        for scenario in SCENARIOS
+        for suffix in ("", "-as-published")
+    }
+    tables = {"table.txt", "table.md", "table.csv", "table.json"}
+    assert {path.name for path in folder.iterdir()} - {"figures"} == names | tables
+    for name in names:
+        assert {"run.toml", "signals.parquet", "events.jsonl", "metrics.json"} <= {
+            path.name for path in (folder / name).iterdir()
+        }
+    figures = [Path(line) for line in printed.splitlines() if line.startswith(str(folder / "figures"))]
+    assert [path for path in figures if not path.stat().st_size > 1000] == []
+    assert len(figures) >= 5
+    assert (folder / "table.txt").read_text().strip() in printed
+
+
+@pytest.mark.slow
+def test_every_run_says_what_it_was_and_has_all_rows(study):
+    for path in study[0].glob("*-seed1"):
+        run = tomllib.loads((path / "run.toml").read_text())
+        assert (run["status"], run["simulated_time"], run["stop_time"]) == ("completed", 300.0, 300.0)
+        assert run["overrides"]["plant.seed"] == 1
+        assert run["overrides"]["controller.as_published"] == ("as-published" in path.name)
+        assert all(len(component["sha256"]) == 64 for component in run["component"])
+        time = read_signals(path, ["plant.rms_deformation"]).time
+        assert (len(time), time[0], time[-1]) == (60_000, 0.0, 299.995)
+        events = [json.loads(line) for line in (path / "events.jsonl").read_text().splitlines()]
+        assert [event["event"] for event in events] == ["start", "end"]  # no FMU had to complain
+
+
+@pytest.mark.slow
+def test_the_table_and_the_runs_agree(study, table):
+    for key, seeds in table["metrics_si"].items():
+        variant, name, scenario = key.split()
+        suffix = "-as-published" if variant == "as_published" else ""
+        run = study[0] / f"{name}-{scenario.replace('_', '-')}{suffix}-seed1"
+        assert json.loads((run / "metrics.json").read_text())["metrics"] == seeds[0]
+    assert len(table["metrics_si"]) == 12
+
+
+@pytest.mark.slow
+def test_facts_that_need_no_reference(study, table):
+    metrics = {key: seeds[0] for key, seeds in table["metrics_si"].items()}
+    for variant in VARIANTS:
+        for name in CONFIGURATIONS:
+            open_loop, closed = (metrics[f"{variant} {name} fine_pointing{x}"] for x in ("_open_loop", ""))
+            assert open_loop["torque"] == 0.0
+            assert open_loop["control_cost"] == 0.0
+            assert closed["deformation"] < open_loop["deformation"] * 1.2  # it does not stir the structure up
+            assert closed["pointing_error"] < open_loop["pointing_error"]
+            slew = metrics[f"{variant} {name} slew"]
+            assert 0.0 < slew["control_cost"] < slew["total_cost"]
+    for variant in VARIANTS:  # distributing the wheels pays in pointing
+        errors = [metrics[f"{variant} {name} fine_pointing"]["pointing_error"] for name in CONFIGURATIONS]
+        assert errors[1] < errors[0]
+    torque = read_signals(study[0] / "distributed-fine-pointing-open-loop-seed1", ["controller.wheel.torque"])
+    assert not torque["controller.wheel.torque"].any()
+    slew = read_signals(study[0] / "centralised-slew-seed1", ["plant.attitude.mrp"])
+    turned = 4.0 * slew["plant.attitude.mrp"][-1]  # rad, of a small rotation
+    half_degree = 8.726646e-3
+    assert turned[0] == pytest.approx(half_degree, abs=1e-5)  # two arcsec, the size of the pointing error
+    assert abs(turned[1:]).max() < 1e-5
+
+
+def write_scatter(results, commit):
+    """Store what a six-seed study says of its cells, with its provenance."""
+    table = json.loads((results / "table.json").read_text())
+    content = {
+        "provenance": f"flexsat paper --seeds {len(table['seeds'])}, at commit {commit}",
+        "seeds": table["seeds"],
+        "duration": table["duration"],
+        "cells": {
+            cell: {"mean": row["mean"], "standard_deviation": row["standard_deviation"], "unit": row["unit"]}
+            for cell, row in cells(table).items()
+        },
+    }
+    SCATTER.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_scatter(Path(sys.argv[1]), sys.argv[2])
