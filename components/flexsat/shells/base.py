@@ -30,7 +30,7 @@ from pythonfmu.enums import Fmi2Status
 
 from ..interfaces.ports import Kind, Port, PortTable
 from .model_description import About, model_description
-from .resources import build_facts, find_resource, leave_search_path
+from .resources import build_facts, find_resource, leave_search_path, let_go_at_exit
 from .state import restored, sealed, unsealed
 from .values import Array, PortValues, Refused
 
@@ -69,6 +69,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
             leave_search_path(self.resources)
         build = build_facts(self.resources)
         self.modelName = str(build.get("model_name", type(self).__name__))
+        if "logger" in kwargs:
+            let_go_at_exit(self.resources, self.modelName)
         self.guid = str(build.get("guid", type(self).__qualname__))
         self._version = str(build.get("version", type(self).version))
         self.table = PortTable(self.ports())
