@@ -53,6 +53,8 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
+    from lockstep.options import add_run_options  # imports numpy: after the threads are set
+
     parser = _Parser(
         prog="flexsat", description="Co-simulation bench for the attitude control of large flexible spacecraft."
     )
@@ -77,17 +79,9 @@ def _parser() -> argparse.ArgumentParser:
         "run one system, and leave its signals and metrics",
         "flexsat run fmus/distributed/slew.ssd --seed 3 --set plant.initial.mrp[1]=1e-6 --stop 200",
     )
-    run.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
-    run.add_argument("--out", type=Path, metavar="DIR", help="results folder (default: results/NAME OF THE SYSTEM)")
-    run.add_argument("--stop", metavar="S", help="stop time in seconds (default: the system file's)")
+    add_run_options(run)
     run.add_argument("--seed", type=int, metavar="N", help="seed of plant and sensors")
     run.add_argument("--as-published", action="store_true", help="with the slips of the published release")
-    run.add_argument("--set", action="append", default=[], metavar="C.P=V", help="set parameter P of component C")
-    run.add_argument("--delay", action="append", default=[], metavar="A:B=N", help="delay from A to B in ticks")
-    run.add_argument("--period", action="append", default=[], metavar="C=S", help="period of component C in seconds")
-    run.add_argument("--record", action="append", metavar="PATTERN", help="outputs to record, or all")
-    run.add_argument("--record-period", metavar="S", help="time between two recorded rows in seconds")
-    run.add_argument("--overwrite", action="store_true", help="replace an earlier run in the results folder")
 
     paper = add(
         "paper",

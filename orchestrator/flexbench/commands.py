@@ -10,9 +10,8 @@ from time import perf_counter
 
 from flexsat.build import build_configuration, build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
-from lockstep import InputError, System, load_system, simulate
-from lockstep.clock import nanoseconds
-from lockstep.progress import show_progress
+from lockstep import InputError, System, load_system
+from lockstep.options import run_as_told
 
 from . import equivalence as gate
 from . import paper as study
@@ -40,31 +39,13 @@ def run(options: argparse.Namespace) -> int:
     """Simulate one system; add its metrics if it is one of ours and long enough."""
     if not options.system.exists() and options.system.suffix == ".ssd":
         raise InputError(f"{options.system}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
-    system = _changed(load_system(options.system), options.delay, options.period)
+    system = load_system(options.system)
     overrides: dict[str, float | int | bool | str] = {}
     if options.as_published:
         overrides |= scalar_overrides(scenario_parameters(_scenario_of(system), as_published=True))
     if options.seed is not None:
         overrides |= {"plant.seed": options.seed, "sensors.seed": options.seed}
-    for text in options.set:
-        key, equals, value = text.partition("=")
-        if not (key and equals):
-            raise InputError(f"--set {text}: write COMPONENT.PARAMETER=VALUE")
-        overrides[key] = value
-    folder = options.out or Path("results", system.name)
-    with show_progress(system.name) as progress:
-        summary = simulate(
-            system,
-            folder,
-            stop_time=options.stop,
-            overrides=overrides,
-            record=options.record,
-            record_period=options.record_period,
-            progress=progress,
-            overwrite=options.overwrite,
-        )
-    speed = summary.simulated_time / max(summary.wall_time, 1e-9)
-    print(f"{summary.simulated_time:g} s simulated in {summary.wall_time:.1f} s ({speed:.1f} x real time): {folder}")
+    folder = run_as_told(options, system, overrides).folder
     try:
         metrics = write_metrics(read_run(folder))
     except InputError as error:
@@ -73,21 +54,6 @@ def run(options: argparse.Namespace) -> int:
     for key, value in metrics.items():
         print(f"  {key:16} {value:.4g}")
     return 0
-
-
-def _changed(system: System, delays: Sequence[str], periods: Sequence[str]) -> System:
-    for text in delays:
-        ends, _, ticks = text.rpartition("=")
-        start, _, end = ends.partition(":")
-        if not (start and end and ticks.isdecimal()):
-            raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example sensors:controller=5")
-        system = system.with_delay(start, end, int(ticks))
-    for text in periods:
-        name, equals, period = text.partition("=")
-        if not (name and equals):
-            raise InputError(f"--period {text}: write COMPONENT=SECONDS, for example sensors=0.005")
-        system = system.with_period(name, nanoseconds(period, f"--period {name}"))
-    return system
 
 
 def _scenario_of(system: System) -> ScenarioName:

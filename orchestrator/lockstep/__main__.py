@@ -5,10 +5,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from lockstep.clock import nanoseconds, seconds_text
+from lockstep.clock import seconds_text
 from lockstep.errors import InputError, RunError
-from lockstep.master import simulate
-from lockstep.progress import show_progress
+from lockstep.options import add_run_options, run_as_told
 from lockstep.schedule import build_schedule
 from lockstep.ssp import load_system
 from lockstep.system import System
@@ -44,14 +43,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m lockstep", description="Simulate systems of FMI 2.0 FMUs.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="simulate a system", epilog=_RUN_EXAMPLE, formatter_class=plain)
-    run.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
-    run.add_argument("--out", type=Path, metavar="DIR", help="results folder (default: results/NAME OF THE SYSTEM)")
-    run.add_argument("--stop", metavar="S", help="stop time in seconds (default: the system file's)")
-    run.add_argument("--set", action="append", default=[], metavar="C.P=V", help="set parameter P of component C")
-    run.add_argument("--record", action="append", metavar="PATTERN", help="outputs to record, or all")
-    run.add_argument("--record-period", metavar="S", help="time between two recorded rows in seconds")
-    run.add_argument("--delay", action="append", default=[], metavar="A:B=N", help="delay from A to B in ticks")
-    run.add_argument("--overwrite", action="store_true", help="replace an earlier run in the results folder")
+    add_run_options(run)
     example = "example:\n  python -m lockstep show orbit.ssd\n"
     show = commands.add_parser("show", help="print components, periods, order", epilog=example, formatter_class=plain)
     show.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
@@ -59,35 +51,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _run(options: argparse.Namespace) -> int:
-    system = load_system(options.system)
-    for text in options.delay:
-        ends, _, ticks = text.rpartition("=")
-        start, _, end = ends.partition(":")
-        if not (start and end and ticks.isdecimal()):
-            raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example controller:plant=2")
-        system = system.with_delay(start, end, int(ticks))
-    overrides = {}
-    for text in options.set:
-        key, equals, value = text.partition("=")
-        if not equals:
-            raise InputError(f"--set {text}: write COMPONENT.PARAMETER=VALUE")
-        overrides[key] = value
-    folder = options.out or Path("results", system.name)
-    if options.stop is not None:
-        nanoseconds(options.stop, "--stop")
-    with show_progress(system.name) as progress:
-        summary = simulate(
-            system,
-            folder,
-            stop_time=options.stop,
-            overrides=overrides,
-            record=options.record,
-            record_period=options.record_period,
-            progress=progress,
-            overwrite=options.overwrite,
-        )
-    speed = summary.simulated_time / max(summary.wall_time, 1e-9)
-    print(f"{summary.simulated_time:g} s simulated in {summary.wall_time:.1f} s ({speed:.1f} x real time): {folder}")
+    run_as_told(options, load_system(options.system), {})
     return 0
 
 
