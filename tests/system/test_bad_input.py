@@ -87,7 +87,7 @@ REFUSED = {
     "delay no number": (("--delay", "sensors:controller=5ms"), ("sensors:controller=5ms", "sensors:controller=5")),
     "stop time": (("--stop", "0.1005"), ("stop time", "0.1005 s", "0.1 s or 0.101 s")),
     "stop time zero": (("--stop", "0"), ("stop time", "0 s", "> 0")),
-    "stop time text": (("--stop", "soon"), ("stop time", "'soon'", "0.001")),
+    "stop time text": (("--stop", "soon"), ("stop", "'soon'", "0.001")),
     "seed text": (("--seed", "one"), ("--seed", "'one'")),
     "unknown option": (("--sed", "1"), ("--sed", "--help")),
 }
