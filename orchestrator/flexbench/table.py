@@ -109,13 +109,15 @@ def one_seed_scatter(row: Row, variant: Variant, name: ConfigurationName, cell: 
     """Return the standard deviation of one seed: of these runs if there are enough, else of a stored study."""
     if cell.deviation is not None and cell.count >= ENOUGH:
         return cell.deviation
-    return _stored_scatter().get(f"{row.scenario} {row.key} {variant} {name}", 0.0)
+    stored = _stored_scatter().get(f"{row.label} | {variant} | {name}")
+    return stored["standard_deviation"] if stored else 0.0
 
 
 @cache
-def _stored_scatter() -> dict[str, float]:
+def _stored_scatter() -> dict[str, dict[str, float]]:
+    """Return mean and standard deviation of one seed by cell, from six seeds."""
     content = json.loads(resources.files(__package__).joinpath("scatter.json").read_text(encoding="utf-8"))
-    return dict(content["standard_deviation"])
+    return dict(content["cells"])
 
 
 def _header(results: Results) -> list[str]:
