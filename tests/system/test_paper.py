@@ -1,8 +1,8 @@
 """The paper's study, run as a user runs it: every number against our earlier independent simulation.
 
 That reference (PHYSICS section 7, "of record") is itself a mean of four to six seeds. How much one seed scatters comes
-from a stored study of six seeds, `scatter.json`; `python tests/system/test_paper.py RESULTS COMMIT` writes it anew
-from the results folder of `flexsat paper --seeds 6`.
+from a stored study of six seeds, flexbench's `scatter.json`, with which the table judges too.
+`python tests/system/test_paper.py RESULTS COMMIT` writes it anew from the results of `flexsat paper --seeds 6`.
 """
 
 import json
@@ -15,7 +15,7 @@ import pytest
 
 from lockstep import read_signals
 
-SCATTER = Path(__file__).parent / "scatter.json"
+SCATTER = Path(__file__).parents[2] / "orchestrator" / "flexbench" / "scatter.json"
 VARIANTS, CONFIGURATIONS = ("as_published", "corrected"), ("centralised", "distributed")
 SCENARIOS = ("slew", "fine-pointing", "fine-pointing-open-loop")
 REFERENCE_SEEDS = 5  # four to six
@@ -43,7 +43,17 @@ CELLS = {
 
 # What does not agree, with the mean of six seeds. Not to be made larger for convenience: a cell that is listed here
 # and agrees, or the other way round, fails a test.
-KNOWN_MISSES: dict[str, float] = {}
+KNOWN_MISSES: dict[str, float] = {
+    "fine pointing: torque | corrected | distributed": 0.444,  # against .50; one seed scatters by .010
+}
+# What is more than 10 % and more than two standard deviations of these means away, but not three. One or two of 44
+# cells would be there by chance; all of these are distributed, and fine pointing. Without the broadband part of the
+# jitter the last is .077, as the reference.
+KNOWN_DOUBTS: dict[str, float] = {
+    "fine pointing: error | as_published | distributed": 0.0571,  # against .068
+    "deformation, closed loop | corrected | distributed": 0.0890,  # against .104
+    "deformation, open loop | corrected | distributed": 0.0914,  # against .077
+}
 
 
 def cells(table):
@@ -51,9 +61,9 @@ def cells(table):
     return {f"{row['row']} | {row['variant']} | {row['configuration']}": row for row in table["rows"]}
 
 
-def allowed(reference, deviation, seeds):
+def allowed(reference, deviation, seeds, deviations=3.0):
     """Return how far a mean over `seeds` may lie from the reference: 10 %, or three standard deviations if more."""
-    return max(0.10 * abs(reference), 3.0 * deviation * sqrt(1.0 / seeds + 1.0 / REFERENCE_SEEDS))
+    return max(0.10 * abs(reference), deviations * deviation * sqrt(1.0 / seeds + 1.0 / REFERENCE_SEEDS))
 
 
 @pytest.fixture(scope="module")
@@ -78,15 +88,16 @@ def table(study):
     return json.loads((study[0] / "table.json").read_text())
 
 
-def test_the_misses_listed_are_those_that_six_seeds_show(scatter):
+@pytest.mark.parametrize(("listed", "deviations"), [(KNOWN_MISSES, 3.0), (KNOWN_MISSES | KNOWN_DOUBTS, 2.0)])
+def test_the_misses_and_doubts_listed_are_those_that_six_seeds_show(scatter, listed, deviations):
     assert set(scatter) == set(CELLS)
-    missed = {
+    found = {
         cell: values["mean"]
         for cell, values in scatter.items()
-        if abs(values["mean"] - CELLS[cell]) > allowed(CELLS[cell], values["standard_deviation"], 6)
+        if abs(values["mean"] - CELLS[cell]) > allowed(CELLS[cell], values["standard_deviation"], 6, deviations)
     }
 
-    assert missed == pytest.approx(KNOWN_MISSES, rel=0.01)  # the list gives three digits
+    assert found == pytest.approx(listed, rel=0.005)  # the lists give three digits
 
 
 @pytest.mark.slow
@@ -98,12 +109,13 @@ def test_the_references_in_the_table_are_those_of_the_reference(table):
 @pytest.mark.parametrize("cell", CELLS)
 def test_a_number_agrees_with_the_reference(table, scatter, cell):
     ours, reference = cells(table)[cell]["mean"], CELLS[cell]
-    limit = allowed(reference, scatter[cell]["standard_deviation"], 1)
-    if cell in KNOWN_MISSES:
+    deviation = scatter[cell]["standard_deviation"]
+    if cell in KNOWN_MISSES:  # one seed may come within 10 %; its scatter does not explain how far it stays off
+        limit = 3.0 * deviation * sqrt(1.0 + 1.0 / REFERENCE_SEEDS)
+        assert abs(ours - reference) > limit
         assert abs(ours - KNOWN_MISSES[cell]) <= limit
-        assert abs(ours - KNOWN_MISSES[cell]) < abs(ours - reference)
     else:
-        assert abs(ours - reference) <= limit
+        assert abs(ours - reference) <= allowed(reference, deviation, 1)
 
 
 @pytest.mark.slow
