@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..shells.base import SiSlave
 from ..interfaces.ports import Port
+from ..shells.base import SiSlave
 
 GAIN = 2.0  # tests change this line to make another build
 
