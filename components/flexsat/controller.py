@@ -64,13 +64,13 @@ class ControllerParameters:
     imbalance_torque: float  # N.m.s2
 
     def __post_init__(self) -> None:
-        for name in ("torque_limit", "speed_band"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be > 0, got {getattr(self, name)!r}")
+        # named as the ports are: the messages reach those who set them
+        for name, value in (("wheel.torque_limit", self.torque_limit), ("wheel.speed_band", self.speed_band)):
+            if not value > 0.0:
+                raise ValueError(f"{name} must be > 0, got {value!r}")
         if not 0.0 < self.authority <= 1.0:
-            raise ValueError(f"authority must be in (0, 1], got {self.authority!r}")
-        for name in ("measurement_delay", "actuation_delay"):
-            value = getattr(self, name)
+            raise ValueError(f"slew.authority must be in (0, 1], got {self.authority!r}")
+        for name, value in (("delay.measurement", self.measurement_delay), ("delay.actuation", self.actuation_delay)):
             if not 0.0 <= value <= 0.020 or abs(value * 1e3 - round(value * 1e3)) > 1e-6:
                 raise ValueError(f"{name} must be whole milliseconds from 0 to 0.020 s, got {value!r}")
 

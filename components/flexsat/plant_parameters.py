@@ -70,9 +70,9 @@ class PlantParameters:
             raise ValueError(f"initial.mrp: norm must be <= 1 (short rotation), got {np.linalg.norm(self.mrp):.6g}")
         if not self.torque_limit > 0.0:
             raise ValueError(f"wheel.torque_limit must be > 0 N.m, got {self.torque_limit!r}")
-        for name in ("frequency_dispersion", "inertia_dispersion"):
-            if not np.all(getattr(self, name) > -1.0):
-                raise ValueError(f"{name}: every relative error must be > -1, got {getattr(self, name).min()!r}")
+        for name, errors in (("frequency", self.frequency_dispersion), ("inertia", self.inertia_dispersion)):
+            if not np.all(errors > -1.0):
+                raise ValueError(f"dispersion.{name}: every relative error must be > -1, got {float(errors.min())!r}")
 
 
 def parameters_of_run(

@@ -57,6 +57,18 @@ def _prepare_worker(reports: Any, stopping: Any) -> None:
     global _reports, _stopping
     _reports, _stopping = reports, stopping
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    with suppress(KeyboardInterrupt):  # one that waited while the worker started: the event says it too
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Let Ctrl-C wait: processes that start in here are born so, and begin to listen when they are ready for it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def run_job(job: Job) -> Finished:
@@ -109,7 +121,8 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
             max_tasks_per_child=1,
         ) as pool,
     ):
-        futures = {pool.submit(run_job, job): number for number, job in enumerate(jobs)}
+        with _interrupts_wait():
+            futures = {pool.submit(run_job, job): number for number, job in enumerate(jobs)}
         pending = set(futures)
         try:
             while pending:

@@ -70,7 +70,8 @@ class Description:
     def lacks(self, component: str, name: str, kind: str) -> str:
         """Say that there is no such variable, and which there are."""
         # an input may be given a start value like a parameter, so both are offered
-        names = self.names(*(("parameter", "input") if kind == "parameter" else (kind,)))
+        kinds = ("parameter", "input") if kind == "parameter" else (kind,)
+        names = [found for each in kinds for found in self.names(each)]
         there = compact(siblings(name, names)) + suggestion(name, names)
         return f"{component}.{name}: no such {kind}; {component} has {there}"
 

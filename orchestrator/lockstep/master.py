@@ -10,7 +10,7 @@ from pathlib import Path
 from time import perf_counter
 
 from lockstep.clock import seconds
-from lockstep.errors import RunError
+from lockstep.errors import InputError, RunError
 from lockstep.exchange import Exchange
 from lockstep.fmu import FmuSlave
 from lockstep.folder import check_folder, make_folder
@@ -87,7 +87,10 @@ def simulate(
             close_slaves.callback(slave.close)
             slaves[component.name] = slave
         exchange = Exchange(plan.layout, slaves, plan.names)
-        _initialize(plan, slaves, exchange, interrupt)
+        try:
+            _initialize(plan, slaves, exchange, interrupt)
+        except RunError as error:  # nothing has been simulated: what a component refuses is its parameters
+            raise InputError(str(error)) from None
         manifest = describe_run(
             system,
             plan.descriptions,

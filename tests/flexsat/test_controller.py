@@ -209,7 +209,8 @@ def test_motor_limit_then_speed_band(centralised, flight):
 @pytest.mark.parametrize("name", ["measurement_delay", "actuation_delay"])
 @pytest.mark.parametrize("value", [-0.001, 0.021, 0.0025, np.nan])
 def test_invalid_delays_are_refused(centralised, flight, name, value):
-    with pytest.raises(ValueError, match=f"{name} must be whole milliseconds from 0 to 0.020 s"):
+    port = "delay." + name.removesuffix("_delay")
+    with pytest.raises(ValueError, match=f"{port} must be whole milliseconds from 0 to 0.020 s"):
         flight(centralised, **{name: value})
 
 

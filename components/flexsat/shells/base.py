@@ -60,6 +60,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
     preferred_step: ClassVar[float] = 1e-3  # [s] what the model description recommends
     stop_time: ClassVar[float | None] = None  # [s] end of the default experiment
     fixed_step: float | None = None  # [s] the only step accepted; None accepts any
+    step_parameter: ClassVar[str | None] = None  # parameter that sets it, if one does
 
     state: Any = None
 
@@ -151,7 +152,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
             fixed = self.fixed_step
             if fixed is not None:
                 if step_size != fixed and not abs(step_size - fixed) <= STEP_TOLERANCE * fixed:
-                    raise Refused(f"a step of {step_size!r} s is not accepted; the step is {fixed!r} s")
+                    remedy = f", set by parameter {self.step_parameter}" if self.step_parameter else ""
+                    raise Refused(f"a step of {step_size!r} s is not accepted; the step is {fixed!r} s{remedy}")
                 step_size = fixed
             elif not step_size > 0.0:
                 raise Refused(f"a step of {step_size!r} s is not accepted; a step is > 0 s")

@@ -20,6 +20,7 @@ class Sensors(SiSlave):
     description = "Sensors with noise and sampling, and the jitter that the wheels cause"
     preferred_step = 1e-3
     fixed_step = 1e-3
+    step_parameter = "step_size"
     stop_time = 300.0
 
     def ports(self) -> Sequence[Port]:
