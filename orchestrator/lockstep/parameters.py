@@ -43,7 +43,7 @@ def settable(component: str, name: str, description: Description) -> Variable:
 def resolve_override(
     key: str, value: Override, system: System, descriptions: Mapping[str, Description]
 ) -> tuple[str, list[Variable], list[Value]]:
-    """Resolve an override; the name of an array takes a sequence, or its values separated by commas."""
+    """Resolve an override; the name of an array takes a sequence, its values separated by commas, or one for all."""
     component, dot, name = key.partition(".")
     if not dot:
         raise InputError(f"{key}: write component.parameter, for example {system.components[0].name}.{key}")
@@ -56,8 +56,10 @@ def resolve_override(
     if isinstance(value, str):
         value = value.split(",")
     values: list[Value] = [*value] if hasattr(value, "__iter__") else [value]
+    if len(values) == 1:
+        values *= len(elements)
     if len(values) != len(elements):
-        raise InputError(f"{key}: got {len(values)} value{'' if len(values) == 1 else 's'} for {compact(elements)}")
+        raise InputError(f"{key}: got {len(values)} values for {compact(elements)}")
     return component, [settable(component, element, description) for element in elements], values
 
 

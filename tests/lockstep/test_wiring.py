@@ -86,13 +86,20 @@ def test_an_input_without_a_source_is_refused_with_all_its_names(loop):
         ("counter.fail_at", 1.5, r"counter\.fail_at: 1\.5 is not of its type Integer"),
         ("counter.fail_at", "3000000000", r"counter\.fail_at: .* is not of its type Integer"),
         ("echo.flag", "yes", r"echo\.flag: 'yes' is not of its type Boolean; write true or false"),
-        ("echo.u", [1.0], r"echo\.u: got 1 value for u\[1\.\.2\]"),
+        ("echo.u", [1.0, 2.0, 3.0], r"echo\.u: got 3 values for u\[1\.\.2\]"),
         ("echo.u", "1,x", r"echo\.u\[2\]: 'x' is not of its type Real"),
     ],
 )
 def test_a_wrong_value_is_refused(loop, key, value, message):
     with pytest.raises(InputError, match=message):
         check(loop, {key: value})
+
+
+@pytest.mark.parametrize("value", [2.5, "2.5", [2.5]])
+def test_one_value_is_for_all_elements_of_an_array(loop, value):
+    parameters = check(loop, {"echo.u": value}).parameters
+
+    assert {name: parameters["echo"][name] for name in ("u[1]", "u[2]")} == {"u[1]": 2.5, "u[2]": 2.5}
 
 
 def test_values_and_texts_take_the_declared_type(loop):
