@@ -22,7 +22,7 @@ ALLOWED = {
     "lockstep": {
         "numpy": "*",
         "fmpy": {"fmu"},
-        "lxml": {"ssp", "ssp_xml", "ssp_writer"},
+        "lxml": {"ssp", "ssp_xml", "ssp_writer", "ssp_package", "srmd"},
         "pyarrow": {"results", "recorder"},
         "rich": {"progress"},
     },

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
-from flexsat.build import build_configuration, build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError, System, load_system
 from lockstep.options import run_as_told
@@ -17,20 +16,16 @@ from . import equivalence as gate
 from . import paper as study
 from .metrics import SETTLED_FROM
 from .published import VARIANTS, Variant
+from .release import release
 from .runs import read_run, write_metrics
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
-from .systems import write_systems
 from .table import as_text
 
 
 def build(names: Sequence[ConfigurationName], folder: Path) -> int:
-    """Build FMUs and system files, a line each."""
+    """Build FMUs, systems and what documents them, a line each."""
     started = perf_counter()
-    for name in names:
-        designs = build_designs(name)
-        build_configuration(designs, folder, print)
-        for path in write_systems(designs, folder / name):
-            print(path)
+    release(names, folder)
     print(f"built in {perf_counter() - started:.1f} s")
     return 0
 

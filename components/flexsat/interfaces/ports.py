@@ -14,6 +14,7 @@ Causality = Literal["input", "output", "parameter"]
 Kind = Literal["real", "integer", "boolean", "string"]
 Variability = Literal["fixed", "discrete", "continuous"]
 Scalar = float | int | bool | str
+Naming = Literal["structured", "flat"]
 
 CAUSALITIES: tuple[Causality, ...] = ("input", "output", "parameter")  # also the order of the value references
 KINDS: tuple[Kind, ...] = ("real", "integer", "boolean", "string")
@@ -38,6 +39,7 @@ class Port:
     on_demand : an output that is computed only when somebody reads it
     frame : frame the quantity is expressed in, told in the description
     display_unit : unit that tools should show
+    period_parameter : the parameter that sets how often an output changes; None for every step of the component
     """
 
     name: str
@@ -55,6 +57,7 @@ class Port:
     maximum: float | None = None
     frame: str | None = None
     display_unit: str | None = None
+    period_parameter: str | None = None
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):
@@ -142,8 +145,11 @@ class Port:
             return f"must be <= {self.maximum!r}, got {value!r}"
         return None
 
-    def scalar_name(self, element: int) -> str:
-        """Return the FMI name of element `element`, counted from 0."""
+    def scalar_name(self, element: int, naming: Naming = "structured") -> str:
+        """Return the FMI name of element `element`, counted from 0: `wheel.torque[1]`, or flat `wheel_torque_1`."""
+        if naming == "flat":
+            name = self.name.replace(".", "_")
+            return name if self.size is None else f"{name}_{element + 1}"
         return self.name if self.size is None else f"{self.name}[{element + 1}]"
 
 
@@ -153,20 +159,17 @@ class Variable:
 
     Attributes
     ----------
+    name : in FMI, in the naming of the table
     element : position in the port, from 0
     value_reference : position among the variables of its kind, from 0
     index : position in the model description, from 1
     """
 
+    name: str
     port: Port
     element: int
     value_reference: int
     index: int
-
-    @property
-    def name(self) -> str:
-        """Return the FMI name."""
-        return self.port.scalar_name(self.element)
 
 
 class PortTable:
@@ -176,10 +179,11 @@ class PortTable:
     references is several times quicker there, and they are what is read and written at every step.
     """
 
-    __slots__ = ("_by_name", "_first", "ports", "variables")
+    __slots__ = ("_by_name", "_first", "naming", "ports", "variables")
 
-    def __init__(self, ports: Iterable[Port]) -> None:
+    def __init__(self, ports: Iterable[Port], naming: Naming = "structured") -> None:
         declared = tuple(ports)
+        self.naming: Naming = naming
         self.ports = tuple(port for causality in CAUSALITIES for port in declared if port.causality == causality)
         self._by_name = {port.name: port for port in self.ports}
         if len(self._by_name) != len(self.ports):
@@ -191,14 +195,29 @@ class PortTable:
         for port in self.ports:
             for element in range(port.length):
                 variable = Variable(
-                    port=port, element=element, value_reference=counts[port.kind], index=len(variables) + 1
+                    name=port.scalar_name(element, naming),
+                    port=port,
+                    element=element,
+                    value_reference=counts[port.kind],
+                    index=len(variables) + 1,
                 )
                 counts[port.kind] += 1
                 variables.append(variable)
                 self._first.setdefault(port.name, variable)
         self.variables = tuple(variables)
+        self._check_names()
         for port in self.ports:
             self._check_dependencies(port)
+
+    def _check_names(self) -> None:
+        """Refuse two variables of one name; flat names may fall together where structured ones do not."""
+        seen: dict[str, Variable] = {}
+        for variable in self.variables:
+            other = seen.setdefault(variable.name, variable)
+            if other is not variable:
+                raise ValueError(
+                    f"ports {other.port.name} and {variable.port.name} both have a variable {variable.name!r}"
+                )
 
     def _check_dependencies(self, port: Port) -> None:
         for name in port.depends_on:
@@ -207,6 +226,9 @@ class PortTable:
         for name in port.initial_depends_on or ():
             if self._dependency(port, name).causality == "output":
                 raise ValueError(f"port {port.name}: initial_depends_on names {name!r}, which is an output")
+        period = port.period_parameter
+        if period is not None and (period not in self._by_name or self[period].causality != "parameter"):
+            raise ValueError(f"port {port.name}: period_parameter names {period!r}, which is no parameter")
 
     def _dependency(self, port: Port, name: str) -> Port:
         source = self._by_name.get(name.removesuffix(ELEMENTWISE))

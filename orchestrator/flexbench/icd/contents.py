@@ -1,0 +1,153 @@
+"""What the interface document says, in order: conventions, files, timing, ports, what array elements mean, units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsat.build import Designs
+from flexsat.design import Design
+from flexsat.interfaces.units import UNITS
+from flexsat.monolith import PORTS
+from flexsat.parameters import RPM, ConfigurationName
+from lockstep import System
+from lockstep.timeline import timeline_lines
+from lockstep.timeline_svg import timeline_svg
+
+from ..systems import WIRES
+from .document import Block, Heading, Listing, Paragraph, Picture, Table
+from .rows import Row, rows
+
+TIMELINE_FILE = "ICD-timeline.svg"
+TIMELINE_TICKS = 6  # one controller period and the tick that begins the next
+
+_ROLES = {
+    "plant": "The flexible spacecraft: rigid body, structural modes, reaction wheels. Continuous: its step holds the "
+    "inputs, and its outputs are true at the step's end. Any communication step.",
+    "sensors": "Star tracker, gyros, accelerometers, encoders, and the jitter of the wheels. Sampled: reads its inputs "
+    "at the step's start, and its outputs hold from there. Fixed step (parameter step_size).",
+    "controller": "The LQG attitude controller with its slew guidance. Sampled, fixed step. This is the interface that "
+    "another controller has to serve to take its place.",
+}
+_HEADER = ("port", "size", "type", "unit (shown)", "frame", "every", "range", "start")
+
+_CONVENTIONS = (
+    "Names follow the structured convention of FMI 2.0; arrays are numbered from 1. All values are SI; a display unit "
+    "is named where people prefer another.",
+    "Body axes: origin at the centre of the aperture, x and y in its plane, z along its normal. Quaternions are scalar "
+    "last and, like modified Rodrigues parameters (MRP), turn inertial components into body components; MRP are those "
+    "of the short rotation.",
+    "Where the two configurations differ a cell reads centralised / distributed.",
+    "Ranges are what the closed loop stays in, not limits: an input beyond its range is taken (the plant limits wheel "
+    "torque to wheel.torque_limit). Limits of parameters are enforced.",
+)
+
+
+def contents(
+    designs: Mapping[ConfigurationName, Designs], system: System, identities: Sequence[tuple[str, str, str]]
+) -> list[Block]:
+    """Return the document.
+
+    Parameters
+    ----------
+    designs : of both configurations
+    system : one system of ours, for the timeline; all have the same schedule
+    identities : file, GUID and SHA-256 of each FMU
+    """
+    blocks: list[Block] = [
+        Heading(1, "flexsat: interface control document"),
+        Paragraph(
+            f"Of flexsat {version('flexsat')}, written by `flexsat build` from the tables that the FMUs are made of."
+        ),
+        Heading(2, "Conventions"),
+        *(Paragraph(text) for text in _CONVENTIONS),
+        Heading(2, "FMUs"),
+        Table(("file", "GUID", "SHA-256"), identities, frozenset({0, 1, 2})),
+        Heading(2, "Timing"),
+        Paragraph(
+            "In a tick the components run in the order sensors, controller, plant. `same tick`: the reader sees what "
+            "the producer computed in this tick. `1 tick`: the reader sees the plant's outputs as they are true at the "
+            "tick's time."
+        ),
+        Table(("from", "to", "ports", "latency"), [_wire(*wire) for wire in WIRES]),
+        Picture(timeline_svg(system, TIMELINE_TICKS), TIMELINE_FILE, "who runs when, and what travels where"),
+        Listing("\n".join(timeline_lines(system, TIMELINE_TICKS))),
+    ]
+    for component, role in _ROLES.items():
+        found = rows(designs, component)
+        blocks += [Heading(2, component.capitalize()), Paragraph(role)]
+        for causality, title, partner in (
+            ("input", "Inputs", "source"),
+            ("output", "Outputs", "destination"),
+            ("parameter", "Parameters", ""),
+        ):
+            chosen = [row for row in found if row.causality == causality]
+            blocks += [Heading(3, f"{title} of the {component}"), _ports(chosen, partner)]
+    for name, both in designs.items():
+        blocks += [Heading(2, f"Elements of the arrays: {name}"), *_elements(both.corrected)]
+    return [*blocks, Heading(2, "Units"), _units(designs)]
+
+
+def _wire(source: str, target: str, names: Sequence[str], delay: int) -> tuple[str, str, str, str]:
+    return source, target, ", ".join(names), "same tick" if delay == 0 else f"{delay} tick"
+
+
+def _ports(chosen: Sequence[Row], partner: str) -> Table:
+    header = [*_HEADER, *([partner] if partner else []), "meaning"]
+    cells = []
+    for row in chosen:
+        line = [row.name, row.size, row.kind, row.unit, row.frame, row.period, row.range, row.start]
+        cells.append([*line, *([row.partner] if partner else []), row.description])
+    return Table(header, cells)
+
+
+def _elements(design: Design) -> list[Block]:
+    """Tell what element i of each array belongs to."""
+    craft, speeds = design.spacecraft, design.plant.nominal_speed / RPM
+    mounts = [[str(i), *_numbers(p)] for i, p in enumerate(craft.mounts.position, 1)]
+    wheels = [
+        [str(i), str(int(mount) + 1), *_numbers(axis), f"{speed:.1f}"]
+        for i, (mount, axis, speed) in enumerate(zip(craft.mount_of_wheel, craft.wheels.axis, speeds, strict=True), 1)
+    ]
+    gyros = _devices(craft.gyros.position, craft.gyros.axis)
+    accelerometers = _devices(craft.accelerometers.position, craft.accelerometers.axis)
+    modes = [[str(i), f"{f / (2.0 * np.pi):.4f}"] for i, f in enumerate(craft.frequency, 1)]
+    place, axis = ("x [m]", "y [m]", "z [m]"), ("axis x", "axis y", "axis z")
+    return [
+        Paragraph("Mounts, of jitter.force_* and jitter.torque_*:"),
+        Table(("mount", *place), mounts, frozenset()),
+        Paragraph("Wheels, of every wheel.*, encoder.* and *.torque:"),
+        Table(("wheel", "mount", *axis, "nominal speed [rpm]"), wheels, frozenset()),
+        Paragraph("Gyros, of gyro_site.rate and gyro.rate:"),
+        Table(("gyro", *place, *axis), gyros, frozenset()),
+        Paragraph("Accelerometers, of accelerometer_site.acceleration and accelerometer.acceleration:"),
+        Table(("accelerometer", *place, *axis), accelerometers, frozenset()),
+        Paragraph("Modes with the bus clamped, of modal.*:"),
+        Table(("mode", "frequency [Hz]"), modes, frozenset()),
+    ]
+
+
+def _devices(position: NDArray[np.float64], axis: NDArray[np.float64]) -> list[list[str]]:
+    return [[str(i), *_numbers(p), *_numbers(a)] for i, (p, a) in enumerate(zip(position, axis, strict=True), 1)]
+
+
+def _numbers(values: NDArray[np.float64]) -> list[str]:
+    return [f"{value + 0.0:.4g}" for value in np.round(values, 12)]  # no -0
+
+
+def _units(designs: Mapping[ConfigurationName, Designs]) -> Table:
+    design = next(iter(designs.values())).corrected
+    ports = [port for component, table in PORTS.items() for port in table(getattr(design, component))]
+    used = {port.unit for port in ports if port.kind == "real"}
+    lines = []
+    for name, unit in UNITS.items():
+        if name in used:
+            base = "not in whole powers" if unit.exponents is None else " ".join(
+                symbol if power == 1 else f"{symbol}^{power}" for symbol, power in unit.exponents.items()
+            )  # fmt: skip
+            shown = ", ".join(f"1 {name} = {factor:.6g} {other}" for other, factor in unit.display.items())
+            lines.append((name, base or "dimensionless", shown))
+    return Table(("unit", "base units", "shown as"), lines)

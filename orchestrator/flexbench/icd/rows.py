@@ -1,0 +1,109 @@
+"""Collect what the interface document tells about each port, for both configurations in one row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from flexsat.build import Designs
+from flexsat.interfaces.ports import Port
+from flexsat.monolith import PORTS
+from flexsat.parameters import ConfigurationName, Rates
+
+from ..systems import WIRES
+from .ranges import range_text, signal_ranges
+
+BOTH: Mapping[str, str] = {"centralised": "C", "distributed": "D"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """One port. Texts that differ between the configurations read `centralised / distributed`."""
+
+    name: str
+    causality: str
+    kind: str
+    size: str
+    unit: str
+    frame: str
+    period: str
+    range: str
+    start: str
+    partner: str  # where an input comes from, where an output goes to
+    description: str
+
+
+def rows(designs: Mapping[ConfigurationName, Designs], component: str) -> list[Row]:
+    """Return a row for each port of a component, in the order of its table."""
+    tables = {name: PORTS[component](getattr(both.corrected, component)) for name, both in designs.items()}
+    ranges = {name: signal_ranges(both.corrected) for name, both in designs.items()}
+    rates = next(iter(designs.values())).corrected.config.rates
+    found = []
+    for ports in zip(*tables.values(), strict=True):
+        first = ports[0]
+        if any(port.name != first.name for port in ports):
+            raise ValueError(f"{component}: the configurations order their ports differently, at {first.name}")
+        found.append(
+            Row(
+                name=first.name,
+                causality=first.causality,
+                kind=str(first.kind).capitalize(),
+                size=_joined(["1" if port.size is None else str(port.size) for port in ports]),
+                unit=_unit(first),
+                frame=first.frame or "",
+                period=_period(first, tables, component, rates),
+                range=_joined([range_text(port, ranges[name]) for name, port in zip(designs, ports, strict=True)]),
+                start=_joined([_start(port) for port in ports]),
+                partner=_partner(component, first),
+                description=first.description,
+            )
+        )
+    return found
+
+
+def _unit(port: Port) -> str:
+    if port.kind != "real":
+        return ""
+    return port.unit if port.display_unit is None else f"{port.unit} ({port.display_unit})"
+
+
+def _joined(texts: list[str]) -> str:
+    return texts[0] if len(set(texts)) == 1 else " / ".join(texts)
+
+
+def _start(port: Port) -> str:
+    if port.causality == "output":
+        return ""
+    texts = [str(value).lower() if isinstance(value, bool) else f"{value:.6g}" for value in port.starts]  # no strings
+    if len(set(texts)) == 1:
+        return texts[0]
+    return ", ".join(texts) if len(texts) <= 4 else f"{min(port.starts):.4g} to {max(port.starts):.4g}"
+
+
+def _period(port: Port, tables: Mapping[ConfigurationName, tuple[Port, ...]], component: str, rates: Rates) -> str:
+    """Return how often a signal changes, in ms."""
+    if port.causality == "parameter":
+        return "fixed"
+    if port.on_demand:
+        return "when read"
+    seconds = getattr(rates, component)
+    if port.period_parameter is not None:
+        parameter = next(p for table in tables.values() for p in table if p.name == port.period_parameter)
+        seconds = float(parameter.starts[0])
+    return f"{1e3 * seconds:g} ms"
+
+
+def _partner(component: str, port: Port) -> str:
+    """Return the other ends of a port in our systems, with their latency."""
+    ends = []
+    for source, target, names, delay in WIRES:
+        if port.name not in names:
+            continue
+        latency = "same tick" if delay == 0 else f"{delay} tick"
+        if port.causality == "input" and target == component:
+            ends.append(f"{source}.{port.name} ({latency})")
+        elif port.causality == "output" and source == component:
+            ends.append(f"{target}.{port.name} ({latency})")
+    if ends or port.causality == "parameter":
+        return "; ".join(ends)
+    return "a value of the scenario" if port.causality == "input" else "recording"

@@ -1,0 +1,98 @@
+"""All that `flexsat build` leaves: FMUs, systems, packages with their meta data, manifest, interface document."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from flexsat.archive import write_atomically, zip_bytes
+from flexsat.build import Designs, build_configuration, build_designs
+from flexsat.export import BuiltFmu
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from lockstep.srmd import srmd_bytes
+from lockstep.ssp_package import package_entries
+from lockstep.timeline_svg import timeline_svg
+
+from .icd.contents import TIMELINE_FILE, TIMELINE_TICKS, contents
+from .icd.document import as_html, as_markdown
+from .manifest import MANIFEST, describe_configuration, versions, write_manifest
+from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
+from .systems import build_system, write_systems
+
+Report = Callable[[str], None]
+
+
+def release(names: Sequence[ConfigurationName], folder: Path, report: Report = print) -> None:
+    """Build the FMUs of some configurations and everything beside them, a line each; the same input, the same bytes."""
+    designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document tells of both
+    entries = {}
+    for name in names:
+        both = designs[name]
+        built = build_configuration(both, folder, report)
+        paths = write_systems(both, folder / name)
+        packages = write_packages(both, paths, built)
+        for path in (*paths, *packages):
+            report(str(path))
+        entries[name] = describe_configuration(both.corrected.config, built, [*paths, *packages], folder)
+    manifest = write_manifest(folder, entries)
+    report(str(folder / MANIFEST))
+    identities = [
+        (file, fmu["guid"], fmu["sha256"])
+        for entry in manifest["configurations"].values()
+        for file, fmu in entry["fmus"].items()
+    ]
+    for path in write_icd(designs, folder, identities):
+        report(str(path))
+
+
+def write_packages(designs: Designs, systems: Sequence[Path], built: Mapping[str, BuiltFmu]) -> list[Path]:
+    """Write each system as an .ssp package and its simulation resource meta data beside it; return all paths."""
+    paths = []
+    for scenario, path in zip(SCENARIOS, systems, strict=True):
+        package, described = path.with_suffix(".ssp"), path.with_suffix(".srmd")
+        content = zip_bytes(package_entries(path), compress=False)  # FMUs are compressed already
+        write_atomically(package, content)
+        write_atomically(described, _meta_data(designs, scenario, package.name, content, built))
+        paths += [package, described]
+    return paths
+
+
+def _meta_data(
+    designs: Designs, scenario: ScenarioName, package: str, content: bytes, built: Mapping[str, BuiltFmu]
+) -> bytes:
+    config = designs.corrected.config
+    set_values = scalar_overrides(scenario_parameters(scenario))
+    classifications: dict[str, dict[str, str]] = {
+        "com.flexsat.versions": versions(),
+        "com.flexsat.system": {"configuration": config.name, "scenario": scenario},
+        "com.flexsat.fmu": {f"{name}.guid": fmu.guid for name, fmu in built.items()}
+        | {f"{name}.sha256": fmu.sha256 for name, fmu in built.items()},
+        "com.flexsat.parameters": {name: _text(value) for name, value in set_values.items()},
+    }
+    head = {
+        "description": f"closed attitude control loop of the {config.name} configuration, {scenario.replace('_', ' ')}",
+        "author": "flexsat developers",
+        "license": "BSD-3-Clause",
+        "generationTool": f"flexsat {versions()['flexsat']}",
+    }
+    return srmd_bytes(f"{config.name} {scenario.replace('_', ' ')}", package, content, classifications, head)
+
+
+def _text(value: float | int | bool) -> str:
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def write_icd(
+    designs: Mapping[ConfigurationName, Designs], folder: Path, identities: Sequence[tuple[str, str, str]]
+) -> list[Path]:
+    """Write the interface document as ICD.md, its picture, and ICD.html; return their paths."""
+    system = build_system(designs["distributed"], "fine_pointing", folder / "distributed")
+    blocks = contents(designs, system, identities)
+    files = {
+        "ICD.md": as_markdown(blocks),
+        TIMELINE_FILE: timeline_svg(system, TIMELINE_TICKS),
+        "ICD.html": as_html(blocks),
+    }
+    for name, text in files.items():
+        write_atomically(folder / name, text.encode())
+    return [folder / name for name in files]
