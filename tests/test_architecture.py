@@ -22,7 +22,8 @@ ALLOWED = {
     "lockstep": {
         "numpy": "*",
         "fmpy": {"fmu"},
-        "lxml": {"ssp", "ssp_xml", "ssp_writer", "ssp_package", "srmd"},
+        "lxml": {"ssp", "ssp_xml", "ssp_writer", "ssp_package", "srmd", "check.model", "check.description_checks"},
+        "elftools": {"check.elf"},
         "pyarrow": {"results", "recorder"},
         "rich": {"progress"},
     },

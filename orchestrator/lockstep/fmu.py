@@ -27,6 +27,8 @@ from lockstep.system import Component, Value
 from lockstep.units import BASES, Unit
 
 SSP_SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
+FMI2_SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
+PLATFORM = str(fmpy.platform)  # as FMI 2.0 names the folder of its binaries
 VERSION = str(fmpy.__version__)
 
 Log = Callable[[str, int, str, str], None]  # component, status, category, message
@@ -108,6 +110,13 @@ def read_description(component: Component) -> Description:
         sha256=digest,
         variables={v.name: _variable(v, units) for v in model.modelVariables},
     )
+
+
+def validation_problems(path: Path) -> list[str]:
+    """Return what FMPy's own validation objects to in an FMU; nothing for a good one."""
+    from fmpy.validation import validate_fmu  # here only: it loads a grammar
+
+    return [str(problem) for problem in validate_fmu(str(path))]
 
 
 def _unit(unit: Any) -> Unit:
