@@ -15,6 +15,8 @@ from lockstep.ssp_xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV
 from lockstep.system import Component, Connection, Connector, System, Value
 from lockstep.units import BASES, Unit
 
+PARAMETER_SET = "initialValues"  # of every component: ecos applies the sets of one name, which its user gives
+
 
 def write_ssd(system: System, path: Path | str) -> None:
     """Write `system` to a .ssd file, its FMUs relative to it.
@@ -71,7 +73,7 @@ def _write_component(parent: etree._Element, component: Component, ports: Iterab
     if component.parameters:
         bindings = _add(element, SSD, "ParameterBindings")
         values = _add(_add(bindings, SSD, "ParameterBinding"), SSD, "ParameterValues")
-        parameters = _add(_add(values, SSV, "ParameterSet", version="1.0", name=component.name), SSV, "Parameters")
+        parameters = _add(_add(values, SSV, "ParameterSet", version="1.0", name=PARAMETER_SET), SSV, "Parameters")
         description = read_description(component)  # a value is written in its declared type, whatever it was given as
         for name, value in component.parameters.items():
             what = f"{component.name}.{name}"
