@@ -13,8 +13,8 @@ from lockstep.srmd import srmd_bytes
 from lockstep.ssp_package import package_entries
 from lockstep.timeline_svg import timeline_svg
 
+from .document import as_html, as_markdown
 from .icd.contents import TIMELINE_FILE, TIMELINE_TICKS, contents
-from .icd.document import as_html, as_markdown
 from .manifest import MANIFEST, describe_configuration, versions, write_manifest
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
 from .systems import build_system, write_systems

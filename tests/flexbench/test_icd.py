@@ -8,8 +8,8 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
+from flexbench.document import Heading, Paragraph, Table, as_html, as_markdown
 from flexbench.icd.contents import contents
-from flexbench.icd.document import Heading, Paragraph, Table, as_html, as_markdown
 from flexbench.icd.ranges import signal_ranges
 from flexbench.icd.rows import rows
 from flexbench.scenarios import scenario_parameters

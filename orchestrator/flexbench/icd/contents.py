@@ -17,8 +17,8 @@ from lockstep import System
 from lockstep.timeline import timeline_lines
 from lockstep.timeline_svg import timeline_svg
 
+from ..document import Block, Heading, Listing, Paragraph, Picture, Table
 from ..systems import WIRES
-from .document import Block, Heading, Listing, Paragraph, Picture, Table
 from .rows import Row, rows
 
 TIMELINE_FILE = "ICD-timeline.svg"
