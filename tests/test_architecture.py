@@ -18,6 +18,7 @@ ALLOWED = {
         "control": "design",
         "clarabel": {"slew_programme"},
         "pythonfmu": {"export", "shells.base"},
+        "matplotlib": {"documentation.drawing"},
     },
     "lockstep": {
         "numpy": "*",
@@ -25,7 +26,7 @@ ALLOWED = {
         "lxml": {"ssp", "ssp_xml", "ssp_writer", "ssp_package", "srmd", "check.model", "check.description_checks"},
         "elftools": {"check.elf"},
         "pyarrow": {"results", "recorder"},
-        "rich": {"progress"},
+        "rich": {"progress", "check.report_text"},
     },
     "flexbench": {
         "numpy": "*",

@@ -1,4 +1,4 @@
-"""The command line: `flexsat build`, `run`, `paper`, `equivalence`."""
+"""The command line: `flexsat build`, `check`, `run`, `paper`, `equivalence`."""
 
 from __future__ import annotations
 
@@ -53,6 +53,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
+    from lockstep.check.command import EXIT_CODES, add_check_options
     from lockstep.options import add_run_options  # imports numpy: after the threads are set
 
     parser = _Parser(
@@ -72,6 +73,17 @@ def _parser() -> argparse.ArgumentParser:
     build.add_argument("--configuration", action="append", choices=("centralised", "distributed"), metavar="NAME",
                        help="centralised or distributed (default: both)")  # fmt: skip
     build.add_argument("--out", type=Path, default=FMUS, metavar="DIR", help="folder to fill (default: fmus)")
+
+    check = add(
+        "check",
+        _check,
+        "accept or refuse FMUs of any maker: the file, how it runs, and which ports of ours it can serve",
+        f"flexsat check --like controller vendor.fmu --html report.html --junit report.xml\n\n{EXIT_CODES}",
+    )
+    add_check_options(check)
+    check.add_argument("--like", metavar="NAME",
+                       help="compare its ports with controller, plant or sensors, or controller:distributed "
+                            "and so on (default: with the one it resembles)")  # fmt: skip
 
     run = add(
         "run",
@@ -120,6 +132,12 @@ def _build(options: argparse.Namespace) -> int:
     from . import commands
 
     return commands.build(options.configuration or ("centralised", "distributed"), options.out)
+
+
+def _check(options: argparse.Namespace) -> int:
+    from . import commands
+
+    return commands.check(options)
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -10,10 +10,12 @@ from time import perf_counter
 
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError, System, load_system
+from lockstep.check.command import check_as_told
 from lockstep.options import run_as_told
 
 from . import equivalence as gate
 from . import paper as study
+from .contract import contracts
 from .metrics import SETTLED_FROM
 from .published import VARIANTS, Variant
 from .release import release
@@ -28,6 +30,11 @@ def build(names: Sequence[ConfigurationName], folder: Path) -> int:
     release(names, folder)
     print(f"built in {perf_counter() - started:.1f} s")
     return 0
+
+
+def check(options: argparse.Namespace) -> int:
+    """Check FMUs, ours or a vendor's, also against the ports of our components."""
+    return check_as_told(options, contracts)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,10 +1,11 @@
-"""Command line: `python -m lockstep run SYSTEM` and `python -m lockstep show SYSTEM`."""
+"""Command line: `python -m lockstep run SYSTEM`, `show SYSTEM` and `check FMU`."""
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from lockstep.check.command import EXIT_CODES, add_check_options, check_as_told
 from lockstep.clock import seconds_text
 from lockstep.errors import InputError, RunError
 from lockstep.options import add_run_options, run_as_told
@@ -23,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0, 1 failed run, 2 bad input, 130 Ctrl-C."""
     options = _parser().parse_args(arguments)
     try:
-        return _run(options) if options.command == "run" else _show(options)
+        return _COMMANDS[options.command](options)
     except InputError as error:
         code, message = 2, str(error)
     except RunError as error:
@@ -47,6 +48,9 @@ def _parser() -> argparse.ArgumentParser:
     example = "example:\n  python -m lockstep show orbit.ssd\n"
     show = commands.add_parser("show", help="print components, periods, order", epilog=example, formatter_class=plain)
     show.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
+    example = f"{EXIT_CODES}\nexample:\n  python -m lockstep check vendor.fmu --html report.html --strict\n"
+    check = commands.add_parser("check", help="accept or refuse FMUs", epilog=example, formatter_class=plain)
+    add_check_options(check)
     return parser
 
 
@@ -60,6 +64,9 @@ def _show(options: argparse.Namespace) -> int:
     for line in describe(system):
         print(line)
     return 0
+
+
+_COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {"run": _run, "show": _show, "check": check_as_told}
 
 
 def describe(system: System) -> list[str]:

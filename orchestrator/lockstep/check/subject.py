@@ -130,7 +130,8 @@ class Notes:
         worst: Status = told[0][0]
         if len(told) == 1:
             return Verdict(status=worst, message=told[0][1], numbers=tuple(numbers))
-        counts = [f"{len(texts)} {status}{'s' * (len(texts) > 1)}" for status, texts in self._kept.items() if texts]
+        words: dict[Status, str] = {"error": "error", "warning": "warning", "info": "note"}
+        counts = [f"{len(texts)} {words[s]}{'s' * (len(texts) > 1)}" for s, texts in self._kept.items() if texts]
         lines = [text if status == worst else f"{status}: {text}" for status, text in told]
         if len(lines) > SHOWN:
             lines = [*lines[: SHOWN - 1], f"and {len(lines) - SHOWN + 1} more"]

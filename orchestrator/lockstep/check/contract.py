@@ -1,0 +1,225 @@
+"""Compare an FMU with a contract: the ports that a component of some system must offer. Contracts are plain data."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from lockstep.check.model import Model, Scalar
+from lockstep.errors import InputError
+from lockstep.units import BASES, Unit, conversion
+
+_RADIAN = BASES.index("rad")
+_NUMERIC = ("Real", "Integer", "Boolean", "Enumeration")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContractPort:
+    """One scalar of a contract."""
+
+    name: str  # as FMI variable, such as wheel.torque[1]
+    type: str
+    causality: str  # as seen from the component: input, output or parameter
+    unit: Unit | None = None
+    needed: bool = False  # an output that some other component of the system reads
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contract:
+    """The ports of one component in one variant of a system."""
+
+    component: str
+    variant: str
+    ports: tuple[ContractPort, ...]
+
+    @property
+    def name(self) -> str:
+        """Return the name by which a user asks for it."""
+        return f"{self.component}:{self.variant}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Served:
+    """A port that the FMU can serve, and what an adapter has to do; nothing when it serves it as it is."""
+
+    port: ContractPort
+    variable: Scalar
+    work: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """How an FMU serves a contract."""
+
+    contract: Contract
+    served: tuple[Served, ...]
+    missing: tuple[tuple[ContractPort, str], ...]  # and why, if there is something of that name
+    unfed: tuple[Scalar, ...]  # inputs of the FMU that the contract has no port for
+    hints: Mapping[str, str]  # array of ours that is missing: arrays of the FMU of equal size and unit
+
+    @property
+    def direct(self) -> tuple[Served, ...]:
+        """Ports served as they are."""
+        return tuple(served for served in self.served if not served.work)
+
+    @property
+    def adapted(self) -> tuple[Served, ...]:
+        """Ports that need an adapter."""
+        return tuple(served for served in self.served if served.work)
+
+    @property
+    def likeness(self) -> tuple[float, int, int]:
+        """Order contracts by how well an FMU fits: share of the ports that matter, ports served, hints."""
+        matter = [port for port in self.contract.ports if port.needed or port.causality == "input"]
+        served = sum(s.port.needed or s.port.causality == "input" for s in self.served)
+        return served / max(len(matter), 1), len(self.served), len(self.hints)
+
+
+def compare(contract: Contract, model: Model) -> Comparison:
+    """Look for every port of a contract: by its name, then by a name that is spelt or counted differently."""
+    by_name = {variable.name: variable for variable in model.variables}
+    spelt = _Spellings(model.variables)
+    served, missing = [], []
+    for port in contract.ports:
+        variable = by_name.get(port.name)
+        work: tuple[str, ...] = ()
+        if variable is None:
+            variable, work = spelt.find(port)
+        if variable is None:
+            missing.append((port, ""))
+            continue
+        reason, more = _fit(port, variable, model)
+        if reason:
+            called = "" if variable.name == port.name else f" (there {re.sub(r'[0-9]+', '*', variable.name)})"
+            missing.append((port, reason + called))
+        else:
+            served.append(Served(port=port, variable=variable, work=(*work, *more)))
+    used = {s.variable.name for s in served}
+    return Comparison(
+        contract=contract,
+        served=tuple(served),
+        missing=tuple(missing),
+        unfed=tuple(v for v in model.variables if v.causality == "input" and v.name not in used),
+        hints=_hints([port for port, _ in missing if port.needed], model, used),
+    )
+
+
+def split_name(name: str) -> tuple[str, int | None]:
+    """Return what is left of a name when spelling is ignored, and its index: `TauCmd_1` is `taucmd`, 1."""
+    match = re.fullmatch(r"(.*?)[\[\(_.]*(\d+)[\]\)]?", name)
+    base, index = (match[1], int(match[2])) if match and match[1] else (name, None)
+    return re.sub(r"[^a-z0-9]", "", base.lower()), index
+
+
+class _Spellings:
+    """Find variables by names in which case, separators and the first index do not count."""
+
+    def __init__(self, variables: Iterable[Scalar]) -> None:
+        self._groups: dict[tuple[str, str], dict[int | None, Scalar]] = defaultdict(dict)
+        for variable in variables:
+            base, index = split_name(variable.name)
+            self._groups[base, variable.causality].setdefault(index, variable)
+
+    def find(self, port: ContractPort) -> tuple[Scalar | None, tuple[str, ...]]:
+        """Return the variable, and how its name differs."""
+        base, index = split_name(port.name)
+        group = self._groups.get((base, port.causality), {})
+        if index is None or 0 not in group:
+            found = group.get(index)
+            return found, ("named differently",) if found is not None else ()
+        found = group.get(index - 1)
+        return found, ("counted from 0",) if found is not None else ()
+
+
+def _fit(port: ContractPort, variable: Scalar, model: Model) -> tuple[str, tuple[str, ...]]:
+    """Return why a variable cannot serve a port, or what an adapter has to do."""
+    if variable.causality != port.causality:
+        return f"is {_article(variable.causality)}, not {_article(port.causality)}", ()
+    work = []
+    if variable.type != port.type:
+        if not {variable.type, port.type} <= set(_NUMERIC):
+            return f"is of type {variable.type}, not {port.type}", ()
+        work.append(f"type {variable.type} instead of {port.type}")
+    reason, more = _unit_work(port, model.unit_named(variable.unit))
+    return reason, (*work, *more)
+
+
+def _article(word: str) -> str:
+    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
+
+
+def _unit_work(port: ContractPort, unit: Unit | None) -> tuple[str, tuple[str, ...]]:
+    """Compare the unit of a variable with the port's, in the same terms as `_fit`."""
+    ours = port.unit
+    if ours is None or port.type != "Real":
+        return "", ()
+    if unit is None:
+        dimensionless = ours.exponents is not None and not any(ours.exponents) and ours.factor == 1.0
+        return ("", ()) if dimensionless else ("", (f"no unit told; ours is {ours.name}",))
+    try:
+        gain, bias = conversion(unit, ours)
+    except ValueError as error:
+        if _without_radian(unit) is not None and _without_radian(unit) == _without_radian(ours):
+            return "", (f"base units of {unit.name} leave out the radian",)
+        return f"does not fit: {error}", ()
+    if (gain, bias) == (1.0, 0.0):
+        return "", ()
+    offset = f" and offset {bias:.9g}" if bias else ""
+    return "", (f"unit {unit.name} instead of {ours.name}, factor {gain:.9g}{offset}",)
+
+
+def _without_radian(unit: Unit) -> tuple[tuple[int, ...], float] | None:
+    if unit.exponents is None:
+        return None
+    return tuple(e for i, e in enumerate(unit.exponents) if i != _RADIAN), unit.factor
+
+
+def _hints(missing: Sequence[ContractPort], model: Model, used: set[str]) -> dict[str, str]:
+    """Return arrays of the FMU that might be missing arrays of ours: outputs of equal number and fitting unit."""
+    theirs: dict[str, list[Scalar]] = defaultdict(list)
+    for variable in model.variables:
+        if variable.causality == "output" and variable.name not in used:
+            theirs[split_name(variable.name)[0]].append(variable)
+    ours: dict[str, list[ContractPort]] = defaultdict(list)
+    for port in missing:
+        ours[port.name.partition("[")[0]].append(port)
+    found = {}
+    for name, ports in ours.items():
+        alike = [
+            f"{group[0].name} to {group[-1].name}" if len(group) > 1 else group[0].name
+            for group in theirs.values()
+            if len(group) == len(ports)
+            and group[0].type == ports[0].type
+            and not _unit_work(ports[0], model.unit_named(group[0].unit))[0]
+        ]
+        if 0 < len(alike) <= 3:
+            found[name] = " or ".join(alike)
+    return found
+
+
+def choose(contracts: Sequence[Contract], model: Model, like: str | None) -> Comparison | None:
+    """Return the comparison with the contract that was asked for, or that fits best; None if none does.
+
+    Of several variants of a component, the one that fits best is taken. Without `like`, a contract fits if at
+    least half of its inputs and needed outputs are served.
+
+    Raises
+    ------
+    InputError
+        If there is no contract of the name asked for.
+    """
+    asked = named(contracts, like) if like else contracts
+    comparisons = [compare(contract, model) for contract in asked]
+    best = max(comparisons, key=lambda c: c.likeness, default=None)
+    return best if best is not None and (like or best.likeness[0] >= 0.5) else None
+
+
+def named(contracts: Sequence[Contract], like: str) -> list[Contract]:
+    """Return the contracts of a name, `component` or `component:variant`; raise InputError if there is none."""
+    found = [contract for contract in contracts if like in (contract.component, contract.name)]
+    if not found:
+        names = dict.fromkeys([*(c.component for c in contracts), *(c.name for c in contracts)])
+        raise InputError(f"--like {like}: no such contract; there are {', '.join(names) or 'none'}")
+    return found

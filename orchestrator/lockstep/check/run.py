@@ -1,0 +1,85 @@
+"""Check one FMU: static checks, then dynamic ones, then the comparison with a contract."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from time import perf_counter
+
+from lockstep.check.contract import Contract
+from lockstep.check.contract_findings import contract_findings
+from lockstep.check.finding import Finding
+from lockstep.check.report import FmuReport
+from lockstep.check.static import static_checks
+from lockstep.check.subject import Subject, open_subject, unreadable
+
+_STOPPERS = ("static.archive", "static.kind", "static.platforms")  # errors that leave nothing to run
+
+
+def check_fmu(
+    path: Path,
+    *,
+    dynamic: bool = True,
+    contracts: Sequence[Contract] = (),
+    like: str | None = None,
+    report: Callable[[Finding], None] = lambda _: None,
+) -> FmuReport:
+    """Run all checks of one FMU.
+
+    Parameters
+    ----------
+    path : the file
+    dynamic : also run it, in processes of their own
+    contracts : to compare its ports with; the one named `like`, or the one that fits best
+    report : called with each finding as it comes
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or no contract of that name. A file that is no FMU is a finding.
+    """
+    started = perf_counter()
+    subject = open_subject(path)
+    findings = static_checks(subject, report)
+    if dynamic:
+        findings += _dynamic(path, findings, report)
+    compared = _contract(subject, contracts, like)
+    for finding in compared:
+        report(finding)
+    said = {} if subject.model is None else subject.model.attributes
+    return FmuReport(
+        file=str(path),
+        sha256=subject.sha256,
+        model=said.get("modelName", ""),
+        guid=said.get("guid", ""),
+        tool=said.get("generationTool", ""),
+        seconds=perf_counter() - started,
+        findings=(*findings, *compared),
+    )
+
+
+def _dynamic(path: Path, found: Sequence[Finding], report: Callable[[Finding], None]) -> list[Finding]:
+    """Run the dynamic checks unless a static one tells that there is nothing to run."""
+    stopper = next((f for f in found if f.check in _STOPPERS and f.status == "error"), None)
+    if stopper is not None:
+        skipped = Finding(
+            check="dynamic.run",
+            group="dynamic",
+            title="what it does when it runs",
+            status="skipped",
+            message=f"it cannot be run: {stopper.message}",
+        )
+        report(skipped)
+        return [skipped]
+    try:
+        from lockstep.check.dynamic import dynamic_checks  # type: ignore[import-untyped]
+    except ModuleNotFoundError:
+        return []
+    return dynamic_checks(path, report)
+
+
+def _contract(subject: Subject, contracts: Sequence[Contract], like: str | None) -> list[Finding]:
+    reason = unreadable(subject)
+    if not contracts or subject.model is None or reason:
+        return []
+    return contract_findings(contracts, subject.model, like)
