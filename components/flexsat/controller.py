@@ -102,18 +102,29 @@ class ControllerState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerOutputs:
-    """Hold from the sampling time on. `estimate` and `reference` are those the torque was made from."""
+    """Hold from the sampling time on. `estimate` and `reference` are those the torque was made from.
+
+    `innovation` is what was measured less what was predicted, in the order of the linear model's outputs; the star
+    tracker's three say something only when its sample was valid.
+    """
 
     torque: Array  # (n,) [N.m]
     estimate: Array  # (s,)
     reference: Array  # (r,)
     reference_torque: Array  # (n,) [N.m]
+    innovation: Array  # (y,)
 
     @classmethod
     def at_rest(cls, controller: Controller) -> ControllerOutputs:
         """Return what the outputs show before the first step: zeros."""
         torque, reference = np.zeros(controller.wheels), np.zeros(controller.controlled)
-        return cls(torque=torque, estimate=np.zeros(controller.states), reference=reference, reference_torque=torque)
+        return cls(
+            torque=torque,
+            estimate=np.zeros(controller.states),
+            reference=reference,
+            reference_torque=torque,
+            innovation=controller.no_innovation,
+        )
 
 
 class Controller:
@@ -127,6 +138,7 @@ class Controller:
         period = parameters.period
         self.gain = matrices.gain_fine if parameters.fine_sensor else matrices.gain_coarse
         self.phases = len(self.gain)
+        self.no_innovation = np.zeros(len(matrices.c))
 
         # a torque commanded at t acts from t + delay on, seen from the time of the measurement
         delay = parameters.measurement_delay + parameters.actuation_delay
@@ -229,14 +241,14 @@ def step(
     Source: P, section 6; the delays are ours (PHYSICS section 6).
     """
     matrices, parameters = controller.matrices, controller.parameters
-    history = state.history
+    history, innovation = state.history, controller.no_innovation
     if state.count >= controller.correct_at:
         if state.count > controller.correct_at:
             stack = np.concatenate([state.estimate, history.ravel(), state.jitter.ravel()])
             state.estimate = controller.predict @ stack
         state.since_star_tracker = 0 if measured.star_tracker_valid else state.since_star_tracker + 1
         phase = min(state.since_star_tracker, controller.phases - 1)
-        seen = np.concatenate(
+        innovation = np.concatenate(
             [
                 measured.gyro_rate,
                 measured.accelerometer,
@@ -244,8 +256,8 @@ def step(
                 4.0 * measured.star_tracker_mrp,
             ]
         )
-        seen -= matrices.c @ state.estimate
-        state.estimate += controller.gain[phase] @ seen
+        innovation -= matrices.c @ state.estimate
+        state.estimate += controller.gain[phase] @ innovation
         if parameters.feed_forward_jitter:
             jitter.harmonic(
                 measured.encoder_speed,
@@ -270,7 +282,11 @@ def step(
     history[0] = torque
     state.count += 1
     return state, ControllerOutputs(
-        torque=torque, estimate=state.estimate.copy(), reference=reference, reference_torque=reference_torque
+        torque=torque,
+        estimate=state.estimate.copy(),
+        reference=reference,
+        reference_torque=reference_torque,
+        innovation=innovation,
     )
 
 

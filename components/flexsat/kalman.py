@@ -52,6 +52,22 @@ def _noise_scale(model: LinearModel) -> Array:
     return scale
 
 
+def process_covariance(
+    model: LinearModel, wheel: Wheel, process_noise: float, period: float, as_published: bool = False
+) -> Array:
+    """Return the covariance of what disturbs the state over a period, (n, n); arguments as in `design_estimator`."""
+    _, b_torque, b_jitter = model.sampled(period)
+    wheels = model.index.wheels
+    broadband = np.repeat([wheel.broadband_force, wheel.broadband_torque], 2 * wheels) ** 2
+    columns = b_jitter
+    if as_published:
+        # the release orders jitter by wheel and counts its columns from the first input, which is a torque
+        by_wheel = np.arange(4 * wheels).reshape(4, wheels).T.ravel()
+        broadband = broadband[by_wheel]
+        columns = np.hstack([b_torque, b_jitter[:, by_wheel]])[:, : 4 * wheels]
+    return np.asarray(np.diag(process_noise * _noise_scale(model)) + (columns * broadband) @ columns.T)
+
+
 def design_estimator(
     model: LinearModel,
     wheel: Wheel,
@@ -76,15 +92,7 @@ def design_estimator(
     Source: P, section 6; the composition over a period replaces its 10 000 plain iterations.
     """
     a, b_torque, b_jitter = model.sampled(period)
-    wheels = model.index.wheels
-    broadband = np.repeat([wheel.broadband_force, wheel.broadband_torque], 2 * wheels) ** 2
-    columns = b_jitter
-    if as_published:
-        # the release orders jitter by wheel and counts its columns from the first input, which is a torque
-        by_wheel = np.arange(4 * wheels).reshape(4, wheels).T.ravel()
-        broadband = broadband[by_wheel]
-        columns = np.hstack([b_torque, b_jitter[:, by_wheel]])[:, : 4 * wheels]
-    q = np.diag(process_noise * _noise_scale(model)) + (columns * broadband) @ columns.T
+    q = process_covariance(model, wheel, process_noise, period, as_published)
     fast = model.c[:-3]
     information_fast = (fast.T / variance[:-3]) @ fast
     information_all = (model.c.T / variance) @ model.c
