@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from .archive import npz_bytes
 from .design import Design, as_arrays, build_design
+from .documentation.content import draw, travelling
+from .documentation.experiments import EXPERIMENTS
+from .documentation.reference_results import run_experiments
 from .export import BuiltFmu, build_fmu
+from .interfaces.ports import Naming
 from .parameters import ConfigurationName, configuration
+from .shells.controller import Controller
 from .shells.matrices import AS_PUBLISHED, CORRECTED, MODEL_FILE
+from .shells.plant import Plant
+from .shells.sensors import Sensors
 
-SHELLS = {
-    "plant": "flexsat.shells.plant:Plant",
-    "sensors": "flexsat.shells.sensors:Sensors",
-    "controller": "flexsat.shells.controller:Controller",
+SHELLS: dict[str, type[Plant | Sensors | Controller]] = {
+    "plant": Plant,
+    "sensors": Sensors,
+    "controller": Controller,
 }
 
 
@@ -41,7 +49,7 @@ def component_resources(designs: Designs, component: str) -> dict[str, bytes]:
 
 
 def build_configuration(
-    designs: Designs, folder: Path, report: Callable[[str], None] = lambda _: None
+    designs: Designs, folder: Path, report: Callable[[str], None] = lambda _: None, naming: Naming = "structured"
 ) -> dict[str, BuiltFmu]:
     """Build plant, sensors and controller into `folder`/<configuration>/, each replaced in one piece.
 
@@ -50,13 +58,37 @@ def build_configuration(
     designs : of one configuration
     folder : usually `fmus`
     report : called with a line for each file written
+    naming : "flat" builds the same FMUs with flat names into `folder`/<configuration>/flat/
     """
-    name = designs.corrected.config.name
+    config = designs.corrected.config
+    flat = naming == "flat"
+    target = folder / config.name / "flat" if flat else folder / config.name
     built = {}
     for component, shell in SHELLS.items():
-        path = folder / name / f"{component}.fmu"
+        path = target / f"{component}.fmu"
         path.parent.mkdir(parents=True, exist_ok=True)
+        model_name = f"{component}_{config.name}{'_flat' if flat else ''}"
         resources = component_resources(designs, component)
-        built[component] = build_fmu(shell, path, resources, f"{component}_{name}")
+        table, runs = run_experiments(shell, resources, EXPERIMENTS[component])
+        content = travelling(
+            component,
+            table.renamed(naming),
+            runs,
+            draw(designs.corrected.spacecraft, config, component),
+            config=config,
+            model_name=model_name,
+            version=importlib.metadata.version("flexsat"),
+            step=shell.preferred_step,
+            stop=shell.stop_time,
+        )
+        built[component] = build_fmu(
+            f"{shell.__module__}:{shell.__name__}",
+            path,
+            resources,
+            model_name,
+            documentation=content.documentation,
+            extra=content.extra,
+            naming=naming,
+        )
         report(f"{path}  {path.stat().st_size / 1e6:.1f} MB  {built[component].guid}")
     return built

@@ -21,6 +21,7 @@ from pythonfmu._version import __version__ as pythonfmu_version
 
 from .archive import write_atomically, zip_bytes
 from .bundle import collect
+from .interfaces.ports import Naming
 from .shells.resources import BUILD_FILE
 
 _SCRIPT = """\
@@ -45,6 +46,7 @@ def build_fmu(
     model_name: str,
     documentation: Mapping[str, bytes] | None = None,
     extra: Mapping[str, bytes] | None = None,
+    naming: Naming = "structured",
 ) -> BuiltFmu:
     """Build a shell into an FMU.
 
@@ -56,6 +58,7 @@ def build_fmu(
     model_name : a C identifier; names the model and its binaries
     documentation : files below documentation/
     extra : files at other places in the archive, such as "model.png"
+    naming : of the variables; value references and results are the same in both
 
     Raises
     ------
@@ -70,10 +73,11 @@ def build_fmu(
     top, inner = module.split(".", 1)
     sources = collect(module)
     version = importlib.metadata.version("flexsat")
-    content = _content_hash(sources, resources, (shell, model_name, version, pythonfmu_version))
+    content = _content_hash(sources, resources, (shell, model_name, version, pythonfmu_version, naming))
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, content)}}}"
     package, script = f"{top}_{content[:16]}", f"{model_name}_{content[:16]}"
-    facts = {"model_name": model_name, "guid": guid, "version": version, "shell": shell, "content": content}
+    facts = {"model_name": model_name, "guid": guid, "version": version, "shell": shell, "naming": naming}
+    facts["content"] = content
     files = {f"{package}/{path.split('/', 1)[1]}": source for path, source in sources.items()}
     files |= resources
     files[BUILD_FILE] = (json.dumps(facts, indent=2) + "\n").encode()

@@ -248,6 +248,10 @@ class PortTable:
         except KeyError:
             raise ValueError(f"{name}: no such port; there are {', '.join(self._by_name)}") from None
 
+    def renamed(self, naming: Naming) -> PortTable:
+        """Return the same ports in another naming; value references are the same."""
+        return PortTable(self.ports, naming)
+
     def of_kind(self, kind: Kind) -> tuple[Variable, ...]:
         """Return the variables of a kind; a value reference is a position in this tuple."""
         return tuple(variable for variable in self.variables if variable.port.kind == kind)

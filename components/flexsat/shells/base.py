@@ -28,7 +28,7 @@ from pythonfmu import Fmi2Slave
 from pythonfmu._version import __version__ as pythonfmu_version
 from pythonfmu.enums import Fmi2Status
 
-from ..interfaces.ports import Kind, Port, PortTable
+from ..interfaces.ports import Kind, Naming, Port, PortTable
 from .model_description import About, model_description
 from .resources import build_facts, find_resource, leave_search_path, let_go_at_exit
 from .state import restored, sealed, unsealed
@@ -61,6 +61,9 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
     stop_time: ClassVar[float | None] = None  # [s] end of the default experiment
     fixed_step: float | None = None  # [s] the only step accepted; None accepts any
     step_parameter: ClassVar[str | None] = None  # parameter that sets it, if one does
+    log_categories: ClassVar[dict[str, str]] = {  # all that is ever logged; the wrapper lets no other through
+        "logStatusError": "why a call failed, with the traceback if the model raised; the instance then stops"
+    }
 
     state: Any = None
 
@@ -74,7 +77,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
             let_go_at_exit(self.resources, self.modelName)
         self.guid = str(build.get("guid", type(self).__qualname__))
         self._version = str(build.get("version", type(self).version))
-        self.table = PortTable(self.ports())
+        naming: Naming = "flat" if build.get("naming") == "flat" else "structured"
+        self.table = PortTable(self.ports(), naming)
         self.values = PortValues(self.table)
         self._outputs = self.values.arrays["real"][self.table.run("output")]
         self._zeros = np.zeros_like(self._outputs)

@@ -51,7 +51,7 @@ def model_description(table: PortTable, about: About) -> Element:
     }
     if about.date is not None:
         head["generationDateAndTime"] = about.date
-    root = Element("fmiModelDescription", {**head, "variableNamingConvention": "structured"})
+    root = Element("fmiModelDescription", {**head, "variableNamingConvention": table.naming})
     SubElement(root, "CoSimulation", _capabilities(about))
     _add_units(root, table)
     categories = SubElement(root, "LogCategories")

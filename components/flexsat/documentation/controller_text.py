@@ -1,0 +1,63 @@
+"""What the documentation says of the controller."""
+
+from __future__ import annotations
+
+from .text import ComponentText, Equation
+
+CONTROLLER = ComponentText(
+    title="LQG attitude controller",
+    summary="Estimates attitude, rate, deformation and wheel speeds, and commands the torque of every wheel.",
+    models=(
+        "A sampled controller of 200 Hz: a Kalman filter with 25 modes and the accelerometers' filters in its model,"
+        " a linear-quadratic regulator on attitude, rate, modes and wheel speeds, slew guidance, and saturation.",
+        "The star tracker has a sample every 20th step only; the gain is periodic: star_tracker.valid marks the new"
+        " sample, and the gain of the step follows from how long ago that was.",
+        "Guidance plans one rest-to-rest slew from the attitude zero by command.rotation from command.start_time on:"
+        " bang-coast-bang within slew.authority of torque and speed band, its torque shaped by a three-tap filter"
+        " with zeros at the dominant mode. The shaped torque leads the start time by about 0.15 s, so the command"
+        " must come before; it may change until the slew begins. A rotation of zero is no slew.",
+        "Known delays of measurement and actuation, whole milliseconds up to 20, are bridged by propagating the"
+        " estimate with the torques already commanded. It carries a model of one spacecraft: a controller for the"
+        " other layout of wheels is another FMU.",
+    ),
+    equations=(
+        Equation(
+            formula="<b>x̂</b><sub>k</sub><sup>−</sup> = <b>A</b> <b>x̂</b><sub>k−1</sub> + <b>B</b>"
+            " <b>τ</b><sub>k−1</sub> + <b>B</b><sub>j</sub> <b>j</b><sub>k−1</sub>",
+            meaning="prediction over a period with the torques at work and the expected harmonic jitter j",
+            source="P, section 6; delays are ours",
+        ),
+        Equation(
+            formula="<b>x̂</b><sub>k</sub> = <b>x̂</b><sub>k</sub><sup>−</sup> + <b>K</b><sub>φ</sub>"
+            " (<b>y</b><sub>k</sub> − <b>C</b> <b>x̂</b><sub>k</sub><sup>−</sup>)",
+            meaning="correction; phi counts the steps since the star tracker's last sample; y: gyros,"
+            " accelerometers, encoder speeds less nominal, four times the measured MRP",
+            source="P, section 6",
+        ),
+        Equation(
+            formula="<b>τ</b> = <b>τ</b><sub>ref</sub> − <b>F</b> (<b>x̂</b> − <b>x</b><sub>ref</sub>)",
+            meaning="regulator about the reference (reference.*) with feed-forward torque (reference.torque)",
+            source="P, section 6",
+        ),
+        Equation(
+            formula="|τ<sub>i</sub>| ≤ τ<sub>max</sub>,   |Ω̂<sub>i</sub> + τ<sub>i</sub>"
+            " <i>T</i>/<i>I</i><sub>w</sub>| ≤ ΔΩ",
+            meaning="saturation: motor torque, then the torque that would leave the speed band within a period T",
+            source="P, section 6",
+        ),
+    ),
+    timing=(
+        "The step is fixed: 5 ms, which the gains were designed for. Any other step is refused.",
+        "doStep(t, h) reads the inputs at t; its outputs hold from t on. wheel.torque depends on the measurements of"
+        " the same t (feedthrough). For a loop without delay, step it after the sensors and before the plant in the"
+        " same instant.",
+        "If measurements arrive late or torques act late, tell it with delay.measurement and delay.actuation; one"
+        " sample of delay that it does not know leads to a limit cycle.",
+        "After initialisation, before the first step, all outputs are zero.",
+    ),
+    state=(
+        "The state is complete: estimate, commanded torques, phase, reference, plan. It can be got, set, serialised,"
+        " and deserialised in another process, and the run continues with the same bits.",
+        "Nothing in it is random.",
+    ),
+)

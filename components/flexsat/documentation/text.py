@@ -1,0 +1,57 @@
+"""What a component's documentation says in words; the tables beside it come from the ports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equation:
+    """One equation.
+
+    Attributes
+    ----------
+    formula : HTML, with `<i>`, `<b>`, `<sub>` and `<sup>` alone
+    meaning : plain text: what it says, and what its letters stand for
+    source : where it comes from; P is the paper
+    """
+
+    formula: str
+    meaning: str
+    source: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComponentText:
+    """All words about one component that its ports do not say. Every string is plain text but the formulas.
+
+    Attributes
+    ----------
+    summary : one sentence
+    models : what it models, and what it leaves out
+    equations : in the order of evaluation
+    timing : when inputs are read, when outputs are true, which steps are accepted
+    state : what getFMUstate saves, and what is random
+    """
+
+    title: str
+    summary: str
+    models: tuple[str, ...]
+    equations: tuple[Equation, ...]
+    timing: tuple[str, ...]
+    state: tuple[str, ...]
+
+
+PAPER = (
+    "P: P. Cachim, W. Kraus, Z. Manchester, P. Lourenço, R. Ventura, Optimal Attitude Control of Large Flexible"
+    " Space Structures with Distributed Momentum Actuators, IEEE Aerospace Conference 2025, arXiv 2410.07376."
+)
+FRAMES = (
+    "Body axes: origin at the bus, x and y in the plane of the structure, z normal to it. Inertial axes: where the"
+    " body axes are at attitude zero.",
+    "Attitudes are “body from inertial”: they take components in inertial axes to components in body axes."
+    " Quaternions are scalar-last. Modified Rodrigues parameters (MRP) are the rotation axis times the tangent of a"
+    " quarter of the angle, short rotation.",
+    "Everything is SI with radians. Display units in the model description are for tools to show; values that are"
+    " set and read are always in the unit.",
+)
