@@ -26,12 +26,17 @@ from .runs import read_run, write_metrics
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """One simulation of one of our systems, and where its results go."""
+    """One simulation of one of our systems, and where its results go.
+
+    `record` as in `simulate`. Without `metrics` the run may be short: the paper's metrics need more than 150 s.
+    """
 
     system: Path
     folder: Path
     overrides: Mapping[str, Any] = field(default_factory=dict)
     stop_time: float | None = None
+    record: Sequence[str] | None = None
+    metrics: bool = True
 
     @property
     def title(self) -> str:
@@ -44,7 +49,7 @@ class Finished:
     """A completed job."""
 
     job: Job
-    metrics: Mapping[str, float]  # SI
+    metrics: Mapping[str, float]  # SI; empty for a job without
     wall_time: float  # s
     simulated_time: float  # s
 
@@ -85,10 +90,11 @@ def run_job(job: Job) -> Finished:
         job.folder,
         stop_time=job.stop_time,
         overrides=dict(job.overrides),
+        record=job.record,
         progress=progress,
         overwrite=True,
     )
-    metrics = write_metrics(read_run(job.folder))
+    metrics = write_metrics(read_run(job.folder)) if job.metrics else {}
     return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)
 
 
