@@ -22,7 +22,7 @@ ALLOWED = {
     },
     "lockstep": {
         "numpy": "*",
-        "fmpy": {"fmu"},
+        "fmpy": {"fmu", "check.experiment", "check.drive"},
         "lxml": {"ssp", "ssp_xml", "ssp_writer", "ssp_package", "srmd", "check.model", "check.description_checks"},
         "elftools": {"check.elf"},
         "pyarrow": {"results", "recorder"},

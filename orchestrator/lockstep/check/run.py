@@ -8,6 +8,7 @@ from time import perf_counter
 
 from lockstep.check.contract import Contract
 from lockstep.check.contract_findings import contract_findings
+from lockstep.check.dynamic import dynamic_checks
 from lockstep.check.finding import Finding
 from lockstep.check.report import FmuReport
 from lockstep.check.static import static_checks
@@ -71,10 +72,6 @@ def _dynamic(path: Path, found: Sequence[Finding], report: Callable[[Finding], N
         )
         report(skipped)
         return [skipped]
-    try:
-        from lockstep.check.dynamic import dynamic_checks  # type: ignore[import-untyped]
-    except ModuleNotFoundError:
-        return []
     return dynamic_checks(path, report)
 
 

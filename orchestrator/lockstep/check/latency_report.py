@@ -1,0 +1,104 @@
+"""What measured latencies mean: answers within the step against the declared dependencies, and a summary."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.check.probe import Task, Verdict
+from lockstep.check.trajectory import output_names
+
+LINES = 60
+ENUMERATED = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Response:
+    """How the outputs answer to a change of one input, or of all elements of an array."""
+
+    inputs: tuple[str, ...]
+    first: NDArray[np.int64]  # of each output: steps, or -1 for no answer
+    direct: NDArray[np.bool_]
+    feedthrough: NDArray[np.bool_]  # within the step, and not vanishing with it
+
+
+def base_name(name: str) -> str:
+    """Return the name of the array that an element belongs to."""
+    return name.partition("[")[0]
+
+
+def folded(names: Sequence[str]) -> str:
+    """Return the names of some elements of one array in few words."""
+    return names[0] if len(names) == 1 else base_name(names[0])
+
+
+def judged(task: Task, responses: list[Response], broken: list[str], late: int, window: int) -> Verdict:
+    """Return what the responses mean; `late` inputs were not tried."""
+    ports = {port.name: port for port in task.experiment.outputs}
+    names = output_names(task.experiment)
+    pairs: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
+    hidden: list[str] = []
+    within: list[str] = []
+    silent: defaultdict[tuple[str, str], int] = defaultdict(int)
+    for response in responses:
+        for column, name in enumerate(names):
+            feeds = ports[name].feeds
+            declared = feeds is None or not set(feeds).isdisjoint(response.inputs)
+            answer = int(response.first[column])
+            key = base_name(name), base_name(response.inputs[0])
+            if answer >= 0:
+                pairs[key].append(answer)
+            elif feeds is not None and declared:
+                silent[key] += 1
+            if not declared and response.direct[column]:
+                hidden.append(f"{name} <- {folded(response.inputs)}")
+            elif not declared and response.feedthrough[column]:
+                within.append(f"{name} <- {folded(response.inputs)}")
+    numbers: dict[str, float] = {}
+    for (output, _), answers in pairs.items():
+        named = f"{output} [steps]"
+        numbers[named] = min(numbers.get(named, float(answers[0])), *map(float, answers))
+    silent = defaultdict(int, {key: count for key, count in silent.items() if key not in pairs})
+    details = [*broken, *_lines(pairs)]
+    details += [f"{output} <- {source}: declared, but no answer within {window} steps" for output, source in silent]
+    shown = tuple(details[:LINES]) + ((f"and {len(details) - LINES} lines more",) if len(details) > LINES else ())
+    told = _summary(pairs, silent, broken, late, window)
+    if hidden:
+        return Verdict(status="error", message=f"undeclared feedthrough, seen without a step: {_some(hidden)}; {told}",
+                       details=shown, numbers=numbers)  # fmt: skip
+    if within:
+        kind = "" if task.experiment.any_step else " (or outputs that are true at the end of a fixed step)"
+        return Verdict(status="warning", message=f"undeclared feedthrough within the step{kind}: {_some(within)}; "
+                       f"{told}", details=shown, numbers=numbers)  # fmt: skip
+    return Verdict(status="info", message=told, details=shown, numbers=numbers)
+
+
+def _lines(pairs: dict[tuple[str, str], list[int]]) -> list[str]:
+    lines = []
+    for (output, source), answers in sorted(pairs.items(), key=lambda item: (min(item[1]), item[0])):
+        low, high = min(answers), max(answers)
+        words = str(low) if low == high else f"{low} to {high}"
+        lines.append(f"{output} <- {source}: {words} step{'s' * (high != 1)}")
+    return lines
+
+
+def _summary(pairs: Any, silent: Any, broken: list[str], late: int, window: int) -> str:
+    at_once = sum(min(answers) == 0 for answers in pairs.values())
+    parts = [f"{at_once} pairs of ports answer within the step, {len(pairs) - at_once} later"]
+    if silent:
+        parts.append(f"{len(silent)} declared pairs show no answer within {window} steps")
+    if broken:
+        parts.append(f"{len(broken)} inputs refuse a small change")
+    if late:
+        parts.append(f"{late} inputs not tried for lack of time")
+    return ", ".join(parts)
+
+
+def _some(found: list[str]) -> str:
+    rest = f" and {len(found) - ENUMERATED} more" if len(found) > ENUMERATED else ""
+    return ", ".join(found[:ENUMERATED]) + rest
