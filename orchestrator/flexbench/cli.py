@@ -73,6 +73,8 @@ def _parser() -> argparse.ArgumentParser:
     build.add_argument("--configuration", action="append", choices=("centralised", "distributed"), metavar="NAME",
                        help="centralised or distributed (default: both)")  # fmt: skip
     build.add_argument("--out", type=Path, default=FMUS, metavar="DIR", help="folder to fill (default: fmus)")
+    build.add_argument("--flat", action="store_true",
+                       help="also with flat names, wheel_torque_1, into DIR/NAME/flat")  # fmt: skip
 
     check = add(
         "check",
@@ -131,7 +133,7 @@ def _parser() -> argparse.ArgumentParser:
 def _build(options: argparse.Namespace) -> int:
     from . import commands
 
-    return commands.build(options.configuration or ("centralised", "distributed"), options.out)
+    return commands.build(options.configuration or ("centralised", "distributed"), options.out, flat=options.flat)
 
 
 def _check(options: argparse.Namespace) -> int:

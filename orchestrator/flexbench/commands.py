@@ -24,10 +24,10 @@ from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_param
 from .table import as_text
 
 
-def build(names: Sequence[ConfigurationName], folder: Path) -> int:
+def build(names: Sequence[ConfigurationName], folder: Path, *, flat: bool = False) -> int:
     """Build FMUs, systems and what documents them, a line each."""
     started = perf_counter()
-    release(names, folder)
+    release(names, folder, flat=flat)
     print(f"built in {perf_counter() - started:.1f} s")
     return 0
 

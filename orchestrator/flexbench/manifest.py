@@ -18,7 +18,7 @@ from flexsat.parameters import Configuration, ConfigurationName
 from .scenarios import SCENARIOS, scenario_parameters
 
 MANIFEST = "manifest.json"
-PACKAGES = ("flexsat", "numpy", "scipy", "clarabel", "pythonfmu")  # what the content of an FMU depends on
+PACKAGES = ("flexsat", "numpy", "scipy", "clarabel", "pythonfmu", "matplotlib")  # what the content of an FMU depends on
 
 
 def versions() -> dict[str, str]:

@@ -22,18 +22,23 @@ from .systems import build_system, write_systems
 Report = Callable[[str], None]
 
 
-def release(names: Sequence[ConfigurationName], folder: Path, report: Report = print) -> None:
-    """Build the FMUs of some configurations and everything beside them, a line each; the same input, the same bytes."""
+def release(names: Sequence[ConfigurationName], folder: Path, report: Report = print, *, flat: bool = False) -> None:
+    """Build the FMUs of some configurations and everything beside them, a line each; the same input, the same bytes.
+
+    `flat` adds the same FMUs with flat names, in a folder of their own.
+    """
     designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document tells of both
     entries = {}
     for name in names:
         both = designs[name]
         built = build_configuration(both, folder, report)
+        renamed = build_configuration(both, folder, report, "flat") if flat else {}
         paths = write_systems(both, folder / name)
         packages = write_packages(both, paths, built)
         for path in (*paths, *packages):
             report(str(path))
-        entries[name] = describe_configuration(both.corrected.config, built, [*paths, *packages], folder)
+        every = built | {f"{component}, flat names": fmu for component, fmu in renamed.items()}
+        entries[name] = describe_configuration(both.corrected.config, every, [*paths, *packages], folder)
     manifest = write_manifest(folder, entries)
     report(str(folder / MANIFEST))
     identities = [
