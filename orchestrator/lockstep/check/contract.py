@@ -83,8 +83,9 @@ def compare(contract: Contract, model: Model) -> Comparison:
     spelt = _Spellings(model.variables)
     served, missing = [], []
     for port in contract.ports:
-        variable = by_name.get(port.name)
         work: tuple[str, ...] = ()
+        # in an array counted from 0 an equal name is another element
+        variable = None if spelt.from_zero(port) else by_name.get(port.name)
         if variable is None:
             variable, work = spelt.find(port)
         if variable is None:
@@ -122,15 +123,20 @@ class _Spellings:
             base, index = split_name(variable.name)
             self._groups[base, variable.causality].setdefault(index, variable)
 
+    def from_zero(self, port: ContractPort) -> bool:
+        """Tell whether the array that a port belongs to is counted from 0."""
+        base, index = split_name(port.name)
+        return index is not None and 0 in self._groups.get((base, port.causality), {})
+
     def find(self, port: ContractPort) -> tuple[Scalar | None, tuple[str, ...]]:
         """Return the variable, and how its name differs."""
         base, index = split_name(port.name)
         group = self._groups.get((base, port.causality), {})
-        if index is None or 0 not in group:
-            found = group.get(index)
-            return found, ("named differently",) if found is not None else ()
-        found = group.get(index - 1)
-        return found, ("counted from 0",) if found is not None else ()
+        if index is not None and self.from_zero(port):
+            found, how = group.get(index - 1), "counted from 0"
+        else:
+            found, how = group.get(index), "named differently"
+        return found, () if found is None else (how,)
 
 
 def _fit(port: ContractPort, variable: Scalar, model: Model) -> tuple[str, tuple[str, ...]]:
