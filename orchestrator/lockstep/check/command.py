@@ -16,10 +16,18 @@ from lockstep.errors import InputError
 
 EXIT_CODES = "exit code: 0 no error, 1 an error (with --strict also a warning), 2 bad input such as a missing file"
 
+_NEIGHBOURS = 2  # FMUs of the same call that each is loaded beside: more would cost time and tell little
+
 
 def add_check_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that every `check` command has."""
-    parser.add_argument("fmus", nargs="+", type=Path, metavar="FMU", help="FMI 2.0 co-simulation FMUs, of any maker")
+    parser.add_argument(
+        "fmus",
+        nargs="+",
+        type=Path,
+        metavar="FMU",
+        help="FMI 2.0 co-simulation FMUs of any maker; several are also loaded side by side",
+    )
     parser.add_argument("--static", action="store_true", help="only look at the file; do not run it")
     parser.add_argument("--strict", action="store_true", help="warnings fail too")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write the report as one HTML page")
@@ -43,7 +51,10 @@ def check_as_told(options: argparse.Namespace, contracts: Callable[[], Sequence[
     reports: list[FmuReport] = []
     for path in options.fmus:
         with show_checks(str(path)) as progress:
-            found = check_fmu(path, dynamic=not options.static, contracts=offered, like=like, report=progress)
+            others = [other for other in options.fmus if other.resolve() != path.resolve()][:_NEIGHBOURS]
+            found = check_fmu(
+                path, dynamic=not options.static, contracts=offered, like=like, others=others, report=progress
+            )
         print_report(found)
         reports.append(found)
         _write(outputs, reports, options.strict)  # after each: what is done survives an interruption

@@ -23,6 +23,7 @@ def check_fmu(
     dynamic: bool = True,
     contracts: Sequence[Contract] = (),
     like: str | None = None,
+    others: Sequence[Path] = (),
     report: Callable[[Finding], None] = lambda _: None,
 ) -> FmuReport:
     """Run all checks of one FMU.
@@ -32,6 +33,7 @@ def check_fmu(
     path : the file
     dynamic : also run it, in processes of their own
     contracts : to compare its ports with; the one named `like`, or the one that fits best
+    others : FMUs to load beside it in one process; none takes a copy of itself
     report : called with each finding as it comes
 
     Raises
@@ -43,7 +45,7 @@ def check_fmu(
     subject = open_subject(path)
     findings = static_checks(subject, report)
     if dynamic:
-        findings += _dynamic(path, findings, report)
+        findings += _dynamic(path, findings, report, others)
     compared = _contract(subject, contracts, like)
     for finding in compared:
         report(finding)
@@ -59,7 +61,9 @@ def check_fmu(
     )
 
 
-def _dynamic(path: Path, found: Sequence[Finding], report: Callable[[Finding], None]) -> list[Finding]:
+def _dynamic(
+    path: Path, found: Sequence[Finding], report: Callable[[Finding], None], others: Sequence[Path]
+) -> list[Finding]:
     """Run the dynamic checks unless a static one tells that there is nothing to run."""
     stopper = next((f for f in found if f.check in _STOPPERS and f.status == "error"), None)
     if stopper is not None:
@@ -72,7 +76,7 @@ def _dynamic(path: Path, found: Sequence[Finding], report: Callable[[Finding], N
         )
         report(skipped)
         return [skipped]
-    return dynamic_checks(path, report)
+    return dynamic_checks(path, report, others=others)
 
 
 def _contract(subject: Subject, contracts: Sequence[Contract], like: str | None) -> list[Finding]:
