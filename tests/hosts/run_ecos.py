@@ -1,0 +1,26 @@
+"""Run an SSP in ecos and save what the outputs are after each base step."""
+
+import json
+import sys
+from pathlib import Path
+
+from ecospy.EcosSimulation import EcosSimulation
+from hosting import save
+
+
+def main(given, saved):
+    """Run what `given` says."""
+    setup = json.loads(Path(given).read_text(encoding="utf-8"))
+    outputs = [(name, output) for name, references in setup["references"].items() for output in references]
+    rows = []
+    with EcosSimulation(step_size=setup["tick"] / 1e9, ssp_path=setup["package"]) as simulation:
+        assert simulation.init(parameter_set="initialValues")
+        for _ in range(setup["ticks"]):
+            simulation.step()
+            rows.append([simulation.get_real(f"{name}::{output}") for name, output in outputs])
+        simulation.terminate()
+    save(saved, [f"{name}.{output}" for name, output in outputs], rows)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,39 @@
+"""Run an SSP in libcosim and save what the outputs are after each base step."""
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+from hosting import save
+from libcosimpy.CosimExecution import CosimExecution
+from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+from libcosimpy.CosimObserver import CosimObserver
+
+
+def main(given, saved):
+    """Run what `given` says."""
+    setup = json.loads(Path(given).read_text(encoding="utf-8"))
+    log_output_level(CosimLogLevel.ERROR)
+    execution = CosimExecution.from_ssp_file(ssp_path=setup["package"], step_size=setup["tick"])
+    observer = CosimObserver.create_last_value()
+    assert execution.add_observer(observer)
+    slaves = {name: execution.slave_index_from_instance_name(name) for name in setup["references"]}
+    # libcosim shows the outputs of a slave with a longer step only at the end of that step
+    late = {name: setup["late"].get(name, 0) for name in slaves}
+    columns = {name: [] for name in slaves}
+    for tick in range(setup["ticks"] + max(late.values())):
+        assert execution.step()
+        for name, slave in slaves.items():
+            if 0 <= tick - late[name] < setup["ticks"]:
+                references = list(setup["references"][name].values())
+                columns[name].append(observer.last_real_values(slave_index=slave, variable_references=references))
+    names = [f"{name}.{output}" for name in slaves for output in setup["references"][name]]
+    save(saved, names, np.hstack([np.array(columns[name]) for name in slaves]))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
+    sys.stdout.flush()
+    os._exit(0)  # libcosim frees the FMUs after the interpreter is gone

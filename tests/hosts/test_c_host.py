@@ -1,0 +1,208 @@
+"""Our FMUs in a host without Python: `c/host.c`, compiled here, in an environment with nothing but what it names."""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from hosting import COMPONENTS, HERE, TICK, Row, Trajectory, agreement
+
+from lockstep import load_system
+
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+PERIODS = {"plant": 1, "sensors": 1, "controller": 5}  # ticks
+NUMPY = Path(np.__file__).parents[1]
+
+
+def libpython():
+    """Return the shared library of this Python, or nothing."""
+    name, folder = sysconfig.get_config_var("INSTSONAME"), Path(sysconfig.get_config_var("LIBDIR"))
+    places = (folder / name, folder / (sysconfig.get_config_var("MULTIARCH") or "") / name)
+    return next((str(place) for place in places if ".so" in name and place.is_file()), "")
+
+
+def missing():
+    """Return what is lacking here, or nothing."""
+    if shutil.which("gcc") is None:
+        return "a C compiler is needed: apt-get install gcc libc6-dev"
+    if not libpython():
+        version = f"{sys.version_info.major}.{sys.version_info.minor}"
+        return f"this Python has no shared library to lend to a C program: apt-get install libpython{version}"
+    return ""
+
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "nothing is missing")
+
+ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "PYTHONHOME": sys.base_prefix, "PYTHONPATH": str(NUMPY)}
+PRELOADED = ENVIRONMENT | {"LD_PRELOAD": libpython()}
+
+
+def compiled(bench):
+    """Compile the host once, every warning an error."""
+    host = bench.work / "host"
+    if not host.exists():
+        flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-I", HEADERS]
+        done = subprocess.run(
+            ["gcc", *flags, HERE / "c" / "host.c", "-o", host, "-ldl"], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+    return host
+
+
+def unpacked(bench, fmu):
+    """Return the lines that name a component, without its period: library, resources and GUID."""
+    folder = bench.path(fmu.stem)
+    fmpy.extract(str(fmu), str(folder))
+    description = bench.description(fmu)
+    library = folder / "binaries" / "linux64" / f"{description.coSimulation.modelIdentifier}.so"
+    return f"fmu {fmu.stem} {library} {(folder / 'resources').as_uri()} {description.guid}"
+
+
+def call(bench, lines, environment=PRELOADED, arguments=()):
+    """Run the host on a setup."""
+    setup = bench.path("setup.txt")
+    setup.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return subprocess.run(
+        [compiled(bench), setup, *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+        env=environment,
+        cwd="/",
+    )
+
+
+def trajectory(done, names):
+    """Read what the host printed."""
+    assert done.returncode == 0, f"exit code {done.returncode}\n{done.stderr}"
+    assert done.stderr == ""
+    values = np.array([[float(word) for word in line.split()] for line in done.stdout.splitlines()])
+    order = sorted(range(len(names)), key=names.__getitem__)
+    return Trajectory(names=tuple(names[i] for i in order), values=values[:, order])
+
+
+def single(bench, component, configuration="distributed", ticks=100):
+    """Return the setup of one FMU whose real inputs move, and the same for FMPy."""
+    fmu = bench.fmu(component, configuration)
+    period = PERIODS[component]
+    outputs = bench.outputs(component, configuration)
+    moving = [
+        (v.valueReference, float(v.start))
+        for v in bench.description(fmu).modelVariables
+        if v.causality == "input" and v.type == "Real" and not v.name.startswith("command.")
+    ]
+    lines = [f"run {ticks // period} {period * TICK}", f"{unpacked(bench, fmu)} 1"]
+    lines += [f"drive {reference} {start!r}" for reference, start in moving]
+    lines += [f"watch {reference}" for reference in outputs.values()]
+    setup = {"fmu": str(fmu), "inputs": moving, "outputs": outputs, "way": "low-level", "times": "integer"}
+    return lines, setup | {"step": period * TICK, "steps": ticks // period}
+
+
+def loop(bench, ticks):
+    """Return the setup of the three FMUs of fine pointing, wired, and the names of what the host prints."""
+    system = load_system(bench.folder / "distributed" / "fine_pointing.ssd")
+    parts = {component.name: component for component in system.components}
+    variables = {name: {v.name: v for v in bench.description(bench.fmu(name)).modelVariables} for name in COMPONENTS}
+    lines, names = [f"run {ticks} {TICK}"], []
+    for name in COMPONENTS:
+        known = variables[name]
+        lines.append(f"{unpacked(bench, bench.fmu(name))} {PERIODS[name]}")
+        for parameter, value in parts[name].parameters.items():
+            lines.append(f"{known[parameter].type.lower()} {known[parameter].valueReference} {float(value)!r}")
+        for wire in system.connections:
+            if wire.to_component == name:
+                source = variables[wire.from_component][wire.output]
+                word = "flag" if source.type == "Boolean" else "wire"
+                end = f"{COMPONENTS.index(wire.from_component)} {source.valueReference}"
+                lines.append(f"{word} {known[wire.input].valueReference} {end}")
+        for output, reference in bench.outputs(name).items():
+            lines.append(f"watch {reference}")
+            names.append(f"{name}.{output}")
+    return lines, names
+
+
+def compare(bench, component, configuration):
+    """Run one FMU in C and in FMPy."""
+    lines, setup = single(bench, component, configuration)
+    theirs = trajectory(call(bench, lines), list(setup["outputs"]))
+    return Row(
+        kind=f"{component}, {configuration}",
+        host="C program, no Python",
+        ran=f"whole life cycle twice, {setup['steps']} steps, {len(theirs.names)} outputs",
+        agreement=agreement(bench.run("run_fmpy.py", setup), theirs),
+        remark="against FMPy's low-level calls; saved and serialised state and reset repeat the run bitwise",
+    )
+
+
+def rows(bench):
+    """Compare, and say so in the table."""
+    for configuration in bench.configurations:
+        for component in PERIODS:
+            yield compare(bench, component, configuration)
+    ticks = 200
+    lines, names = loop(bench, ticks)
+    theirs = trajectory(call(bench, lines), names)
+    yield Row(
+        kind="three FMUs in a closed loop",
+        host="C program, no Python",
+        ran=f"fine pointing in one process, {ticks} ticks at own rates, {len(names)} outputs",
+        agreement=agreement(bench.reference(ticks), theirs),
+        remark="against our own master",
+    )
+
+
+@pytest.mark.parametrize("component", PERIODS)
+@pytest.mark.parametrize("configuration", ["centralised", "distributed"])
+def test_one_fmu_in_c_agrees_bitwise_with_fmpy(bench, configuration, component):
+    assert compare(bench, component, configuration).agreement == "bitwise"
+
+
+def test_three_fmus_in_one_c_process_agree_bitwise_with_our_master(bench):
+    lines, names = loop(bench, 200)
+    theirs = trajectory(call(bench, lines), names)
+
+    assert agreement(bench.reference(200), theirs) == "bitwise"
+    late = bench.reference(200, dict.fromkeys([("plant", "sensors"), ("sensors", "plant"), ("sensors", "controller"),
+                                               ("controller", "plant")], 1))  # fmt: skip
+    assert agreement(late, theirs) != "bitwise"
+
+
+def test_libpython_may_be_loaded_by_the_host_instead_of_preloaded(bench):
+    lines, setup = single(bench, "plant", ticks=20)
+    preloaded = call(bench, lines)
+    loaded = call(bench, lines, ENVIRONMENT, [libpython()])
+
+    assert trajectory(loaded, list(setup["outputs"])).values.any()
+    assert loaded.stdout == preloaded.stdout
+
+
+def test_without_libpython_the_library_does_not_load(bench):
+    done = call(bench, single(bench, "plant", ticks=20)[0], ENVIRONMENT)
+
+    assert done.returncode == 1
+    assert "cannot load the FMU" in done.stderr
+    assert "undefined symbol: _Py_NoneStruct" in done.stderr
+
+
+def test_without_numpy_the_fmu_says_what_is_missing(bench):
+    """The same Python, its site-packages out of sight."""
+    home = bench.path("home")
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    standard = Path(sysconfig.get_path("stdlib"))
+    place = home / "lib" / version
+    place.mkdir(parents=True)
+    for entry in standard.iterdir():
+        if entry.name not in ("site-packages", "dist-packages"):
+            os.symlink(entry, place / entry.name)
+    without = {"LD_PRELOAD": libpython(), "PYTHONHOME": str(home), "PYTHONNOUSERSITE": "1"}
+    done = call(bench, single(bench, "plant", ticks=20)[0], without)
+
+    assert done.returncode == 1
+    assert "No module named 'numpy'" in done.stderr
+    assert "cannot instantiate: plant" in done.stderr

@@ -1,0 +1,89 @@
+"""Our systems in ecos, from the .ssp as a receiver gets it.
+
+ecos steps every instance whose turn it is, then transfers all values. So every value arrives a tick late, and what the
+controller computes reaches the plant after the first tick of its step. With one tick of delay on every connection our
+own master must give the same bits.
+"""
+
+import ctypes.util
+import importlib.util
+
+import pytest
+from hosting import TICK, Row, agreement, distance
+
+ENDS = (("plant", "sensors"), ("sensors", "plant"), ("sensors", "controller"), ("controller", "plant"))
+DELAYS = dict.fromkeys(ENDS, 1)
+
+
+def missing():
+    """Return what ecos lacks here, or nothing."""
+    if importlib.util.find_spec("ecospy") is None:
+        return "ecos needs the Python package ecospy: pip install ecospy"
+    if ctypes.util.find_library("tbb") is None and not _loads("libtbb.so.12"):
+        return "ecos needs the library TBB: apt-get install libtbb12"
+    return ""
+
+
+def _loads(library):
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "nothing is missing")
+
+
+def run(bench, scenario, ticks, components=("sensors", "controller", "plant")):
+    """Return the trajectory that ecos gives."""
+    return bench.run(
+        "run_ecos.py",
+        {
+            "package": str(bench.package(scenario)),
+            "tick": TICK,
+            "ticks": ticks,
+            "references": {name: bench.outputs(name) for name in components},
+        },
+    )
+
+
+def rows(bench):
+    """Compare, and say so in the table."""
+    ticks = 300
+    theirs = run(bench, "fine_pointing", ticks)
+    apart = distance("plant.rate", bench.reference(ticks), theirs)
+    yield Row(
+        kind="system of three (.ssp)",
+        host="ecos",
+        ran=f"fine pointing, {ticks} ticks at own rates, {len(theirs.names)} outputs",
+        agreement=agreement(bench.reference(ticks, DELAYS), theirs),
+        remark=f"with ecos's delays (1 tick each); {apart:.1e} of the peak rate from our own timing",
+    )
+    ticks = 5500
+    theirs = run(bench, "slew", ticks, ("plant",))
+    yield Row(
+        kind="system of three (.ssp)",
+        host="ecos",
+        ran=f"slew, begun half a second ago, {ticks} ticks, {len(theirs.names)} outputs of the plant",
+        agreement=agreement(bench.reference(ticks, DELAYS, "slew", signals=["plant.*"]), theirs),
+        remark="with the same delays; ecos adds up its time",
+    )
+
+
+def test_ecos_agrees_once_its_delays_are_told(bench):
+    fine_pointing, slew = rows(bench)
+
+    assert fine_pointing.agreement == "bitwise"
+    # ecos adds up its time, which is 3e-13 s off after 5 s: less than 1e-10 of the 5 ms in which the reference moves on
+    assert slew.agreement == "bitwise" or float(slew.agreement) <= 1e-10
+
+
+def test_each_of_its_delays_matters(bench):
+    ticks = 60
+    theirs = run(bench, "fine_pointing", ticks)
+    assert agreement(bench.reference(ticks, DELAYS), theirs) == "bitwise"
+    for ends in DELAYS:
+        # the measurements are held for five ticks, so that one or two ticks of delay are the same there
+        others = DELAYS | {ends: 0 if ends == ("sensors", "controller") else 2}
+        assert agreement(bench.reference(ticks, others), theirs) != "bitwise", ends

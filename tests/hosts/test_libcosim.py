@@ -1,0 +1,67 @@
+"""Our systems in libcosim, from the .ssp as a receiver gets it.
+
+libcosim steps every slave whose turn it is, then transfers a value only when both its ends have completed their steps. So
+a value between sensors and plant arrives a tick late; the controller sees measurements of the tick before; and what it
+computes from them reaches the plant when its own step of five ticks is over. With these delays on the connections our
+own master must give the same bits.
+"""
+
+from hosting import TICK, Row, agreement, distance
+
+DELAYS = {
+    ("plant", "sensors"): 1,  # what is true now, as in our own systems
+    ("sensors", "plant"): 1,
+    ("sensors", "controller"): 1,
+    ("controller", "plant"): 5,
+}
+
+
+def run(bench, scenario, ticks, components=("sensors", "controller", "plant")):
+    """Return the trajectory that libcosim gives."""
+    return bench.run(
+        "run_libcosim.py",
+        {
+            "package": str(bench.package(scenario)),
+            "tick": TICK,
+            "ticks": ticks,
+            "references": {name: bench.outputs(name) for name in components},
+            "late": {"controller": 4},
+        },
+    )
+
+
+def rows(bench):
+    """Compare, and say so in the table."""
+    ticks = 300
+    theirs = run(bench, "fine_pointing", ticks)
+    apart = distance("plant.rate", bench.reference(ticks), theirs)
+    yield Row(
+        kind="system of three (.ssp)",
+        host="libcosim",
+        ran=f"fine pointing, {ticks} ticks at own rates, {len(theirs.names)} outputs",
+        agreement=agreement(bench.reference(ticks, DELAYS), theirs),
+        remark=f"with libcosim's delays (1 tick, torque 5); {apart:.1e} of the peak rate from our own timing",
+    )
+    ticks = 5500
+    theirs = run(bench, "slew", ticks, ("plant",))
+    yield Row(
+        kind="system of three (.ssp)",
+        host="libcosim",
+        ran=f"slew, begun half a second ago, {ticks} ticks, {len(theirs.names)} outputs of the plant",
+        agreement=agreement(bench.reference(ticks, DELAYS, "slew", signals=["plant.*"]), theirs),
+        remark="with the same delays",
+    )
+
+
+def test_libcosim_agrees_bitwise_once_its_delays_are_told(bench):
+    assert [row.agreement for row in rows(bench)] == ["bitwise", "bitwise"]
+
+
+def test_each_of_its_delays_matters(bench):
+    ticks = 60
+    theirs = run(bench, "fine_pointing", ticks)
+    assert agreement(bench.reference(ticks, DELAYS), theirs) == "bitwise"
+    for ends in DELAYS:
+        # the measurements are held for five ticks, so that one or two ticks of delay are the same there
+        others = DELAYS | {ends: 0 if ends == ("sensors", "controller") else DELAYS[ends] + 1}
+        assert agreement(bench.reference(ticks, others), theirs) != "bitwise", ends
