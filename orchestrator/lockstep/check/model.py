@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -179,7 +180,7 @@ def _unit(element: etree._Element) -> UnitDefinition:
     name, base = element.get("name", ""), element.find("BaseUnit")
     unit = Unit(name=name)
     if base is not None:
-        exponents = tuple(int(number(base.get(symbol, "0"))) for symbol in BASES)
+        exponents = tuple(_whole(base.get(symbol, "0")) for symbol in BASES)
         factor, offset = number(base.get("factor", "1")), number(base.get("offset", "0"))
         unit = Unit(name=name, exponents=exponents, factor=factor, offset=offset)
     display = tuple(
@@ -203,6 +204,11 @@ def _unknowns(root: etree._Element, tag: str) -> tuple[Unknown, ...]:
         )
         for element in root.iterfind(f"ModelStructure/{tag}/Unknown")
     )
+
+
+def _whole(text: str) -> int:
+    value = number(text)
+    return int(value) if math.isfinite(value) else 0
 
 
 def number(text: str) -> float:

@@ -24,7 +24,7 @@ def unknowns(model: Model) -> Verdict:
     for variable in _variables(model.derivatives, model):
         if not variable.derivative:
             notes.error(f"{variable.place} is listed as a derivative but has no attribute derivative")
-    order = [int(entry.index) for entry in model.initial_unknowns if entry.index.isdigit()]
+    order = [int(entry.index) for entry in model.initial_unknowns if entry.index.isdecimal()]
     if order != sorted(order):
         notes.error("InitialUnknowns are not in the order of their index")
     _silence(model, notes)
@@ -33,7 +33,7 @@ def unknowns(model: Model) -> Verdict:
 
 
 def _variable(index: str, model: Model) -> Scalar | None:
-    position = int(index) if index.isdigit() else 0
+    position = int(index) if index.isdecimal() else 0
     return model.variables[position - 1] if 1 <= position <= len(model.variables) else None
 
 

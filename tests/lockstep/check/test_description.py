@@ -218,3 +218,13 @@ def test_entities_are_not_expanded(make: Make, found: Find) -> None:
     findings = found(make(xml=xml))
 
     assert "root:" not in "".join(told(finding) for finding in findings.values())
+
+
+@pytest.mark.parametrize("value", ["", "INF", "nan", "x", "\u00b2", "-1", "9" * 30])
+@pytest.mark.parametrize("attribute", ['kg="1"', 'index="5"', 'factor="57.29577951308232"', 'stepSize="0.01"'])
+def test_a_value_that_is_no_sensible_number_is_a_finding(make: Make, found: Find, attribute: str, value: str) -> None:
+    name = attribute.partition("=")[0]
+    findings = found(make(xml=XML.replace(attribute, f'{name}="{value}"', 1)))
+
+    assert bad(findings)
+    assert findings["static.kind"].status == "pass"
