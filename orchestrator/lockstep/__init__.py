@@ -1,12 +1,20 @@
-"""A general FMI 2.0 co-simulation master: system files, schedule, slaves, recording."""
+"""A general FMI 2.0 co-simulation master: system files, schedule, slaves, recording.
 
-from lockstep.errors import InputError, RunError
-from lockstep.master import RunSummary, simulate
-from lockstep.results import Signals, read_signals
-from lockstep.ssp import load_system
-from lockstep.ssp_writer import write_ssd
-from lockstep.system import Component, Connection, Connector, System
-from lockstep.units import Unit
+The names below are imported when they are first used: a process that checks an FMU needs none of them, and there are
+dozens of those processes.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lockstep.errors import InputError, RunError
+    from lockstep.master import RunSummary, simulate
+    from lockstep.results import Signals, read_signals
+    from lockstep.ssp import load_system
+    from lockstep.ssp_writer import write_ssd
+    from lockstep.system import Component, Connection, Connector, System
+    from lockstep.units import Unit
 
 __all__ = [
     "Component",
@@ -23,3 +31,20 @@ __all__ = [
     "simulate",
     "write_ssd",
 ]
+
+_HOMES = {
+    "errors": ("InputError", "RunError"),
+    "master": ("RunSummary", "simulate"),
+    "results": ("Signals", "read_signals"),
+    "ssp": ("load_system",),
+    "ssp_writer": ("write_ssd",),
+    "system": ("Component", "Connection", "Connector", "System"),
+    "units": ("Unit",),
+}
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"lockstep.{module}"), name)
+    raise AttributeError(f"module 'lockstep' has no attribute {name!r}")

@@ -87,7 +87,7 @@ class _Course:
         self.findings: list[Finding] = []
         self.experiment: Experiment
         self.steps = REFERENCE_STEPS
-        self._began = time.monotonic()
+        self._reference_made = 0.0
 
     def run(self) -> list[Finding]:
         try:
@@ -162,10 +162,11 @@ class _Course:
                 self.experiment = still
                 verdict = replace(second, details=(f"with moving inputs: {verdict.message}", *second.details))
         self.steps = int(verdict.numbers.get("steps", 0))
+        self._reference_made = time.monotonic()
         return verdict
 
     def _repeat(self) -> Verdict:
-        time.sleep(max(0.0, SEED_AGE - (time.monotonic() - self._began)))
+        time.sleep(max(0.0, SEED_AGE - (time.monotonic() - self._reference_made)))
         return self._compared("again", "in a new process")
 
     def _compared(self, name: str, words: str, **options: Any) -> Verdict:
@@ -271,7 +272,8 @@ class _Course:
     def _latency(self) -> Verdict:
         state = self.experiment.saves_state and not self._failed("dynamic.state")
         limit = self.laboratory.time_limit + LATENCY_SECONDS
-        options = {"steps": self.steps, "seconds": LATENCY_SECONDS, "state": state}
+        resets = not self._failed("dynamic.reset")
+        options = {"steps": self.steps, "seconds": LATENCY_SECONDS, "state": state, "resets": resets}
         return self._probe("latency:latency", time_limit=limit, **options)
 
     def _cost(self) -> Verdict:

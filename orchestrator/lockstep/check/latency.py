@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.check.drive import FATAL, Failed, Instance
+from lockstep.check.drive import FATAL, WARNING, Failed, Instance
 from lockstep.check.experiment import PERIOD, Port
 from lockstep.check.latency_report import Response, base_name, folded, judged
 from lockstep.check.probe import Task, Verdict
@@ -54,7 +54,8 @@ class Bench:
         """Return the instance as it is before the moment."""
         if self._state is not None:
             set_state(self.instance, self._state)
-        elif self.instance.worst > 1:
+        elif self.instance.worst > WARNING or not self.task.options["resets"]:
+            self.instance.close()
             self._new()
         else:
             self.instance.reset()

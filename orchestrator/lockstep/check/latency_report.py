@@ -89,13 +89,13 @@ def _lines(pairs: dict[tuple[str, str], list[int]]) -> list[str]:
 
 def _summary(pairs: Any, silent: Any, broken: list[str], late: int, window: int) -> str:
     at_once = sum(min(answers) == 0 for answers in pairs.values())
-    parts = [f"{at_once} pairs of ports answer within the step, {len(pairs) - at_once} later"]
+    parts = [f"pairs of output and input that answer within the step: {at_once}, later: {len(pairs) - at_once}"]
     if silent:
-        parts.append(f"{len(silent)} declared pairs show no answer within {window} steps")
+        parts.append(f"declared, but without an answer within {window} steps: {len(silent)}")
     if broken:
-        parts.append(f"{len(broken)} inputs refuse a small change")
+        parts.append(f"inputs that refuse a small change: {len(broken)}")
     if late:
-        parts.append(f"{late} inputs not tried for lack of time")
+        parts.append(f"inputs not tried for lack of time: {late}")
     return ", ".join(parts)
 
 

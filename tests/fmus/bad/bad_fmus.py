@@ -1,0 +1,37 @@
+"""Make FMUs with one defect: a C source with one DEFECT_... defined, or a model description with one edit."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import zipfile
+from pathlib import Path
+
+import fmpy
+
+HERE = Path(__file__).parent
+XML = (HERE / "bad.xml").read_text(encoding="utf-8")
+GUID = re.search(r'guid="([^"]+)"', XML)[1]
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+DEFECTS = set(re.findall(r"DEFECT_(\w+)", (HERE / "bad.c").read_text(encoding="utf-8"))) - {""}
+
+
+def bad_fmu(folder: Path, defect: str | None = None, xml: str = XML) -> Path:
+    """Compile and zip the FMU with one defect of the source, or without any; return its path."""
+    assert defect is None or defect in DEFECTS, f"{defect}: the source knows {sorted(DEFECTS)}"
+    folder.mkdir(parents=True, exist_ok=True)
+    library = folder / "bad.so"
+    options = [f"-DDEFECT_{defect}"] if defect else []
+    subprocess.run(
+        ["gcc", "-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC", f'-DGUID="{GUID}"', *options]
+        + [f"-I{HEADERS}", "-o", str(library), str(HERE / "bad.c"), "-lm"],
+        check=True,
+    )
+    path = folder / "bad.fmu"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", xml)
+        archive.write(library, "binaries/linux64/bad.so")
+        archive.writestr("resources/gain.txt", "3.0\n")
+        archive.writestr("documentation/index.html", "<!DOCTYPE html><title>bad</title><p>A test.</p>\n")
+        archive.writestr("documentation/licenses/license.txt", "BSD-3-Clause\n")
+    return path
