@@ -1,6 +1,5 @@
 """Our FMUs in a host without Python: `c/host.c`, compiled here, in an environment with nothing but what it names."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -199,7 +198,7 @@ def test_without_numpy_the_fmu_says_what_is_missing(bench):
     place.mkdir(parents=True)
     for entry in standard.iterdir():
         if entry.name not in ("site-packages", "dist-packages"):
-            os.symlink(entry, place / entry.name)
+            (place / entry.name).symlink_to(entry)
     without = {"LD_PRELOAD": libpython(), "PYTHONHOME": str(home), "PYTHONNOUSERSITE": "1"}
     done = call(bench, single(bench, "plant", ticks=20)[0], without)
 

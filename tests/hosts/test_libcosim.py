@@ -1,9 +1,9 @@
 """Our systems in libcosim, from the .ssp as a receiver gets it.
 
-libcosim steps every slave whose turn it is, then transfers a value only when both its ends have completed their steps. So
-a value between sensors and plant arrives a tick late; the controller sees measurements of the tick before; and what it
-computes from them reaches the plant when its own step of five ticks is over. With these delays on the connections our
-own master must give the same bits.
+libcosim steps every slave whose turn it is, then transfers a value only when both its ends have completed their steps.
+So a value between sensors and plant arrives a tick late; the controller sees measurements of the tick before; and what
+it computes from them reaches the plant when its own step of five ticks is over. With these delays on the connections
+our own master must give the same bits.
 """
 
 from hosting import TICK, Row, agreement, distance

@@ -9,9 +9,10 @@
  * 1. libpython's symbols must be there for all before the FMU's library is loaded, which does not name libpython among
  *    what it needs: plain dlopen fails with "undefined symbol: _Py_NoneStruct". Either start the host with
  *    LD_PRELOAD=LIBPYTHON, or let it dlopen(LIBPYTHON, RTLD_NOW | RTLD_GLOBAL) first, as here when it is named. With
- *    RTLD_LOCAL the symbol stays undefined. LIBPYTHON is sysconfig's LIBDIR/INSTSONAME; Debian's package is libpython3.11.
- * 2. PYTHONHOME=sys.base_prefix of that Python. Without it the interpreter looks for a `python3` on the PATH, and if that
- *    is another one, it takes that one's library: "No module named '_struct'", and no instance.
+ *    RTLD_LOCAL the symbol stays undefined. LIBPYTHON is LIBDIR/INSTSONAME of Python's sysconfig; Debian's package is
+ *    libpython3.11.
+ * 2. PYTHONHOME=sys.base_prefix of that Python. Without it the interpreter looks for a `python3` on the PATH, and if
+ *    that is another one, it takes that one's library: "No module named '_struct'", and no instance.
  * 3. PYTHONPATH=the folder that holds numpy, unless numpy is installed in that Python itself. Without numpy: "No module
  *    named 'numpy'", and no instance. Nothing else: pythonfmu and the model travel in the FMU's resources.
  * 4. OPENBLAS_NUM_THREADS=1, for the same bits as any other host. With more threads the last digits differ.
@@ -131,7 +132,8 @@ static void read_setup(const char *path) {
         } else if (!strcmp(word, "fmu")) {
             if (count == MOST_COMPONENTS) fail("too many components", path);
             c = &components[count++];
-            if (fscanf(file, "%4095s %4095s %4095s %4095s %ld", c->name, c->path, c->resources, c->guid, &c->period) != 5)
+            if (fscanf(file, "%4095s %4095s %4095s %4095s %ld", c->name, c->path, c->resources, c->guid,
+                       &c->period) != 5)
                 fail("bad setup", word);
         } else if (!c) fail("no component yet", word);
         else if (!strcmp(word, "real")) add(&c->reals, file, "%u %lf", 0);
@@ -197,8 +199,10 @@ static void transfer(Component *c) {
 static void initialise(void) {
     for (int k = count - 1; k >= 0; k--) {
         Component *c = &components[k];
-        for (int i = 0; i < c->reals.count; i++)
-            check(c->set_real(c->instance, &c->reals.entry[i].reference, 1, &c->reals.entry[i].value), "fmi2SetReal", c);
+        for (int i = 0; i < c->reals.count; i++) {
+            const Entry *start = &c->reals.entry[i];
+            check(c->set_real(c->instance, &start->reference, 1, &start->value), "fmi2SetReal", c);
+        }
         for (int i = 0; i < c->integers.count; i++) {
             fmi2Integer value = (fmi2Integer)c->integers.entry[i].value;
             check(c->set_integer(c->instance, &c->integers.entry[i].reference, 1, &value), "fmi2SetInteger", c);
@@ -230,10 +234,11 @@ static void run(long first, long last, double *trace) {
             check(c->do_step(c->instance, (double)(tick * tick_length) / 1e9, (double)(c->period * tick_length) / 1e9,
                              fmi2True), "fmi2DoStep", c);
         }
-        for (int k = 0; k < count; k++)
-            for (int i = 0; i < components[k].watches.count; i++)
-                check(components[k].get_real(components[k].instance, &components[k].watches.entry[i].reference, 1, trace++),
-                      "fmi2GetReal", &components[k]);
+        for (int k = 0; k < count; k++) {
+            Component *c = &components[k];
+            for (int i = 0; i < c->watches.count; i++)
+                check(c->get_real(c->instance, &c->watches.entry[i].reference, 1, trace++), "fmi2GetReal", c);
+        }
     }
 }
 
@@ -254,7 +259,8 @@ static void fly(double *trace, double *again, long width) {
     for (int serialised = 0; serialised < 2; serialised++) {
         for (int k = 0; k < count; k++) {
             Component *c = &components[k];
-            if (serialised) check(c->deserialize(c->instance, c->bytes, c->size, &c->state), "fmi2DeSerializeFMUstate", c);
+            if (serialised)
+                check(c->deserialize(c->instance, c->bytes, c->size, &c->state), "fmi2DeSerializeFMUstate", c);
             check(c->set_state(c->instance, c->state), "fmi2SetFMUstate", c);
             check(c->free_state(c->instance, &c->state), "fmi2FreeFMUstate", c);
             c->state = NULL;
@@ -278,14 +284,15 @@ int main(int argument_count, char **arguments) {
         if (!c->instance) fail("cannot instantiate", c->name);
         width += c->watches.count;
     }
-    double *trace = malloc((size_t)(ticks * width) * sizeof *trace), *again = malloc((size_t)(ticks * width) * sizeof *again);
-    double *first = malloc((size_t)(ticks * width) * sizeof *first);
+    size_t size = (size_t)(ticks * width) * sizeof(double);
+    double *first = malloc(size), *trace = malloc(size), *again = malloc(size);
+    if (!first || !trace || !again) fail("no memory", arguments[1]);
     initialise();
     fly(first, again, width);
     for (int k = 0; k < count; k++) check(components[k].reset(components[k].instance), "fmi2Reset", &components[k]);
     initialise();
     fly(trace, again, width);
-    if (memcmp(first, trace, (size_t)(ticks * width) * sizeof *trace)) fail("not the same after", "fmi2Reset");
+    if (memcmp(first, trace, size)) fail("not the same after", "fmi2Reset");
     for (int k = 0; k < count; k++) {
         check(components[k].terminate(components[k].instance), "fmi2Terminate", &components[k]);
         components[k].free_instance(components[k].instance);

@@ -1,0 +1,80 @@
+"""All three components as one FMU, made with FMPy's `container_fmu`, that then runs alone.
+
+The container knows one rate, so all three step every 5 ms, the sensors told so by their parameter `step_size`. It steps
+them all, then hands all values on: with one tick of delay on every connection our own master must give the same bits.
+"""
+
+import shutil
+
+import pytest
+from container import build_container
+from fmpy.validation import validate_fmu
+from hosting import COMPONENTS, Row, agreement
+
+from lockstep import load_system
+
+STEP = 5_000_000  # [ns]
+ENDS = (("plant", "sensors"), ("sensors", "plant"), ("sensors", "controller"), ("controller", "plant"))
+
+
+def alone(bench):
+    """Return the container in a folder of its own; what it was made of was elsewhere, and is gone."""
+    folder = bench.work / "container alone"
+    fmu = folder / "closed_loop.fmu"
+    if not fmu.exists():
+        parts, made = bench.path("parts"), bench.path("made")
+        shutil.copytree(bench.folder / "distributed", parts)
+        built = build_container(load_system(parts / "fine_pointing.ssd"), STEP / 1e9, made)
+        folder.mkdir()
+        shutil.copy(built, fmu)
+        shutil.rmtree(parts)
+        shutil.rmtree(made)
+    return fmu
+
+
+def outputs(bench):
+    """Return the container's value references of the real outputs by name."""
+    references = {v.name: v.valueReference for v in bench.description(alone(bench)).modelVariables}
+    names = [f"{component}.{name}" for component in COMPONENTS for name in bench.outputs(component)]
+    return {name: references[name] for name in names}
+
+
+def run(bench, steps, way):
+    """Run it in FMPy."""
+    setup = {"fmu": str(alone(bench)), "inputs": [], "outputs": outputs(bench), "step": STEP, "steps": steps}
+    return bench.run("run_fmpy.py", setup | {"way": way, "times": "integer"})
+
+
+def reference(bench, steps, others=None):
+    """Run our master at one rate for all, with a tick of delay everywhere but where told otherwise."""
+    return bench.reference(steps, dict.fromkeys(ENDS, 1) | (others or {}), period=STEP)
+
+
+def rows(bench):
+    """Compare, and say so in the table."""
+    steps = 100
+    for way, host in (("low-level", "FMPy, low-level calls"), ("simulate_fmu", "FMPy `simulate_fmu`")):
+        theirs = run(bench, steps, way)
+        yield Row(
+            kind="container of the three",
+            host=host,
+            ran=f"fine pointing, {steps} steps of 5 ms, {len(theirs.names)} outputs",
+            agreement=agreement(reference(bench, steps), theirs),
+            remark="one rate for all; against our master with its delays (1 step each)",
+        )
+
+
+@pytest.mark.parametrize("way", ["low-level", "simulate_fmu"])
+def test_the_container_agrees_bitwise_with_our_master(bench, way):
+    assert agreement(reference(bench, 100), run(bench, 100, way)) == "bitwise"
+
+
+def test_each_of_its_delays_matters(bench):
+    theirs = run(bench, 20, "low-level")
+    assert agreement(reference(bench, 20), theirs) == "bitwise"
+    for ends in ENDS:
+        assert agreement(reference(bench, 20, {ends: 2}), theirs) != "bitwise", ends
+
+
+def test_it_is_a_valid_fmu(bench):
+    assert validate_fmu(str(alone(bench))) == []
