@@ -24,7 +24,6 @@ class Campbell:
     modes: Array  # (m, k) [rad/s]: damped frequencies of the flexible modes of the free spacecraft
     frequency: Array  # (f,) [rad/s]
     response: Array  # (f, k) [m]: largest over the wheels, if the imbalance of that speed acted at that frequency
-    harmonic: Array  # (n, k) [m]: of each wheel, at the first harmonic, where frequency equals speed
 
 
 def campbell(spacecraft: Spacecraft, speed: Array, frequency: Array) -> Campbell:
@@ -45,14 +44,18 @@ def campbell(spacecraft: Spacecraft, speed: Array, frequency: Array) -> Campbell
         if not np.all(values > 0.0):
             raise ValueError(f"campbell: {name} must be > 0 throughout, got {values.min():g} rad/s")
     grid = np.array([imbalance_deformation(spacecraft, w, frequency).max(axis=0) for w in speed.tolist()])
-    harmonic = [imbalance_deformation(spacecraft, w, np.array([w]))[:, 0] for w in speed.tolist()]
-    return Campbell(
-        speed=speed,
-        modes=modal_frequencies(spacecraft, speed),
-        frequency=frequency,
-        response=grid.T,
-        harmonic=np.array(harmonic).T,
-    )
+    return Campbell(speed=speed, modes=modal_frequencies(spacecraft, speed), frequency=frequency, response=grid.T)
+
+
+def harmonic_deformation(spacecraft: Spacecraft, speed: Array) -> Array:
+    """Return the deformation at the first harmonic of each wheel alone, (n, k) [m], RMS over aperture and time.
+
+    Parameters
+    ----------
+    spacecraft : of one configuration
+    speed : (k,) [rad/s], of all wheels
+    """
+    return np.array([imbalance_deformation(spacecraft, w, np.array([w]))[:, 0] for w in speed.tolist()]).T
 
 
 def modal_frequencies(spacecraft: Spacecraft, speed: Array) -> Array:
