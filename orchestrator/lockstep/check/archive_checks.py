@@ -21,6 +21,7 @@ _LEFT_BEHIND = (
 )
 _METHODS = {zipfile.ZIP_STORED: "stored", zipfile.ZIP_DEFLATED: "deflate"}
 _ENCRYPTED, _UNIX = 0x1, 3  # general purpose bit 0; `version made by` of a file system with modes
+_SHORT = 60  # characters of a licence's name that are printed
 _LICENCE = re.compile(r"^documentation/licenses/.+|^documentation/license\.(txt|html|md)$", re.I)
 
 
@@ -104,6 +105,8 @@ def licence(subject: Subject) -> Verdict:
         return Verdict(status="skipped", message=subject.problem)
     files = sorted(name for name in subject.names if _LICENCE.match(name))
     said = "" if subject.model is None else subject.model.attributes.get("license", "")
+    if len(said) > _SHORT:  # some files carry the whole text
+        said = f"{said[:_SHORT]}..."
     told = f"license={said!r} in the model description" if said else "the model description names none"
     if files:
         return Verdict(status="pass", message=f"{', '.join(files[:4])}; {told}")

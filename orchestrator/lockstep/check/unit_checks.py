@@ -81,7 +81,9 @@ def _use(model: Model, definitions: dict[str, UnitDefinition], notes: Notes) -> 
         if unit not in definitions:
             notes.error(f"unit {unit!r} is used by {compact(names, 4)} but not defined")
     for name in definitions:
-        if name not in users:
+        if not name:
+            notes.warning(f"line {definitions[name].line} defines a unit without a name")
+        elif name not in users:
             notes.warning(f"unit {name!r} (line {definitions[name].line}) is defined but nothing uses it: stale")
     wrong = {(v.unit, v.display_unit) for v in model.variables if v.unit in definitions and v.display_unit}
     for unit, shown in sorted(wrong):

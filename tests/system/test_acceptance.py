@@ -1,0 +1,70 @@
+"""`flexsat check` on the FMUs of the study, as a receiver would run it on what he gets."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from lockstep.check.report import FmuReport, from_json
+
+from .conftest import RunCli
+
+COMPONENTS, CONFIGURATIONS = ("plant", "sensors", "controller"), ("centralised", "distributed")
+
+
+@pytest.fixture(scope="module")
+def reports(fmus: Path, flexsat: RunCli, tmp_path_factory: pytest.TempPathFactory) -> dict[str, FmuReport]:
+    """Return the static report of all six FMUs, checked in one call that warnings would fail."""
+    paths = [fmus / name / f"{component}.fmu" for name in CONFIGURATIONS for component in COMPONENTS]
+    written = tmp_path_factory.mktemp("report") / "report.json"
+    done = flexsat("check", *paths, "--static", "--strict", "--json", written)
+    assert done.returncode == 0, done.stdout
+    found = from_json(written.read_text(encoding="utf-8"))
+    assert [report.file for report in found] == [str(path) for path in paths]
+    return {f"{Path(r.file).parent.name}/{Path(r.file).stem}": r for r in found}
+
+
+@pytest.mark.parametrize("name", [f"{name}/{component}" for name in CONFIGURATIONS for component in COMPONENTS])
+def test_our_fmus_have_nothing_to_object_to(reports: dict[str, FmuReport], name: str) -> None:
+    findings = {finding.check: finding for finding in reports[name].findings}
+    configuration, component = name.split("/")
+
+    assert {f.status for f in findings.values()} <= {"pass", "info"}
+    # what is worth knowing: it needs Python in its host, and modal coordinates have no base units in FMI
+    assert {check for check, f in findings.items() if f.status == "info"} <= {"static.dependencies", "static.units"}
+    assert findings["contract.direct"].message.startswith(f"{component}:{configuration}: ")
+    assert findings["contract.direct"].numbers["missing"] == findings["contract.direct"].numbers["adapter"] == 0
+
+
+def test_a_controller_of_the_other_size_misses_wheels(fmus: Path, flexsat: RunCli) -> None:
+    path = fmus / "centralised" / "controller.fmu"
+    done = flexsat("check", path, "--static", "--like", "controller:distributed")
+
+    assert done.returncode == 1
+    assert "error    contract.missing" in done.stdout
+    assert "needed: wheel.torque[7..33]" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("nowhere.fmu",), "nowhere.fmu: no such file"),
+        (("controller.fmu", "--like", "thruster"), "--like thruster: no such contract; there are plant"),
+    ],
+)
+def test_bad_input_gets_one_line(
+    fmus: Path, flexsat: RunCli, tmp_path: Path, arguments: tuple[str, ...], says: str
+) -> None:
+    shutil.copy(fmus / "centralised" / "controller.fmu", tmp_path)
+    done = flexsat("check", *arguments, cwd=tmp_path)
+
+    assert (done.returncode, done.stdout) == (2, "")
+    assert says in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_help_has_an_example_and_the_exit_codes(flexsat: RunCli) -> None:
+    done = flexsat("check", "--help")
+
+    assert "flexsat check --like controller" in done.stdout
+    assert "exit code: 0 no error" in done.stdout
