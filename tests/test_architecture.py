@@ -33,7 +33,10 @@ ALLOWED = {
         "flexsat": "*",
         "lockstep": "*",
         "matplotlib": {"figures"},
-        "rich": {"campaign", "table"},
+        "rich": {"campaign", "table", "health"},
+        "xarray": {"__init__", "dataset", "export"},
+        "pyarrow": {"export"},
+        "scipy": {"export", "health.statistics"},
     },
 }  # fmt: skip
 # What travels in the FMUs: reached from the shells. numpy alone, but for the one class that pythonfmu calls.

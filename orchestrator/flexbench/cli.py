@@ -1,4 +1,4 @@
-"""The command line: `flexsat build`, `check`, `run`, `paper`, `equivalence`."""
+"""The command line: `flexsat build`, `check`, `run`, `paper`, `report`, `export` and more."""
 
 from __future__ import annotations
 
@@ -112,6 +112,70 @@ def _parser() -> argparse.ArgumentParser:
     paper.add_argument("--fmus", type=Path, default=FMUS, metavar="DIR", help="folder of the FMUs (default: fmus)")
     paper.add_argument("--jobs", type=int, metavar="N", help="processes at once (default: one a core)")
 
+    export = add(
+        "export",
+        _export,
+        "write a run's signals as one file for other tools, with units",
+        "flexsat export results/distributed-slew --to mat --signals plant.rate --signals 'plant.wheel.*'",
+    )
+    export.add_argument("results", type=Path, metavar="RESULTS", help="results folder of a run")
+    export.add_argument("--to", required=True, choices=("csv", "mat", "hdf5", "parquet"), metavar="FORMAT",
+                        help="csv, mat (MATLAB structures), hdf5 (netCDF-4) or parquet")  # fmt: skip
+    export.add_argument("--out", type=Path, metavar="FILE", help="file (default: RESULTS/NAME OF RESULTS.csv etc.)")
+    export.add_argument("--signals", action="append", default=[], metavar="PATTERN",
+                        help="signals to write, * and ? wild (default: all that was recorded)")  # fmt: skip
+
+    report = add(
+        "report",
+        _report,
+        "write one HTML page of a run, or of several side by side; it needs no network",
+        "flexsat report results/distributed-slew results/centralised-slew --out slews.html --pdf",
+    )
+    report.add_argument("results", type=Path, nargs="+", metavar="RESULTS",
+                        help="results folders of runs, or folders of such folders")  # fmt: skip
+    report.add_argument("--out", type=Path, metavar="FILE",
+                        help="page to write (default: report.html in the first results folder)")  # fmt: skip
+    report.add_argument("--pdf", action="store_true", help="also print the page to PDF; needs Chromium or Chrome")
+
+    health = add(
+        "health",
+        _health,
+        "judge the estimator: NIS and NEES with bounds, whiteness of the innovations",
+        "flexsat health fmus/distributed/fine_pointing.ssd --seeds 4 --stop 100",
+    )
+    health.add_argument("system", type=Path, help="system file of ours")
+    health.add_argument("--seeds", type=int, default=2, metavar="N", help="fly seeds 1 to N (default: 2)")
+    health.add_argument("--stop", type=float, default=100.0, metavar="S", help="simulated time (default: 100)")
+    health.add_argument("--out", type=Path, default=RESULTS / "health", metavar="DIR", help="results folder")
+    health.add_argument("--jobs", type=int, metavar="N", help="processes at once (default: one a core)")
+
+    robustness = add(
+        "robustness",
+        _robustness,
+        "fly with errors of the modal frequencies that the controller does not know",
+        "flexsat robustness --levels 1 2 5 --seeds 2 --stop 100",
+    )
+    robustness.add_argument("--configuration", action="append", choices=("centralised", "distributed"), metavar="NAME",
+                            help="centralised or distributed (default: both)")  # fmt: skip
+    robustness.add_argument("--scenario", choices=("slew", "fine_pointing"), default="fine_pointing", metavar="NAME",
+                            help="slew or fine_pointing (default: fine_pointing)")  # fmt: skip
+    robustness.add_argument("--levels", type=float, nargs="+", metavar="PERCENT", help="errors (default: 1 2 5)")
+    robustness.add_argument("--seeds", type=int, default=1, metavar="N", help="fly seeds 1 to N (default: 1)")
+    robustness.add_argument("--stop", type=float, default=100.0, metavar="S", help="simulated time (default: 100)")
+    robustness.add_argument("--out", type=Path, default=RESULTS / "robustness", metavar="DIR", help="results folder")
+    robustness.add_argument("--fmus", type=Path, default=FMUS, metavar="DIR", help="folder of the FMUs (default: fmus)")
+    robustness.add_argument("--jobs", type=int, metavar="N", help="processes at once (default: one a core)")
+
+    timeline = add(
+        "timeline",
+        _timeline,
+        "show who runs when, and which value travels where",
+        "flexsat timeline fmus/distributed/slew.ssd --ticks 6 --svg timeline.svg",
+    )
+    timeline.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
+    timeline.add_argument("--ticks", type=int, default=6, metavar="N", help="ticks to show (default: 6)")
+    timeline.add_argument("--svg", type=Path, metavar="FILE", help="also draw it")
+
     gate = add(
         "equivalence",
         _equivalence,
@@ -158,3 +222,33 @@ def _equivalence(options: argparse.Namespace) -> int:
     from . import commands
 
     return commands.equivalence(options)
+
+
+def _export(options: argparse.Namespace) -> int:
+    from . import commands
+
+    return commands.export(options)
+
+
+def _report(options: argparse.Namespace) -> int:
+    from . import commands
+
+    return commands.report(options)
+
+
+def _health(options: argparse.Namespace) -> int:
+    from .health import command
+
+    return command.health(options)
+
+
+def _robustness(options: argparse.Namespace) -> int:
+    from .health import command
+
+    return command.robustness(options)
+
+
+def _timeline(options: argparse.Namespace) -> int:
+    from . import commands
+
+    return commands.timeline(options)

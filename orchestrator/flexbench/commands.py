@@ -8,10 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
+from flexsat.archive import write_atomically
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError, System, load_system
 from lockstep.check.command import check_as_told
 from lockstep.options import run_as_told
+from lockstep.timeline import timeline_lines
+from lockstep.timeline_svg import timeline_svg
 
 from . import equivalence as gate
 from . import paper as study
@@ -104,3 +107,31 @@ def equivalence(options: argparse.Namespace) -> int:
     if failed:
         print(f"flexsat: the gate of {gate.TOLERANCE:g} does not hold", file=sys.stderr)
     return 1 if failed else 0
+
+
+def export(options: argparse.Namespace) -> int:
+    """Write a run's signals for other tools."""
+    from .export import export_run
+
+    print(export_run(options.results, options.to, options.out, options.signals))
+    return 0
+
+
+def report(options: argparse.Namespace) -> int:
+    """Write the page of one run or several."""
+    from .report import write_report
+
+    print("\n".join(str(path) for path in write_report(options.results, options.out, pdf=options.pdf)))
+    return 0
+
+
+def timeline(options: argparse.Namespace) -> int:
+    """Print, and on request draw, the first ticks of a system."""
+    if options.ticks < 1:
+        raise InputError(f"--ticks {options.ticks}: must be 1 or more")
+    system = load_system(options.system)
+    print("\n".join(timeline_lines(system, options.ticks)))
+    if options.svg is not None:
+        write_atomically(options.svg, timeline_svg(system, options.ticks).encode())
+        print(options.svg)
+    return 0
