@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from lockstep.check.finding import STATUSES, Finding, Status
 
-_TOLD = ("file", "sha256", "model", "guid", "tool", "seconds")
+_TOLD = ("file", "sha256", "model", "guid", "tool", "checked", "host", "seconds")
 FORMAT = 1  # of the JSON file; raised when a reader of the old one would fail
 _SEVERITY: dict[Status, int] = {"pass": 0, "skipped": 0, "info": 1, "warning": 2, "error": 3}
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
@@ -28,6 +28,8 @@ class FmuReport:
     model: str
     guid: str
     tool: str
+    checked: str  # when: ISO 8601, UTC
+    host: str  # platform and versions that checked
     seconds: float  # that the checks took
     findings: tuple[Finding, ...]
 
@@ -147,7 +149,11 @@ def _add_case(suite: Element, finding: Finding, failing: tuple[str, ...]) -> Non
 
 def number_lines(finding: Finding) -> list[str]:
     """Return the measured values as text."""
-    return [f"{name} = {value:.6g}" for name, value in finding.numbers.items()]
+    return [f"{name} = {_number(value)}" for name, value in finding.numbers.items()]
+
+
+def _number(value: float) -> str:
+    return f"{value:,.0f}" if float(value).is_integer() and abs(value) < 1e15 else f"{value:.6g}"
 
 
 def _xml(text: str) -> str:

@@ -23,6 +23,7 @@ _STYLES: dict[Status, str] = {
     "error": "bold red",
     "skipped": "dim",
 }
+_SHOWN = 12  # details a finding; of the contract all, as that is the list to work through
 _LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 
 Report = Callable[[Finding], None]
@@ -43,7 +44,7 @@ def print_report(report: FmuReport, stream: TextIO | None = None) -> None:
     table.add_column("status", no_wrap=True)
     table.add_column("finding")
     for finding in report.findings:
-        text = "\n".join([finding.message or finding.title, *finding.details])
+        text = "\n".join([finding.message or finding.title, *_shown(finding)])
         style = _STYLES[finding.status]
         table.add_row(finding.check, f"[{style}]{finding.status}[/]", escape(printable(text, keep="\n")))
     console.print(table)
@@ -54,8 +55,15 @@ def plain_lines(report: FmuReport) -> list[str]:
     lines = []
     for finding in report.findings:
         lines.append(f"  {finding.status:8} {finding.check:24} {finding.message or finding.title}")
-        lines += [f"  {'':33} {detail}" for detail in finding.details]
+        lines += [f"  {'':33} {detail}" for detail in _shown(finding)]
     return lines
+
+
+def _shown(finding: Finding) -> list[str]:
+    details = list(finding.details)
+    if finding.group == "contract" or len(details) <= _SHOWN:
+        return details
+    return [*details[: _SHOWN - 1], f"and {len(details) - _SHOWN + 1} lines more, which --html and --json show"]
 
 
 def printable(text: str, keep: str = "") -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
 
@@ -13,6 +15,7 @@ from lockstep.check.finding import Finding
 from lockstep.check.report import FmuReport
 from lockstep.check.static import static_checks
 from lockstep.check.subject import Subject, open_subject, unreadable
+from lockstep.fmu import PLATFORM, VERSION
 
 _STOPPERS = ("static.archive", "static.kind", "static.platforms")  # errors that leave nothing to run
 
@@ -56,6 +59,8 @@ def check_fmu(
         model=said.get("modelName", ""),
         guid=said.get("guid", ""),
         tool=said.get("generationTool", ""),
+        checked=datetime.now(UTC).isoformat(timespec="seconds"),
+        host=f"{PLATFORM}, Python {platform.python_version()}, FMPy {VERSION}",
         seconds=perf_counter() - started,
         findings=(*findings, *compared),
     )

@@ -16,7 +16,7 @@ from lockstep.errors import InputError
 
 DESCRIPTION = "modelDescription.xml"
 LARGEST_DESCRIPTION = 500_000_000  # [bytes] unpacked: refuse a zip bomb, not a large model
-SHOWN = 12  # details a finding, at most
+KEPT = 500  # details a finding, at most: a broken file may have one for each of 100,000 variables
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,8 +133,8 @@ class Notes:
         words: dict[Status, str] = {"error": "error", "warning": "warning", "info": "note"}
         counts = [f"{len(texts)} {words[s]}{'s' * (len(texts) > 1)}" for s, texts in self._kept.items() if texts]
         lines = [text if status == worst else f"{status}: {text}" for status, text in told]
-        if len(lines) > SHOWN:
-            lines = [*lines[: SHOWN - 1], f"and {len(lines) - SHOWN + 1} more"]
+        if len(lines) > KEPT:
+            lines = [*lines[: KEPT - 1], f"and {len(lines) - KEPT + 1} more"]
         return Verdict(
             status=worst,
             message=f"{', '.join(counts)}: {told[0][1]}",

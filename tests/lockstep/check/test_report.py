@@ -7,6 +7,7 @@ import pty
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
@@ -16,6 +17,7 @@ import pytest
 from lockstep.check.finding import Finding
 from lockstep.check.report import FmuReport, as_json, as_junit, fails, from_json, write_text
 from lockstep.check.report_html import as_html
+from lockstep.check.report_text import plain_lines
 
 from .conftest import BINARY, XML, Make
 
@@ -34,9 +36,17 @@ FINDINGS = (
     finding("contract.e", "skipped", message="no contract"),
 )
 REPORT = FmuReport(
-    file='a&b"<.fmu', sha256="00ff", model="Model", guid="{1}", tool="by hand", seconds=1.5, findings=FINDINGS
+    file='a&b"<.fmu',
+    sha256="00ff",
+    model="Model",
+    guid="{1}",
+    tool="by hand",
+    checked="2026-01-02T03:04:05+00:00",
+    host="linux64",
+    seconds=1.5,
+    findings=FINDINGS,
 )
-GOOD = FmuReport(file="good.fmu", sha256="", model="", guid="", tool="", seconds=0.0, findings=FINDINGS[:2])
+GOOD = replace(REPORT, file="good.fmu", findings=FINDINGS[:2])
 
 
 def test_json_reads_back() -> None:
@@ -99,11 +109,23 @@ def test_html_stands_alone_and_shows_all() -> None:
         assert found.check in page.text
         assert found.title in page.text
     assert "does not repeat" in page.text
+    assert "size_bytes = 12" in page.text
     assert "zwei ä" in page.text
 
 
+def test_a_terminal_is_spared_a_long_list_unless_it_is_the_contracts() -> None:
+    lines = tuple(f"line {i}" for i in range(40))
+    long = replace(REPORT, findings=(finding("dynamic.a", "info", details=lines),))
+    contract = replace(REPORT, findings=(finding("contract.a", "info", details=lines),))
+
+    assert len(plain_lines(long)) == 13
+    assert "and 29 lines more" in plain_lines(long)[-1]
+    assert "line 39" in as_html([long])
+    assert len(plain_lines(contract)) == 41
+
+
 def test_only_an_error_fails_unless_strict() -> None:
-    warned = FmuReport(file="", sha256="", model="", guid="", tool="", seconds=0.0, findings=FINDINGS[:3])
+    warned = replace(REPORT, findings=FINDINGS[:3])
 
     assert [fails([GOOD, report], strict) for report in (GOOD, warned, REPORT) for strict in (False, True)] == [
         False, False, False, True, True, True,
