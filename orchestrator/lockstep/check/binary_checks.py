@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 import struct
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path, PurePosixPath
 
 from lockstep.check.elf import BITS, MACHINE, Library, exported_with_dependencies, find_library, read_library
@@ -148,11 +149,14 @@ def dependencies(subject: Subject) -> Verdict:
     for name in lost:
         notes.warning(f"it needs {name}, which is neither in the FMU nor on this machine")
     open_ = sorted(library.undefined - offered)
-    python = [name for name in open_ if re.match(r"_?Py", name)]
+    python = _of_python(open_)
     other = [name for name in open_ if name not in python]
     text = _external_text(subject)
     if python:
-        _needs_python(subject, python, text, notes)
+        _needs_python(subject, "it", len(python), text, notes)
+    for name, inner in _inner_fmus(subject):
+        if symbols := _of_python(inner.undefined):
+            _needs_python(subject, f"the FMU inside, {name},", len(symbols), text, notes)
     if other and not lost:  # a library that is not there may offer them
         notes.error(f"symbols that nothing it needs offers: {compact(other, 6)}")
     assert subject.model is not None
@@ -193,11 +197,24 @@ def _external_text(subject: Subject) -> str:
     return subject.read(there[0]).decode("utf-8", "replace") if there else ""
 
 
-def _needs_python(subject: Subject, symbols: Iterable[str], text: str, notes: Notes) -> None:
+def _of_python(symbols: Iterable[str]) -> list[str]:
+    return [name for name in symbols if re.match(r"_?Py", name)]
+
+
+def _inner_fmus(subject: Subject) -> Iterator[tuple[str, Library]]:
+    """Yield the libraries of other FMUs that travel in this one, as in a container."""
+    for name in sorted(subject.names - {binary_name(subject, _ELF_PLATFORM)}):
+        if name.endswith(SUFFIXES[_ELF_PLATFORM]):
+            with suppress(ValueError):  # a library of another platform, or damaged: only the main one is ours to judge
+                library = read_library(subject.read(name))
+                if "fmi2DoStep" in library.exported:
+                    yield name, library
+
+
+def _needs_python(subject: Subject, who: str, count: int, text: str, notes: Notes) -> None:
     """Tell that the host must have loaded libpython, and whether the FMU says so."""
     assert subject.model is not None
-    count = len(list(symbols))
-    what = f"it needs libpython in the host ({count} symbols of Python that no needed library offers)"
+    what = f"{who} needs libpython in the host ({count} symbols of Python that no needed library offers)"
     faults = []
     if not re.search("python", text, re.I):
         faults.append(f"{EXTERNAL[0]} does not say so")

@@ -58,6 +58,17 @@ def test_a_library_that_needs_python_in_its_host(
     assert "needs libpython in the host (1 symbols" in told(findings["static.dependencies"])
 
 
+def test_an_fmu_inside_that_needs_python(make: Make, found: Find, compiled: Compile) -> None:
+    """A container needs what its parts need, although its own library does not show it."""
+    inner = "resources/plant/binaries/linux64/plant.so"
+    silent = found(make({inner: compiled(code=PYTHON)}))
+    harmless = found(make({inner: compiled(), "resources/extension.so": b"no library"}))
+
+    assert bad(silent) == {"static.dependencies": "warning"}
+    assert f"the FMU inside, {inner}, needs libpython" in told(silent["static.dependencies"])
+    assert bad(harmless) == {}
+
+
 def test_a_symbol_that_nothing_offers(make: Make, found: Find, compiled: Compile) -> None:
     code = "double solve_it(double); double f(void) { return solve_it(1.0); }"
     findings = found(make({BINARY: compiled(code=code)}))
