@@ -43,10 +43,9 @@ def working_directory(laboratory: Laboratory, experiment: Experiment, base: Traj
     # RFC 3986, which FMI 2.0 refers to, wants letters outside ASCII percent-encoded; not every host does that
     umlauts = laboratory.work / UMLAUTS
     encoded = _unlike(laboratory, experiment, base, folder=umlauts)
-    raw = _unlike(laboratory, experiment, base, folder=umlauts, raw_path=True)
     if not encoded:
         return Verdict(message=f"{told}; also from a path with umlauts")
-    if raw:
+    if _unlike(laboratory, experiment, base, folder=umlauts, raw_path=True):
         return Verdict(status="error", message=f"unpacked to a path with umlauts: {encoded}", details=(told,))
     message = "unpacked to a path with umlauts it runs only where a host hands them over as they are in the resource "
     message += f"location; percent-encoded, as URIs are: {encoded}"

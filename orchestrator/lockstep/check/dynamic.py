@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from lockstep.check.experiment import Experiment, read_experiment
 from lockstep.check.finding import Finding
 from lockstep.check.isolation import Laboratory
 from lockstep.check.probe import Verdict
+from lockstep.check.probes_life import AWKWARD
 from lockstep.check.trajectory import Trajectory, difference, relative_difference
 from lockstep.errors import InputError
 
@@ -63,6 +64,7 @@ def dynamic_checks(
     steps: int = MEMORY_STEPS,
     others: Sequence[Path] = (),
     time_limit: float = 60.0,
+    only: Collection[str] = CHECKS,
 ) -> list[Finding]:
     """Run every dynamic check on an FMU.
 
@@ -73,10 +75,11 @@ def dynamic_checks(
     steps : of the memory check
     others : FMUs to load beside it; none takes a copy of itself
     time_limit : wall time that one process may take [s]; the memory check may take its own more
+    only : checks to run; those that every other builds on run as well
     """
     with tempfile.TemporaryDirectory(prefix="lockstep_check_", ignore_cleanup_errors=True) as folder:
         laboratory = Laboratory(archive=path.resolve(), work=Path(folder), time_limit=time_limit)
-        return _Course(laboratory, report, steps, tuple(others)).run()
+        return _Course(laboratory, report, steps, tuple(others)).run(only)
 
 
 class _Course:
@@ -89,7 +92,8 @@ class _Course:
         self.steps = REFERENCE_STEPS
         self._reference_made = 0.0
 
-    def run(self) -> list[Finding]:
+    def run(self, only: Collection[str]) -> list[Finding]:
+        """Run the checks in their order."""
         try:
             self.experiment = read_experiment(self.laboratory.unpack())
         except (InputError, OSError) as error:
@@ -105,6 +109,8 @@ class _Course:
             if verdict.status == "error" and not verdict.numbers.get("steps"):
                 return self._skip(missing)
         for check in CHECKS[3:]:
+            if check not in only:
+                continue
             if check in COMPARING and self._failed("dynamic.repeat"):
                 reason = "no two runs of it give the same bits (dynamic.repeat), so there is nothing to compare with"
                 self._tell(check, Verdict(status="skipped", message=reason))
@@ -241,11 +247,12 @@ class _Course:
                        f"initialised: before, {there.message}")  # fmt: skip
 
     def _awkward_times(self) -> Verdict:
+        verdict = self._probe("probes_life:awkward_times", steps=self.steps)
+        if verdict.status == "error":
+            return verdict
         worst, numbers = 0.0, {}
-        for how in ("accumulated", "subtracted"):
-            got = self._trajectory(how, times=how)
-            if isinstance(got, Verdict):
-                return replace(got, message=f"times {how}: {got.message}")
+        for how in AWKWARD:
+            got = Trajectory.load(self.laboratory.results / f"{how}.npz")
             gap, words = relative_difference(got, self._base()), difference(got, self._base(), self.experiment)
             numbers[f"{how} [relative]"] = gap
             if gap > ROUNDING or (words and not gap):

@@ -96,17 +96,14 @@ class Experiment:
     def times(self, how: str, steps: int) -> list[tuple[float, float]]:
         """Return time and length of each step [s], as hosts compute them: they differ in their last digits.
 
-        how : "computed" as `time` does; "accumulated" by adding the step; "subtracted" as differences of times
+        how : "accumulated" by adding the step; "subtracted" when each step is the difference of two times
         """
         if how == "accumulated":
             at = [self.start_time]
             for _ in range(steps - 1):
                 at.append(at[-1] + self.step)
             return [(time, self.step) for time in at]
-        at = [self.time(k) for k in range(steps + 1)]
-        if how == "subtracted":
-            return [(now, then - now) for now, then in pairwise(at)]
-        return [(now, self.step) for now in at[:-1]]
+        return [(now, then - now) for now, then in pairwise(self.time(k) for k in range(steps + 1))]
 
 
 def read_experiment(folder: Path) -> Experiment:

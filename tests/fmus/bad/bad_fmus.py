@@ -13,6 +13,7 @@ HERE = Path(__file__).parent
 XML = (HERE / "bad.xml").read_text(encoding="utf-8")
 GUID = re.search(r'guid="([^"]+)"', XML)[1]
 HEADERS = Path(fmpy.__file__).parent / "c-code"
+FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC")
 DEFECTS = set(re.findall(r"DEFECT_(\w+)", (HERE / "bad.c").read_text(encoding="utf-8"))) - {""}
 
 
@@ -23,8 +24,7 @@ def bad_fmu(folder: Path, defect: str | None = None, xml: str = XML) -> Path:
     library = folder / "bad.so"
     options = [f"-DDEFECT_{defect}"] if defect else []
     subprocess.run(
-        ["gcc", "-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC", f'-DGUID="{GUID}"', *options]
-        + [f"-I{HEADERS}", "-o", str(library), str(HERE / "bad.c"), "-lm"],
+        ["gcc", *FLAGS, f'-DGUID="{GUID}"', *options, f"-I{HEADERS}", "-o", library, HERE / "bad.c", "-lm"],
         check=True,
     )
     path = folder / "bad.fmu"
@@ -35,3 +35,17 @@ def bad_fmu(folder: Path, defect: str | None = None, xml: str = XML) -> Path:
         archive.writestr("documentation/index.html", "<!DOCTYPE html><title>bad</title><p>A test.</p>\n")
         archive.writestr("documentation/licenses/license.txt", "BSD-3-Clause\n")
     return path
+
+
+def forgetful_sensors(path: Path, good: Path) -> None:
+    """Build our sensors with a generator left out of the state, from the resources of the good ones."""
+    import flexsat
+    from flexsat.export import build_fmu
+
+    with zipfile.ZipFile(good) as archive:
+        model = archive.read("resources/model.npz")
+    flexsat.__path__.append(str(HERE))
+    try:
+        build_fmu("flexsat.forgetful.sensors:ForgetfulSensors", path, {"model.npz": model}, "forgetful_sensors")
+    finally:
+        flexsat.__path__.remove(str(HERE))

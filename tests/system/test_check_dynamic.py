@@ -1,0 +1,175 @@
+"""The dynamic checks find each defect that was seeded into an FMU, and nothing else; our own FMUs pass."""
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from lockstep.check.dynamic import CHECKS, dynamic_checks
+from lockstep.check.finding import Finding
+
+BAD = Path(__file__).parents[1] / "fmus" / "bad"
+sys.path.append(str(BAD))
+from bad_fmus import bad_fmu, forgetful_sensors  # noqa: E402
+
+sys.path.remove(str(BAD))
+
+Check = Callable[..., dict[str, Finding]]
+MEMORY_STEPS = 3000  # a leak of half a kilobyte a step is seen in so few
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the bad FMUs are compiled with gcc")
+
+
+def checked(path: Path, **options: object) -> dict[str, Finding]:
+    """Return the findings by check; each was reported once, when it came."""
+    reported: list[Finding] = []
+    findings = dynamic_checks(path, reported.append, **{"steps": MEMORY_STEPS, **options})
+    assert reported == findings
+    return {finding.check: finding for finding in findings}
+
+
+def of_note(findings: dict[str, Finding]) -> dict[str, str]:
+    """Return the checks that a receiver would look at, with their status."""
+    return {name: found.status for name, found in findings.items() if found.status in ("warning", "error")}
+
+
+def test_the_good_one_passes(tmp_path):
+    findings = checked(bad_fmu(tmp_path))
+
+    assert tuple(findings) == CHECKS
+    assert {name: found.status for name, found in findings.items() if found.status != "pass"} == {
+        "dynamic.latency": "info",
+        "dynamic.cost": "info",
+    }
+    assert findings["dynamic.latency"].numbers == {"scaled [steps]": 0.0, "filtered [steps]": 1.0}
+    assert findings["dynamic.step"].numbers == {"steps": 200, "step [s]": 0.01}
+
+
+@pytest.mark.parametrize(
+    ("defect", "check", "status", "words"),
+    [
+        ("HIDDEN_GENERATOR", "state", "error", "set back, the run goes on differently: scaled is"),
+        ("READS_WORKING_DIRECTORY", "working_directory", "error", "in the folder that it is unpacked to: scaled is"),
+        ("LEAKS", "memory", "error", "bytes a step"),
+        ("SHARED_BETWEEN_INSTANCES", "second_instance", "error", "stepped in turn with a second: filtered is"),
+    ],
+)
+def test_one_defect_is_found_where_it_is_and_nothing_else(tmp_path, defect, check, status, words):
+    findings = checked(bad_fmu(tmp_path, defect))
+
+    assert of_note(findings) == {f"dynamic.{check}": status}
+    assert words in findings[f"dynamic.{check}"].message
+
+
+@pytest.mark.parametrize(
+    ("defect", "check", "status", "words"),
+    [
+        ("LEAVES_A_FILE", "working_directory", "error", "leaves files in the working directory: trace.log"),
+        ("NOT_A_NUMBER", "step", "error", "output scaled is nan after the step at t = 0.07 s"),
+        ("ACCEPTS_ANY_STEP", "refuses_step", "error", "silently accepts a step of 0.015 s and of 0.005 s"),
+        ("DIRECT_FEEDTHROUGH", "latency", "error", "seen without a step: filtered <- rate;"),
+        ("HIDDEN_ARRAY", "state", "error", "set back, the run goes on differently: scaled is"),
+        ("FORGETS_WHEN_SERIALISED", "state", "error", "restored in another process, the run differs: scaled is"),
+        ("NEEDS_WORKING_DIRECTORY", "working_directory", "error", "only if the working directory is the folder"),
+        ("FEEDTHROUGH_WITHIN_STEP", "latency", "warning", "within the step"),
+        ("RESET_KEEPS_GENERATOR", "reset", "error", "after 100 steps and fmi2Reset: scaled is"),
+        ("TRUNCATES_TIME", "awkward_times", "warning", "times accumulated, as hosts do: scaled is"),
+        ("BAD_REFERENCE_CRASHES", "invalid_reference", "error", "crashed with SIGSEGV in fmi2GetReal at t = 0 s"),
+        ("SILENT_ERRORS", "logging", "warning", "nothing is logged"),
+        ("UNDECLARED_CATEGORY", "logging", "warning", "logs in the category 'panic'; declared are logStatusError"),
+        ("LOGS_ANOTHER_NAME", "logging", "warning", "names the instance 'somebody'"),
+    ],
+)
+def test_one_check_finds_its_defect(tmp_path, defect, check, status, words):
+    findings = checked(bad_fmu(tmp_path, defect), only=[f"dynamic.{check}"])
+
+    assert of_note(findings) == {f"dynamic.{check}": status}
+    assert words in findings[f"dynamic.{check}"].message
+
+
+@pytest.mark.parametrize("defect", ["SEEDED_BY_CLOCK", "SEEDED_BY_PROCESS"])
+def test_without_repetition_nothing_is_compared(tmp_path, defect):
+    findings = checked(bad_fmu(tmp_path, defect))
+
+    assert of_note(findings) == {"dynamic.repeat": "error"}
+    assert "in a new process: scaled is" in findings["dynamic.repeat"].message
+    assert findings["dynamic.state"].status == findings["dynamic.reset"].status == "skipped"
+    assert "dynamic.repeat" in findings["dynamic.state"].message
+
+
+@pytest.mark.parametrize(
+    ("defect", "check", "words"),
+    [
+        ("CRASHES", "step", "crashed with SIGSEGV in fmi2DoStep at t = 0.05 s"),
+        ("EXITS", "step", "ended the process with exit code 3 in fmi2DoStep at t = 0.05 s"),
+        ("HANGS", "step", "no answer within 10 s in fmi2DoStep at t = 0.05 s"),
+        ("CRASHES_AT_UNLOAD", "instantiate", "crashed with SIGABRT in unloading the library"),
+    ],
+)
+def test_what_takes_its_process_down_ends_no_report(tmp_path, monkeypatch, defect, check, words):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+
+    # short, so that the test ends; long, so that a loaded machine loads a library in it
+    findings = checked(bad_fmu(tmp_path / "built", defect), time_limit=10.0)
+
+    assert tuple(findings) == CHECKS
+    assert of_note(findings) == {f"dynamic.{check}": "error"}
+    assert words in findings[f"dynamic.{check}"].message
+    later = CHECKS[CHECKS.index(f"dynamic.{check}") + 1 :]
+    assert {findings[name].status for name in later} == {"skipped"}
+    assert [path.name for path in tmp_path.iterdir()] == ["built"], "temporary folders are gone"
+    assert not processes_below(tmp_path), "no process is left"
+
+
+def processes_below(folder: Path) -> list[str]:
+    """Return the command lines of the processes that were told of a folder."""
+    lines = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            lines.append(path.read_bytes().replace(b"\0", b" ").decode())
+        except OSError:  # it has ended
+            continue
+    return [line for line in lines if str(folder) in line]
+
+
+def test_what_is_no_fmu_is_one_finding(tmp_path):
+    (tmp_path / "empty.fmu").write_bytes(b"nothing")
+
+    findings = checked(tmp_path / "empty.fmu")
+
+    assert of_note(findings) == {"dynamic.instantiate": "error"}
+    assert "not a readable zip file" in findings["dynamic.instantiate"].message
+
+
+def test_another_fmu_beside_it_is_named(tmp_path):
+    first, second = bad_fmu(tmp_path / "first"), bad_fmu(tmp_path / "second", "HIDDEN_ARRAY")
+
+    findings = checked(first, others=[second], only=["dynamic.side_by_side"])
+
+    assert findings["dynamic.side_by_side"].message == "the same bits beside bad.fmu, whichever is loaded first"
+
+
+# pythonfmu 0.7 decodes no other character of a URI than the blank, and its wrapper dies when it finds no file
+PYTHONFMU_WARNING = {"dynamic.working_directory": "warning"}
+
+
+@pytest.mark.parametrize("component", ["plant", "sensors", "controller"])
+def test_ours_pass(fmus, component):
+    findings = checked(fmus / "distributed" / f"{component}.fmu")
+
+    assert of_note(findings) == PYTHONFMU_WARNING, findings
+    assert "percent-encoded" in findings["dynamic.working_directory"].message
+    assert not [found.check for found in findings.values() if found.status == "skipped"]
+
+
+def test_a_generator_left_out_of_our_state_is_found(fmus, tmp_path):
+    forgetful_sensors(tmp_path / "forgetful.fmu", fmus / "centralised" / "sensors.fmu")
+
+    good = checked(fmus / "centralised" / "sensors.fmu", only=["dynamic.state"])["dynamic.state"]
+    bad = checked(tmp_path / "forgetful.fmu", only=["dynamic.state"])["dynamic.state"]
+
+    assert good.status == "pass", good
+    assert bad.status == "error"
+    assert "set back, the run goes on differently" in bad.message
