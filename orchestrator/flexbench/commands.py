@@ -37,7 +37,11 @@ def build(names: Sequence[ConfigurationName], folder: Path, *, flat: bool = Fals
 
 def check(options: argparse.Namespace) -> int:
     """Check FMUs, ours or a vendor's, also against the ports of our components."""
-    return check_as_told(options, contracts)
+    try:
+        return check_as_told(options, contracts)
+    except KeyboardInterrupt:
+        print("flexsat: interrupted; the reports tell of the FMUs that were done", file=sys.stderr)
+        return 130
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,6 +1,10 @@
 """`flexsat check` on the FMUs of the study, as a receiver would run it on what he gets."""
 
+import os
 import shutil
+import signal
+import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -68,3 +72,21 @@ def test_help_has_an_example_and_the_exit_codes(flexsat: RunCli) -> None:
 
     assert "flexsat check --like controller" in done.stdout
     assert "exit code: 0 no error" in done.stdout
+
+
+def test_an_interrupted_check_ends_with_one_line(
+    fmus: Path, start_flexsat: "Callable[..., subprocess.Popen[str]]", tmp_path: Path
+) -> None:
+    path = fmus / "centralised" / "plant.fmu"
+    with start_flexsat("check", path, "--json", tmp_path / "report.json") as process:
+        assert process.stderr is not None
+        first = process.stderr.readline()  # a line of progress: the dynamic checks have begun
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+
+    assert "checks done, last" in first
+    assert process.returncode == 130
+    assert out == ""
+    assert err.splitlines()[-1] == "flexsat: interrupted; the reports tell of the FMUs that were done"
+    assert "Traceback" not in err
+    assert list(tmp_path.iterdir()) == []

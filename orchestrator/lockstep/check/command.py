@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -72,9 +73,20 @@ def _refuse(paths: Sequence[Path], outputs: dict[str, Path | None]) -> None:
             raise InputError(f"{option} {output}: is a folder; give the name of a file")
         if output.resolve() in inputs:
             raise InputError(f"{option} {output}: is one of the FMUs; give another name")
+        _refuse_folder(option, output)
     given = [output.resolve() for output in outputs.values() if output is not None]
     if len(set(given)) < len(given):
         raise InputError(f"{' and '.join(o for o, p in outputs.items() if p)}: the same file; give each its own name")
+
+
+def _refuse_folder(option: str, output: Path) -> None:
+    """Find out now whether a report can be written, not after minutes of checks."""
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{option} {output}: cannot be written ({error.strerror})") from None
+    if not os.access(output.parent, os.W_OK):
+        raise InputError(f"{option} {output}: cannot be written ({output.parent} is read-only)")
 
 
 def _write(outputs: dict[str, Path | None], reports: Sequence[FmuReport], strict: bool) -> None:

@@ -190,6 +190,7 @@ def test_a_file_that_is_no_fmu_is_a_finding(tmp_path: Path) -> None:
         (["nowhere.fmu"], "nowhere.fmu: no such file"),
         (["."], "is a folder; pack it"),
         (["good.fmu", "--html", "."], "--html .: is a folder"),
+        (["good.fmu", "--html", "good.fmu/report.html"], "cannot be written"),
         (["good.fmu", "--json", "good.fmu"], "is one of the FMUs"),
         (["good.fmu", "--json", "x", "--junit", "x"], "the same file"),
         (["good.fmu", "nowhere.fmu", "--json", "x"], "nowhere.fmu: no such file"),
