@@ -36,11 +36,11 @@ ALLOWED = {
         "rich": {"campaign", "table", "health"},
         "xarray": {"__init__", "dataset", "export"},
         "pyarrow": {"export"},
-        "scipy": {"export", "health.statistics"},
+        "scipy": {"export", "health.statistics", "margins.estimate"},
     },
 }  # fmt: skip
 # What travels in the FMUs: reached from the shells. numpy alone, but for the one class that pythonfmu calls.
-SHELLS = ("flexsat.shells.plant", "flexsat.shells.sensors", "flexsat.shells.controller")
+SHELLS = ("flexsat.shells.plant", "flexsat.shells.sensors", "flexsat.shells.controller", "flexsat.shells.injector")
 STEPPERS = {"plant", "plant_parameters", "jitter", "sensors", "controller", "guidance", "rotations", "discretise",
             "periods"}  # fmt: skip
 

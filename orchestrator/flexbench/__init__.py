@@ -1,1 +1,19 @@
 """The studies: scenarios, metrics, figures, tables, and the command line `flexsat`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+__all__ = ["load"]
+
+
+def load(path: Path | str, signals: Sequence[str] | None = None) -> Dataset:
+    """Return the signals of a results folder as an xarray Dataset; see `flexbench.dataset.load_dataset`."""
+    from .dataset import load_dataset  # xarray takes a second to import: only those who ask for it pay
+
+    return load_dataset(path, signals)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Literal
@@ -91,6 +91,15 @@ def _cell(text: str, code: bool) -> str:
 def as_html(blocks: Sequence[Block]) -> str:
     """Write the document as one page that needs no network."""
     title = next(block.text for block in blocks if isinstance(block, Heading))
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n{body_html(blocks)}\n</body>\n</html>\n"
+    )
+
+
+def body_html(blocks: Sequence[Block], draw: Callable[[Picture], str] = lambda picture: picture.svg) -> str:
+    """Write blocks as part of a page; `draw` says how a picture stands in it."""
     parts = []
     for block in blocks:
         match block:
@@ -100,16 +109,11 @@ def as_html(blocks: Sequence[Block]) -> str:
                 parts.append(f"<p>{escape(text)}</p>")
             case Listing(text):
                 parts.append(f"<pre>{escape(text)}</pre>")
-            case Picture(svg, _, _):
-                parts.append(svg)
+            case Picture():
+                parts.append(draw(block))
             case Table(header, rows, code):
                 parts.append(_html_table(header, rows, code))
-    body = "\n".join(parts)
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
-    )
+    return "\n".join(parts)
 
 
 def _html_table(header: Sequence[str], rows: Sequence[Sequence[str]], code: frozenset[int]) -> str:

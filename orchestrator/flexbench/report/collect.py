@@ -1,0 +1,138 @@
+"""The heavy part of a page: each run's signals, read once, become histories, motion and numbers that fit a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexbench.dataset import grouped
+from flexbench.scenarios import slew_end
+from lockstep import InputError, Signals
+
+from .derived import Array, Derived, derive
+from .gather import Result
+from .pack import History, pack_all
+from .scene import motion
+
+# bytes of data on a page before base64, shared by its runs: 9 MB of text, which leaves room for figures below 15 MB
+DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET = 2_000_000, 3_800_000, 800_000
+PEAKED = 30.0  # times its median: what a norm exceeds for a logarithmic axis
+MOST_MARKS = 40  # of one run: more hide the lines
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Number:
+    """What a history comes to: RMS of the run's second half, and the largest size of all."""
+
+    name: str
+    unit: str
+    late: float
+    largest: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Content:
+    """What the page holds of one run."""
+
+    result: Result
+    told: Mapping[str, Any]  # for the page's script
+    numbers: tuple[Number, ...]
+    rows: int
+    recorded: int  # signals
+    interval: float  # s, between two rows
+
+
+def collect(result: Result, runs: int) -> Content:
+    """Read a run's signals and condense them; raise InputError if it has none."""
+    signals = result.signals()
+    if len(signals.time) == 0:
+        raise InputError(f"{result.folder}: has no row of signals yet; let it run longer")
+    derived = list(derive(signals, result.run))
+    first, rest = _sorted(derived, signals)
+    parts = [pack_all(signals.time, first, DERIVED_BUDGET // runs)] if first else []
+    parts.append(pack_all(signals.time, rest, RECORDED_BUDGET // runs))
+    moving = motion(signals, result.run, MOTION_BUDGET // runs) if result.run else None
+    steps = np.diff(signals.time)
+    return Content(
+        result=result,
+        told={"name": result.name, "parts": parts, "marks": list(_marks(result)), "motion": moving},
+        numbers=tuple(_number(one, signals) for one in derived if not one.elements),
+        rows=len(signals.time),
+        recorded=len(signals.columns),
+        interval=float(np.median(steps)) if len(steps) else 0.0,
+    )
+
+
+def _sorted(derived: list[Derived], signals: Signals) -> tuple[list[History], list[History]]:
+    """Return what is kept sample by sample as long as it fits, and the rest: wheels one by one, all that was recorded.
+
+    A run without derived histories has no first part.
+    """
+    first: list[History] = []
+    rest: list[History] = []
+    for one in derived:
+        columns = np.atleast_2d(one.values.T)
+        for element, values in zip(one.elements or ("",), columns, strict=True):
+            history = History(
+                name=f"{one.name} {element}".strip(),
+                group=one.name,
+                element=element,
+                unit=one.unit,
+                description=one.description,
+                values=values,
+                logarithmic=_spans_decades(one.values),
+            )
+            (first if len(one.elements) <= 3 else rest).append(history)
+    for group, elements in grouped(signals.columns).items():
+        for index, name in sorted(elements.items()) or [(0, group)]:
+            rest.append(
+                History(
+                    name=name,
+                    group=group,
+                    element=str(index) if elements else "",
+                    unit=signals.units[name],
+                    description=signals.descriptions[name],
+                    values=signals.columns[name],
+                )
+            )
+    return first, rest
+
+
+def _spans_decades(values: Array) -> bool:
+    """Tell whether a norm has peaks far above its usual size, which a linear axis hides."""
+    usual = float(np.median(values))
+    return bool(values.min() >= 0.0 < usual and values.max() > PEAKED * usual)
+
+
+def _number(one: Derived, signals: Signals) -> Number:
+    late = one.values[signals.time >= 0.5 * (signals.time[0] + signals.time[-1])]
+    return Number(
+        name=one.name,
+        unit=one.unit,
+        late=float(np.sqrt(np.mean(late**2))),
+        largest=float(np.max(np.abs(one.values))),
+    )
+
+
+def is_fault(event: Mapping[str, Any]) -> bool:
+    """Tell whether an event is an injected fault, beginning or end."""
+    return "fault" in (event.get("event"), event.get("kind"))
+
+
+def _marks(result: Result) -> Iterator[dict[str, Any]]:
+    """Yield what a plot marks: the slew, and faults and other events of a moment inside the run."""
+    run = result.run
+    if run is not None and run.slew:
+        yield {"time": run.design.config.slew.start_time, "text": "slew", "kind": "slew"}
+        yield {"time": slew_end(run.design), "text": "end", "kind": "slew"}
+    count = 0
+    for event in result.events:
+        kind = "fault" if is_fault(event) else str(event.get("event", ""))
+        if kind in ("start", "end", "log") or count >= MOST_MARKS:
+            continue
+        count += 1
+        text = str(event.get("name") or event.get("component") or kind)
+        yield {"time": float(event.get("time", 0.0)), "text": text[:24], "kind": kind}

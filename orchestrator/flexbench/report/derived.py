@@ -1,0 +1,91 @@
+"""What readers look at first: errors, deformation and effort, as far as a run recorded what they are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexbench import histories
+from flexbench.runs import Run
+from flexsat.parameters import ARCSECOND, DEGREE, RPM
+from lockstep import Signals
+
+Array = NDArray[np.float64]
+
+ERRORS = (histories.ATTITUDE, histories.ATTITUDE_REFERENCE)
+RATES = ("plant.rate", "controller.reference.rate")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Derived:
+    """A history computed from recorded signals, in the unit that is printed."""
+
+    name: str
+    unit: str
+    description: str
+    values: Array  # (rows,) or (rows, n)
+    elements: tuple[str, ...] = ()  # names of the n
+
+
+def error_vector(attitude: Array, reference: Array) -> Array:
+    """Return the rotation from reference to attitude about body axes, (rows, 3) [rad], given as MRPs, for small ones.
+
+    Twice the vector part of the quaternion between them: 1e-6 of itself too short at 0.3 deg.
+    """
+    a2 = np.sum(attitude**2, axis=1, keepdims=True)
+    b2 = np.sum(reference**2, axis=1, keepdims=True)
+    turned = (1.0 - b2) * attitude - (1.0 - a2) * reference + 2.0 * np.cross(attitude, reference)
+    return np.asarray(4.0 * turned / ((1.0 + a2) * (1.0 + b2)))
+
+
+def derive(signals: Signals, run: Run | None) -> Iterator[Derived]:
+    """Yield the derived histories that the recorded signals allow; none for a system that is not ours."""
+    if run is None:
+        return
+    if all(name in signals for name in ERRORS):
+        yield Derived(
+            name="pointing error",
+            unit="arcsec",
+            description="angle between attitude and reference",
+            values=histories.pointing_error(signals) / ARCSECOND,
+        )
+        yield Derived(
+            name="pointing error about body axes",
+            unit="arcsec",
+            description="rotation from reference to attitude",
+            values=error_vector(signals[ERRORS[0]], signals[ERRORS[1]]) / ARCSECOND,
+            elements=("x", "y", "z"),
+        )
+    if all(name in signals for name in RATES):
+        yield Derived(
+            name="rate error",
+            unit="deg/s",
+            description="norm of body rate less reference",
+            values=histories.rate_error(signals) / DEGREE,
+        )
+    if "plant.rms_deformation" in signals:
+        yield Derived(
+            name="deformation",
+            unit="µm",
+            description="RMS deflection of the structure, mass-weighted",
+            values=histories.deformation(signals) * 1e6,
+        )
+    if histories.TORQUE in signals:
+        yield Derived(
+            name="wheel effort",
+            unit="N.m",
+            description="sum over the wheels of |commanded torque|",
+            values=histories.torque_norm(signals),
+        )
+    if all(name in signals for name in ("plant.wheel.speed", "plant.rate", "plant.modal.velocity")):
+        deviation = histories.wheel_speed_deviation(signals, run.design) / RPM
+        yield Derived(
+            name="wheel speed less nominal",
+            unit="rpm",
+            description="inertial speed about each wheel's axis, less the nominal one",
+            values=deviation,
+            elements=tuple(str(wheel + 1) for wheel in range(deviation.shape[1])),
+        )

@@ -1,0 +1,104 @@
+"""What a page is made of: results folders, found and read, ours or of any other system."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flexbench.dataset import read_manifest
+from flexbench.metrics import SETTLED_FROM
+from flexbench.runs import METRICS, Run, read_run
+from lockstep import InputError, Signals, read_signals
+from lockstep.manifest import EVENTS, RUN
+
+MOST_RUNS = 24  # on a page: more colours nobody tells apart
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Result:
+    """A results folder as the page sees it."""
+
+    folder: Path
+    name: str  # unique on the page
+    manifest: Mapping[str, Any]
+    text: str  # run.toml
+    events: Sequence[Mapping[str, Any]]
+    run: Run | None  # None for a system that is not ours
+
+    def signals(self) -> Signals:
+        """Return what was recorded; large, so nobody keeps it."""
+        return read_signals(self.folder)
+
+    def metrics(self) -> Mapping[str, float]:
+        """Return the run's metrics in SI; nothing for a short run and for a system that is not ours."""
+        if self.run is None:
+            return {}
+        path = self.folder / METRICS
+        if path.is_file():
+            return dict(json.loads(path.read_text(encoding="utf-8"))["metrics"])
+        if float(self.manifest.get("simulated_time", 0.0)) <= SETTLED_FROM:
+            return {}
+        try:
+            return self.run.metrics()
+        except InputError:
+            return {}
+
+
+def gather(paths: Sequence[Path]) -> list[Result]:
+    """Read results folders; a folder of results folders stands for all of them.
+
+    Raises
+    ------
+    InputError
+        If a path holds no run, runs are too many, or one is named twice.
+    """
+    folders: list[Path] = []
+    for path in paths:
+        if not path.exists():
+            raise InputError(f"{path}: no such folder; give results folders of runs")
+        if (path / RUN).is_file():
+            folders.append(path)
+            continue
+        inside = sorted(child.parent for child in path.glob(f"*/{RUN}") if not child.parent.name.startswith("."))
+        if not inside:
+            raise InputError(f"{path}: holds no {RUN}, nor does a folder in it; give results folders of runs")
+        folders += inside
+    resolved = [folder.resolve() for folder in folders]
+    for number, folder in enumerate(resolved):
+        if folder in resolved[:number]:
+            raise InputError(f"{folders[number]}: given twice; give each results folder once")
+    if len(folders) > MOST_RUNS:
+        raise InputError(f"{len(folders)} runs: a page takes {MOST_RUNS} at most; give fewer results folders")
+    names = [folder.name for folder in resolved]
+    return [
+        _read(folder, name if names.count(name) == 1 else f"{full.parent.name}/{name}")
+        for folder, full, name in zip(folders, resolved, names, strict=True)
+    ]
+
+
+def _read(folder: Path, name: str) -> Result:
+    manifest, text = read_manifest(folder)
+    try:
+        run = read_run(folder)
+    except (InputError, KeyError):  # another system: a page of what there is
+        run = None
+    return Result(folder=folder, name=name, manifest=manifest, text=text, events=_events(folder), run=run)
+
+
+def _events(folder: Path) -> list[Mapping[str, Any]]:
+    path = folder / EVENTS
+    if not path.is_file():
+        return []
+    events: list[Mapping[str, Any]] = []
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        for line in lines:
+            try:
+                event = json.loads(line)
+            except json.JSONDecodeError:  # a killed run leaves half a line at the end
+                continue
+            if isinstance(event, dict):
+                events.append(event)
+    return events

@@ -1,0 +1,162 @@
+// The histories of the page: decoded when first drawn, and condensed so that no peak is lost.
+
+const contents = JSON.parse(document.getElementById("contents").textContent);
+
+/** Return the bytes of one data element. */
+function bytesOf(text) {
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
+  return bytes.buffer;
+}
+
+/** Return the base64 text of a data element. */
+const textOf = (id) => document.getElementById(id).textContent;
+
+/** When rows, or intervals of rows, begin: uniform or one by one. */
+class TimeBase {
+  constructor(base) {
+    this.count = base.count;
+    this.start = base.start;
+    this.step = base.step;
+    this.end = base.end;
+    this.times = base.times ? new Float64Array(bytesOf(base.times)) : null;
+  }
+
+  at(i) {
+    if (i >= this.count) return this.end;
+    return this.times ? this.times[i] : this.start + i * this.step;
+  }
+
+  /** The last index that begins at or before a time, at least 0. */
+  before(time) {
+    if (!this.times) {
+      if (!(this.step > 0)) return 0;
+      return Math.min(this.count - 1, Math.max(0, Math.floor((time - this.start) / this.step + 1e-9)));
+    }
+    let low = 0, high = this.count - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.times[middle] <= time) low = middle; else high = middle - 1;
+    }
+    return low;
+  }
+}
+
+/** One line: its samples or extremes, and coarser levels of extremes above them, each twice as wide. */
+class History {
+  constructor(about, base, run) {
+    Object.assign(this, { ...about, base, run, levels: null });
+  }
+
+  load() {
+    if (this.levels) return;
+    const { count } = this.base;
+    let low, high;
+    if (this.constant !== undefined) {
+      low = high = new Float32Array(count).fill(this.constant);
+    } else {
+      const raw = new Float32Array(bytesOf(textOf(this.id)));
+      if (this.kind === "samples") low = high = raw;
+      else {
+        low = new Float32Array(count);
+        high = new Float32Array(count);
+        for (let i = 0; i < count; i++) { low[i] = raw[2 * i]; high[i] = raw[2 * i + 1]; }
+      }
+    }
+    this.levels = [{ low, high, width: 1 }];
+    while (low.length > 256) {
+      const size = Math.ceil(low.length / 2);
+      const nextLow = new Float32Array(size), nextHigh = new Float32Array(size);
+      for (let i = 0; i < size; i++) {
+        let least = Infinity, most = -Infinity;
+        for (let k = 2 * i; k < Math.min(low.length, 2 * i + 2); k++) {
+          if (low[k] < least) least = low[k];
+          if (high[k] > most) most = high[k];
+        }
+        nextLow[i] = least;
+        nextHigh[i] = most;
+      }
+      low = nextLow;
+      high = nextHigh;
+      this.levels.push({ low, high, width: 2 * this.levels[this.levels.length - 1].width });
+    }
+  }
+
+  /** The finest level with no more than `most` intervals between two times, and which of them. */
+  part(from, to, most) {
+    this.load();
+    const first = this.base.before(from), last = this.base.before(to);
+    const level = this.levels.find((l) => (last - first) / l.width <= most) ?? this.levels[this.levels.length - 1];
+    const begin = Math.max(0, Math.floor(first / level.width) - 1);
+    const end = Math.min(level.low.length - 1, Math.ceil(last / level.width) + 1);
+    return { ...level, begin, end };
+  }
+
+  /** Middle of an interval of a level; of a sample its own time. */
+  time(i, width) {
+    const start = this.base.at(i * width);
+    if (width === 1 && this.kind !== "extremes") return start;
+    return 0.5 * (start + this.base.at((i + 1) * width));
+  }
+
+  /** Least and largest value of the interval at a time, or null outside the record. */
+  valueAt(time) {
+    if (time < this.base.at(0) || time > this.base.end) return null;
+    this.load();
+    const i = this.base.before(time);
+    return [this.levels[0].low[i], this.levels[0].high[i]];
+  }
+}
+
+// every run's histories by group, in the order of the page
+const groups = new Map();
+for (const [run, about] of contents.runs.entries()) {
+  for (const part of about.parts) {
+    const base = new TimeBase(part.time);
+    for (const told of part.histories) {
+      if (!groups.has(told.group)) {
+        groups.set(told.group, { name: told.group, unit: told.unit, description: told.description, lines: [] });
+      }
+      groups.get(told.group).lines.push(new History(told, base, run));
+    }
+  }
+}
+const wholeTime = { from: 0, to: 1e-9 };
+for (const group of groups.values()) {
+  for (const line of group.lines) wholeTime.to = Math.max(wholeTime.to, line.base.end);
+}
+
+// Okabe and Ito (2008): told apart by all eyes; black comes last
+const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#444444"];
+const RUN_DASHES = [[], [7, 3], [2, 2]];
+const runOrder = contents.runs.map((run, i) => i).sort((a, b) => Number(contents.runs[b].shown) - Number(contents.runs[a].shown));
+
+/** Colour and dashes of a run: those shown from the start come first. */
+function lookOf(run) {
+  const place = runOrder.indexOf(run);
+  return { colour: COLOURS[place % COLOURS.length], dashes: RUN_DASHES[Math.floor(place / COLOURS.length) % RUN_DASHES.length] };
+}
+
+/** The colour of one of many: a cycle for few, a walk from dark blue to yellow-green for more. */
+function colourOf(i, count) {
+  if (count <= COLOURS.length) return COLOURS[i % COLOURS.length];
+  const share = i / (count - 1);
+  return `hsl(${265 - 200 * share} ${60 + 15 * share}% ${28 + 26 * share}%)`;
+}
+
+/** Round steps of an axis: 1, 2 or 5 times a power of ten. */
+function stepFor(span, most) {
+  const raw = span / Math.max(1, most);
+  const power = 10 ** Math.floor(Math.log10(raw));
+  for (const factor of [1, 2, 5]) if (factor * power >= raw * 0.999) return factor * power;
+  return 10 * power;
+}
+
+/** A number with few digits and no needless exponent. */
+function told(value, digits = 4) {
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e-3 && size < 1e5) return String(Number(value.toPrecision(digits)));
+  return value.toExponential(digits - 1).replace(/\.?0+e/, "e").replace("e+", "e");
+}

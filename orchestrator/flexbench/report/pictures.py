@@ -1,0 +1,108 @@
+"""Figures of a page: those that stand in the results folders, or drawn on the spot."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flexbench.document import Picture
+from lockstep import InputError
+
+from .gather import Result
+from .tables import scenario_of
+
+ROOM = 2_500_000  # bytes of all figures of a page before base64
+TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Image:
+    """A figure as bytes."""
+
+    title: str
+    data: bytes
+    type: str
+
+    @property
+    def html(self) -> str:
+        """The figure as an element that needs no file; names inside one image do not reach another."""
+        data = base64.b64encode(self.data).decode()
+        title = self.title.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+        source = f"data:{self.type};base64,{data}"
+        return f'<figure><img src="{source}" alt="{title}" decoding="async"><figcaption>{title}</figcaption></figure>'
+
+
+def image_of(picture: Picture) -> Image:
+    """Return a picture of a section as an image."""
+    return Image(title=picture.description, data=picture.svg.encode("utf-8"), type=TYPES[".svg"])
+
+
+def stored_images(folder: Path) -> list[Image]:
+    """Return the figures of a results folder, each in the smaller of its formats."""
+    found: dict[str, Path] = {}
+    for path in sorted((folder / "figures").glob("*")):
+        if path.suffix in TYPES and (path.stem not in found or path.stat().st_size < found[path.stem].stat().st_size):
+            found[path.stem] = path
+    return [
+        Image(title=stem.replace("-", " ").replace("_", " "), data=path.read_bytes(), type=TYPES[path.suffix])
+        for stem, path in found.items()
+    ]
+
+
+def drawn_images(results: Sequence[Result]) -> list[Image]:
+    """Draw the paper's figures of the runs that have their scenario: configurations overlaid, the first of each."""
+    from flexbench import figures  # matplotlib takes a second to import
+
+    images = []
+    for as_published in (False, True):
+        runs = {
+            scenario: _first_of_each([r for r in results if scenario_of(r) == scenario], as_published)
+            for scenario in ("slew", "fine_pointing", "fine_pointing_open_loop")
+        }
+        suffix = ", as published" if as_published else ""
+        drawn: list[tuple[str, Any]] = []
+        try:
+            if runs["slew"]:
+                designs = {name: r.run.design for name, r in runs["slew"].items() if r.run}
+                signals = {name: r.signals() for name, r in runs["slew"].items()}
+                drawn.append(("Slew", figures.slew_comparison(signals, designs)))  # type: ignore[arg-type]
+            if runs["fine_pointing"] or runs["fine_pointing_open_loop"]:
+                closed, opened = ({name: r.signals() for name, r in runs[key].items()} for key in
+                                  ("fine_pointing", "fine_pointing_open_loop"))  # fmt: skip
+                drawn.append(("Fine pointing", figures.fine_pointing_comparison(closed, opened)))  # type: ignore[arg-type]
+        except InputError:  # a signal that a figure needs was not recorded
+            continue
+        images += [_image(f"{title}{suffix}", figure) for title, figure in drawn]
+    return images
+
+
+def _first_of_each(results: Sequence[Result], as_published: bool) -> Mapping[str, Result]:
+    found: dict[str, Result] = {}
+    for result in results:
+        if result.run is not None and result.run.as_published == as_published:
+            found.setdefault(result.run.configuration, result)
+    return found
+
+
+def _image(title: str, figure: Any) -> Image:
+    vector, raster = io.BytesIO(), io.BytesIO()
+    figure.savefig(vector, format="svg")
+    figure.savefig(raster, format="png", dpi=150)
+    smaller = min((vector.getvalue(), TYPES[".svg"]), (raster.getvalue(), TYPES[".png"]), key=lambda one: len(one[0]))
+    return Image(title=title, data=smaller[0], type=smaller[1])
+
+
+def within_room(images: Sequence[Image], room: int = ROOM) -> tuple[list[Image], list[Image]]:
+    """Return the images that a page takes, in their order, and those that are too large for it."""
+    taken, left = [], []
+    for image in images:
+        if len(image.data) <= room:
+            taken.append(image)
+            room -= len(image.data)
+        else:
+            left.append(image)
+    return taken, left

@@ -1,0 +1,86 @@
+"""The structure in motion: its mesh, mode shapes and wheels once, and the modal coordinates and torques over time."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexbench import histories
+from flexbench.runs import Run
+from flexsat.mesh import record_mesh
+from flexsat.parameters import ConfigurationName, configuration
+from flexsat.spacecraft import build_spacecraft
+from flexsat.structure import build_structure
+from lockstep import Signals
+
+from .derived import ERRORS, error_vector
+from .pack import encode
+
+Array = NDArray[np.float64]
+
+MODAL = "plant.modal.displacement"
+FEWEST_FRAMES = 400
+
+
+@lru_cache(maxsize=2)
+def geometry(name: ConfigurationName) -> dict[str, Any]:
+    """Return mesh, mode shapes and wheels of a configuration."""
+    config = configuration(name)
+    structure = build_structure(record_mesh(config.aperture), config.plate)
+    spacecraft = build_spacecraft(config)
+    mesh, wheels = structure.mesh, spacecraft.wheels
+    sites = [_node_at(mesh.nodes, position) for position in wheels.position]
+    return {
+        "nodes": encode(mesh.nodes.astype(np.float32)),
+        "triangles": encode(mesh.triangles.astype(np.uint16)),
+        "hole": [int(node) for node in mesh.hole],
+        "shapes": encode(structure.shape[::3].astype(np.float32)),  # node by node
+        "modes": len(structure.frequency),
+        "wheels": [
+            {"node": node, "axis": [float(x) for x in axis]} for node, axis in zip(sites, wheels.axis, strict=True)
+        ],
+        "torque_limit": float(config.wheel.torque_limit),
+    }
+
+
+def _node_at(nodes: Array, position: Array) -> int:
+    """Return the mesh node of a device, -1 for the bus, which stays where it is."""
+    distance = np.linalg.norm(nodes - position[:2], axis=1)
+    nearest = int(np.argmin(distance))
+    return nearest if distance[nearest] < 1e-3 else -1
+
+
+def motion(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
+    """Return what moves, as frames that fit `budget` bytes: rows of the record, none averaged; None without modes.
+
+    Modal coordinates and torques are 16- and 8-bit shares of their largest values.
+    """
+    if MODAL not in signals or len(signals.time) < 2:
+        return None
+    modal = signals[MODAL]
+    torque = signals[histories.TORQUE] if histories.TORQUE in signals else np.zeros((len(modal), 0))
+    size = 2 * modal.shape[1] + torque.shape[1] + 3 * 4
+    frames = max(FEWEST_FRAMES, budget // size)
+    stride = max(1, math.ceil(len(modal) / frames))
+    rows = slice(None, None, stride)
+    modal, torque = modal[rows], torque[rows]
+    scale = np.maximum(np.abs(modal).max(axis=0), np.finfo(float).tiny)
+    largest = max(float(np.abs(torque).max(initial=0.0)), np.finfo(float).tiny)
+    told: dict[str, Any] = {
+        "configuration": run.configuration,
+        "frames": len(modal),
+        "start": float(signals.time[0]),
+        "step": float(signals.time[stride] - signals.time[0]) if len(signals.time) > stride else 1.0,
+        "modal": encode(np.round(modal / scale * 32767.0).astype(np.int16)),
+        "scale": [float(x) / 32767.0 for x in scale],
+        "torque": encode(np.round(torque / largest * 127.0).astype(np.int8)),
+        "largest_torque": largest,
+        "wheels": torque.shape[1],
+    }
+    if all(name in signals for name in ERRORS):
+        told["error"] = encode(error_vector(signals[ERRORS[0]], signals[ERRORS[1]])[rows].astype(np.float32))
+    return told

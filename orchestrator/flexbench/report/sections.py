@@ -1,0 +1,59 @@
+"""Sections of other studies: each a module whose `section(run)` returns blocks. Add a study by adding its line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from typing import cast
+
+from flexbench.document import Block, Heading, Paragraph
+from flexbench.runs import Run
+
+from .gather import Result
+
+# title on the page, module with section(run)
+STUDIES: tuple[tuple[str, str], ...] = (
+    ("Pointing budget", "flexbench.budget"),
+    ("Spectra", "flexbench.spectra"),
+    ("Margins", "flexbench.margins"),
+    ("Estimator health", "flexbench.health"),
+)
+MOST_RUNS = 3  # on a page with sections: each takes seconds
+
+Section = Callable[[Run], Sequence[Block]]
+
+
+def study_sections(results: Sequence[Result]) -> list[tuple[str, list[Block]]]:
+    """Return title and blocks of each study that has something to say of these runs."""
+    ours = [result for result in results if result.run is not None]
+    if not ours or len(ours) > MOST_RUNS:
+        return []
+    found = []
+    for title, module in STUDIES:
+        section = section_of(module)
+        if section is None:
+            continue
+        blocks: list[Block] = []
+        for result in ours:
+            if len(ours) > 1:
+                blocks.append(Heading(3, result.name))
+            if result.run is not None:
+                blocks += _told(section, result.run)
+        found.append((title, blocks))
+    return found
+
+
+def section_of(module: str) -> Section | None:
+    """Return a study's section, None if the study is not installed or has none."""
+    if find_spec(module) is None:
+        return None
+    return cast("Section | None", getattr(import_module(module), "section", None))
+
+
+def _told(section: Section, run: Run) -> list[Block]:
+    """Return a run's blocks, or why there are none: too short, or a signal was not recorded."""
+    try:
+        return list(section(run))
+    except ValueError as error:
+        return [Paragraph(f"Not for this run: {error}")]

@@ -1,0 +1,44 @@
+"""The table of a whole study, such as the paper's, from the folder that holds its runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from flexbench.document import Block, Heading, Paragraph, Table
+from flexbench.table import number
+from flexsat.parameters import CONFIGURATIONS
+
+TABLE = "table.json"
+
+
+def study_folders(paths: Sequence[Path]) -> list[Path]:
+    """Return those of the given folders that hold a study's table."""
+    return [path for path in paths if (path / TABLE).is_file()]
+
+
+def study_table(folder: Path) -> list[Block]:
+    """Return the study's table: a configuration each, published beside ours."""
+    content = json.loads((folder / TABLE).read_text(encoding="utf-8"))
+    rows: list[dict[str, Any]] = content["rows"]
+    variants = list(dict.fromkeys(row["variant"] for row in rows))
+    blocks: list[Block] = []
+    for name in CONFIGURATIONS:
+        lines: dict[str, list[str]] = {}
+        for row in rows:
+            if row["configuration"] == name:
+                line = lines.setdefault(row["row"], [row["row"], row["unit"], number(row["published"])])
+                line.append(_with_spread(row) + ("" if row["met"] else " (differs from our reference)"))
+        header = ("quantity", "unit", "published", *(f"ours, {variant.replace('_', ' ')}" for variant in variants))
+        if lines:
+            blocks += [Heading(3, name), Table(header, list(lines.values()), code=frozenset())]
+    seeds = ", ".join(str(seed) for seed in content["seeds"])
+    blocks.append(Paragraph(f"Runs of {content['duration']:g} s through the FMUs; seeds {seeds}."))
+    return [*blocks, *(Paragraph(remark) for remark in content["remarks"])]
+
+
+def _with_spread(row: dict[str, Any]) -> str:
+    spread = row["standard_deviation"]
+    return number(row["mean"]) + (f" ± {number(spread)}" if spread is not None else "")
