@@ -12,6 +12,7 @@ from lockstep.errors import InputError
 from lockstep.units import BASES, Unit, conversion
 
 _RADIAN = BASES.index("rad")
+_FEW = 3
 _NUMERIC = ("Real", "Integer", "Boolean", "Enumeration")
 
 
@@ -57,7 +58,8 @@ class Comparison:
     served: tuple[Served, ...]
     missing: tuple[tuple[ContractPort, str], ...]  # and why, if there is something of that name
     unfed: tuple[Scalar, ...]  # inputs of the FMU that the contract has no port for
-    hints: Mapping[str, str]  # array of ours that is missing: arrays of the FMU of equal size and unit
+    hints: Mapping[str, str]  # output of ours that is missing: those of the FMU of equal number and fitting unit
+    offers: Mapping[str, str]  # input of the FMU that is unfed: those of ours, likewise
 
     @property
     def direct(self) -> tuple[Served, ...]:
@@ -103,7 +105,8 @@ def compare(contract: Contract, model: Model) -> Comparison:
         served=tuple(served),
         missing=tuple(missing),
         unfed=tuple(v for v in model.variables if v.causality == "input" and v.name not in used),
-        hints=_hints([port for port, _ in missing if port.needed], model, used),
+        hints=_few(_alike("output", [port for port, _ in missing if port.needed], model, used)),
+        offers=_few((theirs, ours) for ours, theirs in _alike("input", [port for port, _ in missing], model, used)),
     )
 
 
@@ -168,7 +171,8 @@ def _unit_work(port: ContractPort, unit: Unit | None) -> tuple[str, tuple[str, .
         gain, bias = conversion(unit, ours)
     except ValueError as error:
         if _without_radian(unit) is not None and _without_radian(unit) == _without_radian(ours):
-            return "", (f"base units of {unit.name} leave out the radian",)
+            gain = unit.factor / ours.factor
+            return "", (f"unit {unit.name}, whose base units leave out the radian, factor {gain:.9g}",)
         return f"does not fit: {error}", ()
     if (gain, bias) == (1.0, 0.0):
         return "", ()
@@ -176,33 +180,36 @@ def _unit_work(port: ContractPort, unit: Unit | None) -> tuple[str, tuple[str, .
     return "", (f"unit {unit.name} instead of {ours.name}, factor {gain:.9g}{offset}",)
 
 
-def _without_radian(unit: Unit) -> tuple[tuple[int, ...], float] | None:
-    if unit.exponents is None:
-        return None
-    return tuple(e for i, e in enumerate(unit.exponents) if i != _RADIAN), unit.factor
+def _without_radian(unit: Unit) -> tuple[int, ...] | None:
+    return None if unit.exponents is None else tuple(e for i, e in enumerate(unit.exponents) if i != _RADIAN)
 
 
-def _hints(missing: Sequence[ContractPort], model: Model, used: set[str]) -> dict[str, str]:
-    """Return arrays of the FMU that might be missing arrays of ours: outputs of equal number and fitting unit."""
+def _alike(causality: str, missing: Sequence[ContractPort], model: Model, used: set[str]) -> list[tuple[str, str]]:
+    """Return pairs of a missing array of ours and an unused one of the FMU, of equal number and fitting unit."""
     theirs: dict[str, list[Scalar]] = defaultdict(list)
     for variable in model.variables:
-        if variable.causality == "output" and variable.name not in used:
+        if variable.causality == causality and variable.name not in used:
             theirs[split_name(variable.name)[0]].append(variable)
     ours: dict[str, list[ContractPort]] = defaultdict(list)
     for port in missing:
-        ours[port.name.partition("[")[0]].append(port)
-    found = {}
-    for name, ports in ours.items():
-        alike = [
-            f"{group[0].name} to {group[-1].name}" if len(group) > 1 else group[0].name
-            for group in theirs.values()
-            if len(group) == len(ports)
-            and group[0].type == ports[0].type
-            and not _unit_work(ports[0], model.unit_named(group[0].unit))[0]
-        ]
-        if 0 < len(alike) <= 3:
-            found[name] = " or ".join(alike)
-    return found
+        if port.causality == causality:
+            ours[port.name.partition("[")[0]].append(port)
+    return [
+        (name, f"{group[0].name} to {group[-1].name}" if len(group) > 1 else group[0].name)
+        for name, ports in ours.items()
+        for group in theirs.values()
+        if len(group) == len(ports)
+        and group[0].type == ports[0].type
+        and not _unit_work(ports[0], model.unit_named(group[0].unit))[0]
+    ]
+
+
+def _few(pairs: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Gather pairs by their first; drop those with many partners, which tell nothing."""
+    groups: dict[str, list[str]] = defaultdict(list)
+    for one, other in pairs:
+        groups[one].append(other)
+    return {one: " or ".join(others) for one, others in groups.items() if len(others) <= _FEW}
 
 
 def choose(contracts: Sequence[Contract], model: Model, like: str | None) -> Comparison | None:

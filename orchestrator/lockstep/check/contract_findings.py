@@ -112,4 +112,5 @@ def _unfed(comparison: Comparison) -> Finding:
         return _finding("contract.unfed", title, "pass", "none")
     names = [v.name for v in comparison.unfed]
     message = f"{len(names)} inputs would keep their start values"
-    return _finding("contract.unfed", title, "warning", message, [compact(names, _ALL)])
+    details = [f"{name}: of equal number and fitting unit is our {offer}" for name, offer in comparison.offers.items()]
+    return _finding("contract.unfed", title, "warning", message, [compact(names, _ALL), *details])

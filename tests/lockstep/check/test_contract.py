@@ -18,6 +18,7 @@ UNITS = """
 <Unit name="rad/s"><BaseUnit rad="1" s="-1"/></Unit>
 <Unit name="deg/s"><BaseUnit rad="1" s="-1" factor="0.017453292519943295"/></Unit>
 <Unit name="1/s"><BaseUnit s="-1"/></Unit>
+<Unit name="rpm"><BaseUnit s="-1" factor="0.10471975511965977"/></Unit>
 <Unit name="Nm"><BaseUnit kg="1" m="2" s="-2"/></Unit>
 <Unit name="mN.m"><BaseUnit kg="1" m="2" s="-2" factor="0.001"/></Unit>
 <Unit name="V"><BaseUnit kg="1" m="2" s="-3" A="-1"/></Unit>
@@ -109,7 +110,8 @@ def test_counting_from_zero_shifts_every_element(name: str) -> None:
     [
         ("deg/s", "unit deg/s instead of rad/s, factor 0.0174532925"),
         ("", "no unit told; ours is rad/s"),
-        ("1/s", "base units of 1/s leave out the radian"),
+        ("1/s", "unit 1/s, whose base units leave out the radian, factor 1"),
+        ("rpm", "unit rpm, whose base units leave out the radian, factor 0.104719755"),
     ],
 )
 def test_another_unit_needs_an_adapter(unit: str, says: str) -> None:
@@ -148,7 +150,8 @@ def test_an_input_is_no_output() -> None:
 def test_findings_tell_needed_optional_and_unfed_ports() -> None:
     model = vendor(
         *((f"TauCmd_{i}", "output", real("mN.m")) for i in (1, 2, 3)),
-        *((f"gyro.rate[{i}]", "input", real("rad/s")) for i in (1, 2)),
+        *((f"omega({i})", "input", real("deg/s")) for i in (0, 1)),
+        ("valid", "input", "<Boolean/>"),
         ("gain_schedule", "input", "<Real/>"),
     )
     findings = {f.check: f for f in contract_findings([CONTRACT], model, "controller")}
@@ -156,13 +159,16 @@ def test_findings_tell_needed_optional_and_unfed_ports() -> None:
     assert {check: f.status for check, f in findings.items()} == {
         "contract.direct": "pass", "contract.adapter": "pass", "contract.missing": "error", "contract.unfed": "warning",
     }  # fmt: skip
-    assert findings["contract.direct"].numbers == {"ports": 7, "direct": 2, "adapter": 0, "missing": 5}
+    assert findings["contract.direct"].numbers == {"ports": 7, "direct": 1, "adapter": 0, "missing": 6}
     missing = told(findings["contract.missing"])
     assert "needed: wheel.torque[1..3]" in missing
     assert "wheel.torque: of equal number and fitting unit is TauCmd_1 to TauCmd_3" in missing
-    assert "input, offered, not taken: valid" in missing
+    assert "input, offered, not taken: gyro.rate[1..2]" in missing
     assert "parameter, optional: torque_limit" in missing
-    assert findings["contract.unfed"].details == ("gain_schedule",)
+    assert findings["contract.unfed"].details == (
+        "omega(0), omega(1), gain_schedule",
+        "omega(0) to omega(1): of equal number and fitting unit is our gyro.rate",
+    )
 
 
 def test_a_missing_output_is_a_warning_unless_the_contract_was_asked_for() -> None:
