@@ -1,0 +1,167 @@
+"""From what was measured at the plant input to the loop's response, its margins, and how sure they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from .analysis import body_loops
+from .loop import Complex
+from .multisine import Multisine
+from .response import Margins, loop_margins
+
+Array = NDArray[np.float64]
+CONFIDENCE = 0.95
+COHERENT = 0.999  # coherence from which a line counts: one period then scatters by about 3 %
+TOGETHER = "together"
+BIAS = 1e-3  # relative: what the plant's step of 1 ms and its products of small quantities add to a linear loop
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredLoop:
+    """A loop response measured along directions of injection."""
+
+    frequency: Array  # (f,) [Hz]
+    together: Complex  # (f, d, d): all directions opened together
+    single: Complex  # (f, d): one direction opened, the rest closed
+    together_uncertainty: Array  # (f, d, d): half width of the confidence interval of each entry's modulus
+    single_uncertainty: Array  # (f, d)
+    coherence: Array  # (f, d): share of each direction's power that repeats from period to period
+    coherence_together: Array  # (f,): of all directions' power
+    names: tuple[str, ...]  # of the directions
+    period: float  # s, for which the plant's input is held
+    periods: int  # averaged
+
+    def of(self, which: str) -> tuple[Complex, NDArray[np.bool_]]:
+        """Return the response of one direction or of all `together`, and which of its lines are coherent."""
+        if which == TOGETHER:
+            return self.together, self.coherence_together >= COHERENT
+        column = self.names.index(which)
+        return self.single[:, column], self.coherence[:, column] >= COHERENT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredMargins:
+    """Margins from the coherent lines, and the half widths of their confidence intervals under the same names."""
+
+    value: Margins
+    uncertainty: dict[str, float]
+
+
+def estimate_loop(
+    experiments: Sequence[tuple[Array, Array]], multisine: Multisine, makes: Array, names: Sequence[str]
+) -> tuple[MeasuredLoop, list[tuple[Complex, Complex]]]:
+    """Estimate the loop from one experiment for each direction.
+
+    Parameters
+    ----------
+    experiments : before and after the injection, (periods, samples, m) each
+    multisine : what was injected
+    makes : (d, m): how much of each direction the channels make; makes @ direction = 1
+    names : of the directions, (d,)
+
+    Returns
+    -------
+    measured : with the mean over all periods, and uncertainties from leaving out one period at a time (jackknife)
+    replicas : loops (together, single) without the first period, without the second, and so on
+
+    Raises
+    ------
+    ValueError
+        With fewer than two periods, or another number of experiments than of directions.
+    """
+    periods = experiments[0][0].shape[0]
+    if periods < 2 or len(experiments) != len(makes):
+        raise ValueError(
+            f"an estimate needs two periods at least and {len(makes)} experiments, got {periods} and {len(experiments)}"
+        )
+    scale = 2.0 / experiments[0][0].shape[1]
+    spectra = [
+        [scale * np.fft.rfft(signal, axis=1)[:, multisine.lines] for signal in experiment] for experiment in experiments
+    ]
+    back = -np.stack([before for before, _ in spectra], axis=-1)  # (periods, f, m, d)
+    inputs = np.stack([after for _, after in spectra], axis=-1)
+
+    def loops(chosen: NDArray[np.intp]) -> tuple[Complex, Complex]:
+        return body_loops(back[chosen].mean(axis=0), makes, inputs[chosen].mean(axis=0))
+
+    everyone = np.arange(periods, dtype=np.intp)
+    together, single = loops(everyone)
+    replicas = [loops(everyone[everyone != left_out]) for left_out in everyone]
+    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, periods - 1))
+    coherence, coherence_together = _coherence(makes @ back, makes @ inputs)
+    measured = MeasuredLoop(
+        frequency=multisine.frequency,
+        together=together,
+        single=single,
+        together_uncertainty=quantile * jackknife([replica[0] for replica in replicas])
+        + BIAS * np.linalg.norm(together, ord=2, axis=(1, 2), keepdims=True),
+        single_uncertainty=quantile * jackknife([replica[1] for replica in replicas]) + BIAS * np.abs(single),
+        coherence=coherence,
+        coherence_together=coherence_together,
+        names=tuple(names),
+        period=multisine.sample,
+        periods=periods,
+    )
+    return measured, replicas
+
+
+def jackknife(replicas: Sequence[NDArray[np.generic]]) -> Array:
+    """Return the standard deviation of a mean from its values with one sample left out at a time."""
+    stacked = np.stack(replicas)
+    count = len(stacked)
+    scatter = np.sum(np.abs(stacked - stacked.mean(axis=0)) ** 2, axis=0)
+    return np.asarray(np.sqrt((count - 1) / count * scatter))
+
+
+def measured_margins(
+    measured: MeasuredLoop, replicas: Sequence[tuple[Complex, Complex]], which: str
+) -> MeasuredMargins:
+    """Return the margins of one direction, or of all `together`, with their uncertainties.
+
+    Raises
+    ------
+    ValueError
+        If fewer than two lines are coherent.
+    """
+    response, keep = measured.of(which)
+    if np.sum(keep) < 2:
+        raise ValueError(
+            f"only {int(np.sum(keep))} of {len(keep)} lines are coherent in {which}: inject more, measure more "
+            "periods, or choose another band"
+        )
+    frequency = measured.frequency[keep]
+    value = loop_margins(frequency, response[keep], measured.period)
+    column = None if which == TOGETHER else measured.names.index(which)
+    picked = [together if column is None else single[:, column] for together, single in replicas]
+    others = [loop_margins(frequency, replica[keep], measured.period) for replica in picked]
+    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, measured.periods - 1))
+    uncertainty = {}
+    for item in fields(Margins):
+        if item.name == "unresolved":
+            continue
+        found = np.array([getattr(other, item.name) for other in others])
+        spread = float(jackknife(list(found))) if np.all(np.isfinite(found)) else 0.0
+        best = getattr(value, item.name)
+        uncertainty[item.name] = quantile * spread + (BIAS * abs(best) if np.isfinite(best) else 0.0)
+    return MeasuredMargins(value=value, uncertainty=uncertainty)
+
+
+def _coherence(back: Complex, inputs: Complex) -> tuple[Array, Array]:
+    """Return the coherence of each direction, (f, d), and of all their power, (f,).
+
+    The lesser one of what went in and of what came back along the direction. Together, a direction in which next to
+    nothing comes back counts by its power.
+    """
+    each, together = np.ones((back.shape[1], back.shape[-1])), np.ones(back.shape[1])
+    for signal in (back, inputs):
+        own = np.diagonal(signal, axis1=2, axis2=3)  # (periods, f, d)
+        power, repeats = np.mean(np.abs(own) ** 2, axis=0), np.abs(own.mean(axis=0)) ** 2
+        floor = np.finfo(float).tiny
+        each = np.minimum(each, repeats / np.maximum(power, floor))
+        together = np.minimum(together, repeats.sum(axis=1) / np.maximum(power.sum(axis=1), floor))
+    return each, together

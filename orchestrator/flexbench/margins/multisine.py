@@ -1,0 +1,112 @@
+"""A sum of sines that repeats, whose lines a loop with a slow sensor does not mix up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+REACH = 0.1  # relative: how far a line may be put from where it was wished
+FILLED = 0.6  # share of all lines that a slow sampler leaves apart which are used unless told otherwise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Multisine:
+    """Equal sines at whole multiples of 1 / length, with a peak of one."""
+
+    lines: Index  # (f,) multiples of the fundamental, ascending
+    values: Array  # (k,) one period
+    sample: float  # s
+
+    @property
+    def length(self) -> float:
+        """Length of one period [s]."""
+        return len(self.values) * self.sample
+
+    @property
+    def frequency(self) -> Array:
+        """Frequencies of the lines, (f,) [Hz]."""
+        return self.lines / self.length
+
+
+def design_multisine(
+    sample: float,
+    length: float,
+    band: tuple[float, float],
+    lines: int | None = None,
+    slow_period: float | None = None,
+) -> Multisine:
+    """Choose lines spread evenly over the logarithm of frequency, with phases that keep the peak low.
+
+    Parameters
+    ----------
+    sample : time between two values [s]: the loop's controller period
+    length : of one period [s], a whole number of samples
+    band : lowest and highest frequency [Hz], below half the sampling rate
+    lines : how many at most; None for as many as find room. Fewer are found where the lowest ones would coincide.
+    slow_period : period of the slowest sampler in the loop [s]. A line at f comes back at |f + k / slow_period| too;
+        no line is put where another one comes back.
+
+    Raises
+    ------
+    ValueError
+        If periods are not whole multiples, or the band does not fit.
+    """
+    samples = _multiple("length", length, sample)
+    low, high = band
+    if not 1.0 / length <= low * (1.0 + 1e-9) or not low < high or not high < 0.5 / sample:
+        raise ValueError(
+            f"band {low:g} to {high:g} Hz: must rise, from 1 / length = {1.0 / length:g} Hz "
+            f"to below half the sampling rate, {0.5 / sample:g} Hz"
+        )
+    fold = None if slow_period is None else _multiple("length", length, slow_period)
+    if lines is None:
+        lines = int(FILLED * (samples if fold is None else fold) / 2.0)
+    if lines < 1:
+        raise ValueError(f"lines must be >= 1, got {lines}")
+    taken: set[int] = set()
+    chosen: list[int] = []
+    for wish in np.geomspace(low, high, lines) * length:
+        line = _nearest(float(wish), chosen, taken, fold, samples, (low * length, high * length))
+        if line is not None:
+            chosen.append(line)
+            taken.add(_folded(line, fold))
+    found = np.array(sorted(chosen), dtype=np.intp)
+    # Schroeder (1970): phases that grow with the square of the number keep the peak low
+    phases = -np.pi * np.arange(len(found)) * (np.arange(len(found)) - 1.0) / len(found)
+    turns = 2.0 * np.pi * np.outer(np.arange(samples), found) / samples
+    values = np.cos(turns + phases).sum(axis=1)
+    return Multisine(lines=found, values=values / np.abs(values).max(), sample=sample)
+
+
+def _multiple(name: str, long: float, short: float) -> int:
+    count = round(long / short)
+    if count < 1 or abs(count * short - long) > 1e-9 * long:
+        raise ValueError(f"{name} {long:g} s must be a whole multiple of {short:g} s")
+    return count
+
+
+def _folded(line: int, fold: int | None) -> int:
+    """Return what all lines share that the slow sampler mixes up; `fold` is its rate in lines."""
+    if fold is None:
+        return line
+    rest = line % fold
+    return min(rest, fold - rest)
+
+
+def _nearest(
+    wish: float, chosen: list[int], taken: set[int], fold: int | None, samples: int, band: tuple[float, float]
+) -> int | None:
+    """Return the free line nearest to the wish, no further off than the spacing of the lines is wide."""
+    reach = max(1, int(REACH * wish))
+    for offset in sorted(range(-reach, reach + 1), key=lambda other: abs(round(wish) + other - wish)):
+        line = round(wish) + offset
+        if line in chosen or not band[0] - 0.5 <= line <= band[1] + 0.5 or not 0 < line < samples / 2:
+            continue
+        folded = _folded(line, fold)
+        if folded not in taken and (fold is None or 0 < 2 * folded < fold):
+            return line
+    return None

@@ -1,0 +1,88 @@
+"""Exact margins of a periodic loop: how far all channels together may change before its spectral radius reaches one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .loop import PeriodicLoop
+
+LONGEST_DELAY = 0.1  # s, up to which a delay margin is looked for
+DELAY_STEP = 2.5e-4  # s, between the points of the search: a narrower island of instability would be missed
+LARGEST_GAIN = 100.0
+GAIN_STEP = 1.05
+PHASE_STEP = 2.0  # deg
+CLOSENESS = 1e-6  # relative, of a margin
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StabilityMargins:
+    """Of all channels together; infinite where nothing was found in the range searched."""
+
+    delay: float  # s, at the plant input, unknown to the controller
+    gain_up: float  # factor > 1 at which the loop becomes unstable
+    gain_down: float  # factor < 1; 0 if it stays stable down to nothing
+    phase: float  # deg, of lag or lead: a factor exp(-+ i phase)
+    radius: float  # spectral radius a step, of the loop as it is
+
+
+def stability_margins(loop_at: Callable[[float], PeriodicLoop]) -> StabilityMargins:
+    """Return the exact margins.
+
+    Parameters
+    ----------
+    loop_at : the open loop with a further delay [s] at the plant input
+
+    Raises
+    ------
+    ValueError
+        If the loop is unstable as it is: then it has no margins.
+    """
+    loop = loop_at(0.0)
+    radius = loop.radius()
+    if not radius < 1.0:
+        raise ValueError(f"the closed loop is unstable, spectral radius {radius:.6g}: it has no margins")
+    up = _first(loop.radius, _factors(GAIN_STEP, LARGEST_GAIN))
+    down = _first(loop.radius, _factors(1.0 / GAIN_STEP, 1.0 / LARGEST_GAIN))
+    phase = _first(
+        lambda angle: loop.radius(np.exp(-1j * np.deg2rad(angle))), np.arange(0.0, 181.0, PHASE_STEP).tolist()
+    )
+    return StabilityMargins(
+        delay=delay_margin(loop_at),
+        gain_up=np.inf if up is None else up,
+        gain_down=0.0 if down is None else down,
+        phase=np.inf if phase is None else phase,
+        radius=radius,
+    )
+
+
+def delay_margin(loop_at: Callable[[float], PeriodicLoop], longest: float = LONGEST_DELAY) -> float:
+    """Return the shortest further delay at the plant input that makes the loop unstable [s]; infinite up to `longest`.
+
+    Found by stepping through the delays and bisecting the first step that ends unstable.
+    """
+    found = _first(lambda delay: loop_at(delay).radius(), np.arange(0.0, longest, DELAY_STEP).tolist())
+    return np.inf if found is None else found
+
+
+def _factors(step: float, last: float) -> list[float]:
+    return [float(step**k) for k in range(int(np.ceil(np.log(last) / np.log(step))) + 1)]
+
+
+def _first(radius: Callable[[float], float], points: list[float]) -> float | None:
+    """Return where the radius first reaches one: between two points, by bisection; None if it does not."""
+    stable = points[0]
+    for point in points[1:]:
+        if radius(point) < 1.0:
+            stable = point
+            continue
+        while abs(point - stable) > CLOSENESS * max(abs(point), abs(stable)):
+            middle = 0.5 * (stable + point)
+            if radius(middle) < 1.0:
+                stable = middle
+            else:
+                point = middle
+        return 0.5 * (stable + point)
+    return None
