@@ -49,10 +49,18 @@ def binary_name(subject: Subject, platform: str) -> str:
     return f"binaries/{platform}/{identifier}{SUFFIXES.get(platform, '.so')}"
 
 
+def _nothing_to_load(subject: Subject) -> str:
+    """Say why there is no binary to look for; empty if there is."""
+    reason = unreadable(subject)
+    if not reason and subject.model is not None and not subject.model.identifier:
+        reason = "no modelIdentifier of a co-simulation FMU, which names the binary"
+    return reason
+
+
 @check("platforms", "there is a binary for this platform, and each is what its folder says")
 def platforms(subject: Subject) -> Verdict:
     """List the binaries and look at their first bytes."""
-    reason = unreadable(subject)
+    reason = _nothing_to_load(subject)
     if reason:
         return Verdict(status="skipped", message=reason)
     notes = Notes()
@@ -100,7 +108,7 @@ def _foreign(content: bytes, platform: str) -> str:
 
 def _library(subject: Subject) -> Library | Verdict:
     """Read the Linux library, or return why that is not possible."""
-    reason = unreadable(subject)
+    reason = _nothing_to_load(subject)
     if not reason and binary_name(subject, _ELF_PLATFORM) not in subject.names:
         reason = f"no {_ELF_PLATFORM} binary to look into"
     if reason:
@@ -229,7 +237,7 @@ def _needs_python(subject: Subject, who: str, count: int, text: str, notes: Note
 @check("instances", "how many instances a process may hold")
 def instances(subject: Subject) -> Verdict:
     """Note the flags that limit how a master may use the FMU."""
-    reason = unreadable(subject)
+    reason = _nothing_to_load(subject)
     if reason or subject.model is None:
         return Verdict(status="skipped", message=reason)
     notes = Notes()

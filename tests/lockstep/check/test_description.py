@@ -182,6 +182,14 @@ def test_one_defect_is_found_by_its_check_alone(make: Make, found: Find, defect:
         assert not skipped
 
 
+def test_without_co_simulation_the_description_is_still_checked(make: Make, found: Find) -> None:
+    xml = XML.replace("<CoSimulation ", "<ModelExchange ").replace('name="torque"', 'name="gain"')
+    findings = found(make(xml=xml))
+
+    assert findings["static.names"].status == "error"
+    assert findings["static.platforms"].status == findings["static.functions"].status == "skipped"
+
+
 @pytest.mark.parametrize("name", ["a", "der(a.b[1])", "der(x,2)", "a.'b c'[1,2].d", "_x1", "'\\n'"])
 def test_structured_names(make: Make, found: Find, name: str) -> None:
     findings = found(make(xml=XML.replace('"attitude[2]"', f'"{name}"')))
