@@ -30,6 +30,7 @@ class Run:
     as_published: bool
     slew: bool
     seed: int
+    open_loop: bool = False
 
     @property
     def design(self) -> Design:
@@ -77,6 +78,7 @@ def read_run(folder: Path) -> Run:
         as_published=bool(plant.get("as_published", False)),
         slew=any(_number(controller, f"command.rotation[{axis}]") != 0.0 for axis in (1, 2, 3)),
         seed=int(_number(plant, "seed")),
+        open_loop=bool(controller.get("open_loop", False)),
     )
 
 
