@@ -103,6 +103,8 @@ def test_without_repetition_nothing_is_compared(tmp_path, defect):
     [
         ("CRASHES", "step", "crashed with SIGSEGV in fmi2DoStep at t = 0.05 s"),
         ("EXITS", "step", "ended the process with exit code 3 in fmi2DoStep at t = 0.05 s"),
+        ("LEAVES_A_PROCESS", "step", "a process that it started ran on after the end of its own"),
+        ("EATS_MEMORY", "step", "crashed with SIGSEGV in fmi2DoStep at t = 0.05 s"),
         ("HANGS", "step", "no answer within 10 s in fmi2DoStep at t = 0.05 s"),
         ("CRASHES_AT_UNLOAD", "instantiate", "crashed with SIGABRT in unloading the library"),
     ],

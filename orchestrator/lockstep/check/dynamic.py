@@ -210,7 +210,8 @@ class _Course:
 
     def _beside(self, other: Path) -> Verdict:
         copy = other == self.laboratory.archive
-        neighbour = Laboratory(archive=other.resolve(), work=self.laboratory.work / "neighbour", time_limit=60.0)
+        neighbour = Laboratory(archive=other.resolve(), work=self.laboratory.work / "neighbour",
+                               time_limit=self.laboratory.time_limit)  # fmt: skip
         try:
             experiment = self.experiment if copy else read_experiment(neighbour.unpack())
         except InputError as error:

@@ -83,14 +83,17 @@ class Laboratory:
         limit = time_limit or self.time_limit
         began = time.monotonic()
         with (self.results / "printed").open("wb") as printed:
-            code = _finish(
+            code, left = _finish(
                 [sys.executable, "-P", "-m", "lockstep.check.probe", str(self.results / "task.json")],
                 directory or usual,
                 printed,
                 limit,
                 {"TMPDIR": str(self.work / "tmp")},
             )
-        return self._verdict(code, limit, time.monotonic() - began)
+        verdict = self._verdict(code, limit, time.monotonic() - began)
+        if left and verdict.status != "error":
+            return Verdict(status="error", message="a process that it started ran on after the end of its own")
+        return verdict
 
     def _verdict(self, code: int | None, limit: float, lasted: float) -> Verdict:
         call = read_crumb(self.results / "crumb")
@@ -123,8 +126,13 @@ class Laboratory:
         return tuple(f"printed: {line.strip()[:200]}" for line in lines[-3:] if line.strip())
 
 
-def _finish(command: list[str], directory: Path, printed: Any, limit: float, extra: dict[str, str]) -> int | None:
-    """Run a command in a group of its own; leave nothing of the group. None when the time was up."""
+def _finish(
+    command: list[str], directory: Path, printed: Any, limit: float, extra: dict[str, str]
+) -> tuple[int | None, bool]:
+    """Run a command in a session of its own, and end whatever it leaves running.
+
+    Returns its exit code, None when the time was up, and whether a process that it started outlived it.
+    """
     threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     process = subprocess.Popen(
         command,
@@ -135,14 +143,32 @@ def _finish(command: list[str], directory: Path, printed: Any, limit: float, ext
         start_new_session=True,
         env=threads | dict(os.environ) | extra,
     )
+    code = None
     try:
-        return process.wait(limit)
-    except subprocess.TimeoutExpired:
-        return None
+        with suppress(subprocess.TimeoutExpired):
+            code = process.wait(limit)
+        return code, code is not None and bool(_running(process.pid, extra))
     finally:
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
+        for pid in (*_running(process.pid, extra), *([process.pid] if process.poll() is None else [])):
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
         process.wait()
+
+
+def _running(session: int, environment: dict[str, str]) -> list[int]:
+    """Return the processes of a session, and those that left it but still carry its environment; zombies aside."""
+    marks = {f"{name}={value}".encode() for name, value in environment.items()}
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            state, _, _, its_session = (folder / "stat").read_text().rpartition(")")[2].split()[:4]
+            if state != "Z" and (
+                int(its_session) == session or marks <= set((folder / "environ").read_bytes().split(b"\0"))
+            ):
+                found.append(int(folder.name))
+        except (OSError, ValueError):  # it has ended, or belongs to another user
+            continue
+    return found
 
 
 def _signal(code: int) -> str:

@@ -24,7 +24,7 @@ from lockstep.check.experiment import Experiment
 from lockstep.check.finding import Status
 
 GIGABYTE = 2**30
-MEMORY_LIMIT = 8 * GIGABYTE  # address space of a check: far above any FMU, far below what hurts the machine
+MEMORY_LIMIT = 8 * GIGABYTE  # data of a check, and at most half of the machine's memory: above the needs of an FMU
 FILE_LIMIT = GIGABYTE
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
@@ -107,9 +107,10 @@ def main(arguments: list[str]) -> int:
 
 def _limit() -> None:
     """Limit what an FMU can do to the machine, and end with the parent."""
+    half = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
     for kind, value in (
         (resource.RLIMIT_CORE, 0),
-        (resource.RLIMIT_AS, MEMORY_LIMIT),
+        (resource.RLIMIT_DATA, min(MEMORY_LIMIT, half)),
         (resource.RLIMIT_FSIZE, FILE_LIMIT),
     ):
         _, hard = resource.getrlimit(kind)

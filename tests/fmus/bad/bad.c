@@ -238,6 +238,9 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
 #ifdef DEFECT_CRASHES
     if (now->count == 5) *(volatile int *)0 = 1;
 #endif
+#ifdef DEFECT_EATS_MEMORY
+    while (now->count == 5) memset(malloc(1 << 28), 1, 1 << 12);
+#endif
 #ifdef DEFECT_HANGS
     while (now->count == 5) usleep(1000);
 #endif
@@ -247,6 +250,13 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
 #ifdef DEFECT_LEAKS
     leaked = malloc(4096);
     memset((void *)leaked, 1, 4096);
+#endif
+#ifdef DEFECT_LEAVES_A_PROCESS
+    if (now->count == 5 && fork() == 0) {
+        setsid();
+        sleep(600);
+        _exit(0);
+    }
 #endif
 #ifdef DEFECT_LEAVES_A_FILE
     FILE *file = fopen("trace.log", "a");

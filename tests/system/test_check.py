@@ -1,0 +1,97 @@
+"""The whole acceptance check on FMUs with one defect in the model description, and what an interrupted one leaves."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from lockstep.check.run import check_fmu
+
+BAD = Path(__file__).parents[1] / "fmus" / "bad"
+sys.path.append(str(BAD))
+from bad_fmus import XML, bad_fmu  # noqa: E402
+
+sys.path.remove(str(BAD))
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the bad FMUs are compiled with gcc")
+
+
+def of_note(path: Path) -> dict[str, str]:
+    """Return the static findings that a receiver would look at: message by check."""
+    findings = check_fmu(path, dynamic=False).findings
+    return {found.check: found.message for found in findings if found.status in ("warning", "error")}
+
+
+def edited(*edits: tuple[str, str]) -> str:
+    """Return the good model description with some texts replaced, each of which stands there once."""
+    text = XML
+    for old, new in edits:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    return text
+
+
+def test_the_good_one_has_no_finding_of_note(tmp_path):
+    assert of_note(bad_fmu(tmp_path)) == {}
+
+
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        (('<Unit name="1">', '<Unit name="N"><BaseUnit kg="1" m="1" s="-2"/></Unit><Unit name="1">'), "'N'"),
+        (('<BaseUnit m="1" s="-1"/>', '<BaseUnit m="1" s="-2"/>'), "'m/s'"),
+    ],
+)
+def test_stale_units_are_found_and_nothing_else(tmp_path, edit, words):
+    found = of_note(bad_fmu(tmp_path, xml=edited(edit)))
+
+    assert list(found) == ["static.units"]
+    assert words in found["static.units"]
+
+
+def test_missing_unknowns_are_found_and_nothing_else(tmp_path):
+    lines = (
+        '      <Unknown index="5" dependencies=""/>\n      <Unknown index="6" dependencies=""/>\n    </InitialUnknowns>'
+    )
+
+    found = of_note(bad_fmu(tmp_path, xml=edited((lines, "    </InitialUnknowns>"))))
+
+    assert set(found) == {"static.unknowns", "static.fmpy"}  # the library that we also ask says the same
+    assert "lacks 2 of 3: filtered, count" in found["static.unknowns"]
+
+
+def processes_with(word: str) -> list[int]:
+    """Return the running processes whose environment holds a word."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/environ"):
+        try:
+            if word.encode() in path.read_bytes():
+                found.append(int(path.parent.name))
+        except OSError:  # it has ended, or belongs to another user
+            continue
+    return found
+
+
+def test_an_interrupted_check_leaves_nothing(tmp_path):
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    command = [sys.executable, "-m", "lockstep", "check", str(bad_fmu(tmp_path, "HANGS"))]
+    environment = os.environ | {"TMPDIR": str(scratch)}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, text=True)
+    while not [path for path in scratch.rglob("crumb") if b"fmi2DoStep" in path.read_bytes()]:
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+    assert len(processes_with(str(scratch))) == 2
+
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=60.0)
+
+    assert process.returncode == 130
+    assert "Traceback" not in told
+    assert list(scratch.iterdir()) == []
+    assert processes_with(str(scratch)) == []
