@@ -12,7 +12,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 HERE = Path(__file__).parent
 FLEXSAT = Path(sys.executable).with_name("flexsat")
 TICK = 1_000_000  # [ns]
+CONFIGURATIONS = ("centralised", "distributed", "distributed/flat")
 COMPONENTS = ("sensors", "controller", "plant")  # in the order of a tick
 # BLAS with one thread adds in one order: only so can two hosts agree to the last bit
 ENVIRONMENT = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -62,31 +63,45 @@ def agreement(ours: Trajectory, theirs: Trajectory) -> str:
     return f"{max(distance(port, ours, theirs) for port in ports if ours[port].any() or theirs[port].any()):.0e}"
 
 
+def joined(rows: Sequence[Row]) -> Row:
+    """Return one row for runs that differ in their configuration only."""
+    agreements = dict.fromkeys(row.agreement for row in rows)
+    return replace(rows[0], ran="; ".join(row.ran for row in rows), agreement=", ".join(agreements))
+
+
+def arcseconds_apart(ours: Trajectory, theirs: Trajectory) -> float:
+    """Return the largest difference of attitude [arcsec]; a small rotation vector is four times its MRP."""
+    mrp = ours["plant.attitude.mrp"] - theirs["plant.attitude.mrp"]
+    return float(4.0 * np.linalg.norm(mrp, axis=1).max() * 180.0 * 3600.0 / np.pi)
+
+
 def distance(port: str, ours: Trajectory, theirs: Trajectory) -> float:
     """Return the largest difference in a port over the largest value of it."""
     return float(np.abs(ours[port] - theirs[port]).max() / max(np.abs(ours[port]).max(), np.abs(theirs[port]).max()))
 
 
 def _port(name: str) -> str:
-    return re.sub(r"\[\d+\]$", "", name)
+    return re.sub(r"(\[\d+\]|_\d+)$", "", name)  # of a flat name too
+
+
+def build(folder: Path) -> None:
+    """Build the FMUs and systems of both configurations, of one with flat names too."""
+    for options in (["centralised"], ["distributed", "--flat"]):
+        command = [FLEXSAT, "build", "--out", folder, "--configuration", *options]
+        subprocess.run(command, check=True, capture_output=True, env=ENVIRONMENT)
 
 
 class Bench:
     """The built FMUs, and trajectories that several hosts are compared with."""
 
-    def __init__(self, folder: Path, configurations: Sequence[str] = ("distributed",)) -> None:
-        self.folder, self.work = folder / "fmus", folder / "work"
-        self.work.mkdir(parents=True)
-        options = [option for name in configurations for option in ("--configuration", name)]
-        self.configurations = tuple(configurations)
-        command = [FLEXSAT, "build", *options, "--out", self.folder]
-        subprocess.run(command, check=True, capture_output=True, env=ENVIRONMENT)
+    def __init__(self, fmus: Path, work: Path) -> None:
+        self.folder, self.work = fmus, work
         self._references: dict[str, Trajectory] = {}
         self._descriptions: dict[Path, Any] = {}
         self._runs = 0
 
     def fmu(self, component: str, configuration: str = "distributed") -> Path:
-        """Return where an FMU is."""
+        """Return where an FMU is; its variant of flat names is in configuration `distributed/flat`."""
         return self.folder / configuration / f"{component}.fmu"
 
     def description(self, fmu: Path) -> Any:
@@ -103,6 +118,23 @@ class Bench:
     def references(self, configuration: str = "distributed") -> dict[str, dict[str, int]]:
         """Return the value references of the real outputs by component and name."""
         return {component: self.outputs(component, configuration) for component in COMPONENTS}
+
+    def low_level(self, component: str, configuration: str, **setup: Any) -> Trajectory:
+        """Return what FMPy's low-level calls give: of a variant with flat names, the one with structured names."""
+        structured = configuration.removesuffix("/flat")
+        outputs = self.outputs(component, structured)
+        setup |= {"fmu": str(self.fmu(component, structured)), "way": "low-level", "outputs": outputs}
+        found = self.run("run_fmpy.py", setup)
+        names = dict(zip(outputs, self.outputs(component, configuration), strict=True))  # in one order in both
+        return ordered([names[name] for name in found.names], found.values)
+
+    def moving(self, component: str, configuration: str) -> list[tuple[int, float]]:
+        """Return value reference and start value of the inputs to move; a command that moves would be refused."""
+        return [
+            (v.valueReference, float(v.start))
+            for v in self.description(self.fmu(component, configuration)).modelVariables
+            if v.causality == "input" and v.type == "Real" and not v.name.startswith("command")
+        ]
 
     def package(self, scenario: str, configuration: str = "distributed") -> Path:
         """Return where a system is, as a receiver gets it."""
@@ -169,8 +201,12 @@ def save(path: Path | str, names: Sequence[str], values: Any) -> None:
 
 
 def load(path: Path) -> Trajectory:
-    """Load a trajectory, its columns in the order of their names."""
+    """Load a trajectory."""
     with np.load(path) as file:
-        names, values = [str(name) for name in file["names"]], file["values"]
+        return ordered([str(name) for name in file["names"]], file["values"])
+
+
+def ordered(names: Sequence[str], values: NDArray[np.float64]) -> Trajectory:
+    """Return a trajectory with its columns in the order of their names."""
     order = sorted(range(len(names)), key=names.__getitem__)
     return Trajectory(names=tuple(names[i] for i in order), values=values[:, order])

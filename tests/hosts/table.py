@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from hosting import Bench
+from hosting import Bench, build
 
 FILES = ("test_simulate_fmu", "test_c_host", "test_container", "test_libcosim", "test_ecos")
 
@@ -15,7 +15,10 @@ def main():
     """Run every host and print a line for each FMU kind in it."""
     print("| FMU kind | host | what ran | agreement | remark |\n|---|---|---|---|---|")
     with tempfile.TemporaryDirectory(prefix="flexsat_hosts_") as folder:
-        bench = Bench(Path(folder) / "bench", ("centralised", "distributed"))
+        work = Path(folder) / "work"
+        work.mkdir()
+        build(Path(folder) / "fmus")
+        bench = Bench(Path(folder) / "fmus", work)
         for name in FILES:
             host = importlib.import_module(name)
             missing = getattr(host, "missing", str)()

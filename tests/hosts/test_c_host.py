@@ -9,7 +9,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from hosting import COMPONENTS, HERE, TICK, Row, Trajectory, agreement
+from hosting import COMPONENTS, CONFIGURATIONS, HERE, TICK, Row, agreement, joined, ordered
 
 from lockstep import load_system
 
@@ -82,25 +82,18 @@ def trajectory(done, names):
     assert done.returncode == 0, f"exit code {done.returncode}\n{done.stderr}"
     assert done.stderr == ""
     values = np.array([[float(word) for word in line.split()] for line in done.stdout.splitlines()])
-    order = sorted(range(len(names)), key=names.__getitem__)
-    return Trajectory(names=tuple(names[i] for i in order), values=values[:, order])
+    return ordered(names, values)
 
 
 def single(bench, component, configuration="distributed", ticks=100):
     """Return the setup of one FMU whose real inputs move, and the same for FMPy."""
     fmu = bench.fmu(component, configuration)
     period = PERIODS[component]
-    outputs = bench.outputs(component, configuration)
-    moving = [
-        (v.valueReference, float(v.start))
-        for v in bench.description(fmu).modelVariables
-        if v.causality == "input" and v.type == "Real" and not v.name.startswith("command.")
-    ]
+    moving = bench.moving(component, configuration)
     lines = [f"run {ticks // period} {period * TICK}", f"{unpacked(bench, fmu)} 1"]
     lines += [f"drive {reference} {start!r}" for reference, start in moving]
-    lines += [f"watch {reference}" for reference in outputs.values()]
-    setup = {"fmu": str(fmu), "inputs": moving, "outputs": outputs, "way": "low-level", "times": "integer"}
-    return lines, setup | {"step": period * TICK, "steps": ticks // period}
+    lines += [f"watch {reference}" for reference in bench.outputs(component, configuration).values()]
+    return lines, {"inputs": moving, "step": period * TICK, "steps": ticks // period, "times": "integer"}
 
 
 def loop(bench, ticks):
@@ -129,21 +122,20 @@ def loop(bench, ticks):
 def compare(bench, component, configuration):
     """Run one FMU in C and in FMPy."""
     lines, setup = single(bench, component, configuration)
-    theirs = trajectory(call(bench, lines), list(setup["outputs"]))
+    theirs = trajectory(call(bench, lines), list(bench.outputs(component, configuration)))
     return Row(
-        kind=f"{component}, {configuration}",
+        kind=component,
         host="C program, no Python",
-        ran=f"whole life cycle twice, {setup['steps']} steps, {len(theirs.names)} outputs",
-        agreement=agreement(bench.run("run_fmpy.py", setup), theirs),
-        remark="against FMPy's low-level calls; saved and serialised state and reset repeat the run bitwise",
+        ran=f"{configuration}: whole life cycle twice, {setup['steps']} steps, {len(theirs.names)} outputs",
+        agreement=agreement(bench.low_level(component, configuration, **setup), theirs),
+        remark="against FMPy's low-level calls; reset, saved and serialised state repeat bitwise",
     )
 
 
 def rows(bench):
     """Compare, and say so in the table."""
-    for configuration in bench.configurations:
-        for component in PERIODS:
-            yield compare(bench, component, configuration)
+    for component in PERIODS:
+        yield joined([compare(bench, component, configuration) for configuration in CONFIGURATIONS])
     ticks = 200
     lines, names = loop(bench, ticks)
     theirs = trajectory(call(bench, lines), names)
@@ -157,7 +149,7 @@ def rows(bench):
 
 
 @pytest.mark.parametrize("component", PERIODS)
-@pytest.mark.parametrize("configuration", ["centralised", "distributed"])
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_one_fmu_in_c_agrees_bitwise_with_fmpy(bench, configuration, component):
     assert compare(bench, component, configuration).agreement == "bitwise"
 
@@ -173,11 +165,11 @@ def test_three_fmus_in_one_c_process_agree_bitwise_with_our_master(bench):
 
 
 def test_libpython_may_be_loaded_by_the_host_instead_of_preloaded(bench):
-    lines, setup = single(bench, "plant", ticks=20)
+    lines, _ = single(bench, "plant", ticks=20)
     preloaded = call(bench, lines)
     loaded = call(bench, lines, ENVIRONMENT, [libpython()])
 
-    assert trajectory(loaded, list(setup["outputs"])).values.any()
+    assert trajectory(loaded, list(bench.outputs("plant"))).values.any()
     assert loaded.stdout == preloaded.stdout
 
 

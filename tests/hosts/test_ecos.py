@@ -9,7 +9,7 @@ import ctypes.util
 import importlib.util
 
 import pytest
-from hosting import TICK, Row, agreement, distance
+from hosting import TICK, Row, agreement, arcseconds_apart
 
 ENDS = (("plant", "sensors"), ("sensors", "plant"), ("sensors", "controller"), ("controller", "plant"))
 DELAYS = dict.fromkeys(ENDS, 1)
@@ -52,20 +52,20 @@ def rows(bench):
     """Compare, and say so in the table."""
     ticks = 300
     theirs = run(bench, "fine_pointing", ticks)
-    apart = distance("plant.rate", bench.reference(ticks), theirs)
+    apart = arcseconds_apart(bench.reference(ticks), theirs)
     yield Row(
         kind="system of three (.ssp)",
         host="ecos",
         ran=f"fine pointing, {ticks} ticks at own rates, {len(theirs.names)} outputs",
         agreement=agreement(bench.reference(ticks, DELAYS), theirs),
-        remark=f"with ecos's delays (1 tick each); {apart:.1e} of the peak rate from our own timing",
+        remark=f"with ecos's delays (1 tick each); {apart:.1e} arcsec from our own timing",
     )
-    ticks = 5500
+    ticks = 5300
     theirs = run(bench, "slew", ticks, ("plant",))
     yield Row(
         kind="system of three (.ssp)",
         host="ecos",
-        ran=f"slew, begun half a second ago, {ticks} ticks, {len(theirs.names)} outputs of the plant",
+        ran=f"slew, begun 0.3 s ago, {ticks} ticks, {len(theirs.names)} outputs of the plant",
         agreement=agreement(bench.reference(ticks, DELAYS, "slew", signals=["plant.*"]), theirs),
         remark="with the same delays; ecos adds up its time",
     )

@@ -179,13 +179,19 @@ static void load(Component *c) {
     c->deserialize = symbol(c, "fmi2DeSerializeFMUstate");
 }
 
+/* Hand over the values of wires; those in a row that come from one component in one call. */
 static void transfer(Component *c) {
-    for (int i = 0; i < c->wires.count; i++) {
+    static fmi2ValueReference from[MOST_ENTRIES], to[MOST_ENTRIES];
+    static fmi2Real values[MOST_ENTRIES];
+    for (int i = 0, n; i < c->wires.count; i += n) {
         const Entry *wire = &c->wires.entry[i];
         Component *source = &components[wire->source];
-        fmi2Real value;
-        check(source->get_real(source->instance, &wire->source_reference, 1, &value), "fmi2GetReal", source);
-        check(c->set_real(c->instance, &wire->reference, 1, &value), "fmi2SetReal", c);
+        for (n = 0; i + n < c->wires.count && wire[n].source == wire->source; n++) {
+            from[n] = wire[n].source_reference;
+            to[n] = wire[n].reference;
+        }
+        check(source->get_real(source->instance, from, (size_t)n, values), "fmi2GetReal", source);
+        check(c->set_real(c->instance, to, (size_t)n, values), "fmi2SetReal", c);
     }
     for (int i = 0; i < c->flags.count; i++) {
         const Entry *wire = &c->flags.entry[i];
@@ -194,6 +200,14 @@ static void transfer(Component *c) {
         check(source->get_boolean(source->instance, &wire->source_reference, 1, &value), "fmi2GetBoolean", source);
         check(c->set_boolean(c->instance, &wire->reference, 1, &value), "fmi2SetBoolean", c);
     }
+}
+
+/* Read what is watched; return where the next value goes. */
+static double *watch(Component *c, double *trace) {
+    static fmi2ValueReference references[MOST_ENTRIES];
+    for (int i = 0; i < c->watches.count; i++) references[i] = c->watches.entry[i].reference;
+    check(c->get_real(c->instance, references, (size_t)c->watches.count, trace), "fmi2GetReal", c);
+    return trace + c->watches.count;
 }
 
 static void initialise(void) {
@@ -234,11 +248,7 @@ static void run(long first, long last, double *trace) {
             check(c->do_step(c->instance, (double)(tick * tick_length) / 1e9, (double)(c->period * tick_length) / 1e9,
                              fmi2True), "fmi2DoStep", c);
         }
-        for (int k = 0; k < count; k++) {
-            Component *c = &components[k];
-            for (int i = 0; i < c->watches.count; i++)
-                check(c->get_real(c->instance, &c->watches.entry[i].reference, 1, trace++), "fmi2GetReal", c);
-        }
+        for (int k = 0; k < count; k++) trace = watch(&components[k], trace);
     }
 }
 
