@@ -116,6 +116,7 @@ def _write_mat(folder: Path, names: list[str] | None, file: Path) -> None:
         "elements": _nested(dataset, lambda variable: variable[variable.dims[-1]].to_numpy(), arrays_only=True),
         "run": {_field(str(key)): value for key, value in dataset.attrs.items()},
     }
+    content = {name: value for name, value in content.items() if len(value)}  # not every reader takes empty structures
     savemat(file, content, long_field_names=True, do_compression=True, oned_as="column")
 
 

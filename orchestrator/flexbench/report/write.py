@@ -23,7 +23,7 @@ from .study import study_folders, study_table
 from .tables import events, facts, numbers, provenance, scenario_of, system
 
 PAGE = "report.html"
-SCRIPTS = ("data.js", "plots.js", "scene.js")
+SCRIPTS = ("data.js", "axes.js", "plots.js", "scene.js")
 FIRST_PANELS = (
     "pointing error",
     "deformation",
