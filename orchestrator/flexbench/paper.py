@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from flexsat.build import build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 
 from .campaign import Job, run_jobs
@@ -66,28 +67,15 @@ def run_paper(
 
 
 def draw_paper(folder: Path, variants: Sequence[Variant], seed: int) -> list[Path]:
-    """Draw the figures of the study from one seed's runs; return their paths."""
+    """Draw the figures of the design and of one seed's runs into `folder`/figures; return their paths."""
     from . import figures  # matplotlib takes a second to import: only those who draw pay
 
-    paths: list[Path] = []
-    for variant in variants:
-        suffix = "-as-published" if variant == "as_published" else ""
-        by_scenario = {
-            scenario: {name: read_run(run_folder(folder, variant, name, scenario, seed)) for name in CONFIGURATIONS}
-            for scenario in SCENARIOS
-        }
-        signals = {
-            scenario: {name: run.signals() for name, run in runs.items()} for scenario, runs in by_scenario.items()
-        }
-        designs = {name: run.design for name, run in by_scenario["slew"].items()}
-        drawn = {
-            f"slew{suffix}": figures.slew_comparison(signals["slew"], designs),
-            f"fine-pointing{suffix}": figures.fine_pointing_comparison(
-                signals["fine_pointing"], signals["fine_pointing_open_loop"]
-            ),
-        }
-        if not paths:
-            drawn["mode-shapes"] = figures.mode_shapes(designs["centralised"])
-        for name, figure in drawn.items():
-            paths += figures.save_figure(figure, folder / "figures", name)
-    return paths
+    runs = [
+        read_run(run_folder(folder, variant, name, scenario, seed))
+        for variant in variants
+        for scenario in SCENARIOS
+        for name in CONFIGURATIONS
+    ]
+    designs = {name: build_designs(name) for name in CONFIGURATIONS}
+    drawn = figures.design_figures(designs) | figures.result_figures(runs)
+    return figures.save_figures(drawn, folder / "figures")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from flexsat.rotations import rotate_mrp
 from flexsat.structure import Structure, build_structure
 from lockstep import Signals
 
+WHOLE = 60_001  # rows of 300 s
 ROWS, PERIOD = 6001, 0.005  # 30 s at the controller's period: more rows than are drawn
 UNIT = re.compile(r"\[.+\]$")
 Designs = dict[ConfigurationName, Design]
@@ -39,14 +41,14 @@ def drawn_structure() -> Structure:
     return build_structure(record_mesh(Aperture()), Plate())
 
 
-def made_signals(design: Design, error: float) -> Signals:
+def made_signals(design: Design, error: float, rows: int = ROWS) -> Signals:
     """Make a run at rest, `error` [rad] off about x, with one spike of deformation in row 1234."""
     modes, wheels = design.spacecraft.mode_count, design.spacecraft.wheel_count
     sizes = {"modal.displacement": modes, "rate": 3, "modal.velocity": modes}
     columns: dict[str, Any] = {}
 
     def add(name: str, values: Any) -> None:
-        values = np.broadcast_to(np.asarray(values, dtype=float), (ROWS, np.shape(values)[-1]))
+        values = np.broadcast_to(np.asarray(values, dtype=float), (rows, np.shape(values)[-1]))
         columns.update({f"{name}[{i + 1}]": values[:, i] for i in range(values.shape[1])})
 
     for name, size in sizes.items():
@@ -58,9 +60,9 @@ def made_signals(design: Design, error: float) -> Signals:
     add("controller.reference.wheel.speed", np.zeros(wheels))
     add("controller.reference.torque", np.zeros(wheels))
     add("controller.wheel.torque", np.full(wheels, 0.25))
-    columns["plant.rms_deformation"] = np.full(ROWS, 1e-7)
+    columns["plant.rms_deformation"] = np.full(rows, 1e-7)
     columns["plant.rms_deformation"][1234] = 5e-6
-    return Signals(time=np.arange(ROWS) * PERIOD, columns=columns, units={}, descriptions={})
+    return Signals(time=np.arange(rows) * PERIOD, columns=columns, units={}, descriptions={})
 
 
 @pytest.fixture(scope="module")
@@ -282,18 +284,81 @@ def test_figures_refuse_no_results(drawn_designs: Designs):
 def test_fine_pointing_draws_both_loops_and_the_last_seconds(runs: dict[ConfigurationName, Signals]):
     figure = figures.fine_pointing_comparison(runs, runs)
 
-    pointing, deformation = figure.axes
-    assert (pointing.get_yscale(), deformation.get_yscale()) == ("log", "linear")
+    pointing, jitter, whole, deformation = figure.axes
+    assert [axes.get_yscale() for axes in figure.axes] == ["log", "linear", "linear", "linear"]
     assert "[arcsec]" in pointing.get_ylabel()
+    assert "10^{-3}$ arcsec]" in jitter.get_ylabel()
+    assert "[µm]" in whole.get_ylabel()
     assert "[µm]" in deformation.get_ylabel()
     labels = {f"{name}, {loop} loop" for name in CONFIGURATIONS for loop in ("open", "closed")}
     for axes in figure.axes:
         assert {line.get_label() for line in axes.get_lines()} == labels
         assert len({line.get_color() for line in axes.get_lines()}) == 4
     assert_allclose(heights(lines(pointing, "centralised, closed")[0]), 2.0, rtol=1e-6)
+    assert_allclose(heights(lines(jitter, "centralised, closed")[0]), 0.0, atol=1e-6)
     assert_allclose(heights(lines(deformation, "centralised, closed")[0]), 0.1, rtol=1e-12)  # um
-    assert_allclose(deformation.get_xlim(), (28.0, 30.0), rtol=1e-9)
+    for axes in (jitter, deformation):
+        assert_allclose(axes.get_xlim(), (28.0, 30.0), rtol=1e-9)
+    for axes in (pointing, whole):
+        assert_allclose(axes.get_xlim(), (0.0, ROWS * PERIOD), rtol=1e-9)
     assert deformation.get_ylim()[0] == 0.0
+    assert whole.dataLim.y1 == pytest.approx(5.0)  # um: the spike of one sample
+
+
+def test_fine_pointing_zoom_shows_what_the_error_does_about_its_mean(drawn_designs: Designs):
+    signals = made_signals(drawn_designs["centralised"], 0.0)
+    wobble = 3e-3 * np.sin(2.0 * np.pi * 5.0 * signals.time)  # arcsec, on 1 arcsec; ten whole turns in the zoom
+    signals.columns["plant.attitude.mrp[1]"] = np.tan((1.0 + wobble) * ARCSECOND / 4.0)
+
+    figure = figures.fine_pointing_comparison({"centralised": signals}, {})
+
+    drawn = heights(lines(figure.axes[1], "centralised, closed")[0])
+    assert_allclose((drawn.min(), drawn.max()), (-3.0, 3.0), rtol=1e-2)  # 40 samples a turn
+
+
+def test_published_values_stand_where_and_when_they_refer_to(drawn_designs: Designs):
+    whole_runs = {name: made_signals(drawn_designs[name], ARCSECOND, WHOLE) for name in CONFIGURATIONS}
+    slew = figures.slew_comparison(whole_runs, drawn_designs)
+    fine = figures.fine_pointing_comparison(whole_runs, whole_runs)
+    expected = {  # PHYSICS section 7
+        ("Pointing error", "centralised"): 49.0,
+        ("Pointing error", "distributed"): 1.8,
+        ("Angular rate error", "centralised"): 1.1e-3,
+        ("Angular rate error", "distributed"): 1.1e-4,
+        ("Deformation", "centralised"): 2.3,
+        ("Deformation", "distributed"): 0.33,
+    }
+    for (title, name), value in expected.items():
+        (line,) = lines(panel(slew, title), f"published, {name}")
+        assert_allclose(heights(line), value, rtol=1e-12)
+        assert_allclose(np.asarray(line.get_xdata()), (150.0, 300.0), rtol=1e-9)
+    costs = [heights(line)[0] for line in lines(panel(slew, "LQR cost"), "published, ")]
+    assert sorted(costs) == [34.0, 219.0, 461.0, 1.9e4]
+    settled = [line.get_xdata()[0] for line in lines(panel(slew, "Pointing"), "published settling")]
+    assert_allclose(
+        settled, [slew_end(drawn_designs["centralised"]) + 100.0, slew_end(drawn_designs["distributed"]) + 30.0]
+    )
+    pointing, _, whole, _ = fine.axes
+    assert [heights(line)[0] for line in lines(pointing, "published, ")] == [0.068, 0.038]
+    assert sorted(heights(line)[0] for line in lines(whole, "published, ")) == [0.15, 0.27, 0.27, 0.33]
+    for figure in (slew, fine):
+        assert any("published" in text.get_text() for text in figure.legends[0].get_texts())
+
+
+def test_published_rows_of_the_published_variant_refer_to_its_window(drawn_designs: Designs):
+    design = replace(drawn_designs["distributed"], as_published=True)
+    signals = made_signals(design, ARCSECOND, WHOLE)
+
+    figure = figures.slew_comparison({"distributed": signals}, {"distributed": design})
+
+    for title, start, end in (("Angular rate", 75.0, 150.0), ("Deformation", 75.0, 150.0), ("Pointing", 150.0, 300.0)):
+        (line,) = lines(panel(figure, title), "published, distributed")
+        assert_allclose(np.asarray(line.get_xdata()), (start, end), rtol=1e-9)
+
+
+def test_a_short_run_is_not_compared_with_published_values(slew: Figure):
+    labels = [str(line.get_label()) for axes in slew.axes for line in axes.get_lines()]
+    assert not [label for label in labels if label.startswith("published")]
 
 
 def test_saved_figures_repeat_byte_for_byte(tmp_path: Path, runs: dict[ConfigurationName, Signals]):

@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
+from flexbench.published import ROWS
 from flexsat.parameters import ConfigurationName
 from lockstep import Signals
 
@@ -65,6 +66,31 @@ LOOKS: dict[ConfigurationName, Look] = {
     "centralised": Look(colour="#0072B2", dashes=SOLID, width=1.9),
     "distributed": Look(colour="#D55E00", dashes=DASHED, width=1.1),
 }
+PUBLISHED: dict[str, Any] = {
+    "linestyle": (0.0, (1.0, 1.2)), "linewidth": 1.3, "marker": "D", "markersize": 4.2, "markerfacecolor": "white",
+    "clip_on": False, "zorder": 4.0,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisLook:
+    """How what points along one body axis is drawn: told apart by colour and by marker."""
+
+    colour: str
+    marker: str
+
+
+# vermillion, bluish green, blue, from the same
+AXES: dict[str, AxisLook] = {
+    "x": AxisLook(colour="#D55E00", marker=">"),
+    "y": AxisLook(colour="#009E73", marker="^"),
+    "z": AxisLook(colour="#0072B2", marker="o"),
+}
+
+
+def axis_name(axis: Array) -> str:
+    """Return x, y or z: the body axis that a unit vector lies along most."""
+    return "xyz"[int(np.argmax(np.abs(axis)))]
 
 
 def bin_edges(rows: int, bins: int = BINS) -> list[int]:
@@ -104,6 +130,23 @@ def draw_noisy(axes: Axes, time: Array, values: Array, label: str, line: dict[st
     return drawn
 
 
+def draw_published(
+    axes: Axes, scenario: str, key: str, name: ConfigurationName, times: Sequence[float], look: dict[str, Any]
+) -> None:
+    """Draw the paper's value of one metric, in the unit of its table, at the times [s] that it refers to.
+
+    Parameters
+    ----------
+    axes : whose y axis is in that unit
+    scenario, key, name : of the run, of the metric, of the configuration
+    times : first and last, for a line between them; or one, for a mark
+    look : options of the line, in addition to PUBLISHED
+    """
+    (row,) = [row for row in ROWS if (row.scenario, row.key) == (scenario, key)]
+    values = [row.published_for(name)] * len(times)
+    axes.plot(times, values, label=f"published, {name}", **(PUBLISHED | look))
+
+
 def span_runs(axes: Axes, results: Iterable[Signals]) -> None:
     """Let the time axis reach from 0 to the end of the longest run, one interval after its last row."""
     ends = [2.0 * times[-1] - times[-2] if len(times) > 1 else times[-1] for times in (run.time for run in results)]
@@ -119,7 +162,8 @@ def make_logarithmic(axes: Axes) -> None:
     peak = axes.dataLim.y1
     if not peak > 0.0:
         return
-    lines = [np.asarray(drawn.get_ydata(), dtype=float) for drawn in axes.get_lines()]
+    in_data = [drawn for drawn in axes.get_lines() if drawn.get_transform() == axes.transData]  # not marks on an axis
+    lines = [np.asarray(drawn.get_ydata(), dtype=float) for drawn in in_data]
     least = min(float(np.quantile(values, RARE)) for values in lines)
     low = max(0.5 * least, peak * 10.0**-DECADES)
     axes.set_yscale("log")

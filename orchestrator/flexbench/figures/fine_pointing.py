@@ -5,15 +5,36 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import matplotlib
+import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from flexbench import histories
+from flexbench.metrics import SETTLED_FROM
+from flexbench.scenarios import ScenarioName
 from flexsat.parameters import ARCSECOND, ConfigurationName
 from lockstep import Signals
 
-from .drawing import DASHED, LOOKS, SOLID, STYLE, WIDTH, Look, draw_line, draw_noisy, make_logarithmic, span_runs
+from .drawing import (
+    DASHED,
+    LOOKS,
+    PUBLISHED,
+    SOLID,
+    STYLE,
+    WIDTH,
+    Look,
+    draw_line,
+    draw_noisy,
+    draw_published,
+    make_logarithmic,
+    span_runs,
+)  # fmt: skip
 
+MICROMETRE = 1e-6  # m
+MILLI = "to reference [$10^{-3}$ arcsec]"
 ZOOM = 2.0  # s, at the end of the run: some turns of the slowest wheel
 # lighter than with the loop closed, after Okabe and Ito (2008): sky blue, orange
 OPEN_LOOKS: dict[ConfigurationName, Look] = {
@@ -23,12 +44,19 @@ OPEN_LOOKS: dict[ConfigurationName, Look] = {
 CLOSED_LOOKS: dict[ConfigurationName, Look] = {
     name: Look(colour=look.colour, dashes=SOLID, width=1.3) for name, look in LOOKS.items()
 }
+SCENARIO_LOOKS: tuple[tuple[ScenarioName, str, Mapping[ConfigurationName, Look]], ...] = (
+    ("fine_pointing_open_loop", "open loop", OPEN_LOOKS),
+    ("fine_pointing", "closed loop", CLOSED_LOOKS),
+)
 
 
 def fine_pointing_comparison(
     closed: Mapping[ConfigurationName, Signals], open_loop: Mapping[ConfigurationName, Signals]
 ) -> Figure:
-    """Draw the pointing error of the whole run and the deformation of its last seconds.
+    """Draw pointing error and deformation, of the whole run and of its last seconds; there the error less its mean.
+
+    The published RMS values stand over the time that they refer to; the paper gives none for the pointing error with
+    the loop open.
 
     Parameters
     ----------
@@ -41,23 +69,67 @@ def fine_pointing_comparison(
     """
     if not closed and not open_loop:
         raise ValueError("fine_pointing_comparison: results must hold one run at least, got none")
+    results: dict[ScenarioName, Mapping[ConfigurationName, Signals]] = {
+        "fine_pointing": closed,
+        "fine_pointing_open_loop": open_loop,
+    }
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
-        pointing, deformation = figure.subplots(1, 2)
-        for results, looks, loop in ((open_loop, OPEN_LOOKS, "open loop"), (closed, CLOSED_LOOKS, "closed loop")):
-            for name, signals in results.items():
-                label, line, time = f"{name}, {loop}", looks[name].line, signals.time
-                draw_noisy(pointing, time, histories.pointing_error(signals) / ARCSECOND, label, line)
-                late = time >= time[-1] - ZOOM
-                draw_line(deformation, time[late], histories.deformation(signals)[late] * 1e6, label, line)
-        make_logarithmic(pointing)
-        pointing.set(title="Pointing error", ylabel="to reference [arcsec]")
-        deformation.set(title=f"Deformation, last {ZOOM:g} s", ylabel="RMS over aperture [µm]")
-        span_runs(pointing, (*closed.values(), *open_loop.values()))
-        deformation.set_ylim(bottom=0.0)
-        deformation.margins(x=0.0)
-        deformation.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 5, 10]))
-        for axes in (pointing, deformation):
+        figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
+        grid = figure.subplots(2, 2)
+        for scenario, loop, looks in SCENARIO_LOOKS:
+            for name, signals in results[scenario].items():
+                _draw_run(grid, signals, f"{name}, {loop}", looks[name])
+                _draw_published(grid[:, 0], scenario, name, float(signals.time[-1]), looks[name].colour)
+        make_logarithmic(grid[0, 0])
+        grid[0, 0].set(title="Pointing error", ylabel="to reference [arcsec]")
+        grid[0, 1].set(
+            title=f"Pointing error, last {ZOOM:g} s, less its mean", ylabel="to reference [$10^{-3}$ arcsec]"
+        )
+        grid[1, 0].set(title="Deformation", ylabel="RMS over aperture [µm]")
+        grid[1, 1].set(title=f"Deformation, last {ZOOM:g} s", ylabel="RMS over aperture [µm]")
+        for axes in grid[1]:
+            axes.set_ylim(bottom=0.0)
             axes.set_xlabel("time [s]")
-        figure.legend(*pointing.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+        for axes in grid[:, 0]:
+            span_runs(axes, (*closed.values(), *open_loop.values()))
+        for axes in grid[:, 1]:
+            axes.margins(x=0.0)
+            axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 5, 10]))
+        figure.legend(handles=_legend(results), loc="outside upper center", ncols=4)
     return figure
+
+
+def _draw_run(grid: NDArray[np.object_], signals: Signals, label: str, look: Look) -> None:
+    time, late = signals.time, signals.time >= signals.time[-1] - ZOOM
+    error, deformation = histories.pointing_error(signals) / ARCSECOND, histories.deformation(signals) / MICROMETRE
+    draw_noisy(grid[0, 0], time, error, label, look.line)
+    draw_line(grid[0, 1], time[late], 1e3 * (error[late] - error[late].mean()), label, look.line)
+    draw_noisy(grid[1, 0], time, deformation, label, look.line)
+    draw_line(grid[1, 1], time[late], deformation[late], label, look.line)
+
+
+def _draw_published(
+    panels: NDArray[np.object_], scenario: ScenarioName, name: ConfigurationName, end: float, colour: str
+) -> None:
+    if end <= SETTLED_FROM:
+        return
+    pointing, deformation = panels
+    marker = "D" if scenario == "fine_pointing" else "s"
+    look = {"color": colour, "marker": marker, "markersize": 4.2 if marker == "D" else 6.5}
+    if scenario == "fine_pointing":
+        draw_published(pointing, scenario, "pointing_error", name, (SETTLED_FROM, end), look)
+    draw_published(deformation, scenario, "deformation", name, (SETTLED_FROM, end), look)
+
+
+def _legend(results: Mapping[ScenarioName, Mapping[ConfigurationName, Signals]]) -> list[Line2D | Patch]:
+    lines = [
+        Line2D([], [], label=f"{name}, {loop}", **looks[name].line)
+        for scenario, loop, looks in SCENARIO_LOOKS
+        for name in results[scenario]
+    ]
+    return [
+        *lines,
+        Line2D([], [], label="published RMS, closed loop", **(PUBLISHED | {"color": "0.3"})),
+        Line2D([], [], label="open loop", **(PUBLISHED | {"color": "0.3", "marker": "s", "markersize": 6.5})),
+        Patch(label="least to largest (line: RMS)", color="0.5", alpha=0.25, linewidth=0.0),
+    ]

@@ -13,16 +13,30 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from flexbench import histories
+from flexbench.metrics import PUBLISHED_WINDOW, SETTLED_FROM
+from flexbench.published import ROWS
 from flexbench.scenarios import slew_end
 from flexsat.design import Design
 from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName
 from lockstep import Signals
 
-from .drawing import LOOKS, STYLE, WIDTH, Array, draw_line, draw_noisy, make_logarithmic, span_runs
+from .drawing import (
+    LOOKS,
+    PUBLISHED,
+    STYLE,
+    WIDTH,
+    Array,
+    draw_line,
+    draw_noisy,
+    draw_published,
+    make_logarithmic,
+    span_runs,
+)
 
 BAND: dict[str, Any] = {"color": "#F0E442", "alpha": 0.25, "linewidth": 0.0}  # Okabe and Ito: yellow
 MARK: dict[str, Any] = {"color": "0.45", "linewidth": 0.8, "linestyle": (0.0, (6.0, 2.0, 1.0, 2.0))}
 REFERENCE: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0.0, (1.0, 1.6)), "zorder": 3.0}
+SETTLING: dict[str, Any] = {"marker": "v", "linestyle": "none", "markersize": 6.0}
 Panel = Callable[[Axes, ConfigurationName, Signals, Design], None]
 
 
@@ -58,12 +72,22 @@ def slew_comparison(
             axes.set_xlabel("time [s]")
         span_runs(grid[0, 0], results.values())
         figure.align_ylabels(grid)
-        figure.legend(handles=_legend(results), loc="outside upper center", ncols=6)
+        figure.legend(handles=_legend(results, designs), loc="outside upper center", ncols=4)
     return figure
 
 
 def _slew_times(design: Design) -> tuple[float, float]:
     return design.config.slew.start_time, slew_end(design)
+
+
+def _window(signals: Signals, design: Design) -> tuple[float, float]:
+    """Return the time [s] that the rows of rate and deformation refer to, in the variant flown."""
+    return PUBLISHED_WINDOW if design.as_published else (SETTLED_FROM, float(signals.time[-1]))
+
+
+def _draw_published(axes: Axes, key: str, name: ConfigurationName, signals: Signals, start: float, end: float) -> None:
+    if end <= float(signals.time[-1]) and start < end:  # else the run is too short
+        draw_published(axes, "slew", key, name, (start, end), {"color": LOOKS[name].colour})
 
 
 def _draw_reference(axes: Axes, time: Array, values: Array) -> None:
@@ -85,6 +109,10 @@ def _cost(axes: Axes, name: ConfigurationName, signals: Signals, design: Design)
     total, control = (np.cumsum(part[rows]) for part in histories.lqr_cost(signals, design))
     draw_line(axes, signals.time[rows], total, f"{name}, total", look.line)
     draw_line(axes, signals.time[rows], control, f"{name}, control", look.line | {"linewidth": 0.7})
+    end = float(signals.time[-1])
+    if end > SETTLED_FROM:  # else the run is too short to be compared
+        for key, width in (("total_cost", 1.5), ("control_cost", 0.7)):
+            draw_published(axes, "slew", key, name, [end], {"color": look.colour, "markeredgewidth": width})
 
 
 def _wheel_speed(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
@@ -103,16 +131,25 @@ def _rotation(axes: Axes, name: ConfigurationName, signals: Signals, _: Design) 
     _draw_reference(axes, signals.time, reference / DEGREE)
 
 
-def _pointing(axes: Axes, name: ConfigurationName, signals: Signals, _: Design) -> None:
+def _pointing(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
     draw_noisy(axes, signals.time, histories.pointing_error(signals) / ARCSECOND, name, LOOKS[name].line)
+    _draw_published(axes, "pointing_error", name, signals, SETTLED_FROM, float(signals.time[-1]))
+    (row,) = [row for row in ROWS if row.key == "settling_time"]
+    settled = slew_end(design) + row.published_for(name)
+    if settled < signals.time[-1]:
+        look = PUBLISHED | SETTLING | {"color": LOOKS[name].colour}
+        foot = axes.get_xaxis_transform()  # so that the mark does not count for the limits of the y axis
+        axes.plot([settled], [0.02], transform=foot, label=f"published settling, {name}", **look)
 
 
-def _rate(axes: Axes, name: ConfigurationName, signals: Signals, _: Design) -> None:
+def _rate(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
     draw_noisy(axes, signals.time, histories.rate_error(signals) / DEGREE, name, LOOKS[name].line)
+    _draw_published(axes, "rate_error", name, signals, *_window(signals, design))
 
 
-def _deformation(axes: Axes, name: ConfigurationName, signals: Signals, _: Design) -> None:
+def _deformation(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
     draw_noisy(axes, signals.time, histories.deformation(signals) * 1e6, name, LOOKS[name].line)
+    _draw_published(axes, "deformation", name, signals, *_window(signals, design))
 
 
 def _bending(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
@@ -136,11 +173,16 @@ PANELS: tuple[tuple[str, str, Panel, bool], ...] = (
 )
 
 
-def _legend(results: Mapping[ConfigurationName, Signals]) -> list[Line2D | Patch]:
+def _legend(
+    results: Mapping[ConfigurationName, Signals], designs: Mapping[ConfigurationName, Design]
+) -> list[Line2D | Patch]:
+    lengths = sorted({f"{end - start:.1f}" for start, end in (_slew_times(designs[name]) for name in results)})
     return [
         *(Line2D([], [], label=name, **LOOKS[name].line) for name in results),
         Line2D([], [], label="reference", **REFERENCE),
-        Line2D([], [], label="slew starts, ends", **MARK),
+        Line2D([], [], label=f"slew of {' and '.join(lengths)} s", **MARK),
         Patch(label="allowed wheel speed", **BAND),
+        Line2D([], [], label="published", **(PUBLISHED | {"color": "0.3"})),
+        Line2D([], [], label="published settling", **(PUBLISHED | SETTLING | {"color": "0.3"})),
         Patch(label="least to largest (line: RMS)", color="0.5", alpha=0.25, linewidth=0.0),
     ]

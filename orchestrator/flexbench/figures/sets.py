@@ -1,0 +1,110 @@
+"""Which figures there are of a design, and of some runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from flexbench.runs import Run
+from flexbench.systems import build_system
+from flexsat.build import Designs
+from flexsat.monolith import PORTS, port_values
+from flexsat.parameters import ConfigurationName
+from lockstep import Signals
+
+from .architecture import architecture_diagram
+from .campbell import campbell_diagram
+from .drawing import save_figure
+from .fine_pointing import fine_pointing_comparison
+from .modes import mode_shapes
+from .slew import slew_comparison
+from .structure import structure_layout
+from .wheels import wheel_responses
+
+Drawn = dict[str, Callable[[], Figure]]  # name of the file, and what draws it
+
+
+def design_figures(designs: Mapping[ConfigurationName, Designs]) -> Drawn:
+    """Return the figures that need no run, each drawn when called.
+
+    Parameters
+    ----------
+    designs : by configuration, one at least; the corrected variant is drawn
+    """
+    corrected = {name: both.corrected for name, both in designs.items()}
+    drawn: Drawn = {
+        "structure": lambda: structure_layout(corrected),
+        "mode-shapes": lambda: mode_shapes(next(iter(corrected.values()))),  # one structure
+        "campbell": lambda: campbell_diagram(corrected),
+    }
+    for name, both in designs.items():
+        drawn[f"wheel-responses-{name}"] = partial(wheel_responses, both.corrected)
+        drawn[f"architecture-{name}"] = partial(architecture, both)
+    return drawn
+
+
+def architecture(designs: Designs) -> Figure:
+    """Draw the architecture of our closed loop, the same for every scenario."""
+    config, craft = designs.corrected.config, designs.corrected.spacecraft
+    system = replace(build_system(designs, "fine_pointing", Path()), name=f"closed loop, {config.name}")
+    starts = port_values("sensors", PORTS["sensors"](designs.corrected.sensors), {})
+    fast, tracker = (1e3 * starts[name] for name in ("fast_period", "star_tracker.period"))
+    notes = {
+        "sensors": (
+            "gyros, accelerometers,", f"encoders every {fast:g} ms,", f"star tracker every {tracker:g} ms;",
+            f"jitter of {craft.wheel_count} wheels",
+        ),
+        "controller": (
+            "slew guidance, LQR,", "Kalman filter with", f"{len(designs.corrected.fine.gain)} gains in turn;",
+            "saturation, known delays",
+        ),
+        "plant": ("rigid body,", f"{craft.mode_count} modes, {craft.wheel_count} wheels"),
+    }  # fmt: skip
+    return architecture_diagram(system, notes)
+
+
+def result_figures(runs: Sequence[Run]) -> Drawn:
+    """Return the figures of runs, each drawn when called: slews, and fine pointing with the loop open and closed.
+
+    Runs of both configurations with one seed, in one variant, share a figure; a second run of a kind gets its own.
+    """
+    groups: dict[str, dict[tuple[ConfigurationName, bool], Run]] = {}
+    for run in runs:
+        stem = "slew" if run.slew else "fine-pointing"
+        stem += f"{'-as-published' if run.as_published else ''}-seed{run.seed}"
+        place = (run.configuration, run.open_loop and not run.slew)
+        name, number = stem, 1
+        while place in groups.setdefault(name, {}):
+            number += 1
+            name = f"{stem}-{number}"
+        groups[name][place] = run
+    return {
+        name: partial(_slew if name.startswith("slew") else _fine_pointing, group) for name, group in groups.items()
+    }
+
+
+def save_figures(drawn: Drawn, folder: Path) -> list[Path]:
+    """Draw figures one after another into a folder, PNG and SVG; return their paths."""
+    return [path for name, draw in drawn.items() for path in save_figure(draw(), folder, name)]
+
+
+def _slew(group: Mapping[tuple[ConfigurationName, bool], Run]) -> Figure:
+    runs = {name: run for (name, _), run in group.items()}
+    return slew_comparison(
+        {name: run.signals() for name, run in runs.items()}, {name: run.design for name, run in runs.items()}
+    )
+
+
+def _fine_pointing(group: Mapping[tuple[ConfigurationName, bool], Run]) -> Figure:
+    closed, opened = (_signals(group, open_loop=loop) for loop in (False, True))
+    return fine_pointing_comparison(closed, opened)
+
+
+def _signals(
+    group: Mapping[tuple[ConfigurationName, bool], Run], *, open_loop: bool
+) -> dict[ConfigurationName, Signals]:
+    return {name: run.signals() for (name, opened), run in group.items() if opened == open_loop}

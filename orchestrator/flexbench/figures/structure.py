@@ -1,0 +1,160 @@
+"""The structure with its wheels and sensors, seen along z, both configurations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
+
+from flexsat.design import Design
+from flexsat.mesh import tile_centres, tile_vertices
+from flexsat.parameters import ConfigurationName
+from flexsat.spacecraft import Points, Spacecraft
+
+from .drawing import AXES, STYLE, WIDTH, Array, axis_name
+
+REACH = 17.6  # m, of the panels
+ARROW = 2.3  # m
+CORNER = np.array([1.05, 1.05])  # m from its site: the symbol of a wheel about z, between the arrows
+SENSORS_BELOW, SPACING = 1.15, 1.05  # m: the row of sensors, opposite to the arrows
+BUS_SENSORS_BELOW = 3.1  # m
+TEXT_BEYOND = 1.1  # m from the row of sensors to the words
+TICKS = (-15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0)  # m
+TILE, EDGE, BUS = "0.965", "0.82", "0.88"
+GYRO, ACCELEROMETER, STAR_TRACKER = "s", "D", "*"
+SIZES = {GYRO: 4.6, ACCELEROMETER: 4.4, STAR_TRACKER: 8.5}  # points
+
+
+def structure_layout(designs: Mapping[ConfigurationName, Design]) -> Figure:
+    """Draw tiles, bus, wheel axes and sensors, a panel a configuration.
+
+    The arrow of a wheel shows the sense of positive speed; along z it is a circle with a dot, towards the reader, or
+    with a cross. The numbers of the wheels are those of the ports of the FMUs.
+
+    Parameters
+    ----------
+    designs : by configuration
+
+    Raises
+    ------
+    ValueError
+        If there are no designs.
+    """
+    if not designs:
+        raise ValueError("structure_layout: designs must hold one configuration at least, got none")
+    with matplotlib.rc_context(STYLE | {"axes.grid": False}):
+        figure = Figure(figsize=(WIDTH if len(designs) > 1 else 0.6 * WIDTH, 5.9), layout="constrained")
+        panels = figure.subplots(1, len(designs), squeeze=False, sharey=True)[0]
+        for axes, (name, design) in zip(panels, designs.items(), strict=True):
+            _draw_tiles(axes, design)
+            _draw_wheels(axes, design.spacecraft)
+            _draw_sensors(axes, design.spacecraft)
+            wheel, count = design.config.wheel, design.spacecraft.wheel_count
+            axes.set_title(f"{name}: {count} wheels of {wheel.inertia:.3g} kg·m², {wheel.torque_limit:.3g} N·m")
+            axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH), aspect="equal", xticks=TICKS, yticks=TICKS)
+            axes.set_xlabel("x [m]")
+        panels[0].set_ylabel("y [m]")
+        handles, labels = _legend(next(iter(designs.values())).spacecraft)
+        figure.legend(
+            handles, labels, loc="outside lower center", ncols=3, handler_map={tuple: HandlerTuple(ndivide=1)}
+        )
+    return figure
+
+
+def _draw_tiles(axes: Axes, design: Design) -> None:
+    aperture = design.config.aperture
+    tiles = [tile_vertices(centre, aperture.tile_side) for centre in tile_centres(aperture)]
+    axes.add_collection(PolyCollection(tiles, facecolors=TILE, edgecolors=EDGE, linewidths=0.6))
+    bus = tile_vertices(np.zeros(2), aperture.tile_side)
+    axes.add_patch(Polygon(bus.tolist(), facecolor=BUS, edgecolor="0.35", linewidth=1.0))
+
+
+def _draw_wheels(axes: Axes, spacecraft: Spacecraft) -> None:
+    position, axis = spacecraft.wheels.position[:, :2], spacecraft.wheels.axis
+    names = np.array([axis_name(one) for one in axis])
+    for name in "xy":
+        (x, y), (u, v) = position[names == name].T, ARROW * axis[names == name, :2].T
+        axes.quiver(
+            x, y, u, v, angles="xy", scale_units="xy", scale=1.0, color=AXES[name].colour,
+            width=0.0062, headwidth=3.6, headlength=4.2, headaxislength=3.8, zorder=3.0, label=f"about {name}",
+        )  # fmt: skip
+    for sign, marker in ((1.0, "."), (-1.0, "x")):
+        chosen = (names == "z") & (sign * axis[:, 2] > 0.0)
+        _draw_turning(axes, position[chosen] + sign * CORNER, marker, f"about {'+' if sign > 0.0 else '-'}z")
+
+
+def _draw_turning(axes: Axes, places: Array, marker: str, label: str) -> None:
+    colour = AXES["z"].colour
+    ring: dict[str, Any] = {"linestyle": "none", "color": colour, "markeredgewidth": 1.1, "zorder": 3.0}
+    axes.plot(*places.T, marker="o", markersize=8.5, markerfacecolor="white", label=label, **ring)
+    axes.plot(*places.T, marker=marker, markersize=4.2, label="_inside", **ring)
+
+
+def _draw_sensors(axes: Axes, spacecraft: Spacecraft) -> None:
+    places = _unique_places(spacecraft.accelerometers)
+    axes.plot(*places.T, marker=".", markersize=5.0, color="black", linestyle="none", zorder=4.0, label="site")
+    rows: dict[str, list[tuple[float, float]]] = {GYRO: [], ACCELEROMETER: [], STAR_TRACKER: []}
+    for place in places:
+        wheels = np.flatnonzero(np.all(spacecraft.wheels.position[:, :2] == place, axis=1))
+        on_bus = not place.any()
+        up = -1.0 if on_bus or not len(wheels) else -float(np.sign(spacecraft.wheels.axis[wheels].sum()))
+        x, y = place[0], place[1] + up * (BUS_SENSORS_BELOW if on_bus else SENSORS_BELOW)
+        kinds = [GYRO, ACCELEROMETER, *([STAR_TRACKER] if on_bus else [])]
+        for k, kind in enumerate(kinds):
+            rows[kind].append((x + (k - 0.5 * (len(kinds) - 1)) * SPACING, y))
+        if len(wheels):
+            text = f"wheels {wheels[0] + 1}-{wheels[-1] + 1}"
+            axes.text(x, y + up * TEXT_BEYOND, text, ha="center", va="center", fontsize=7.5)
+    for kind, label in ((GYRO, "gyros"), (ACCELEROMETER, "accelerometers"), (STAR_TRACKER, "star tracker")):
+        axes.plot(*np.array(rows[kind]).T, label=label, zorder=3.0, **_sensor(kind))
+
+
+def _sensor(marker: str) -> dict[str, Any]:
+    face = "0.25" if marker == GYRO else "white"
+    return {"marker": marker, "markersize": SIZES[marker], "markerfacecolor": face, "color": "0.1", "linestyle": "none"}
+
+
+def _unique_places(points: Points) -> Array:
+    """Return where points sit, (k, 2) [m], in the order in which each place comes first."""
+    _, first = np.unique(points.position[:, :2], axis=0, return_index=True)
+    return np.asarray(points.position[np.sort(first), :2])
+
+
+def _kinds(points: Points) -> str:
+    """Tell how many there are, about or along which axes on the bus, and which at the sites."""
+    bus = ~points.position.any(axis=1)
+    inner, outer = ("".join(sorted({axis_name(axis) for axis in points.axis[part]})) for part in (bus, ~bus))
+    return f"{len(points.axis)}: {', '.join(inner)} on the bus; {', '.join(outer)} at each site"
+
+
+def _legend(spacecraft: Spacecraft) -> tuple[list[Any], list[str]]:
+    def ring(inside: str) -> tuple[Line2D, Line2D]:
+        line: dict[str, Any] = {"linestyle": "none", "color": AXES["z"].colour, "markeredgewidth": 1.1}
+        return (
+            Line2D([], [], marker="o", markersize=8.5, markerfacecolor="white", **line),
+            Line2D([], [], marker=inside, markersize=4.2, **line),
+        )
+
+    def arrow(name: str, marker: str) -> Line2D:
+        return Line2D([], [], color=AXES[name].colour, linewidth=2.0, marker=marker, markersize=5.0)
+
+    entries: list[tuple[Any, str]] = [
+        (arrow("x", ">"), "wheel about x"),
+        (arrow("y", "^"), "wheel about y"),
+        (ring("."), "wheel about +z"),
+        (ring("x"), "wheel about -z"),
+        (Line2D([], [], **_sensor(GYRO)), f"gyros, {_kinds(spacecraft.gyros)}"),
+        (Line2D([], [], **_sensor(ACCELEROMETER)), f"accelerometers, {_kinds(spacecraft.accelerometers)}"),
+        (Line2D([], [], **_sensor(STAR_TRACKER)), "star tracker or fine guidance sensor; an encoder on each wheel"),
+        (Patch(facecolor=TILE, edgecolor=EDGE), "tile"),
+        (Patch(facecolor=BUS, edgecolor="0.35"), "bus"),
+    ]
+    return [handle for handle, _ in entries], [label for _, label in entries]

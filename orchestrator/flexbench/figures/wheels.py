@@ -1,0 +1,109 @@
+"""The response of the modes to each wheel's imbalance, and the speed and band chosen from it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import NullFormatter
+
+from flexsat.design import Design
+from flexsat.parameters import RPM
+
+from .drawing import AXES, STYLE, WIDTH, axis_name
+
+COLUMNS = 5
+SAME = 1e-6  # relative: wheels whose responses differ by less, and whose speeds are equal, share a panel
+TICKS = (200.0, 500.0, 1000.0, 5000.0)  # rpm
+SQUARE_HERTZ = (2.0 * np.pi) ** 2  # the response is for a speed in Hz times coefficients in (rad/s)^-2
+RESPONSE: dict[str, Any] = {"color": "0.45", "linewidth": 0.8}
+WORST: dict[str, Any] = {"linewidth": 1.6}
+BAND: dict[str, Any] = {"alpha": 0.18, "linewidth": 0.0}
+CHOSEN: dict[str, Any] = {"linewidth": 1.0, "linestyle": (0.0, (4.0, 1.3))}
+
+
+def wheel_responses(design: Design) -> Figure:
+    """Draw each wheel's response over wheel speed with its moving maximum, chosen speed and allowed band.
+
+    Wheels that answer alike, by symmetry, share a panel.
+
+    Parameters
+    ----------
+    design : of one configuration
+    """
+    groups = equal_wheels(design)
+    columns = min(COLUMNS, len(groups))
+    rows = -(-len(groups) // columns)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, 0.9 + 2.1 * max(rows, 1.4)), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+        for position, axes in enumerate(grid.ravel()):
+            if position < len(groups):
+                _draw_group(axes, design, groups[position])
+            else:
+                axes.set_visible(False)
+            if position + columns >= len(groups):  # nothing below
+                axes.tick_params(labelbottom=True)
+        grid[0, 0].set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
+        grid[0, 0].xaxis.set_minor_formatter(NullFormatter())
+        figure.supxlabel("wheel speed [rpm]", fontsize=STYLE["axes.labelsize"])
+        figure.supylabel(
+            r"peak modal velocity at the first harmonic [m·kg$^{1/2}$/s]", fontsize=STYLE["axes.labelsize"]
+        )
+        figure.legend(handles=_legend(design), loc="outside upper center", ncols=4)
+    return figure
+
+
+def equal_wheels(design: Design) -> list[list[int]]:
+    """Group the wheels whose response and chosen speed are the same, each group in ascending order."""
+    response, nominal = design.response.response, design.response.nominal
+    groups: list[list[int]] = []
+    for wheel in range(len(nominal)):
+        for group in groups:
+            first = group[0]
+            if nominal[first] == nominal[wheel] and np.allclose(response[first], response[wheel], rtol=SAME, atol=0.0):
+                group.append(wheel)
+                break
+        else:
+            groups.append([wheel])
+    return groups
+
+
+def _draw_group(axes: Axes, design: Design, group: list[int]) -> None:
+    result, first = design.response, group[0]
+    speed, nominal = result.speed / RPM, result.nominal[first] / RPM
+    band = design.config.wheel.speed_band / RPM
+    colour = AXES[axis_name(design.spacecraft.wheels.axis[first])].colour
+    axes.axvspan(nominal - band, nominal + band, color=colour, **BAND)
+    axes.axvline(nominal, color=colour, **CHOSEN)
+    axes.plot(speed, result.response[first] * SQUARE_HERTZ, label="response", **RESPONSE)
+    axes.plot(speed, result.worst[first] * SQUARE_HERTZ, label="worst", color=colour, **WORST)
+    axes.set(xscale="log", yscale="log", xlim=(speed[0], speed[-1]))
+    axes.set_title(f"{_where(design, group)}: {nominal:.0f} rpm\n{_numbers(group)}", fontsize=7.5)
+
+
+def _where(design: Design, group: list[int]) -> str:
+    wheels = design.spacecraft.wheels
+    names = sorted({axis_name(wheels.axis[wheel]) for wheel in group})
+    radii = sorted({round(float(np.linalg.norm(wheels.position[wheel])), 2) for wheel in group})
+    place = " and ".join("on the bus" if radius == 0.0 else f"at {radius:.2f} m" for radius in radii)
+    return f"about {', '.join(names)} {place}"
+
+
+def _numbers(group: list[int]) -> str:
+    return f"wheel{'s' if len(group) > 1 else ''} {', '.join(str(wheel + 1) for wheel in group)}"
+
+
+def _legend(design: Design) -> list[Line2D | Patch]:
+    window, band = design.config.speeds.window * 60.0, design.config.wheel.speed_band / RPM
+    return [
+        Line2D([], [], label="response to its imbalance", **RESPONSE),
+        Line2D([], [], label=f"its maximum over {window:.0f} rpm", color="black", **WORST),
+        Line2D([], [], label="chosen speed: the least of that", color="black", **CHOSEN),
+        Patch(label=f"allowed: ±{band:.0f} rpm", color="0.3", **BAND),
+    ]
