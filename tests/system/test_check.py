@@ -67,14 +67,15 @@ def test_missing_unknowns_are_found_and_nothing_else(tmp_path):
 
 def processes_with(word: str) -> list[int]:
     """Return the running processes whose environment holds a word."""
-    found = []
-    for path in Path("/proc").glob("[0-9]*/environ"):
-        try:
-            if word.encode() in path.read_bytes():
-                found.append(int(path.parent.name))
-        except OSError:  # it has ended, or belongs to another user
-            continue
-    return found
+    return [int(path.parent.name) for path in Path("/proc").glob("[0-9]*/environ") if word.encode() in read(path)]
+
+
+def read(path: Path) -> bytes:
+    """Return a file's content; nothing if it has gone, or belongs to another user."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""
 
 
 def test_an_interrupted_check_leaves_nothing(tmp_path):
@@ -83,7 +84,7 @@ def test_an_interrupted_check_leaves_nothing(tmp_path):
     command = [sys.executable, "-m", "lockstep", "check", str(bad_fmu(tmp_path, "HANGS"))]
     environment = os.environ | {"TMPDIR": str(scratch)}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, text=True)
-    while not [path for path in scratch.rglob("crumb") if b"fmi2DoStep" in path.read_bytes()]:
+    while not any(b"fmi2DoStep" in read(path) for path in scratch.glob("*/results/crumb")):
         assert process.poll() is None, process.communicate()
         time.sleep(0.05)
     assert len(processes_with(str(scratch))) == 2

@@ -12,7 +12,7 @@ from lockstep.check.finding import Finding
 
 BAD = Path(__file__).parents[1] / "fmus" / "bad"
 sys.path.append(str(BAD))
-from bad_fmus import bad_fmu, forgetful_sensors  # noqa: E402
+from bad_fmus import XML, bad_fmu, forgetful_sensors  # noqa: E402
 
 sys.path.remove(str(BAD))
 
@@ -51,7 +51,6 @@ def test_the_good_one_passes(tmp_path):
     [
         ("HIDDEN_GENERATOR", "state", "error", "set back, the run goes on differently: scaled is"),
         ("READS_WORKING_DIRECTORY", "working_directory", "error", "in the folder that it is unpacked to: scaled is"),
-        ("LEAKS", "memory", "error", "bytes a step"),
         ("SHARED_BETWEEN_INSTANCES", "second_instance", "error", "stepped in turn with a second: filtered is"),
     ],
 )
@@ -69,13 +68,14 @@ def test_one_defect_is_found_where_it_is_and_nothing_else(tmp_path, defect, chec
         ("NOT_A_NUMBER", "step", "error", "output scaled is nan after the step at t = 0.07 s"),
         ("ACCEPTS_ANY_STEP", "refuses_step", "error", "silently accepts a step of 0.015 s and of 0.005 s"),
         ("DIRECT_FEEDTHROUGH", "latency", "error", "seen without a step: filtered <- rate;"),
+        ("LEAKS", "memory", "error", "bytes a step"),
         ("HIDDEN_ARRAY", "state", "error", "set back, the run goes on differently: scaled is"),
         ("FORGETS_WHEN_SERIALISED", "state", "error", "restored in another process, the run differs: scaled is"),
         ("NEEDS_WORKING_DIRECTORY", "working_directory", "error", "only if the working directory is the folder"),
         ("FEEDTHROUGH_WITHIN_STEP", "latency", "warning", "within the step"),
         ("RESET_KEEPS_GENERATOR", "reset", "error", "after 100 steps and fmi2Reset: scaled is"),
         ("TRUNCATES_TIME", "awkward_times", "warning", "times accumulated, as hosts do: scaled is"),
-        ("BAD_REFERENCE_CRASHES", "invalid_reference", "error", "crashed with SIGSEGV in fmi2GetReal at t = 0 s"),
+        ("BAD_REFERENCE_CRASHES", "invalid_reference", "error", "crashed with SIGSEGV in fmi2GetReal at t = 0.01 s"),
         ("SILENT_ERRORS", "logging", "warning", "nothing is logged"),
         ("UNDECLARED_CATEGORY", "logging", "warning", "logs in the category 'panic'; declared are logStatusError"),
         ("LOGS_ANOTHER_NAME", "logging", "warning", "names the instance 'somebody'"),
@@ -86,6 +86,54 @@ def test_one_check_finds_its_defect(tmp_path, defect, check, status, words):
 
     assert of_note(findings) == {f"dynamic.{check}": status}
     assert words in findings[f"dynamic.{check}"].message
+
+
+ANY_STEP = XML.replace('VariableCommunicationStepSize="false"', 'VariableCommunicationStepSize="true"')
+
+
+@pytest.mark.parametrize(
+    ("xml", "defects", "status"),
+    [
+        (ANY_STEP, ("ACCEPTS_ANY_STEP", "INTEGRATES"), "info"),  # the answer vanishes with the step
+        (ANY_STEP, ("ACCEPTS_ANY_STEP", "FEEDTHROUGH_WITHIN_STEP"), "warning"),
+        (XML, ("INTEGRATES",), "warning"),  # nobody outside can tell it from feedthrough
+    ],
+)
+def test_a_short_step_tells_integration_from_feedthrough(tmp_path, xml, defects, status):
+    found = checked(bad_fmu(tmp_path, *defects, xml=xml), only=["dynamic.latency"])["dynamic.latency"]
+
+    assert found.status == status
+    assert ("filtered <- rate: 0 steps, feedthrough" in found.details) == (status == "warning")
+    assert "scaled <- level: 0 steps, feedthrough" in found.details
+    assert ("undeclared feedthrough within the step" in found.message) == (status == "warning")
+
+
+@pytest.mark.parametrize("flag", ["canGetAndSetFMUstate", "canSerializeFMUstate"])
+def test_what_is_not_declared_is_not_asked_for(tmp_path, flag):
+    xml = XML.replace(f'{flag}="true"', "")
+
+    found = checked(bad_fmu(tmp_path, "FORGETS_WHEN_SERIALISED", xml=xml), only=["dynamic.state"])["dynamic.state"]
+
+    assert found.status == ("skipped" if flag == "canGetAndSetFMUstate" else "pass")
+
+
+def test_one_instance_in_a_process_is_respected(tmp_path):
+    xml = XML.replace("<CoSimulation", '<CoSimulation canBeInstantiatedOnlyOncePerProcess="true"')
+    path = bad_fmu(tmp_path, "SHARED_BETWEEN_INSTANCES", xml=xml)
+
+    findings = checked(path, only=["dynamic.second_instance", "dynamic.side_by_side", "dynamic.latency"])
+
+    assert of_note(findings) == {}
+    assert findings["dynamic.second_instance"].status == findings["dynamic.side_by_side"].status == "skipped"
+
+
+def test_inputs_that_it_refuses_to_move_stay_where_they_are(tmp_path):
+    findings = checked(bad_fmu(tmp_path, "REFUSES_MOVING_INPUTS"), only=["dynamic.reset", "dynamic.latency"])
+
+    assert of_note(findings) == {}
+    assert "inputs stay at their start values, as it refuses others" in findings["dynamic.step"].message
+    assert "fmi2SetReal at t = 0.01 s returned fmi2Error" in findings["dynamic.step"].details[0]
+    assert "level: a small change is refused" in findings["dynamic.latency"].details[0]
 
 
 @pytest.mark.parametrize("defect", ["SEEDED_BY_CLOCK", "SEEDED_BY_PROCESS"])
@@ -157,13 +205,24 @@ def test_another_fmu_beside_it_is_named(tmp_path):
 PYTHONFMU_WARNING = {"dynamic.working_directory": "warning"}
 
 
-@pytest.mark.parametrize("component", ["plant", "sensors", "controller"])
-def test_ours_pass(fmus, component):
+@pytest.mark.parametrize(
+    ("component", "answers"),
+    [
+        ("plant", {"accelerometer_site.acceleration <- wheel.torque: 0 steps, feedthrough",
+                   "attitude.mrp <- wheel.torque: 0 steps"}),
+        ("sensors", {"gyro.rate <- gyro_site.rate: 0 steps, feedthrough"}),
+        # an attitude counts only while its flag is up
+        ("controller", {"estimate.mrp <- star_tracker.mrp: 0 steps, feedthrough",
+                        "estimate.mrp <- gyro.rate: 0 steps, feedthrough"}),
+    ],
+)  # fmt: skip
+def test_ours_pass(fmus, component, answers):
     findings = checked(fmus / "distributed" / f"{component}.fmu")
 
     assert of_note(findings) == PYTHONFMU_WARNING, findings
     assert "percent-encoded" in findings["dynamic.working_directory"].message
     assert not [found.check for found in findings.values() if found.status == "skipped"]
+    assert answers <= set(findings["dynamic.latency"].details)
 
 
 def test_a_generator_left_out_of_our_state_is_found(fmus, tmp_path):

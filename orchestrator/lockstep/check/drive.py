@@ -60,7 +60,7 @@ class Instance:
         self.experiment, self.name, self._crumb = experiment, name, crumb
         self.messages: deque[tuple[int, str, str, str]] = deque(maxlen=20)  # status, category, instance, text
         self.worst, self._alive, self._stepping = OK, False, False
-        self._at: float | None = None  # [s] time of the last step
+        self._at: float | None = None  # [s] where the instance stands
         self._kept: list[object] = []
         self._load(folder)
         resources = folder / "resources"
@@ -147,7 +147,8 @@ class Instance:
     def _must(self, status: int, name: str, time: float | None = None) -> None:
         if status not in (OK, WARNING):
             self._note(status)
-            raise CallFailed(f"{name} at t = {time:.9g} s" if time is not None else name, status, self.logged())
+            at = self._at if time is None else time
+            raise CallFailed(f"{name} at t = {at:.9g} s" if at is not None else name, status, self.logged())
 
     def _note(self, status: int) -> None:
         self.worst = max(self.worst, status if status in range(PENDING) else FATAL)
@@ -168,7 +169,7 @@ class Instance:
         self.demand("fmi2SetupExperiment", 0, 0.0, start, 0, 0.0, types=types)
         self.demand("fmi2EnterInitializationMode")
         self.demand("fmi2ExitInitializationMode")
-        self._stepping = True
+        self._stepping, self._at = True, start
 
     def reset(self) -> None:
         """Go back to where fmi2Instantiate left."""
@@ -177,8 +178,9 @@ class Instance:
 
     def try_step(self, time: float, step: float) -> int:
         """Call fmi2DoStep and return its status."""
-        self._at = time
-        return self.ask("fmi2DoStep", time, step, 1, types=(c_double, c_double, c_int), time=time)
+        status = self.ask("fmi2DoStep", time, step, 1, types=(c_double, c_double, c_int), time=time)
+        self._at = time + step
+        return status
 
     def close(self) -> None:
         """End the instance."""

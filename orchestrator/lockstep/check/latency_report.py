@@ -42,6 +42,7 @@ def judged(task: Task, responses: list[Response], broken: list[str], late: int, 
     ports = {port.name: port for port in task.experiment.outputs}
     names = output_names(task.experiment)
     pairs: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
+    fed: set[tuple[str, str]] = set()
     hidden: list[str] = []
     within: list[str] = []
     silent: defaultdict[tuple[str, str], int] = defaultdict(int)
@@ -53,6 +54,7 @@ def judged(task: Task, responses: list[Response], broken: list[str], late: int, 
             key = base_name(name), base_name(response.inputs[0])
             if answer >= 0:
                 pairs[key].append(answer)
+                fed |= {key} if response.feedthrough[column] else set()
             elif feeds is not None and declared:
                 silent[key] += 1
             if not declared and response.direct[column]:
@@ -64,10 +66,10 @@ def judged(task: Task, responses: list[Response], broken: list[str], late: int, 
         named = f"{output} [steps]"
         numbers[named] = min(numbers.get(named, float(answers[0])), *map(float, answers))
     silent = defaultdict(int, {key: count for key, count in silent.items() if key not in pairs})
-    details = [*broken, *_lines(pairs)]
+    details = [*broken, *_lines(pairs, fed)]
     details += [f"{output} <- {source}: declared, but no answer within {window} steps" for output, source in silent]
     shown = tuple(details[:LINES]) + ((f"and {len(details) - LINES} lines more",) if len(details) > LINES else ())
-    told = _summary(pairs, silent, broken, late, window)
+    told = _summary(pairs, fed, silent, broken, late, window)
     if hidden:
         return Verdict(status="error", message=f"undeclared feedthrough, seen without a step: {_some(hidden)}; {told}",
                        details=shown, numbers=numbers)  # fmt: skip
@@ -78,18 +80,20 @@ def judged(task: Task, responses: list[Response], broken: list[str], late: int, 
     return Verdict(status="info", message=told, details=shown, numbers=numbers)
 
 
-def _lines(pairs: dict[tuple[str, str], list[int]]) -> list[str]:
+def _lines(pairs: dict[tuple[str, str], list[int]], fed: set[tuple[str, str]]) -> list[str]:
     lines = []
     for (output, source), answers in sorted(pairs.items(), key=lambda item: (min(item[1]), item[0])):
         low, high = min(answers), max(answers)
         words = str(low) if low == high else f"{low} to {high}"
-        lines.append(f"{output} <- {source}: {words} step{'s' * (high != 1)}")
+        feedthrough = ", feedthrough" if (output, source) in fed else ""
+        lines.append(f"{output} <- {source}: {words} step{'s' * (high != 1)}{feedthrough}")
     return lines
 
 
-def _summary(pairs: Any, silent: Any, broken: list[str], late: int, window: int) -> str:
+def _summary(pairs: Any, fed: set[tuple[str, str]], silent: Any, broken: list[str], late: int, window: int) -> str:
     at_once = sum(min(answers) == 0 for answers in pairs.values())
-    parts = [f"pairs of output and input that answer within the step: {at_once}, later: {len(pairs) - at_once}"]
+    parts = [f"pairs of output and input: {at_once} answer within the step, {len(fed)} of them by feedthrough",
+             f"{len(pairs) - at_once} later"]  # fmt: skip
     if silent:
         parts.append(f"declared, but without an answer within {window} steps: {len(silent)}")
     if broken:

@@ -177,6 +177,9 @@ fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference vr[], s
 fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
     Instance *instance = component;
     if (known(instance, vr, n, REALS) != fmi2OK) return fmi2Error;
+#ifdef DEFECT_REFUSES_MOVING_INPUTS
+    if (vr[0] == LEVEL && value[0] != 0.0) return fmi2Error;
+#endif
     for (size_t i = 0; i < n; i++) instance->now.real[vr[i]] = value[i];
     return fmi2OK;
 }
@@ -264,12 +267,17 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
 #endif
     now->generator = 1664525u * now->generator + 1013904223u;
     double noise = now->generator / 4294967296.0 - 0.5;
-#ifdef DEFECT_FEEDTHROUGH_WITHIN_STEP
-    now->real[FILTERED] = 0.9 * FILTER + 0.1 * now->real[RATE];
+    double before = FILTER;
+#ifdef DEFECT_INTEGRATES
+    FILTER += step * now->real[RATE];
+    before = FILTER; /* true at the end of the step */
 #else
-    now->real[FILTERED] = FILTER;
-#endif
     FILTER = 0.9 * FILTER + 0.1 * now->real[RATE];
+#endif
+#ifdef DEFECT_FEEDTHROUGH_WITHIN_STEP
+    before = FILTER;
+#endif
+    now->real[FILTERED] = before;
     double *past = now->history;
 #ifdef DEFECT_HIDDEN_ARRAY
     past = instance->array;

@@ -17,12 +17,12 @@ FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC")
 DEFECTS = set(re.findall(r"DEFECT_(\w+)", (HERE / "bad.c").read_text(encoding="utf-8"))) - {""}
 
 
-def bad_fmu(folder: Path, defect: str | None = None, xml: str = XML) -> Path:
-    """Compile and zip the FMU with one defect of the source, or without any; return its path."""
-    assert defect is None or defect in DEFECTS, f"{defect}: the source knows {sorted(DEFECTS)}"
+def bad_fmu(folder: Path, *defects: str, xml: str = XML) -> Path:
+    """Compile and zip the FMU with defects of the source, or without any; return its path."""
+    assert DEFECTS.issuperset(defects), f"{defects}: the source knows {sorted(DEFECTS)}"
     folder.mkdir(parents=True, exist_ok=True)
     library = folder / "bad.so"
-    options = [f"-DDEFECT_{defect}"] if defect else []
+    options = [f"-DDEFECT_{defect}" for defect in defects]
     subprocess.run(
         ["gcc", *FLAGS, f'-DGUID="{GUID}"', *options, f"-I{HEADERS}", "-o", library, HERE / "bad.c", "-lm"],
         check=True,
