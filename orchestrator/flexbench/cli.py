@@ -112,6 +112,19 @@ def _parser() -> argparse.ArgumentParser:
     paper.add_argument("--fmus", type=Path, default=FMUS, metavar="DIR", help="folder of the FMUs (default: fmus)")
     paper.add_argument("--jobs", type=int, metavar="N", help="processes at once (default: one a core)")
 
+    figures = add(
+        "figures",
+        _figures,
+        "draw the design, or with RESULTS the runs: PNG and SVG",
+        "flexsat figures results/paper --configuration distributed --out figures",
+    )
+    figures.add_argument("results", type=Path, nargs="*", metavar="RESULTS",
+                         help="results folders of runs, or folders of such (default: draw the design)")  # fmt: skip
+    figures.add_argument("--configuration", action="append", choices=("centralised", "distributed"), metavar="NAME",
+                         help="centralised or distributed (default: both)")  # fmt: skip
+    figures.add_argument("--out", type=Path, default=RESULTS / "figures", metavar="DIR",
+                         help="folder to fill (default: results/figures)")  # fmt: skip
+
     export = add(
         "export",
         _export,
@@ -222,6 +235,12 @@ def _equivalence(options: argparse.Namespace) -> int:
     from . import commands
 
     return commands.equivalence(options)
+
+
+def _figures(options: argparse.Namespace) -> int:
+    from .figures import command
+
+    return command.draw(options)
 
 
 def _export(options: argparse.Namespace) -> int:
