@@ -63,10 +63,11 @@ def agreement(ours: Trajectory, theirs: Trajectory) -> str:
     return f"{max(distance(port, ours, theirs) for port in ports if ours[port].any() or theirs[port].any()):.0e}"
 
 
-def joined(rows: Sequence[Row]) -> Row:
+def joined(rows: Mapping[str, Row]) -> Row:
     """Return one row for runs that differ in their configuration only."""
-    agreements = dict.fromkeys(row.agreement for row in rows)
-    return replace(rows[0], ran="; ".join(row.ran for row in rows), agreement=", ".join(agreements))
+    first = next(iter(rows.values()))
+    agreements = dict.fromkeys(row.agreement for row in rows.values())
+    return replace(first, ran=f"{', '.join(rows)}: {first.ran}", agreement=", ".join(agreements))
 
 
 def arcseconds_apart(ours: Trajectory, theirs: Trajectory) -> float:
