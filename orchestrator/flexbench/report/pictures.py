@@ -16,6 +16,7 @@ from .gather import Result
 from .tables import scenario_of
 
 ROOM = 2_500_000  # bytes of all figures of a page before base64
+LARGE = 800_000  # bytes of a drawing with lines; pixels are smaller then
 TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
 
 
@@ -89,11 +90,13 @@ def _first_of_each(results: Sequence[Result], as_published: bool) -> Mapping[str
 
 
 def _image(title: str, figure: Any) -> Image:
-    vector, raster = io.BytesIO(), io.BytesIO()
+    vector = io.BytesIO()
     figure.savefig(vector, format="svg")
+    if vector.tell() <= LARGE:
+        return Image(title=title, data=vector.getvalue(), type=TYPES[".svg"])
+    raster = io.BytesIO()
     figure.savefig(raster, format="png", dpi=150)
-    smaller = min((vector.getvalue(), TYPES[".svg"]), (raster.getvalue(), TYPES[".png"]), key=lambda one: len(one[0]))
-    return Image(title=title, data=smaller[0], type=smaller[1])
+    return Image(title=title, data=raster.getvalue(), type=TYPES[".png"])
 
 
 def within_room(images: Sequence[Image], room: int = ROOM) -> tuple[list[Image], list[Image]]:

@@ -1,0 +1,409 @@
+"""The report as a reader sees it: in a browser without network, on a wide screen and on a phone."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import flexbench
+from flexbench.cli import main
+from flexbench.histories import pointing_error
+from flexsat.mesh import record_mesh
+from flexsat.parameters import ARCSECOND, configuration
+from flexsat.structure import build_structure
+from lockstep import Component, System, read_signals, write_ssd
+
+ROOT = Path(__file__).parents[2]
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+WIDE, PHONE = {"width": 1280, "height": 900}, {"width": 400, "height": 800}
+INK = """canvas => {
+  const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  let ink = 0;
+  for (let i = 0; i < data.length; i += 4) ink += data[i + 3] > 0 && data[i + 2] - data[i] > 60;
+  return ink;
+}"""  # blue pixels, the colour of the first line
+
+needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here; `apt-get install chromium` on Debian")
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory, fmus, flexsat):
+    """Return the folder of two runs of 10 s."""
+    folder = tmp_path_factory.mktemp("results")
+    for name in ("distributed", "centralised"):
+        out = folder / f"{name}-slew"
+        done = flexsat("run", fmus / name / "slew.ssd", "--stop", "10", "--seed", "1", "--out", out)
+        assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page_file(runs, flexsat):
+    """Return the report of one run."""
+    done = flexsat("report", runs / "distributed-slew")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split() == [str(runs / "distributed-slew" / "report.html")]
+    return runs / "distributed-slew" / "report.html"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Start Debian's Chromium; playwright drives it and downloads nothing."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        options = ["--no-sandbox"] if os.geteuid() == 0 else []
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=options)
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def open_page(browser):
+    """Return a function that opens a page; at the end it must have reported no error and asked for no other file."""
+    complaints, asked, opened = [], [], []
+
+    def open_(file, viewport):
+        page = browser.new_page(viewport=viewport)
+        opened.append(page)
+        page.on("console", lambda message: message.type in ("error", "warning") and complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("request", lambda request: asked.append(request.url.partition(",")[0]))
+        page.goto(file.resolve().as_uri())
+        page.wait_for_selector("html[data-ready]", state="attached")
+        settle(page)
+        return page
+
+    yield open_
+    for page in opened:
+        page.close()
+    assert complaints == []
+    assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
+
+
+def settle(page):
+    """Let the page draw what it was told to."""
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def plots(page):
+    return page.locator("canvas.plot")
+
+
+def shown(page):
+    """Return the time that the plots show [s]."""
+    return [float(word) for word in page.locator("#shown").inner_text().replace("s", "").split(" to ")]
+
+
+def drawn(page, what):
+    return [float(canvas.get_attribute(f"data-{what}")) for canvas in plots(page).all()]
+
+
+@needs_browser
+def test_the_page_opens_with_its_plots(page_file, open_page):
+    page = open_page(page_file, WIDE)
+
+    assert page.title() == "distributed-slew"
+    headings = page.locator("h2").all_inner_texts()
+    assert {"Summary", "Time histories", "The structure in motion", "Figures", "Events and faults", "System",
+            "Versions and hashes"} <= set(headings)  # fmt: skip
+    assert plots(page).count() == 4
+    assert all(canvas.evaluate(INK) > 100 for canvas in plots(page).all())
+    assert all(page.locator("figure img").evaluate_all("images => images.map(i => i.complete && i.naturalWidth > 100)"))
+    keep = ROOT / "results" / "report"
+    keep.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=keep / "wide.png", full_page=True)
+
+
+@needs_browser
+def test_the_slider_moves_the_structure_as_it_moved(page_file, open_page, runs):
+    page = open_page(page_file, WIDE)
+    signals = read_signals(runs / "distributed-slew", ["plant.modal.displacement"])
+    config = configuration("distributed")
+    shape = build_structure(record_mesh(config.aperture), config.plate).shape[::3]
+    scene, slider = page.locator("#scene"), page.locator("#frame")
+    frames = int(slider.get_attribute("max")) + 1
+    rows = -(-len(signals.time) // frames)  # between two frames
+    pictures = set()
+
+    for frame in (0, frames // 2, frames - 1):
+        slider.evaluate("(slider, k) => { slider.value = k; slider.dispatchEvent(new Event('input')); }", frame)
+        settle(page)
+        pictures.add(scene.evaluate("canvas => canvas.toDataURL()"))
+        largest = np.abs(shape @ signals["plant.modal.displacement"][frame * rows]).max()
+        # 16 bits of the largest of each mode
+        room = 1e-4 * np.abs(shape @ np.abs(signals["plant.modal.displacement"]).max(axis=0)).max()
+        assert_allclose(float(scene.get_attribute("data-largest")), largest, atol=room)
+        told = float(page.locator("#moment").inner_text().split()[2])
+        assert abs(told - signals.time[frame * rows]) < 0.006  # printed to 10 ms
+    assert len(pictures) == 3
+
+
+@needs_browser
+def test_the_structure_can_be_played_turned_and_exaggerated(page_file, open_page):
+    page = open_page(page_file, WIDE)
+    scene = page.locator("#scene")
+
+    def picture():
+        settle(page)
+        return scene.evaluate("canvas => canvas.toDataURL()")
+
+    first = picture()
+    page.locator("#exaggeration").evaluate("s => { s.value = +s.value + 0.5; s.dispatchEvent(new Event('input')); }")
+    exaggerated = picture()
+    page.locator("#turned").check()
+    tilted = picture()
+    page.locator("#fit").click()
+    scene.scroll_into_view_if_needed()
+    box = scene.bounding_box()
+    page.mouse.move(box["x"] + 300, box["y"] + 200)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 420, box["y"] + 240)
+    page.mouse.up()
+    turned = picture()
+    assert len({first, exaggerated, tilted, turned}) == 4
+
+    page.locator("#frame").evaluate("s => { s.value = 0; s.dispatchEvent(new Event('input')); }")
+    page.locator("#play").click()
+    page.wait_for_function("() => Number(document.getElementById('scene').dataset.frame) > 3")
+    page.locator("#play").click()
+    settle(page)
+    stopped = scene.get_attribute("data-frame")
+    page.wait_for_timeout(150)
+    assert scene.get_attribute("data-frame") == stopped
+
+
+@needs_browser
+def test_plots_show_every_peak_with_few_points(page_file, open_page, runs):
+    page = open_page(page_file, WIDE)
+    signals = read_signals(runs / "distributed-slew")
+    error = pointing_error(signals) / ARCSECOND
+    wheels = [signals.columns[f"plant.wheel.speed[{k}]"] for k in range(1, 34)]
+    page.locator("#signals input[value='plant.wheel.speed']").check()
+    settle(page)
+
+    most, points = drawn(page, "most"), drawn(page, "points")
+    assert_allclose(most[0], error.max(), rtol=1e-6)  # single precision
+    assert_allclose(most[2], signals["plant.rms_deformation"].max() * 1e6, rtol=1e-6)
+    assert_allclose(most[4], np.max(wheels), rtol=1e-6)
+    width = plots(page).first.bounding_box()["width"]
+    lines = [1, 1, 1, 1, 33]
+    assert all(count <= 2 * 1.6 * width * many + 10 * many for count, many in zip(points, lines, strict=True))
+
+
+@needs_browser
+def test_zoom_by_dragging_and_back(page_file, open_page):
+    page = open_page(page_file, WIDE)
+    whole = shown(page)
+    plots(page).first.scroll_into_view_if_needed()
+    box = plots(page).first.bounding_box()
+    left, width = box["x"] + 62, box["width"] - 72  # the margins of a plot
+
+    page.mouse.move(left + 0.5 * width, box["y"] + 80)
+    page.mouse.down()
+    page.mouse.move(left + 0.6 * width, box["y"] + 80, steps=3)
+    page.mouse.up()
+    settle(page)
+    assert_allclose(shown(page), [whole[1] * 0.5, whole[1] * 0.6], atol=0.01 * whole[1])
+    plots(page).first.press("ArrowRight")
+    assert shown(page)[0] > whole[1] * 0.51
+    page.locator("[data-act=in]").click()
+    assert shown(page)[1] - shown(page)[0] < 0.06 * whole[1]
+    plots(page).first.dblclick()
+    assert shown(page) == whole
+
+
+@needs_browser
+def test_a_click_takes_the_structure_to_that_moment(page_file, open_page):
+    page = open_page(page_file, WIDE)
+    box = plots(page).first.bounding_box()
+
+    plots(page).first.click(position={"x": 62 + 0.25 * (box["width"] - 72), "y": 60})
+    settle(page)
+    told = page.locator("#moment").inner_text()
+    assert abs(float(told.split()[2]) - 2.5) < 0.05
+
+
+@needs_browser
+def test_signals_are_picked_filtered_and_hidden(page_file, open_page):
+    page = open_page(page_file, WIDE)
+    page.locator("#filter").fill("reference attitude")
+    (found,) = page.locator("#signals label:visible").all_inner_texts()
+    assert found.split() == ["controller.reference.mrp", "3", "\u00d7", "[1]"]
+    page.locator("#signals label:visible input").check()
+    panel = page.locator(".panel").last
+    before = drawn(page, "points")[-1]
+
+    panel.locator(".chip").first.click()
+    settle(page)
+    assert 0.5 * before < drawn(page, "points")[-1] < 0.8 * before  # two of three, one of which may be constant
+    panel.locator("select").select_option("plant.attitude.mrp")  # over it: the same unit
+    settle(page)
+    assert drawn(page, "points")[-1] > before
+    panel.locator("button[aria-label='remove this plot']").click()
+    assert plots(page).count() == 4
+    assert not page.locator("#signals input[value='controller.reference.mrp']").is_checked()
+
+
+@needs_browser
+def test_on_a_phone(page_file, open_page):
+    page = open_page(page_file, PHONE)
+
+    assert page.evaluate("document.documentElement.scrollWidth") <= 400
+    assert all(canvas.evaluate(INK) > 100 for canvas in plots(page).all())
+    before = page.locator("#scene").evaluate("canvas => canvas.toDataURL()")
+    page.locator("#frame").evaluate("s => { s.value = 5; s.dispatchEvent(new Event('input')); }")
+    settle(page)
+    assert page.locator("#scene").evaluate("canvas => canvas.toDataURL()") != before
+    keep = ROOT / "results" / "report"
+    keep.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=keep / "phone.png", full_page=True)
+
+
+@needs_browser
+def test_two_runs_are_compared(runs, flexsat, open_page, tmp_path):
+    done = flexsat("report", runs / "distributed-slew", runs / "centralised-slew", "--out", tmp_path / "both.html")
+    assert done.returncode == 0, done.stderr
+    page = open_page(tmp_path / "both.html", WIDE)
+
+    assert page.title() == "2 runs compared"
+    assert page.locator("#runs .chip").all_inner_texts() == ["distributed-slew", "centralised-slew"]
+    both = drawn(page, "points")
+    page.locator("#runs .chip").first.click()
+    settle(page)
+    assert all(0.4 * two < one < 0.6 * two for one, two in zip(drawn(page, "points"), both, strict=True))
+    discs = page.locator("#scene").evaluate("canvas => canvas.toDataURL()")
+    page.locator("#which").select_option("1")
+    assert page.locator("#scene").evaluate("canvas => canvas.toDataURL()") != discs
+    assert page.evaluate("document.documentElement.scrollWidth") <= WIDE["width"]
+
+
+@needs_browser
+def test_faults_are_listed_and_marked(runs, flexsat, open_page, tmp_path):
+    folder = tmp_path / "faulty"
+    shutil.copytree(runs / "centralised-slew", folder)
+    fault = {"time": 4.0, "event": "fault", "name": "wheel 3 stuck", "phase": "begins"}
+    with (folder / "events.jsonl").open("a") as events:
+        events.write(json.dumps(fault) + '\n{"time": 9.0, "eve')  # and half a line, as a killed run leaves it
+    assert flexsat("report", folder).returncode == 0
+    page = open_page(folder / "report.html", WIDE)
+
+    assert "1 fault events." in page.locator("#events").inner_text()
+    assert "wheel 3 stuck" in page.locator("#events").inner_text()
+    red = plots(page).first.evaluate("""canvas => {
+      const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+      let count = 0;
+      for (let i = 0; i < data.length; i += 4) count += data[i] > 150 && data[i + 1] < 60 && data[i + 2] < 90;
+      return count; }""")
+    assert red > 20
+
+
+@needs_browser
+def test_a_system_of_others_gets_a_report_of_what_there_is(tmp_path, flexsat, open_page):
+    slaves = ROOT / "tests" / "lockstep" / "slaves" / "build.py"
+    subprocess.run([sys.executable, str(slaves), str(tmp_path)], check=True, capture_output=True)
+    counter = Component(name="counter", source=tmp_path / "toy_counter.fmu", period=1_000_000)
+    write_ssd(System(name="foreign", tick=1_000_000, stop_time=500_000_000, components=(counter,), connections=(),
+                     record=("all",)), tmp_path / "foreign.ssd")  # fmt: skip
+    ran = subprocess.run(
+        [sys.executable, "-m", "lockstep", "run", str(tmp_path / "foreign.ssd"), "--out", str(tmp_path / "run")],
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stderr
+    done = flexsat("report", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    page = open_page(tmp_path / "run" / "report.html", WIDE)
+
+    headings = page.locator("h2").all_inner_texts()
+    assert {"Summary", "Time histories", "Events and faults", "System"} <= set(headings)
+    assert not {"The structure in motion", "Pointing budget"} & set(headings)
+    assert plots(page).count() >= 1
+    assert plots(page).first.evaluate(INK) > 50
+
+
+@needs_browser
+def test_pdf_on_request(runs, flexsat, tmp_path):
+    done = flexsat("report", runs / "centralised-slew", "--out", tmp_path / "page.html", "--pdf")
+
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == [str(tmp_path / "page.html"), str(tmp_path / "page.pdf")]
+    content = (tmp_path / "page.pdf").read_bytes()
+    assert content.startswith(b"%PDF-")
+    assert len(content) > 100_000  # with its pictures
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["page.html", "page.pdf"]
+
+
+def test_pdf_without_a_browser_is_refused_and_leaves_nothing(runs, tmp_path, monkeypatch):
+    from flexbench.report import pdf, write_report
+
+    monkeypatch.setattr(pdf, "BROWSERS", ("no-such-browser",))
+    with pytest.raises(ValueError, match="install chromium"):
+        write_report([runs / "centralised-slew"], tmp_path / "page.html", pdf=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_bad_input_gets_one_line(runs, capsys, tmp_path):
+    for arguments, told in (
+        (("report", tmp_path / "none"), "no such folder"),
+        (("report", tmp_path), "holds no run.toml"),
+        (("report", runs / "centralised-slew", runs / "centralised-slew"), "given twice"),
+        (("report", runs / "centralised-slew", "--out", tmp_path), "is a folder"),
+        (("report",), "RESULTS"),
+        (("export", runs / "centralised-slew"), "--to"),
+        (("export", runs / "centralised-slew", "--to", "csv", "--signals", "plant.rat"), "did you mean plant.rate"),
+    ):
+        try:
+            code = main([str(argument) for argument in arguments])
+        except SystemExit as end:  # argparse
+            code = end.code
+        error = capsys.readouterr().err
+        assert code == 2, arguments
+        assert len(error.splitlines()) == 1, error
+        assert told in error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_example_runs(runs):
+    done = subprocess.run(
+        [sys.executable, ROOT / "examples" / "look_at_a_run.py", runs / "distributed-slew"],
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+
+    assert done.returncode == 0, done.stderr
+    assert "plant.wheel.speed" in done.stdout
+    assert "33 wheel" in done.stdout
+
+
+@pytest.mark.slow
+@needs_browser
+def test_a_long_run_is_a_small_page_that_loses_no_peak(tmp_path, fmus, flexsat, open_page):
+    folder = tmp_path / "long"
+    done = flexsat("run", fmus / "distributed" / "fine_pointing.ssd", "--seed", "1", "--out", folder, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert flexsat("report", folder, timeout=300).returncode == 0
+    assert (folder / "report.html").stat().st_size < 15_000_000
+    page = open_page(folder / "report.html", WIDE)
+    signals = flexbench.load(folder)
+    names = ("plant.rate", "plant.modal.velocity", "controller.wheel.torque")  # kept as extremes of intervals
+    for name in names:
+        page.locator(f"#signals input[value='{name}']").check()
+    settle(page)
+
+    for k, name in enumerate(names):
+        # rounded outwards to single precision
+        assert_allclose(drawn(page, "most")[4 + k], float(signals[name].max()), rtol=2e-7)
+    assert_allclose(drawn(page, "most")[0], float(pointing_error(read_signals(folder)).max()) / ARCSECOND, rtol=1e-6)
+    width = plots(page).first.bounding_box()["width"]
+    assert max(drawn(page, "points")) <= 33 * (2 * 1.6 * width + 10)
+    for a, b in pairwise(("in", "in", "in")):
+        page.locator(f"[data-act={a}]").click()
+        page.locator(f"[data-act={b}]").click()
+    settle(page)
+    assert max(drawn(page, "points")) <= 33 * (2 * 1.6 * width + 10)
