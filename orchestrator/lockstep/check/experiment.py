@@ -157,6 +157,8 @@ def _experiment(model: Any, interface: Any) -> Experiment:
 
 def _port(variable: Any, feeds: tuple[str, ...] | None = None) -> Port:
     kind = "Integer" if variable.type == "Enumeration" else variable.type
+    if not 0 <= variable.valueReference < 2**32:
+        raise ValueError(f"{variable.name}: value reference {variable.valueReference} is not in 0 to 2^32 - 1")
     if kind == "String":
         return Port(name=variable.name, kind=kind, reference=variable.valueReference, feeds=feeds)
     declared = variable.declaredType

@@ -48,11 +48,9 @@ def step(task: Task) -> Verdict:
     limit, deadline = task.options["steps"], time.monotonic() + task.options["seconds"]
     instance = task.started()
     parts: list[Trajectory] = []
-    done = 0
-    while done < limit and time.monotonic() < deadline:
-        parts.append(instance.run(done, min(done + 10, limit)))
-        done += len(parts[-1])
-    run = Trajectory.joined(parts)
+    while len(parts) < limit and (time.monotonic() < deadline or not parts):
+        parts.append(instance.run(len(parts), len(parts) + 1))
+    run, done = Trajectory.joined(parts), len(parts)
     run.save(task.work / "base.npz")
     experiment = task.experiment
     still = "" if experiment.stimulated else "; inputs stay at their start values, as it refuses others"

@@ -53,10 +53,11 @@ def memory(task: Task) -> Verdict:
         counts.append(done)
         if time.monotonic() > deadline and done < aim:
             why = f"; the time limit of {seconds:g} s ended it before {aim:,} steps"
-    return _judged(np.array(sizes), np.array(counts), why)
+    return judged(np.array(sizes), np.array(counts), why)
 
 
-def _judged(sizes: Any, counts: Any, why: str) -> Verdict:
+def judged(sizes: Any, counts: Any, why: str) -> Verdict:
+    """Return what resident sizes [MB] after so many steps mean; `why` tells what ended them early."""
     warm = int(np.searchsorted(counts, WARM_UP * counts[-1]))
     steps = int(counts[-1] - counts[warm])
     if not steps:
