@@ -7,6 +7,7 @@ them all, then hands all values on: with one tick of delay on every connection o
 import shutil
 
 import pytest
+import test_c_host as c_host
 from container import build_container
 from fmpy.validation import validate_fmu
 from hosting import COMPONENTS, Row, agreement
@@ -53,8 +54,14 @@ def reference(bench, steps, others=None):
 def rows(bench):
     """Compare, and say so in the table."""
     steps = 100
-    for way, host in (("low-level", "FMPy, low-level calls"), ("simulate_fmu", "FMPy `simulate_fmu`")):
-        theirs = run(bench, steps, way)
+    hosts = {
+        "FMPy, low-level calls": lambda: run(bench, steps, "low-level"),
+        "FMPy `simulate_fmu`": lambda: run(bench, steps, "simulate_fmu"),
+    }
+    if not c_host.missing():
+        hosts["C program, no Python"] = lambda: run_in_c(bench, steps)
+    for host, result in hosts.items():
+        theirs = result()
         yield Row(
             kind="container of the three",
             host=host,
@@ -64,9 +71,22 @@ def rows(bench):
         )
 
 
+def run_in_c(bench, steps):
+    """Run it in a C program."""
+    lines = [f"run {steps} {STEP}", "stateless", f"{c_host.unpacked(bench, alone(bench))} 1"]
+    names = outputs(bench)
+    lines += [f"watch {reference}" for reference in names.values()]
+    return c_host.trajectory(c_host.call(bench, lines), list(names))
+
+
 @pytest.mark.parametrize("way", ["low-level", "simulate_fmu"])
 def test_the_container_agrees_bitwise_with_our_master(bench, way):
     assert agreement(reference(bench, 100), run(bench, 100, way)) == "bitwise"
+
+
+@c_host.pytestmark
+def test_the_container_runs_in_a_program_without_python(bench):
+    assert agreement(reference(bench, 100), run_in_c(bench, 100)) == "bitwise"
 
 
 def test_each_of_its_delays_matters(bench):
