@@ -79,3 +79,16 @@ def draw_paper(folder: Path, variants: Sequence[Variant], seed: int) -> list[Pat
     designs = {name: build_designs(name) for name in CONFIGURATIONS}
     drawn = figures.design_figures(designs) | figures.result_figures(runs)
     return figures.save_figures(drawn, folder / "figures")
+
+
+def report_paper(folder: Path, variants: Sequence[Variant], seed: int) -> Path:
+    """Write `folder`/report.html, of the table, the figures and one seed's runs; return its path."""
+    from .report import write_report
+
+    runs = [
+        run_folder(folder, variant, name, scenario, seed)
+        for variant in variants
+        for scenario in SCENARIOS
+        for name in CONFIGURATIONS
+    ]
+    return write_report(runs, folder / "report.html", studies=[folder])[0]

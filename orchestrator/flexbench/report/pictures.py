@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,6 @@ from flexbench.document import Picture
 from lockstep import InputError
 
 from .gather import Result
-from .tables import scenario_of
 
 ROOM = 2_500_000  # bytes of all figures of a page before base64
 LARGE = 800_000  # bytes of a drawing with lines; pixels are smaller then
@@ -55,38 +55,14 @@ def stored_images(folder: Path) -> list[Image]:
 
 
 def drawn_images(results: Sequence[Result]) -> list[Image]:
-    """Draw the paper's figures of the runs that have their scenario: configurations overlaid, the first of each."""
+    """Draw the paper's figures of the runs of our systems, configurations overlaid."""
     from flexbench import figures  # matplotlib takes a second to import
 
     images = []
-    for as_published in (False, True):
-        runs = {
-            scenario: _first_of_each([r for r in results if scenario_of(r) == scenario], as_published)
-            for scenario in ("slew", "fine_pointing", "fine_pointing_open_loop")
-        }
-        suffix = ", as published" if as_published else ""
-        drawn: list[tuple[str, Any]] = []
-        try:
-            if runs["slew"]:
-                designs = {name: r.run.design for name, r in runs["slew"].items() if r.run}
-                signals = {name: r.signals() for name, r in runs["slew"].items()}
-                drawn.append(("Slew", figures.slew_comparison(signals, designs)))  # type: ignore[arg-type]
-            if runs["fine_pointing"] or runs["fine_pointing_open_loop"]:
-                closed, opened = ({name: r.signals() for name, r in runs[key].items()} for key in
-                                  ("fine_pointing", "fine_pointing_open_loop"))  # fmt: skip
-                drawn.append(("Fine pointing", figures.fine_pointing_comparison(closed, opened)))  # type: ignore[arg-type]
-        except InputError:  # a signal that a figure needs was not recorded
-            continue
-        images += [_image(f"{title}{suffix}", figure) for title, figure in drawn]
+    for name, draw in figures.result_figures([result.run for result in results if result.run is not None]).items():
+        with suppress(InputError):  # a signal that a figure needs was not recorded
+            images.append(_image(name.replace("-", " "), draw()))
     return images
-
-
-def _first_of_each(results: Sequence[Result], as_published: bool) -> Mapping[str, Result]:
-    found: dict[str, Result] = {}
-    for result in results:
-        if result.run is not None and result.run.as_published == as_published:
-            found.setdefault(result.run.configuration, result)
-    return found
 
 
 def _image(title: str, figure: Any) -> Image:

@@ -17,7 +17,7 @@ STUDIES: tuple[tuple[str, str], ...] = (
     ("Pointing budget", "flexbench.budget"),
     ("Spectra", "flexbench.spectra"),
     ("Margins", "flexbench.margins"),
-    ("Estimator health", "flexbench.health"),
+    ("Estimator health", "flexbench.health.study"),
 )
 MOST_RUNS = 3  # on a page with sections: each takes seconds
 
@@ -46,7 +46,10 @@ def study_sections(results: Sequence[Result]) -> list[tuple[str, list[Block]]]:
 
 def section_of(module: str) -> Section | None:
     """Return a study's section, None if the study is not installed or has none."""
-    if find_spec(module) is None:
+    try:
+        if find_spec(module) is None:
+            return None
+    except ModuleNotFoundError:  # its package is not there
         return None
     return cast("Section | None", getattr(import_module(module), "section", None))
 
@@ -54,6 +57,8 @@ def section_of(module: str) -> Section | None:
 def _told(section: Section, run: Run) -> list[Block]:
     """Return a run's blocks, or why there are none: too short, or a signal was not recorded."""
     try:
-        return list(section(run))
+        blocks = list(section(run))
+        # the page gives the title itself
+        return blocks[1:] if blocks and isinstance(blocks[0], Heading) else blocks
     except ValueError as error:
         return [Paragraph(f"Not for this run: {error}")]

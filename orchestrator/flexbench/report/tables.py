@@ -57,9 +57,7 @@ def scenario_of(result: Result) -> str:
         return ""
     if result.run.slew:
         return "slew"
-    components = {c["name"]: c for c in result.manifest.get("component", [])}
-    open_loop = components.get("controller", {}).get("parameters", {}).get("open_loop", False)
-    return "fine_pointing_open_loop" if open_loop else "fine_pointing"
+    return "fine_pointing_open_loop" if result.run.open_loop else "fine_pointing"
 
 
 def numbers(contents: Sequence[Content]) -> list[Block]:

@@ -36,7 +36,9 @@ MOST_FIRST_PANELS = 4
 MOST_SHOWN = 4  # runs in a plot until the reader asks for more
 
 
-def write_report(paths: Sequence[Path], out: Path | None = None, pdf: bool = False) -> list[Path]:
+def write_report(
+    paths: Sequence[Path], out: Path | None = None, pdf: bool = False, studies: Sequence[Path] = ()
+) -> list[Path]:
     """Write one page of all runs in the given folders; return what was written.
 
     Parameters
@@ -44,6 +46,7 @@ def write_report(paths: Sequence[Path], out: Path | None = None, pdf: bool = Fal
     paths : results folders of runs, or folders of such folders; several are compared
     out : page to write; None for report.html in the first folder
     pdf : print the page to PDF too, beside it
+    studies : folders with the table of a study and its figures, besides those among the paths
 
     Raises
     ------
@@ -52,10 +55,11 @@ def write_report(paths: Sequence[Path], out: Path | None = None, pdf: bool = Fal
     """
     paths = [Path(path) for path in paths]
     results = gather(paths)
+    studies = [*studies, *study_folders(paths)]
     out = out or paths[0] / PAGE
     if out.is_dir():
         raise InputError(f"{out}: is a folder; give a file, for example {out / PAGE}")
-    page = page_of(results, study_folders(paths))
+    page = page_of(results, studies)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as partial:

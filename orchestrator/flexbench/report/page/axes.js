@@ -1,0 +1,111 @@
+// Axes, lines and marks of one plot, on a canvas.
+
+const MARGIN = { left: 62, right: 10, top: 16, bottom: 24 }; // px
+
+/** Where values lie, from the least (share 0) to the largest visible (1), and the ticks. */
+function valueAxis(lines, parts, logarithmic) {
+  let least = Infinity, most = -Infinity, smallest = Infinity;
+  parts.forEach((part, k) => {
+    for (let i = part.begin; i <= part.end; i++) {
+      const time = lines[k].time(i, part.width);
+      if (part.end - part.begin > 4 && (time < view.from || time > view.to)) continue;
+      if (part.low[i] < least) least = part.low[i];
+      if (part.high[i] > most) most = part.high[i];
+      if (part.high[i] > 0 && part.high[i] < smallest) smallest = part.high[i];
+    }
+  });
+  if (!(least <= most)) [least, most] = [0, 1];
+  if (logarithmic && most > 0) {
+    const low = Math.log10(Math.max(Math.min(smallest, most) * 0.8, most * 1e-6)), high = Math.log10(most * 1.2);
+    const ticks = [];
+    const every = Math.max(1, Math.ceil((high - low) / 6));
+    for (let power = Math.ceil(low); power <= high; power += every) ticks.push([10 ** power, told(10 ** power)]);
+    if (ticks.length < 2) for (const value of [10 ** low, 10 ** high]) ticks.push([value, told(value, 2)]);
+    return { least, most, ticks, share: (v) => (Math.log10(Math.max(v, 1e-300)) - low) / (high - low) };
+  }
+  const largest = most;
+  const room = most > least ? 0.06 * (most - least) : Math.abs(most) * 0.1 || 1;
+  least -= least === 0 && most > 0 ? 0 : room;
+  most += room;
+  const step = stepFor(most - least, 5);
+  const size = Math.max(Math.abs(least), Math.abs(most));
+  let power = Math.floor(Math.log10(size));
+  if (power > -3 && power < 5) power = 0;
+  const decimals = Math.max(0, Math.min(12, power - Math.floor(Math.log10(step) + 1e-9)));
+  const ticks = [];
+  for (let k = Math.ceil(least / step); k * step <= most; k++) ticks.push([k * step, (k * step / 10 ** power).toFixed(decimals).replace(/^-(0\.?0*)$/, "$1")]);
+  return { least, most: largest, ticks, power, share: (v) => (v - least) / (most - least) };
+}
+
+function drawAxes(pen, frame, axis, x, y) {
+  const bottom = frame.top + frame.height;
+  pen.lineWidth = 1;
+  pen.strokeStyle = "#e3e6ea";
+  pen.fillStyle = "#444";
+  pen.textAlign = "right";
+  pen.textBaseline = "middle";
+  for (const [value, text] of axis.ticks) {
+    line(pen, frame.left, y(value), frame.left + frame.width, y(value));
+    pen.fillText(text, frame.left - 6, y(value));
+  }
+  pen.textAlign = "center";
+  pen.textBaseline = "top";
+  const step = stepFor(view.to - view.from, frame.width / 80);
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  for (let k = Math.ceil(view.from / step); k * step <= view.to * (1 + 1e-12); k++) {
+    line(pen, x(k * step), frame.top, x(k * step), bottom);
+    pen.fillText((k * step).toFixed(decimals), x(k * step), bottom + 5);
+  }
+  pen.textAlign = "left";
+  if (axis.power) {
+    pen.textBaseline = "bottom";
+    pen.textAlign = "right";
+    pen.fillText(`×10${String(axis.power).replace(/./g, (c) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻")}`, frame.left - 6, frame.top - 2);
+  }
+  pen.textAlign = "right";
+  pen.textBaseline = "bottom";
+  pen.fillStyle = "#777";
+  pen.fillText("time [s]", frame.left + frame.width - 2, bottom - 2);
+  pen.strokeStyle = "#9aa3ad";
+  line(pen, frame.left, frame.top, frame.left, bottom);
+  line(pen, frame.left, bottom, frame.left + frame.width, bottom);
+}
+
+function line(pen, x1, y1, x2, y2) {
+  pen.beginPath();
+  pen.moveTo(x1, y1);
+  pen.lineTo(x2, y2);
+  pen.stroke();
+}
+
+/** Draw one line through its samples, or through least and largest of each interval; return how many points. */
+function drawLine(pen, history, part, x, y) {
+  const { low, high, begin, end, width } = part;
+  pen.beginPath();
+  let points = 0, up = true;
+  for (let i = begin; i <= end; i++) {
+    const at = x(history.time(i, width));
+    if (low[i] === high[i]) {
+      pen.lineTo(at, y(low[i]));
+      points += 1;
+    } else {
+      pen.lineTo(at, y(up ? low[i] : high[i]));
+      pen.lineTo(at, y(up ? high[i] : low[i]));
+      points += 2;
+      up = !up;
+    }
+  }
+  pen.stroke();
+  return points;
+}
+
+function drawMark(pen, frame, at, mark) {
+  pen.strokeStyle = pen.fillStyle = mark.kind === "fault" ? "#b00020" : "#888";
+  pen.lineWidth = 1;
+  pen.setLineDash([6, 2, 1, 2]);
+  line(pen, at, frame.top, at, frame.top + frame.height);
+  pen.setLineDash([]);
+  pen.textAlign = "left";
+  pen.textBaseline = "top";
+  if (mark.text) pen.fillText(mark.text, at + 3, frame.top + 2);
+}
