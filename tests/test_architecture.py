@@ -33,7 +33,7 @@ ALLOWED = {
         "flexsat": "*",
         "lockstep": "*",
         "matplotlib": {"figures"},
-        "rich": {"campaign", "table", "health"},
+        "rich": {"campaign", "table", "health", "margins.command"},
         "xarray": {"", "dataset", "export"},  # "": the package itself
         "pyarrow": {"export"},
         "scipy": {"export", "health.statistics", "margins.estimate"},

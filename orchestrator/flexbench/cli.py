@@ -53,6 +53,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
+    from flexbench.margins.options import add_margin_options
     from lockstep.check.command import EXIT_CODES, add_check_options
     from lockstep.options import add_run_options  # imports numpy: after the threads are set
 
@@ -179,6 +180,14 @@ def _parser() -> argparse.ArgumentParser:
     robustness.add_argument("--fmus", type=Path, default=FMUS, metavar="DIR", help="folder of the FMUs (default: fmus)")
     robustness.add_argument("--jobs", type=int, metavar="N", help="processes at once (default: one a core)")
 
+    margins = add(
+        "margins",
+        _margins,
+        "gain, phase, delay and disk margins: of the design, and measured through the FMUs, a vendor's too",
+        "flexsat margins fmus/centralised/fine_pointing.ssd --controller-fmu vendor.fmu --find-delay",
+    )
+    add_margin_options(margins)
+
     timeline = add(
         "timeline",
         _timeline,
@@ -253,6 +262,12 @@ def _report(options: argparse.Namespace) -> int:
     from . import commands
 
     return commands.report(options)
+
+
+def _margins(options: argparse.Namespace) -> int:
+    from .margins import command
+
+    return command.margins(options)
 
 
 def _health(options: argparse.Namespace) -> int:

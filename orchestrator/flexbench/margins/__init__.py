@@ -1,1 +1,16 @@
 """Stability margins of the loop broken at the plant input: of the design, and measured through the FMUs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from flexbench.document import Block
+    from flexbench.runs import Run
+
+
+def section(run: Run) -> list[Block]:
+    """Return the report's section on margins."""
+    from .tell import section as told  # the command line reads the options of this package at each start
+
+    return told(run)

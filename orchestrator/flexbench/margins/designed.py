@@ -128,7 +128,7 @@ def _history_rows(prepared: Controller) -> int:
     used = np.abs(prepared.predict[:, s : s + (prepared.whole_delay + 2) * n]).max(axis=0)
     if prepared.ahead is not None:
         used = used + np.abs(prepared.ahead[:, s:]).max(axis=0)
-    return int(np.flatnonzero(used)[-1]) // n + 1
+    return max(k for k in range(len(used)) if used[k] > 0.0) // int(n) + 1
 
 
 def _reached(rows: Array) -> Array:

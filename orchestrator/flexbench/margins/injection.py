@@ -90,7 +90,7 @@ def open_loop_at(system: System, controller: str, plant: str, multisine: Multisi
 def run_experiment(
     opened: Opened,
     folder: Path,
-    direction: Sequence[float],
+    direction: Sequence[float] | Array,
     amplitude: float,
     settle: int,
     periods: int,
@@ -121,13 +121,28 @@ def run_experiment(
     """
     if settle < 1 or periods < 2:
         raise InputError(f"settle {settle} and periods {periods}: must be at least 1 and 2")
+    before, after = record_injection(opened, folder, direction, amplitude, settle + periods, overrides, progress)
+    drift = _drift(before)[settle:]  # the test signal has none: it is the same in both
+    return before[settle:] - drift, after[settle:] - drift
+
+
+def record_injection(
+    opened: Opened,
+    folder: Path,
+    direction: Sequence[float] | Array,
+    amplitude: float,
+    periods: int,
+    overrides: Mapping[str, Value] | None = None,
+    progress: Progress | None = None,
+) -> tuple[Array, Array]:
+    """Run from rest and return the signals before and after the injection, (periods, samples, m) each, as they are."""
     sample, samples = opened.multisine.sample, len(opened.multisine.values)
     given: dict[str, Value] = {f"{NAME}.amplitude": amplitude}
     given |= {f"{NAME}.direction[{k}]": float(share) for k, share in enumerate(direction, start=1)}
     simulate(
         opened.system,
         folder,
-        stop_time=round((settle + periods) * samples * sample, 9),
+        stop_time=round(periods * samples * sample, 9),
         overrides={**(overrides or {}), **given},
         record=[f"{NAME}.before", f"{NAME}.after"],
         record_period=sample,
@@ -135,10 +150,8 @@ def run_experiment(
         overwrite=True,
     )
     signals = read_signals(folder)
-    shape = (settle + periods, samples, len(opened.channels))
-    before, after = (signals[f"{NAME}.{name}"][: shape[0] * samples].reshape(shape) for name in ("before", "after"))
-    drift = _drift(before)[settle:]  # the test signal has none: it is the same in both
-    return before[settle:] - drift, after[settle:] - drift
+    shape = (periods, samples, len(opened.channels))
+    return signals[f"{NAME}.before"].reshape(shape), signals[f"{NAME}.after"].reshape(shape)
 
 
 def _drift(signal: Array) -> Array:

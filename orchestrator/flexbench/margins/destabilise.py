@@ -1,0 +1,185 @@
+"""Find the delay that really makes a co-simulation unstable: delay the plant's input until a pushed loop rings up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep import InputError, System
+
+from .injection import NAME, Opened, open_loop_at, record_injection
+from .multisine import Multisine, design_multisine
+from .recognise import Loop
+
+Array = NDArray[np.float64]
+FINE_TICK = 100_000  # ns: the resolution of the delay
+PUSH = 1.0  # s of test signal
+WINDOW = 2.0  # s: growth is told from two windows after the push, one after the other
+LOWEST = 4.0  # Hz: slower motion hardly grows or decays within two windows
+FAINT = 1e-4  # of the strongest line: below lies what the windows let through
+SHARE_OF_PUSH = 1e-3  # of the test signal's peak: without noise little is enough, and far from any limit
+FIRST_STEP = 20  # ticks, then twice as many
+NEAR = 1.0  # Hz, in which the strongest line is looked for
+Told = Callable[[float, float], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RealMargin:
+    """The delay at the plant input that makes the co-simulation unstable."""
+
+    stable: float  # s, the longest delay tried at which everything decays
+    unstable: float  # s, the shortest at which something grows
+    delay: float  # s, in between where the growth rate passes zero
+    frequency: float  # Hz, of what grows
+    runs: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Growth:
+    """How fast a pushed loop's motion grows, line by line, and the line that grows fastest."""
+
+    rate: float  # 1/s
+    frequency: float  # Hz
+    lines: Array  # (f,) [Hz]
+    rates: Array  # (f,) [1/s]
+    power: Array  # (f,)
+
+    def at(self, frequency: float) -> float:
+        """Return the rate of the strongest line near a frequency [1/s]."""
+        near = np.flatnonzero(np.abs(self.lines - frequency) <= NEAR)
+        return float(self.rates[near[np.argmax(self.power[near])]])
+
+
+def destabilising_delay(
+    loop: Loop,
+    folder: Path,
+    between: tuple[float, float] = (0.0, 0.02),
+    amplitude: float | None = None,
+    told: Told | None = None,
+) -> RealMargin:
+    """Bisect the delay at the plant input in co-simulations of a few seconds, without noise.
+
+    Parameters
+    ----------
+    loop : what `recognise` returns
+    folder : for the runs
+    between : delays between which to look [s]: the loop is stable at the first and unstable at the second
+    amplitude : peak of the push in the unit of the plant's inputs; None for a thousandth of the loop's test signal
+    told : called after each run with its delay [s] and the fastest growth rate found [1/s]
+
+    The system runs on a tick of 0.1 ms, with the plant stepped at it, so that the delay can be any number of ticks.
+    A test signal pushes all directions at once for a second. Then the spectra of two windows tell, line by line, what
+    grows.
+
+    Raises
+    ------
+    InputError
+        If the loop is unstable without a delay, or stable at the longest, or the amplitude is not known.
+    """
+    peak = SHARE_OF_PUSH * loop.amplitude if amplitude is None and loop.amplitude is not None else amplitude
+    if peak is None:
+        raise InputError("amplitude: not known for this plant; give one in the unit of its inputs")
+    opened = open_loop_at(fine_system(loop), loop.controller, loop.plant, _push(loop.period), folder)
+    tick = FINE_TICK * 1e-9
+    done: dict[int, Growth] = {}
+
+    def grows(ticks: int) -> bool:
+        if ticks not in done:
+            done[ticks] = _pushed(opened, loop, folder / f"delay{ticks}", ticks, peak)
+            if told is not None:
+                told(ticks * tick, done[ticks].rate)
+        return done[ticks].rate > 0.0
+
+    stable, unstable = (round(delay / tick) for delay in between)
+    if grows(stable):
+        raise InputError(f"system {loop.system.name}: unstable with a delay of {stable * tick * 1e3:g} ms; begin lower")
+    step = FIRST_STEP
+    while stable + step < unstable and not grows(stable + step):
+        stable, step = stable + step, 2 * step
+    unstable = min(stable + step, unstable)
+    if not grows(unstable):
+        raise InputError(f"system {loop.system.name}: still stable with {unstable * tick * 1e3:g} ms; look further")
+    while unstable - stable > 1:
+        middle = (stable + unstable) // 2
+        if grows(middle):
+            unstable = middle
+        else:
+            stable = middle
+    critical = done[unstable].frequency
+    low, high = done[stable].at(critical), done[unstable].at(critical)
+    share = -low / (high - low) if low < 0.0 < high else 0.5
+    return RealMargin(
+        stable=stable * tick,
+        unstable=unstable * tick,
+        delay=(stable + share) * tick,
+        frequency=critical,
+        runs=len(done),
+    )
+
+
+def fine_system(loop: Loop) -> System:
+    """Return the system on a tick of 0.1 ms, with the plant stepped at it, and the same delays in time."""
+    system = loop.system
+    times, rest = divmod(system.tick, FINE_TICK)
+    if rest:
+        raise InputError(f"system {system.name}: its tick must be a whole multiple of 0.1 ms to look for a delay")
+    continuous = {component.name for component in system.components if component.kind == "continuous"}
+    connections = tuple(
+        # one tick after a continuous component is the value that is true now
+        replace(c, delay=(c.delay - 1) * times + 1 if c.from_component in continuous else c.delay * times)
+        for c in system.connections
+    )
+    components = tuple(
+        replace(c, period=FINE_TICK) if c.name == loop.plant and c.kind == "continuous" else c
+        for c in system.components
+    )
+    return replace(system, tick=FINE_TICK, components=components, connections=connections)
+
+
+def growth_of(signals: Array, sample: float, peak: float) -> Growth:
+    """Tell from free motion what grows.
+
+    Parameters
+    ----------
+    signals : (2 k, m) two windows long
+    sample : [s]
+    peak : of the push; a loop that leaves it a hundredfold behind grows, even if it is at its limits by then
+    """
+    count = len(signals) // 2
+    taper = np.blackman(count)[:, None]
+    windows = (signals[:count], signals[count : 2 * count])
+    early, late = (np.linalg.norm(np.fft.rfft(window * taper, axis=0), axis=1) for window in windows)
+    frequency: Array = np.fft.rfftfreq(count, sample).astype(np.float64)
+    power = np.maximum(early, late)
+    rates = np.log((late + 1e-300) / (early + 1e-300)) / (count * sample)
+    heard = np.flatnonzero((frequency >= LOWEST) & (power > FAINT * power.max()))
+    if not len(heard):
+        return Growth(rate=-np.inf, frequency=np.nan, lines=frequency, rates=rates, power=power)
+    growing = heard[rates[heard] >= 0.5 * rates[heard].max()]
+    fastest = growing[np.argmax(power[growing])] if len(growing) else heard[np.argmax(rates[heard])]
+    away = float(np.abs(signals).max() / peak)
+    if away > 100.0:
+        fastest = heard[np.argmax(power[heard])]
+    rate = max(float(rates[fastest]), np.log(away) / (2.0 * WINDOW)) if away > 100.0 else float(rates[fastest])
+    return Growth(rate=rate, frequency=float(frequency[fastest]), lines=frequency, rates=rates, power=power)
+
+
+def _push(period: float) -> Multisine:
+    """Return a second of all frequencies, and nothing after it."""
+    signal = design_multisine(period, PUSH, (1.0 / PUSH, 0.45 / period), round(0.4 * PUSH / period))
+    silent = np.zeros(round(2.0 * WINDOW / period))
+    return replace(signal, values=np.concatenate([signal.values, silent]))
+
+
+def _pushed(opened: Opened, loop: Loop, folder: Path, ticks: int, peak: float) -> Growth:
+    late = tuple(
+        replace(c, delay=c.delay + ticks) if c.from_component == NAME else c for c in opened.system.connections
+    )
+    delayed = replace(opened, system=replace(opened.system, connections=late))
+    direction = loop.directions.sum(axis=1)
+    before, _ = record_injection(delayed, folder, direction / np.abs(direction).max(), peak, 1, loop.quiet)
+    return growth_of(before[0, round(PUSH / loop.period) :], loop.period, peak)
