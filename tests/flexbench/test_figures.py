@@ -316,7 +316,7 @@ def test_fine_pointing_zoom_shows_what_the_error_does_about_its_mean(drawn_desig
     assert_allclose((drawn.min(), drawn.max()), (-3.0, 3.0), rtol=1e-2)  # 40 samples a turn
 
 
-def test_published_values_stand_where_and_when_they_refer_to(drawn_designs: Designs):
+def test_published_values_stand_where_and_when_they_refer_to(drawn_designs: Designs, crowded: Any):
     whole_runs = {name: made_signals(drawn_designs[name], ARCSECOND, WHOLE) for name in CONFIGURATIONS}
     slew = figures.slew_comparison(whole_runs, drawn_designs)
     fine = figures.fine_pointing_comparison(whole_runs, whole_runs)
@@ -342,6 +342,7 @@ def test_published_values_stand_where_and_when_they_refer_to(drawn_designs: Desi
     assert [heights(line)[0] for line in lines(pointing, "published, ")] == [0.068, 0.038]
     assert sorted(heights(line)[0] for line in lines(whole, "published, ")) == [0.15, 0.27, 0.27, 0.33]
     for figure in (slew, fine):
+        assert crowded(figure) == []
         assert any("published" in text.get_text() for text in figure.legends[0].get_texts())
 
 

@@ -80,7 +80,9 @@ def campbell_diagram(designs: Mapping[ConfigurationName, Design]) -> Figure:
         grid[1, 0].set_ylim(LEAST, 1.5 * max(axes.dataLim.y1 for axes in grid[1]))
         bar = figure.colorbar(ScalarMappable(colours, COLOURS), ax=grid[0].tolist(), pad=0.01, aspect=30, extend="min")
         bar.set_label("RMS deformation, worst wheel [µm]")
-        figure.legend(handles=_legend(next(iter(designs.values()))), loc="outside upper center", ncols=3)
+        figure.legend(
+            handles=_legend(next(iter(designs.values()))), loc="outside upper center", ncols=min(3, 1 + len(designs))
+        )
     return figure
 
 

@@ -29,6 +29,7 @@ BUS_SENSORS_BELOW = 3.1  # m
 TEXT_BEYOND = 1.1  # m from the row of sensors to the words
 TICKS = (-15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0)  # m
 TILE, EDGE, BUS = "0.965", "0.82", "0.88"
+SITE: dict[str, Any] = {"marker": ".", "markersize": 5.0, "color": "black", "linestyle": "none"}
 GYRO, ACCELEROMETER, STAR_TRACKER = "s", "D", "*"
 SIZES = {GYRO: 4.6, ACCELEROMETER: 4.4, STAR_TRACKER: 8.5}  # points
 
@@ -51,7 +52,7 @@ def structure_layout(designs: Mapping[ConfigurationName, Design]) -> Figure:
     if not designs:
         raise ValueError("structure_layout: designs must hold one configuration at least, got none")
     with matplotlib.rc_context(STYLE | {"axes.grid": False}):
-        figure = Figure(figsize=(WIDTH if len(designs) > 1 else 0.6 * WIDTH, 5.9), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 5.9 if len(designs) > 1 else 5.0), layout="constrained")
         panels = figure.subplots(1, len(designs), squeeze=False, sharey=True)[0]
         for axes, (name, design) in zip(panels, designs.items(), strict=True):
             _draw_tiles(axes, design)
@@ -63,9 +64,10 @@ def structure_layout(designs: Mapping[ConfigurationName, Design]) -> Figure:
             axes.set_xlabel("x [m]")
         panels[0].set_ylabel("y [m]")
         handles, labels = _legend(next(iter(designs.values())).spacecraft)
-        figure.legend(
-            handles, labels, loc="outside lower center", ncols=3, handler_map={tuple: HandlerTuple(ndivide=1)}
-        )
+        place: dict[str, Any] = {"loc": "outside lower center", "ncols": 3}
+        if len(designs) == 1:
+            place = {"loc": "outside right center"}
+        figure.legend(handles, labels, handler_map={tuple: HandlerTuple(ndivide=1)}, **place)
     return figure
 
 
@@ -100,7 +102,7 @@ def _draw_turning(axes: Axes, places: Array, marker: str, label: str) -> None:
 
 def _draw_sensors(axes: Axes, spacecraft: Spacecraft) -> None:
     places = _unique_places(spacecraft.accelerometers)
-    axes.plot(*places.T, marker=".", markersize=5.0, color="black", linestyle="none", zorder=4.0, label="site")
+    axes.plot(*places.T, zorder=4.0, label="site", **SITE)
     rows: dict[str, list[tuple[float, float]]] = {GYRO: [], ACCELEROMETER: [], STAR_TRACKER: []}
     for place in places:
         wheels = np.flatnonzero(np.all(spacecraft.wheels.position[:, :2] == place, axis=1))
@@ -147,13 +149,14 @@ def _legend(spacecraft: Spacecraft) -> tuple[list[Any], list[str]]:
         return Line2D([], [], color=AXES[name].colour, linewidth=2.0, marker=marker, markersize=5.0)
 
     entries: list[tuple[Any, str]] = [
-        (arrow("x", ">"), "wheel about x"),
+        (arrow("x", ">"), "wheel about x; all have encoders"),
         (arrow("y", "^"), "wheel about y"),
         (ring("."), "wheel about +z"),
         (ring("x"), "wheel about -z"),
         (Line2D([], [], **_sensor(GYRO)), f"gyros, {_kinds(spacecraft.gyros)}"),
         (Line2D([], [], **_sensor(ACCELEROMETER)), f"accelerometers, {_kinds(spacecraft.accelerometers)}"),
-        (Line2D([], [], **_sensor(STAR_TRACKER)), "star tracker or fine guidance sensor; an encoder on each wheel"),
+        (Line2D([], [], **_sensor(STAR_TRACKER)), "star tracker or fine guidance sensor"),
+        (Line2D([], [], **SITE), "site; its devices stand beside it"),
         (Patch(facecolor=TILE, edgecolor=EDGE), "tile"),
         (Patch(facecolor=BUS, edgecolor="0.35"), "bus"),
     ]
