@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -18,7 +19,7 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """Plain text."""
+    """Plain text; names between backticks."""
 
     text: str
 
@@ -48,6 +49,7 @@ class Picture:
     description: str
 
 
+CODE, _CODE_TAG = re.compile(r"`([^`]+)`"), r"<code>\1</code>"  # as in Markdown
 Block = Heading | Paragraph | Listing | Table | Picture
 
 _STYLE = """
@@ -106,7 +108,7 @@ def body_html(blocks: Sequence[Block], draw: Callable[[Picture], str] = lambda p
             case Heading(level, text):
                 parts.append(f"<h{level}>{escape(text)}</h{level}>")
             case Paragraph(text):
-                parts.append(f"<p>{escape(text)}</p>")
+                parts.append(f"<p>{CODE.sub(_CODE_TAG, escape(text))}</p>")
             case Listing(text):
                 parts.append(f"<pre>{escape(text)}</pre>")
             case Picture():

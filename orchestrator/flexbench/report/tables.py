@@ -60,6 +60,14 @@ def scenario_of(result: Result) -> str:
     return "fine_pointing_open_loop" if result.run.open_loop else "fine_pointing"
 
 
+def described(result: Result) -> str:
+    """Return what a run was in a few words."""
+    words = [str(result.manifest.get("system", {}).get("name", ""))]
+    if result.run is not None:
+        words += ["as published" if result.run.as_published else "corrected", f"seed {result.run.seed}"]
+    return ", ".join([*words, f"{float(result.manifest.get('simulated_time', 0.0)):g} s simulated"])
+
+
 def numbers(contents: Sequence[Content]) -> list[Block]:
     """Return the metrics of the paper beside its values, and what the histories come to."""
     blocks: list[Block] = []

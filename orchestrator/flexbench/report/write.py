@@ -20,7 +20,7 @@ from .pictures import Image, drawn_images, image_of, stored_images, within_room
 from .scene import geometry
 from .sections import study_sections
 from .study import study_folders, study_table
-from .tables import events, facts, numbers, provenance, scenario_of, system
+from .tables import described, events, facts, numbers, provenance, scenario_of, system
 
 PAGE = "report.html"
 SCRIPTS = ("data.js", "axes.js", "plots.js", "scene.js")
@@ -219,6 +219,8 @@ def _shell(
         else ""
     )
     names = ", ".join(result.name for result in results) if 1 < len(results) <= MOST_SHOWN else ""
+    if len(results) == 1:
+        names = described(results[0])
     links = "".join(f'<a href="#{anchor}">{escape(name)}</a>' for anchor, name, _ in sections)
     body = "\n".join(f'<section id="{a}"><h2>{escape(name)}</h2>\n{html}\n</section>' for a, name, html in sections)
     content = json.dumps(told, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")

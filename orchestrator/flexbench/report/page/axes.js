@@ -54,7 +54,7 @@ function drawAxes(pen, frame, axis, x, y) {
   const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   for (let k = Math.ceil(view.from / step); k * step <= view.to * (1 + 1e-12); k++) {
     line(pen, x(k * step), frame.top, x(k * step), bottom);
-    pen.fillText((k * step).toFixed(decimals), x(k * step), bottom + 5);
+    if (x(k * step) < frame.left + frame.width - 62) pen.fillText((k * step).toFixed(decimals), x(k * step), bottom + 5);
   }
   pen.textAlign = "left";
   if (axis.power) {
@@ -63,9 +63,8 @@ function drawAxes(pen, frame, axis, x, y) {
     pen.fillText(`×10${String(axis.power).replace(/./g, (c) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻")}`, frame.left - 6, frame.top - 2);
   }
   pen.textAlign = "right";
-  pen.textBaseline = "bottom";
-  pen.fillStyle = "#777";
-  pen.fillText("time [s]", frame.left + frame.width - 2, bottom - 2);
+  pen.textBaseline = "top";
+  pen.fillText("time [s]", frame.left + frame.width, bottom + 5);
   pen.strokeStyle = "#9aa3ad";
   line(pen, frame.left, frame.top, frame.left, bottom);
   line(pen, frame.left, bottom, frame.left + frame.width, bottom);
@@ -107,5 +106,9 @@ function drawMark(pen, frame, at, mark) {
   pen.setLineDash([]);
   pen.textAlign = "left";
   pen.textBaseline = "top";
-  if (mark.text) pen.fillText(mark.text, at + 3, frame.top + 2);
+  if (!mark.text) return;
+  pen.strokeStyle = "rgba(255, 255, 255, 0.85)"; // lines behind must not cross the text out
+  pen.lineWidth = 3;
+  pen.strokeText(mark.text, at + 3, frame.top + 2);
+  pen.fillText(mark.text, at + 3, frame.top + 2);
 }

@@ -195,6 +195,7 @@ class Panel {
     pen.rect(frame.left, frame.top - 1, frame.width, frame.height + 2);
     pen.clip();
     let points = 0;
+    pen.globalAlpha = lines.length > 1 ? 0.85 : 1; // what lies behind shows through
     const several = contents.runs.length > 1, elements = this.elements();
     lines.forEach((line, k) => {
       pen.strokeStyle = several ? lookOf(line.run).colour
@@ -206,6 +207,7 @@ class Panel {
       points += drawLine(pen, line, parts[k], x, y);
     });
     pen.setLineDash([]);
+    pen.globalAlpha = 1;
     const marks = contents.runs.flatMap((run, i) => (hiddenRuns.has(i) ? [] : run.marks));
     const different = new Map(marks.map((mark) => [`${mark.time} ${mark.text}`, mark]));
     for (const mark of different.values()) drawMark(pen, frame, x(mark.time), mark);

@@ -344,6 +344,8 @@ function startScene() {
   prepare();
 }
 
+// paper unfolds nothing
+window.addEventListener("beforeprint", () => { for (const part of document.querySelectorAll("details")) part.open = true; });
 startPlots();
 startScene();
 document.documentElement.dataset.ready = "yes";
