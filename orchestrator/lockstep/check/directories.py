@@ -1,4 +1,4 @@
-"""The check of the working directory and of awkward paths: the same bits from anywhere, and nothing left behind."""
+"""Checks of the working directory and of awkward paths: the same bits from anywhere, and nothing left behind."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SPACES, UMLAUTS = "two short spaces", "Größe und Maß"
 
 
 def working_directory(laboratory: Laboratory, experiment: Experiment, base: Trajectory) -> Verdict:
-    """Run from several working directories, and from paths with spaces and umlauts."""
+    """Run from several working directories."""
     read_only = laboratory.work / "read-only"
     shutil.rmtree(laboratory.elsewhere)  # what earlier checks left there is no matter of this one
     laboratory.elsewhere.mkdir()
@@ -26,7 +26,6 @@ def working_directory(laboratory: Laboratory, experiment: Experiment, base: Traj
         ("in a read-only working directory", read_only, None),
         ("in the folder that it is unpacked to", laboratory.unpacked, None),
         ("in its resources folder", laboratory.unpacked / "resources", None),
-        ("unpacked to a path with spaces", laboratory.elsewhere, laboratory.work / SPACES),
     ):
         place = laboratory.unpack(folder)
         if not directory.is_dir():
@@ -39,17 +38,30 @@ def working_directory(laboratory: Laboratory, experiment: Experiment, base: Traj
         if left and not directory.is_relative_to(place):  # its own folder is its own
             return Verdict(status="error", message=f"leaves files in the working directory: {', '.join(left[:4])}")
     writes = " (as this is root, it could have written there)" if os.access(read_only, os.W_OK) else ""
-    told = f"the same bits from 4 working directories, one read-only{writes}, and from a path with spaces; nothing left"
-    # RFC 3986, which FMI 2.0 refers to, wants letters outside ASCII percent-encoded; not every host does that
-    umlauts = laboratory.work / UMLAUTS
-    encoded = _unlike(laboratory, experiment, base, folder=umlauts)
-    if not encoded:
-        return Verdict(message=f"{told}; also from a path with umlauts")
-    if _unlike(laboratory, experiment, base, folder=umlauts, raw_path=True):
-        return Verdict(status="error", message=f"unpacked to a path with umlauts: {encoded}", details=(told,))
-    message = "unpacked to a path with umlauts it runs only where a host hands them over as they are in the resource "
-    message += f"location; percent-encoded, as URIs are: {encoded}"
-    return Verdict(status="warning", message=message, details=(told,))
+    return Verdict(message=f"the same bits from 4 working directories, one read-only{writes}; nothing left behind")
+
+
+def resource_location(laboratory: Laboratory, experiment: Experiment, base: Trajectory) -> Verdict:
+    """Run from paths with spaces and umlauts, told in each of the forms that a URI may have."""
+
+    def wrong(folder: Path, form: str) -> str:
+        return _unlike(laboratory, experiment, base, folder=folder, location=form)
+
+    spaces, umlauts = laboratory.work / SPACES, laboratory.work / UMLAUTS
+    encoded = wrong(spaces, "encoded")
+    if encoded:
+        return Verdict(status="error", message=f"unpacked to a path with spaces: {encoded}")
+    encoded, bare = wrong(umlauts, "encoded"), wrong(laboratory.unpacked, "bare")
+    if encoded and wrong(umlauts, "raw"):
+        return Verdict(status="error", message=f"unpacked to a path with umlauts: {encoded}")
+    failures = []
+    if encoded:
+        failures.append(f"with percent-encoded umlauts, though it runs where a host leaves them as they are: {encoded}")
+    if bare:
+        failures.append(f"without an authority, file:/path: {bare}")
+    if failures:
+        return Verdict(status="warning", message=f"a resource location {'; and '.join(failures)}")
+    return Verdict(message="the same bits from paths with spaces and umlauts, and without an authority, file:/path")
 
 
 def _unlike(laboratory: Laboratory, experiment: Experiment, base: Trajectory, **options: Any) -> str:

@@ -37,6 +37,15 @@ def status_name(status: int) -> str:
     return STATUS_NAMES[status] if 0 <= status < len(STATUS_NAMES) else f"the unknown status {status}"
 
 
+def location(folder: Path, form: str) -> str:
+    """Return a folder's URI: "encoded" as RFC 3986 wants, "raw" with letters as they are, or "bare" of an authority.
+
+    FMI 2.0 (2.1.5) obliges FMUs to understand the scheme `file` with and without the authority.
+    """
+    uri = folder.as_uri()
+    return {"encoded": uri, "raw": f"file://{folder}", "bare": uri.replace("file:///", "file:/", 1)}[form]
+
+
 class Failed(Exception):
     """The FMU did not do what every FMU must; one line."""
 
@@ -55,7 +64,7 @@ class Instance:
     """An instantiated FMU. `close` terminates, frees and unloads as far as FMI allows after what happened."""
 
     def __init__(
-        self, experiment: Experiment, folder: Path, crumb: Crumb, name: str = "checked", raw_path: bool = False
+        self, experiment: Experiment, folder: Path, crumb: Crumb, name: str = "checked", form: str = "encoded"
     ) -> None:
         self.experiment, self.name, self._crumb = experiment, name, crumb
         self.messages: deque[tuple[int, str, str, str]] = deque(maxlen=20)  # status, category, instance, text
@@ -63,8 +72,7 @@ class Instance:
         self._at: float | None = None  # [s] where the instance stands
         self._kept: list[object] = []
         self._load(folder)
-        resources = folder / "resources"
-        self._instantiate(f"file://{resources}" if raw_path else resources.as_uri())
+        self._instantiate(location(folder / "resources", form))
         self.write, self.read = self._exchanges()
 
     def _load(self, folder: Path) -> None:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from lockstep.check.directories import working_directory
+from lockstep.check.directories import resource_location, working_directory
 from lockstep.check.experiment import Experiment, read_experiment
 from lockstep.check.finding import Finding
 from lockstep.check.isolation import Laboratory
@@ -35,7 +35,8 @@ TITLES = {
     "dynamic.side_by_side": "two builds in one process",
     "dynamic.state": "state: set back, and restored in another process",
     "dynamic.awkward_times": "times with rounding errors",
-    "dynamic.working_directory": "independent of working directory and path",
+    "dynamic.working_directory": "independent of the working directory",
+    "dynamic.resource_location": "runs from any path, told as any URI of it",
     "dynamic.refuses_step": "refuses a step that it cannot make",
     "dynamic.logging": "logs an error through the host's logger",
     "dynamic.invalid_reference": "survives a bad value reference",
@@ -45,7 +46,8 @@ TITLES = {
 }
 CHECKS = tuple(TITLES)
 COMPARING = {"dynamic.reset", "dynamic.second_instance", "dynamic.second_load", "dynamic.side_by_side",
-             "dynamic.state", "dynamic.awkward_times", "dynamic.working_directory", "dynamic.latency"}  # fmt: skip
+             "dynamic.state", "dynamic.awkward_times", "dynamic.working_directory", "dynamic.resource_location",
+             "dynamic.latency"}  # fmt: skip
 
 REFERENCE_STEPS = 200
 REFERENCE_SECONDS = 5.0  # wall time of the reference run; slow FMUs make fewer steps
@@ -267,6 +269,9 @@ class _Course:
             told = "can be instantiated only if the working directory is the folder that it is unpacked to"
             return Verdict(status="error", message=told)
         return working_directory(self.laboratory, self.experiment, self._base())
+
+    def _resource_location(self) -> Verdict:
+        return resource_location(self.laboratory, self.experiment, self._base())
 
     def _refuses_step(self) -> Verdict:
         return self._probe("probes_refusal:refuses_step")

@@ -52,8 +52,8 @@ class Task:
 
     def open(self, name: str = "checked", folder: Path | None = None, other: Experiment | None = None) -> Instance:
         """Instantiate the FMU, or another one."""
-        raw_path = bool(self.options.get("raw_path"))
-        made = Instance(other or self.experiment, folder or self.folder, self.crumb, name, raw_path)
+        form = self.options.get("location", "encoded")
+        made = Instance(other or self.experiment, folder or self.folder, self.crumb, name, form)
         self.instances.append(made)
         return made
 

@@ -97,7 +97,18 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
-    (void)resources; (void)visible;
+    (void)visible;
+#if defined DEFECT_UNDECODED_LOCATION || defined DEFECT_NEEDS_AUTHORITY
+    char path[4096];
+    snprintf(path, sizeof path, "%s/gain.txt", resources + 7);
+#endif
+#ifdef DEFECT_UNDECODED_LOCATION
+    if (access(path, R_OK) != 0) return NULL;
+#endif
+#ifdef DEFECT_NEEDS_AUTHORITY
+    if (!strchr(path, '%') && access(path, R_OK) != 0) return NULL;
+#endif
+    (void)resources;
     if (type != fmi2CoSimulation || strcmp(guid, GUID) != 0) return NULL;
 #ifdef DEFECT_NEEDS_WORKING_DIRECTORY
     if (access("resources/gain.txt", R_OK) != 0) return NULL;
