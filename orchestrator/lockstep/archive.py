@@ -1,5 +1,7 @@
 """Zip files that came from elsewhere: opened with one-line errors, extracted only below their folder."""
 
+import os
+import tempfile
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -29,6 +31,16 @@ def is_inside(member: str) -> bool:
     """Tell whether a path stays below the folder that it is relative to."""
     path = PurePosixPath(member)
     return not (path.is_absolute() or ".." in path.parts or "\\" in member or ":" in member)
+
+
+def unpacking_place() -> str | None:
+    """Return the folder in which to make temporary folders for FMUs; None is the usual one.
+
+    FMUs made by pythonfmu 0.7 undo no percent-encoding in the URI of their resources but that of the blank, and crash
+    for letters outside ASCII: then /tmp is used instead, where there is one.
+    """
+    uri = Path(tempfile.gettempdir()).absolute().as_uri()
+    return "/tmp" if "%" in uri.replace("%20", "") and os.access("/tmp", os.W_OK | os.X_OK) else None
 
 
 @contextmanager

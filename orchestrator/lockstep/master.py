@@ -9,6 +9,7 @@ from itertools import cycle
 from pathlib import Path
 from time import perf_counter
 
+from lockstep.archive import unpacking_place
 from lockstep.clock import seconds
 from lockstep.errors import InputError, RunError
 from lockstep.exchange import Exchange
@@ -75,7 +76,9 @@ def simulate(
     check_folder(folder, overwrite)
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
-        temporary = stack.enter_context(tempfile.TemporaryDirectory(prefix="lockstep-", ignore_cleanup_errors=True))
+        temporary = stack.enter_context(
+            tempfile.TemporaryDirectory(prefix="lockstep-", dir=unpacking_place(), ignore_cleanup_errors=True)
+        )
         events = Events()
         stack.callback(events.close)
         slaves: dict[str, Slave] = {}

@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from lockstep.archive import unpacking_place
 from lockstep.check.directories import resource_location, working_directory
 from lockstep.check.experiment import Experiment, read_experiment
 from lockstep.check.finding import Finding
@@ -79,7 +80,8 @@ def dynamic_checks(
     time_limit : wall time that one process may take [s]; the memory check may take its own more
     only : checks to run; those that every other builds on run as well
     """
-    with tempfile.TemporaryDirectory(prefix="lockstep_check_", ignore_cleanup_errors=True) as folder:
+    place = unpacking_place()
+    with tempfile.TemporaryDirectory(prefix="lockstep_check_", dir=place, ignore_cleanup_errors=True) as folder:
         laboratory = Laboratory(archive=path.resolve(), work=Path(folder), time_limit=time_limit)
         return _Course(laboratory, report, steps, tuple(others)).run(only)
 
