@@ -108,7 +108,7 @@ def _write_hdf5(folder: Path, names: list[str] | None, file: Path) -> None:
 def _write_mat(folder: Path, names: list[str] | None, file: Path) -> None:
     """Write `time`, and `signals`, `units`, `descriptions`, `elements` as structures: signals.plant.wheel.speed."""
     dataset = load_dataset(folder, names)
-    content = {
+    content: dict[str, Any] = {
         "time": dataset["time"].to_numpy(),
         "signals": _nested(dataset, lambda variable: variable.to_numpy()),
         "units": _nested(dataset, lambda variable: variable.attrs["units"]),

@@ -22,9 +22,12 @@ BROWSERS = (
 PATIENCE = 120.0  # s
 
 
-def find_browser() -> str | None:
-    """Return the path of a browser that can print without a window, or None."""
-    return next((path for name in BROWSERS if (path := shutil.which(name))), None)
+def find_browser() -> str:
+    """Return the path of a browser that can print without a window; raise InputError if there is none."""
+    for name in BROWSERS:
+        if path := shutil.which(name):
+            return path
+    raise InputError("--pdf: found no Chromium, Chrome or Edge; install chromium, or print the page from a browser")
 
 
 def print_pdf(page: Path, out: Path) -> Path:
@@ -36,8 +39,6 @@ def print_pdf(page: Path, out: Path) -> Path:
         If no such browser is installed, or it does not print.
     """
     browser = find_browser()
-    if browser is None:
-        raise InputError("--pdf: found no Chromium, Chrome or Edge; install chromium, or print the page from a browser")
     with tempfile.TemporaryDirectory() as profile:
         command = [
             browser, "--headless", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",

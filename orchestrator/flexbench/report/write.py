@@ -15,7 +15,7 @@ from lockstep import InputError
 
 from .collect import Content, collect
 from .gather import Result, gather
-from .pdf import print_pdf
+from .pdf import find_browser, print_pdf
 from .pictures import Image, drawn_images, image_of, stored_images, within_room
 from .scene import geometry
 from .sections import study_sections
@@ -59,6 +59,8 @@ def write_report(
     out = out or paths[0] / PAGE
     if out.is_dir():
         raise InputError(f"{out}: is a folder; give a file, for example {out / PAGE}")
+    if pdf:
+        find_browser()  # before the work
     page = page_of(results, studies)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
