@@ -23,6 +23,7 @@ LOWEST = 4.0  # Hz: slower motion hardly grows or decays within two windows
 FAINT = 1e-4  # of the strongest line: below lies what the windows let through
 SHARE_OF_PUSH = 1e-3  # of the test signal's peak: without noise little is enough, and far from any limit
 FIRST_STEP = 20  # ticks, then twice as many
+ALIKE = 0.1  # relative: lines that grow as fast as the fastest; the strongest of them is named
 NEAR = 1.0  # Hz, in which the strongest line is looked for
 Told = Callable[[float, float], None]
 
@@ -159,8 +160,9 @@ def growth_of(signals: Array, sample: float, peak: float) -> Growth:
     heard = np.flatnonzero((frequency >= LOWEST) & (power > FAINT * power.max()))
     if not len(heard):
         return Growth(rate=-np.inf, frequency=np.nan, lines=frequency, rates=rates, power=power)
-    growing = heard[rates[heard] >= 0.5 * rates[heard].max()]
-    fastest = growing[np.argmax(power[growing])] if len(growing) else heard[np.argmax(rates[heard])]
+    most = float(rates[heard].max())
+    alike = heard[rates[heard] >= most - ALIKE * abs(most)]
+    fastest = alike[np.argmax(power[alike])]
     away = float(np.abs(signals).max() / peak)
     if away > 100.0:
         fastest = heard[np.argmax(power[heard])]

@@ -1,0 +1,1 @@
+"""Two small FMUs in C whose loop is known in closed form."""
