@@ -341,6 +341,8 @@ def test_published_values_stand_where_and_when_they_refer_to(drawn_designs: Desi
     pointing, _, whole, _ = fine.axes
     assert [heights(line)[0] for line in lines(pointing, "published, ")] == [0.068, 0.038]
     assert sorted(heights(line)[0] for line in lines(whole, "published, ")) == [0.15, 0.27, 0.27, 0.33]
+    for line in lines(pointing, "published, ") + lines(whole, "published, "):
+        assert_allclose(np.asarray(line.get_xdata()), (150.0, 300.0), rtol=1e-9)
     for figure in (slew, fine):
         assert crowded(figure) == []
         assert any("published" in text.get_text() for text in figure.legends[0].get_texts())
