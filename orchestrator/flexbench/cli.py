@@ -149,6 +149,8 @@ def _parser() -> argparse.ArgumentParser:
                         help="results folders of runs, or folders of such folders")  # fmt: skip
     report.add_argument("--out", type=Path, metavar="FILE",
                         help="page to write (default: report.html in the first results folder)")  # fmt: skip
+    report.add_argument("--window", type=float, nargs=2, metavar=("FROM", "TO"),
+                        help="plot this part of the time, in seconds; a short one is kept row by row")  # fmt: skip
     report.add_argument("--pdf", action="store_true", help="also print the page to PDF; needs Chromium or Chrome")
 
     health = add(

@@ -126,7 +126,8 @@ def report(options: argparse.Namespace) -> int:
     """Write the page of one run or several."""
     from .report import write_report
 
-    print("\n".join(str(path) for path in write_report(options.results, options.out, pdf=options.pdf)))
+    window = None if options.window is None else (options.window[0], options.window[1])
+    print("\n".join(str(path) for path in write_report(options.results, options.out, pdf=options.pdf, window=window)))
     return 0
 
 

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from flexbench.document import Heading, Paragraph, Picture, Table
 from flexbench.figures import drawing
 from flexbench.report import sections
-from flexbench.report.collect import is_fault
+from flexbench.report.collect import collect, is_fault
 from flexbench.report.derived import error_vector
 from flexbench.report.gather import MOST_RUNS, gather
 from flexbench.report.pack import FLOAT, LEAST_INTERVALS, History, extremes, pack, pack_all, stride_for, time_base
@@ -185,6 +185,17 @@ def test_a_run_without_rows_is_refused(tmp_path):
     pq.write_table(pq.read_table(run / "signals.parquet").slice(0, 0), run / "signals.parquet")
     with pytest.raises(InputError, match="no row of signals yet"):
         write_report([run])
+
+
+def test_a_window_is_kept_row_by_row(tmp_path):
+    (result,) = gather([foreign_run(tmp_path / "run")])
+
+    (part,) = collect(result, runs=1, window=(0.5, 0.75)).told["parts"]
+
+    assert_allclose((part["time"]["start"], part["time"]["end"], part["time"]["count"]), (0.5, 0.75, 26))
+    assert_allclose(floats(part["data"][0]), np.sin(np.arange(50, 76) * 0.01), rtol=1e-6)
+    with pytest.raises(InputError, match=r"--window 5 6: holds less than two rows; the record goes from 0 to 1\.99 s"):
+        collect(result, runs=1, window=(5.0, 6.0))
 
 
 def test_a_folder_that_is_no_toml_is_refused(tmp_path):

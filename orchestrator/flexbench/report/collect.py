@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from .scene import motion
 
 # bytes of data on a page before base64, shared by its runs: 9 MB of text, which leaves room for figures below 15 MB
 DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET = 2_000_000, 3_800_000, 800_000
+Window = tuple[float, float]  # begin, end [s]
 PEAKED = 30.0  # times its median: what a norm exceeds for a logarithmic axis
 MOST_MARKS = 40  # of one run: more hide the lines
 
@@ -45,11 +46,25 @@ class Content:
     interval: float  # s, between two rows
 
 
-def collect(result: Result, runs: int) -> Content:
-    """Read a run's signals and condense them; raise InputError if it has none."""
+def collect(result: Result, runs: int, window: Window | None = None) -> Content:
+    """Read a run's signals and condense them.
+
+    Parameters
+    ----------
+    result : the run
+    runs : how many share the page
+    window : the part of the time to show, begin and end [s]; None for all
+
+    Raises
+    ------
+    InputError
+        If the run has no signals, or none in the window.
+    """
     signals = result.signals()
     if len(signals.time) == 0:
         raise InputError(f"{result.folder}: has no row of signals yet; let it run longer")
+    if window is not None:
+        signals = _within(signals, window)
     derived = list(derive(signals, result.run))
     first, rest = _sorted(derived, signals)
     parts = [pack_all(signals.time, first, DERIVED_BUDGET // runs)] if first else []
@@ -64,6 +79,18 @@ def collect(result: Result, runs: int) -> Content:
         recorded=len(signals.columns),
         interval=float(np.median(steps)) if len(steps) else 0.0,
     )
+
+
+def _within(signals: Signals, window: Window) -> Signals:
+    start, end = window
+    rows = (signals.time >= start) & (signals.time <= end)
+    if np.count_nonzero(rows) < 2:
+        raise InputError(
+            f"--window {start:g} {end:g}: holds less than two rows; the record goes from {signals.time[0]:g} to"
+            f" {signals.time[-1]:g} s"
+        )
+    columns = {name: values[rows] for name, values in signals.columns.items()}
+    return replace(signals, time=signals.time[rows], columns=columns)
 
 
 def _sorted(derived: list[Derived], signals: Signals) -> tuple[list[History], list[History]]:

@@ -13,7 +13,7 @@ from typing import Any
 from flexbench.document import Block, Listing, body_html
 from lockstep import InputError
 
-from .collect import Content, collect
+from .collect import Content, Window, collect
 from .gather import Result, gather
 from .pdf import find_browser, print_pdf
 from .pictures import Image, drawn_images, image_of, stored_images, within_room
@@ -37,7 +37,11 @@ MOST_SHOWN = 4  # runs in a plot until the reader asks for more
 
 
 def write_report(
-    paths: Sequence[Path], out: Path | None = None, pdf: bool = False, studies: Sequence[Path] = ()
+    paths: Sequence[Path],
+    out: Path | None = None,
+    pdf: bool = False,
+    studies: Sequence[Path] = (),
+    window: Window | None = None,
 ) -> list[Path]:
     """Write one page of all runs in the given folders; return what was written.
 
@@ -47,6 +51,7 @@ def write_report(
     out : page to write; None for report.html in the first folder
     pdf : print the page to PDF too, beside it
     studies : folders with the table of a study and its figures, besides those among the paths
+    window : part of the time to plot and to show in motion, begin and end [s]; a short one is kept row by row
 
     Raises
     ------
@@ -61,7 +66,7 @@ def write_report(
         raise InputError(f"{out}: is a folder; give a file, for example {out / PAGE}")
     if pdf:
         find_browser()  # before the work
-    page = page_of(results, studies)
+    page = page_of(results, studies, window)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as partial:
@@ -78,9 +83,9 @@ def write_report(
         raise InputError(f"{out}: cannot be written ({error.strerror or error}); choose another file") from None
 
 
-def page_of(results: Sequence[Result], studies: Sequence[Path] = ()) -> str:
+def page_of(results: Sequence[Result], studies: Sequence[Path] = (), window: Window | None = None) -> str:
     """Return the page of some runs."""
-    contents = [collect(result, len(results)) for result in results]
+    contents = [collect(result, len(results), window) for result in results]
     title = results[0].name if len(results) == 1 else f"{len(results)} runs compared"
     if len(results) > 1 and len(studies) == 1:
         title = f"{studies[0].resolve().name}: {title}"

@@ -122,10 +122,14 @@ for (const [run, about] of contents.runs.entries()) {
     }
   }
 }
-const wholeTime = { from: 0, to: 1e-9 };
+const wholeTime = { from: Infinity, to: 1e-9 };
 for (const group of groups.values()) {
-  for (const line of group.lines) wholeTime.to = Math.max(wholeTime.to, line.base.end);
+  for (const line of group.lines) {
+    wholeTime.from = Math.min(wholeTime.from, line.base.at(0));
+    wholeTime.to = Math.max(wholeTime.to, line.base.end);
+  }
 }
+if (!(wholeTime.from < wholeTime.to)) wholeTime.from = wholeTime.to - 1;
 
 // Okabe and Ito (2008): told apart by all eyes; black comes last
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#444444"];
