@@ -51,7 +51,6 @@ def test_the_good_one_passes(tmp_path):
     [
         ("HIDDEN_GENERATOR", "state", "error", "set back, the run goes on differently: scaled is"),
         ("READS_WORKING_DIRECTORY", "working_directory", "error", "in the folder that it is unpacked to: scaled is"),
-        ("SHARED_BETWEEN_INSTANCES", "second_instance", "error", "stepped in turn with a second: filtered is"),
     ],
 )
 def test_one_defect_is_found_where_it_is_and_nothing_else(tmp_path, defect, check, status, words):
@@ -76,6 +75,7 @@ def test_one_defect_is_found_where_it_is_and_nothing_else(tmp_path, defect, chec
         ),
         ("NEEDS_AUTHORITY", "resource_location", "warning", "without an authority, file:/path: fmi2Instantiate"),
         ("LEAKS", "memory", "error", "bytes a step"),
+        ("SHARED_BETWEEN_INSTANCES", "second_instance", "error", "stepped in turn with a second: filtered is"),
         ("HIDDEN_ARRAY", "state", "error", "set back, the run goes on differently: scaled is"),
         ("FORGETS_WHEN_SERIALISED", "state", "error", "restored in another process, the run differs: scaled is"),
         ("NEEDS_WORKING_DIRECTORY", "working_directory", "error", "only if the working directory is the folder"),
@@ -189,6 +189,14 @@ def processes_below(folder: Path) -> list[str]:
         except OSError:  # it has ended
             continue
     return [line for line in lines if str(folder) in line]
+
+
+def test_spoilt_files_of_a_check_end_no_report(tmp_path):
+    findings = checked(bad_fmu(tmp_path, "SPOILS_ITS_FOLDERS"), only=["dynamic.repeat", "dynamic.logging"])
+
+    assert of_note(findings) == {"dynamic.repeat": "error"}
+    assert "the check could not be carried out" in findings["dynamic.repeat"].message
+    assert findings["dynamic.logging"].status == "pass"
 
 
 def test_what_is_no_fmu_is_one_finding(tmp_path):

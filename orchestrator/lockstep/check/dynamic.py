@@ -108,7 +108,7 @@ class _Course:
             ("dynamic.initialise", self._simple("probes_life:initialise"), "it cannot be initialised"),
             ("dynamic.step", self._step, "it cannot be stepped"),
         ):
-            verdict = probe()
+            verdict = _carried_out(probe)
             self._tell(check, verdict)
             if verdict.status == "error" and not verdict.numbers.get("steps"):
                 return self._skip(missing)
@@ -119,7 +119,7 @@ class _Course:
                 reason = "no two runs of it give the same bits (dynamic.repeat), so there is nothing to compare with"
                 self._tell(check, Verdict(status="skipped", message=reason))
             else:
-                self._tell(check, getattr(self, f"_{check.partition('.')[2]}")())
+                self._tell(check, _carried_out(getattr(self, f"_{check.partition('.')[2]}")))
         return self.findings
 
     def _tell(self, check: str, verdict: Verdict) -> None:
@@ -299,3 +299,12 @@ class _Course:
         limit = self.laboratory.time_limit + MEMORY_SECONDS
         options = {"steps": self._memory_steps, "seconds": MEMORY_SECONDS}
         return self._probe("probes_load:memory", time_limit=limit, **options)
+
+
+def _carried_out(check: Callable[[], Verdict]) -> Verdict:
+    """Return what a check found; a full disk, or files that the FMU spoiled, are no end of the report either."""
+    try:
+        return check()
+    except Exception as error:
+        reason = " ".join(str(error).split())
+        return Verdict(status="error", message=f"the check could not be carried out: {type(error).__name__}: {reason}")

@@ -101,7 +101,7 @@ class Laboratory:
         try:
             found = json.loads((self.results / "result.json").read_text(encoding="utf-8"))
             verdict = Verdict(**{**found, "details": tuple(found["details"])})
-        except (OSError, ValueError):
+        except (OSError, ValueError, TypeError, KeyError):  # not written, or not by the check
             if code is None:
                 return Verdict(status="error", message=f"no answer within {limit:g} s {where}")
             if code == 1 and not call:
