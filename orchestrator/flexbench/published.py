@@ -12,6 +12,12 @@ from typing import Literal
 
 from flexsat.parameters import ConfigurationName
 
+# Hz, of the structure clamped at the hole: the authors' own finite elements (public release), four digits
+MODE_FREQUENCIES: tuple[float, ...] = (
+    0.3441, 0.3441, 0.4117, 0.5285, 0.5285, 1.026, 1.245, 1.917, 1.917, 2.158, 2.286, 2.286, 3.076, 3.076, 3.146,
+    3.146, 3.881, 3.944, 4.156, 4.606, 5.05, 5.05, 5.41, 5.41, 5.966,
+)  # fmt: skip
+
 Variant = Literal["as_published", "corrected"]
 VARIANTS: tuple[Variant, ...] = ("as_published", "corrected")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,9 +11,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
 from matplotlib.tri import Triangulation
 
+from flexbench.published import MODE_FREQUENCIES
 from flexsat.design import Design
 from flexsat.mesh import record_mesh
 from flexsat.structure import Structure, build_structure
@@ -23,10 +27,12 @@ LEVELS = 24  # colour bands; zero lies between two
 COLUMNS = 3
 HEIGHT = 2.5  # inch a row
 TICKS = (-10.0, 0.0, 10.0)  # m
+BUS: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "0.15", "hatch": "//////", "linewidth": 0.9}
+CLAMPED: dict[str, Any] = {"linestyle": "none", "marker": "s", "markersize": 2.5, "color": "black"}
 
 
 def mode_shapes(structure: Structure | Design, count: int = 6) -> Figure:
-    """Draw the deflection of the lowest modes over the aperture, each with its frequency.
+    """Draw the deflection of the lowest modes over the aperture, each with its frequency and that of the authors.
 
     Parameters
     ----------
@@ -49,11 +55,11 @@ def mode_shapes(structure: Structure | Design, count: int = 6) -> Figure:
     columns = min(COLUMNS, count)
     rows = -(-count // columns)
     with matplotlib.rc_context(STYLE | {"axes.grid": False, "axes.titlelocation": "center"}):
-        figure = Figure(figsize=(WIDTH, 0.5 + rows * HEIGHT), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.8 + rows * HEIGHT), layout="constrained")
         grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
         for mode, axes in enumerate(grid[:count]):
             _draw_shape(axes, structure, deflection[:, mode], levels)
-            axes.set_title(f"mode {mode + 1}:  {structure.frequency[mode] / (2.0 * np.pi):.3f} Hz")
+            axes.set_title(_title(structure, mode))
         for axes in grid[count:]:
             axes.set_visible(False)
         for position, axes in enumerate(grid[:count]):
@@ -71,6 +77,7 @@ def mode_shapes(structure: Structure | Design, count: int = 6) -> Figure:
         bar = figure.colorbar(colours, ax=grid.tolist(), shrink=0.8, aspect=32, ticks=ticks, format="{x:.3f}")
         bar.set_label(r"deflection per unit modal displacement [$\mathrm{kg}^{-1/2}$]")
         bar.ax.minorticks_off()
+        figure.legend(handles=_legend(), loc="outside lower center", ncols=3, handlelength=1.6)
     return figure
 
 
@@ -83,9 +90,24 @@ def _draw_shape(axes: Axes, structure: Structure, deflection: Array, levels: Arr
     axes.add_collection(LineCollection(_outline(plate), colors="0.15", linewidths=0.9))
     rim = mesh.nodes[mesh.hole]
     rim = rim[np.argsort(np.arctan2(rim[:, 1], rim[:, 0]))]
-    axes.add_patch(Polygon(rim.tolist(), facecolor="0.85", edgecolor="0.15", hatch="//////", linewidth=0.9))
+    axes.add_patch(Polygon(rim.tolist(), **BUS))
     clamped = np.flatnonzero(~structure.shape.reshape(len(x), -1).any(axis=1))
-    axes.plot(x[clamped], y[clamped], linestyle="none", marker="s", markersize=2.5, color="black", label="clamped")
+    axes.plot(x[clamped], y[clamped], label="clamped", **CLAMPED)
+
+
+def _title(structure: Structure, mode: int) -> str:
+    title = f"mode {mode + 1}:  {structure.frequency[mode] / (2.0 * np.pi):.3f} Hz"
+    if mode < len(MODE_FREQUENCIES):
+        title += f"  ({MODE_FREQUENCIES[mode]:.4g})"
+    return title
+
+
+def _legend() -> list[Line2D | Patch]:
+    return [
+        Line2D([], [], label="clamped to the bus", **CLAMPED),
+        Patch(label="bus", **BUS),
+        Line2D([], [], linestyle="none", label="in brackets: the authors' finite elements [Hz]"),
+    ]
 
 
 def _outline(plate: Triangulation) -> list[Array]:
