@@ -330,7 +330,7 @@ def test_architecture_draws_any_system(crowded: Crowded):
     text = words(figure.axes[0])
     assert text.count("2 values") == 5
     assert {"lone", "a note"} <= set(text.split("\n"))
-    assert "every 2 ms, from 1 ms, sampled" in text
+    assert "every 2 ms from 1 ms on\nsampled" in text
     assert crowded(figure) == []
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import matplotlib
@@ -22,6 +23,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MILLISECOND = 1_000_000  # ns
 BOX, HEIGHT = 1.62, 1.7  # inch, of a component
 LINE = 0.155  # inch, of text
+NAMES = 1.6  # inch, of the names of ports between two components
 LANE = 0.28  # inch, between a lane and the next's words
 ROW = 0.42  # inch, of a component in the schedule
 BESIDE = 0.95  # inch, left of the schedule
@@ -29,6 +31,7 @@ MOST = 8  # ports named on a wire
 TIP: dict[str, Any] = {
     "arrowstyle": "-|>,head_length=6,head_width=2.6", "mutation_scale": 1.0, "shrinkA": 0.0, "shrinkB": 0.0,
 }  # fmt: skip
+HALO: dict[str, Any] = {"bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6}}  # over wires that cross
 SPREAD, BETWEEN = 0.6, 0.1  # of a tick: all that happens in it, and two reads of one step; in truth at one time
 CAPTION = (
     "Bar: a step. Dot: from when its outputs hold (sampled), or when they are true (continuous). Arrow: a read, from"
@@ -87,7 +90,9 @@ def architecture_diagram(system: System, notes: Mapping[str, Sequence[str]] | No
     """
     schedule = build_schedule(system)
     names = [task.name for task in schedule.tasks]
-    above, below, direct = _routes(names, wires(system))
+    centres = _centres(names)
+    room = all(centres[b] - centres[a] - BOX >= NAMES for a, b in pairwise(names))
+    above, below, direct = _routes(names, wires(system), straight=room)
     up, down = sum(_lane_height(wire) for wire in above), sum(_lane_height(wire) for wire in below)
     upper = up + HEIGHT + down + 0.1
     lower = 1.0 + ROW * len(names)
@@ -98,7 +103,6 @@ def architecture_diagram(system: System, notes: Mapping[str, Sequence[str]] | No
         blocks.set(xlim=(0.0, WIDTH), ylim=(-HEIGHT / 2.0 - down - 0.05, HEIGHT / 2.0 + up + 0.05))
         blocks.set_axis_off()
         figure.text(0.12 / WIDTH, 1.0 - 0.2 / height, _title(system), fontsize=9.5, fontweight="bold")
-        centres = _centres(names)
         for name in names:
             more = (notes or {}).get(name, ())
             _draw_component(blocks, system, schedule, name, centres[name], more, _colour(names, name))
@@ -133,7 +137,9 @@ def _centres(names: Sequence[str]) -> dict[str, float]:
     return {name: margin + k * step for k, name in enumerate(names)}
 
 
-def _routes(names: Sequence[str], found: Sequence[Wire]) -> tuple[list[Wire], list[Wire], list[Wire]]:
+def _routes(
+    names: Sequence[str], found: Sequence[Wire], *, straight: bool
+) -> tuple[list[Wire], list[Wire], list[Wire]]:
     """Sort wires into lanes above (back to an earlier component), below (past one), and straight to the next."""
     above: list[Wire] = []
     below: list[Wire] = []
@@ -142,7 +148,9 @@ def _routes(names: Sequence[str], found: Sequence[Wire]) -> tuple[list[Wire], li
         ahead = names.index(wire.consumer) - names.index(wire.producer)
         if ahead <= 0:
             above.append(wire)
-        elif ahead == 1 and (wire.producer, wire.consumer) not in {(w.producer, w.consumer) for w in direct}:
+        elif (
+            straight and ahead == 1 and (wire.producer, wire.consumer) not in {(w.producer, w.consumer) for w in direct}
+        ):
             direct.append(wire)
         else:
             below.append(wire)
@@ -191,10 +199,10 @@ def _draw_component(
     axes.add_patch(box)
     when = f"every {_milliseconds(task.period * system.tick)}"
     if task.offset:
-        when += f", from {_milliseconds(task.offset * system.tick)}"
+        when += f" from {_milliseconds(task.offset * system.tick)} on"
     lines = [
         component.source.name,
-        f"{when}, {component.kind}",
+        *([when, component.kind] if task.offset else [f"{when}, {component.kind}"]),
         f"{taken} in, {given} out",
         *([""] if notes else []),
         *notes,
@@ -228,12 +236,14 @@ def _draw_lanes(
         text = "\n".join(ports)
         middle = 0.5 * (start + end)
         if side > 0.0:
-            axes.text(middle, lane - 0.05, heading, ha="center", va="top", fontsize=8.0, color=colour)
-            axes.text(middle, lane - 0.05 - 1.1 * LINE, text, ha="center", va="top", fontsize=7.0, linespacing=1.25)
+            axes.text(middle, lane - 0.05, heading, ha="center", va="top", fontsize=8.0, color=colour, **HALO)
+            axes.text(
+                middle, lane - 0.05 - 1.1 * LINE, text, ha="center", va="top", fontsize=7.0, linespacing=1.25, **HALO
+            )
         else:
-            axes.text(middle, lane + 0.05, text, ha="center", va="bottom", fontsize=7.0, linespacing=1.25)
+            axes.text(middle, lane + 0.05, text, ha="center", va="bottom", fontsize=7.0, linespacing=1.25, **HALO)
             up = lane + 0.05 + 0.9 * LINE * len(ports)
-            axes.text(middle, up, heading, ha="center", va="bottom", fontsize=8.0, color=colour)
+            axes.text(middle, up, heading, ha="center", va="bottom", fontsize=8.0, color=colour, **HALO)
 
 
 def _draw_schedule(axes: Axes, system: System, schedule: Schedule, names: Sequence[str]) -> None:
