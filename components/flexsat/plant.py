@@ -117,6 +117,8 @@ class Plant:
                 -(lateral[:, :n] * matrices.wheel_sense).T,  # -w_a times h: torque about b
             ]
         )
+        if not parameters.gyroscopics:
+            crossed = np.zeros_like(crossed)
         rate_rows = np.zeros((3, 6 + m))
         rate_rows[:, 3:6] = np.eye(3)
         self.momentum_map = np.vstack([rigid, rate_rows, crossed])

@@ -64,6 +64,7 @@ class PlantParameters:
     frequency_dispersion: Array  # (m,) relative error of the frequencies
     damping_dispersion: Array  # (m,) relative error of the modal damping
     inertia_dispersion: Array  # (3,) relative error of the principal inertias
+    gyroscopics: bool = True  # False leaves out the gyroscopic torques of the wheels, for budgets
 
     def __post_init__(self) -> None:
         if not np.linalg.norm(self.mrp) <= 1.0:
@@ -92,6 +93,7 @@ def parameters_of_run(
     frequency_dispersion: Array,
     damping_dispersion: Array,
     inertia_dispersion: Array,
+    gyroscopics: bool = True,
 ) -> PlantParameters:
     """Return the parameters of a run, with what is random at its start drawn from the seed.
 
@@ -115,4 +117,5 @@ def parameters_of_run(
         frequency_dispersion=frequency_dispersion,
         damping_dispersion=damping_dispersion,
         inertia_dispersion=inertia_dispersion,
+        gyroscopics=gyroscopics,
     )

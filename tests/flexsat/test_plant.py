@@ -341,6 +341,28 @@ def test_spinning_up_one_wheel(centralised, quiet_run):
     assert_allclose(outputs.mrp[0], np.tan(-0.125 * torque * duration**2 / inertia), rtol=rounding)
 
 
+def test_gyroscopics_can_be_switched_off(design, quiet_run):
+    """Spinning wheels without them move the structure as wheels without momentum do, to the last bit."""
+    m, n = design.plant.modes, design.plant.wheels
+    rng = np.random.default_rng(8)
+    rate, modal = np.array([1e-3, -2e-3, 3e-3]), 1e-3 * rng.standard_normal(m)
+    still = -design.plant.wheel_axis @ rate - design.spacecraft.wheels.axial_slope @ modal  # no inertial momentum
+    moving = {"rate": rate, "modal_velocity": modal}
+    at_speed = np.linspace(20.0, 60.0, n)  # opposite wheels must not cancel
+    cases = {
+        "without": quiet_run(design.plant, wheel_speed=at_speed, gyroscopics=False, **moving),
+        "with": quiet_run(design.plant, wheel_speed=at_speed, **moving),
+        "no momentum": quiet_run(design.plant, wheel_speed=still, **moving),
+    }
+    nothing = (np.zeros(n), np.zeros((4, n)), np.zeros(3), np.zeros(3))
+    ends = {
+        name: run(design.spacecraft, Plant(design.plant, parameters, 1e-3), [(0.05, nothing)])[0].structure
+        for name, parameters in cases.items()
+    }
+    assert np.array_equal(ends["without"], ends["no momentum"])
+    assert np.abs(ends["with"] - ends["without"]).max() > 1e-6
+
+
 def test_motors_are_limited(design, quiet_run):
     n = design.plant.wheels
     limited = Plant(design.plant, quiet_run(design.plant, torque_limit=0.7), 0.005)

@@ -90,6 +90,8 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              description="relative error of each mode's damping"),
         Port(name="dispersion.inertia", causality="parameter", unit="1", size=3, frame="body",
              description="relative error of the principal inertias"),
+        Port(name="gyroscopics", causality="parameter", kind="boolean", start=True,
+             description="false leaves out the gyroscopic torques of the wheels, to tell what they contribute"),
     )  # fmt: skip
 
 
@@ -111,4 +113,5 @@ def parameters(model: PlantMatrices, value: Callable[[str], Any]) -> PlantParame
         frequency_dispersion=value("dispersion.frequency"),
         damping_dispersion=value("dispersion.damping"),
         inertia_dispersion=value("dispersion.inertia"),
+        gyroscopics=value("gyroscopics"),
     )
