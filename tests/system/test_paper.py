@@ -101,6 +101,19 @@ def test_the_misses_and_doubts_listed_are_those_that_six_seeds_show(scatter, lis
 
 
 @pytest.mark.slow
+def test_the_study_ends_with_a_page_of_all_its_runs(study):
+    folder, printed = study
+    page = folder / "report.html"
+
+    assert str(page) in printed
+    assert page.stat().st_size < 15_000_000
+    text = page.read_text(encoding="utf-8")
+    for run in folder.glob("*/run.toml"):
+        assert run.parent.name in text
+    assert "slew: settling" in text
+
+
+@pytest.mark.slow
 def test_the_references_in_the_table_are_those_of_the_reference(table):
     assert {cell: row["reference"] for cell, row in cells(table).items()} == CELLS
 

@@ -19,6 +19,7 @@ from .collect import Content, is_fault
 from .gather import Result
 
 MOST_EVENTS = 200  # lines of one run
+MOST_COLUMNS = 4  # runs side by side
 MOST_TICKS = 12  # of a drawn timeline
 LONGEST_CELL = 300  # letters
 
@@ -68,10 +69,10 @@ def described(result: Result) -> str:
     return ", ".join([*words, f"{float(result.manifest.get('simulated_time', 0.0)):g} s simulated"])
 
 
-def numbers(contents: Sequence[Content]) -> list[Block]:
-    """Return the metrics of the paper beside its values, and what the histories come to."""
+def numbers(contents: Sequence[Content], with_metrics: bool = True) -> list[Block]:
+    """Return the metrics of the paper beside its values, if wanted, and what the histories come to."""
     blocks: list[Block] = []
-    metrics = [content.result.metrics() for content in contents]
+    metrics = [content.result.metrics() if with_metrics else {} for content in contents]
     if any(metrics):
         rows = []
         for row in ROWS:
@@ -81,7 +82,7 @@ def numbers(contents: Sequence[Content]) -> list[Block]:
                 rows.append([row.label, row.unit, *values, _published(row, contents)])
         if rows:
             header = ("the paper's quantities", "unit", *(c.result.name for c in contents), "published")
-            blocks += [Table(header, rows, code=frozenset())]
+            blocks += [_narrow(header, rows, len(contents))]
             blocks += [Paragraph("What the quantities are:"), Listing("\n".join(_definitions(rows)))]
     names = list(dict.fromkeys((n.name, n.unit) for content in contents for n in content.numbers))
     rows = []
@@ -89,8 +90,17 @@ def numbers(contents: Sequence[Content]) -> list[Block]:
         found = [next((n for n in content.numbers if n.name == name), None) for content in contents]
         rows.append([name, unit, *(f"{number(n.late)} / {number(n.largest)}" if n else "-" for n in found)])
     if rows:
-        blocks.append(Table(("RMS of the second half / largest", "unit", *_names(contents)), rows, code=frozenset()))
+        header = ("RMS of the second half / largest", "unit", *_names(contents))
+        blocks.append(_narrow(header, rows, len(contents)))
     return blocks
+
+
+def _narrow(header: Sequence[str], rows: Sequence[Sequence[str]], runs: int) -> Table:
+    """Return a table with a column a run, or with a row each if there are many."""
+    if runs <= MOST_COLUMNS:
+        return Table(header, rows, code=frozenset())
+    turned = [list(column) for column in zip(header, *rows, strict=True)]
+    return Table(turned[0], turned[1:], code=frozenset())
 
 
 def _names(contents: Sequence[Content]) -> list[str]:

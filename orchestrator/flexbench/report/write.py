@@ -93,7 +93,7 @@ def page_of(results: Sequence[Result], studies: Sequence[Path] = (), window: Win
     sections: list[tuple[str, str, str]] = [("summary", "Summary", _html(facts(contents)))]
     for study in studies:
         sections.append(("study", "The study's table", _html(study_table(study))))
-    found = numbers(contents)
+    found = numbers(contents, with_metrics=not studies)
     if found:
         sections.append(("numbers", "Numbers", _html(found)))
     sections.append(("histories", "Time histories", _part("histories.html") + _left_out(contents)))
