@@ -115,6 +115,17 @@ def test_a_short_step_tells_integration_from_feedthrough(tmp_path, xml, defects,
     assert ("undeclared feedthrough within the step" in found.message) == (status == "warning")
 
 
+def test_a_declared_feedthrough_that_is_none_is_told(tmp_path):
+    xml = ANY_STEP.replace('index="5" dependencies=""', 'index="5" dependencies="1 2"', 1)
+    path = bad_fmu(tmp_path, "ACCEPTS_ANY_STEP", "INTEGRATES", xml=xml)
+
+    found = checked(path, only=["dynamic.latency"])["dynamic.latency"]
+
+    assert found.status == "info"
+    assert "filtered <- level: declared, but no answer within 104 steps" in found.details
+    assert "filtered <- rate: declared, but not seen as feedthrough" in found.details
+
+
 @pytest.mark.parametrize("flag", ["canGetAndSetFMUstate", "canSerializeFMUstate"])
 def test_what_is_not_declared_is_not_asked_for(tmp_path, flag):
     xml = XML.replace(f'{flag}="true"', "")
@@ -223,7 +234,9 @@ PYTHONFMU_WARNING = {"dynamic.resource_location": "warning"}
 @pytest.mark.parametrize(
     ("component", "answers"),
     [
+        # a torque about the normal of the plate moves no accelerometer at once: declared with the others
         ("plant", {"accelerometer_site.acceleration <- wheel.torque: 0 steps, feedthrough",
+                   "accelerometer_site.acceleration <- jitter.torque_z: declared, but not seen as feedthrough",
                    "attitude.mrp <- wheel.torque: 0 steps"}),
         ("sensors", {"gyro.rate <- gyro_site.rate: 0 steps, feedthrough"}),
         # an attitude counts only while its flag is up

@@ -45,7 +45,7 @@ def judged(task: Task, responses: list[Response], broken: list[str], late: int, 
     fed: set[tuple[str, str]] = set()
     hidden: list[str] = []
     within: list[str] = []
-    silent: defaultdict[tuple[str, str], int] = defaultdict(int)
+    promised: dict[tuple[str, str], None] = {}  # pairs declared as feedthrough, in order
     for response in responses:
         for column, name in enumerate(names):
             feeds = ports[name].feeds
@@ -55,8 +55,8 @@ def judged(task: Task, responses: list[Response], broken: list[str], late: int, 
             if answer >= 0:
                 pairs[key].append(answer)
                 fed |= {key} if response.feedthrough[column] else set()
-            elif feeds is not None and declared:
-                silent[key] += 1
+            if feeds is not None and declared:
+                promised[key] = None
             if not declared and response.direct[column]:
                 hidden.append(f"{name} <- {folded(response.inputs)}")
             elif not declared and response.feedthrough[column]:
@@ -65,11 +65,18 @@ def judged(task: Task, responses: list[Response], broken: list[str], late: int, 
     for (output, _), answers in pairs.items():
         named = f"{output} [steps]"
         numbers[named] = min(numbers.get(named, float(answers[0])), *map(float, answers))
-    silent = defaultdict(int, {key: count for key, count in silent.items() if key not in pairs})
-    details = [*broken, *_lines(pairs, fed)]
+    silent = [pair for pair in promised if pair not in pairs]
+    vanishing = [pair for pair in promised if pair in pairs and pair not in fed]
+    details = list(broken)
     details += [f"{output} <- {source}: declared, but no answer within {window} steps" for output, source in silent]
+    details += [f"{output} <- {source}: declared, but not seen as feedthrough" for output, source in vanishing]
+    details += _lines(pairs, fed)
     shown = tuple(details[:LINES]) + ((f"and {len(details) - LINES} lines more",) if len(details) > LINES else ())
-    told = _summary(pairs, fed, silent, broken, late, window)
+    told = _summary(pairs, fed, broken, late)
+    if silent:
+        told += f", {len(silent)} declared without an answer within {window} steps"
+    if vanishing:
+        told += f", {len(vanishing)} declared that are no feedthrough here"
     if hidden:
         return Verdict(status="error", message=f"undeclared feedthrough, seen without a step: {_some(hidden)}; {told}",
                        details=shown, numbers=numbers)  # fmt: skip
@@ -90,12 +97,10 @@ def _lines(pairs: dict[tuple[str, str], list[int]], fed: set[tuple[str, str]]) -
     return lines
 
 
-def _summary(pairs: Any, fed: set[tuple[str, str]], silent: Any, broken: list[str], late: int, window: int) -> str:
+def _summary(pairs: Any, fed: set[tuple[str, str]], broken: list[str], late: int) -> str:
     at_once = sum(min(answers) == 0 for answers in pairs.values())
     parts = [f"pairs of output and input: {at_once} answer within the step, {len(fed)} of them by feedthrough",
              f"{len(pairs) - at_once} later"]  # fmt: skip
-    if silent:
-        parts.append(f"declared, but without an answer within {window} steps: {len(silent)}")
     if broken:
         parts.append(f"inputs that refuse a small change: {len(broken)}")
     if late:
