@@ -35,8 +35,12 @@ class Run:
     @property
     def design(self) -> Design:
         """The design that the FMUs were built from."""
-        designs = _designs(self.configuration)
-        return designs.as_published if self.as_published else designs.corrected
+        return self.designs.as_published if self.as_published else self.designs.corrected
+
+    @property
+    def designs(self) -> Designs:
+        """Both variants of its configuration's design."""
+        return _designs(self.configuration)
 
     def signals(self) -> Signals:
         """Return what was recorded."""

@@ -21,6 +21,7 @@ from numpy.testing import assert_allclose
 
 from flexbench import figures
 from flexbench.campbell import harmonic_deformation, imbalance_deformation, modal_frequencies
+from flexbench.document import Heading
 from flexbench.figures.architecture import wires
 from flexbench.figures.campbell import HARMONIC_SPEEDS, MAP_SPEEDS
 from flexbench.figures.drawing import AXES, axis_name
@@ -385,3 +386,18 @@ def test_runs_of_both_configurations_share_a_figure_and_others_do_not():
     drawn = figures.result_figures(runs)
 
     assert list(drawn) == ["slew-seed1", "fine-pointing-seed1", "slew-seed2", "slew-as-published-seed1", "slew-seed1-2"]
+
+
+def test_a_report_is_given_the_design_of_a_run_as_pictures():
+    heading, *pictures = figures.section(run_of("distributed"))
+
+    assert isinstance(heading, Heading)
+    assert [picture.file for picture in pictures] == [
+        "structure-distributed.svg",
+        "wheel-responses-distributed.svg",
+        "architecture-distributed.svg",
+    ]
+    for picture in pictures:
+        assert ElementTree.fromstring(picture.svg).tag.endswith("svg")
+        assert picture.description
+    assert "<!-- wheels 31-33 -->" in pictures[0].svg

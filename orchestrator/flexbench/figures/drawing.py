@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -185,3 +186,12 @@ def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
         figure.savefig(png, dpi=RESOLUTION, metadata={"Software": None})
         figure.savefig(svg, metadata={"Date": None, "Creator": None})
     return [png, svg]
+
+
+def svg_text(figure: Figure, name: str) -> str:
+    """Return a figure as SVG, the same text for the same figure; from its root element on, as a page takes it."""
+    drawn = StringIO()
+    with matplotlib.rc_context({"svg.hashsalt": name}):
+        figure.savefig(drawn, format="svg", metadata={"Date": None, "Creator": None})
+    text = drawn.getvalue()
+    return text[text.index("<svg") :]

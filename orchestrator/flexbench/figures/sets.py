@@ -9,6 +9,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from flexbench.document import Block, Heading, Picture
 from flexbench.runs import Run
 from flexbench.systems import build_system
 from flexsat.build import Designs
@@ -18,7 +19,7 @@ from lockstep import Signals
 
 from .architecture import architecture_diagram
 from .campbell import campbell_diagram
-from .drawing import save_figure
+from .drawing import save_figure, svg_text
 from .fine_pointing import fine_pointing_comparison
 from .modes import mode_shapes
 from .slew import slew_comparison
@@ -108,3 +109,22 @@ def _signals(
     group: Mapping[tuple[ConfigurationName, bool], Run], *, open_loop: bool
 ) -> dict[ConfigurationName, Signals]:
     return {name: run.signals() for (name, opened), run in group.items() if opened == open_loop}
+
+
+def section(run: Run) -> list[Block]:
+    """Return the design that a run flew, for a report: structure, chosen wheel speeds, architecture."""
+    designs = run.designs
+    name = run.configuration
+    design = {name: designs.corrected}
+    pictures = {
+        f"structure-{name}": ("Structure, wheels and sensors", structure_layout(design)),
+        f"wheel-responses-{name}": ("Response of each wheel, and its chosen speed", wheel_responses(designs.corrected)),
+        f"architecture-{name}": ("Architecture and schedule", architecture(designs)),
+    }
+    return [
+        Heading(2, "Design"),
+        *(
+            Picture(svg=svg_text(figure, stem), file=f"{stem}.svg", description=told)
+            for stem, (told, figure) in pictures.items()
+        ),
+    ]
