@@ -18,6 +18,7 @@ STUDIES: tuple[tuple[str, str], ...] = (
     ("Spectra", "flexbench.spectra"),
     ("Margins", "flexbench.margins"),
     ("Estimator health", "flexbench.health.study"),
+    ("Design", "flexbench.figures"),
 )
 MOST_RUNS = 3  # on a page with sections: each takes seconds
 
