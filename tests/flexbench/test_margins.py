@@ -11,6 +11,7 @@ from scipy.sparse import csc_array
 
 from flexbench.margins.analysis import analyse, body_loops
 from flexbench.margins.designed import Delays, DesignedLoop
+from flexbench.margins.interpolation import SPLIT, densified
 from flexbench.margins.loop import PeriodicLoop, Phase, loop_of_sensitivity
 from flexbench.margins.response import delayed_hold, disk_margins, loop_margins
 from flexbench.margins.stability import delay_margin, stability_margins
@@ -130,6 +131,24 @@ def test_a_crossing_between_lines_too_far_apart_is_told_and_not_used():
     found = loop_margins(sparse, plant(np.exp(2j * np.pi * sparse * PERIOD)))
     assert loop_margins(dense, plant(np.exp(2j * np.pi * dense * PERIOD))).unresolved == ()
     assert found.unresolved
+
+
+def test_between_lines_the_interpolation_is_of_third_order():
+    plant = small_plant()
+    errors = []
+    for lines in (17, 33, 65):
+        frequency = np.geomspace(0.7, 4.0, lines)
+        loop = plant(np.exp(2j * np.pi * frequency * PERIOD))
+        values = np.column_stack([np.log(np.abs(loop)), np.unwrap(np.angle(loop))])
+        grid, fine = densified(frequency, values, np.full((lines - 1, 2), True))
+        assert_allclose(fine[::SPLIT], values)
+        exact = np.log(np.abs(plant(np.exp(2j * np.pi * grid * PERIOD))))
+        inside = slice(SPLIT, -SPLIT)  # the outermost intervals know one slope alone
+        errors.append(np.abs(fine[inside, 0] - exact[inside]).max())
+    assert errors[0] / errors[1] > 5.0  # 8 for a third order, in the limit
+    assert errors[1] / errors[2] > 5.0
+    straight = densified(frequency, values, np.full((lines - 1, 2), False))[1]
+    assert_allclose(straight[SPLIT // 2 :: SPLIT], 0.5 * (values[1:] + values[:-1]))
 
 
 def random_periodic_loop(seed=5):

@@ -152,7 +152,7 @@ def test_the_measured_margins_are_the_designs_with_noise_and_jitter(python, fmus
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "between"), [("centralised", (0.003, 0.0045)), ("distributed", (0.0042, 0.0055))])
+@pytest.mark.parametrize(("name", "between"), [("centralised", (0.0035, 0.0041)), ("distributed", (0.0047, 0.0053))])
 def test_the_delay_that_destabilises_the_co_simulation_is_the_analysed_one(python, fmus, tmp_path, name, between):
     assert name in CONFIGURATIONS
     told = python(DELAY, fmus / name / "fine_pointing.ssd", tmp_path / "runs", between, timeout=600)

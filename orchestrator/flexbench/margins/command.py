@@ -39,6 +39,7 @@ def margins(options: argparse.Namespace) -> int:
         lines=options.lines,
         amplitude=options.amplitude,
         quiet=options.quiet,
+        zoom=options.zoom,
         overrides=overrides,
     )
     if options.slow_period is not None:

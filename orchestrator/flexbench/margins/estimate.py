@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,9 @@ from .response import Margins, loop_margins
 Array = NDArray[np.float64]
 CONFIDENCE = 0.95
 COHERENT = 0.999  # coherence from which a line counts: one period then scatters by about 3 %
+Replica = tuple[Complex, Complex]  # loops (together, single) with one period left out
 TOGETHER = "together"
+INTERPOLATION = 0.5  # share of what a curve between the lines changes against a straight one that may be wrong
 BIAS = 1e-3  # relative: what the plant's step of 1 ms and its products of small quantities add to a linear loop
 
 
@@ -54,7 +57,7 @@ class MeasuredMargins:
 
 def estimate_loop(
     experiments: Sequence[tuple[Array, Array]], multisine: Multisine, makes: Array, names: Sequence[str]
-) -> tuple[MeasuredLoop, list[tuple[Complex, Complex]]]:
+) -> tuple[MeasuredLoop, list[Replica]]:
     """Estimate the loop from one experiment for each direction.
 
     Parameters
@@ -110,6 +113,39 @@ def estimate_loop(
     return measured, replicas
 
 
+def merged(
+    first: tuple[MeasuredLoop, list[Replica]], second: tuple[MeasuredLoop, list[Replica]]
+) -> tuple[MeasuredLoop, list[Replica]]:
+    """Return two measurements of one loop as one; at a frequency of both the second counts.
+
+    Raises
+    ------
+    ValueError
+        If they average different numbers of periods.
+    """
+    one, two = first[0], second[0]
+    if one.periods != two.periods:
+        raise ValueError(f"measurements of {one.periods} and {two.periods} periods cannot be merged")
+    apart = np.min(np.abs(one.frequency[:, None] - two.frequency[None, :]), axis=1) > 1e-9
+    order = np.argsort(np.concatenate([one.frequency[apart], two.frequency]))
+
+    def joined(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+        return np.concatenate([a[apart], b])[order]
+
+    loop = replace(
+        one,
+        frequency=joined(one.frequency, two.frequency),
+        together=joined(one.together, two.together),
+        single=joined(one.single, two.single),
+        together_uncertainty=joined(one.together_uncertainty, two.together_uncertainty),
+        single_uncertainty=joined(one.single_uncertainty, two.single_uncertainty),
+        coherence=joined(one.coherence, two.coherence),
+        coherence_together=joined(one.coherence_together, two.coherence_together),
+    )
+    replicas = [(joined(a[0], b[0]), joined(a[1], b[1])) for a, b in zip(first[1], second[1], strict=True)]
+    return loop, replicas
+
+
 def jackknife(replicas: Sequence[NDArray[np.generic]]) -> Array:
     """Return the standard deviation of a mean from its values with one sample left out at a time."""
     stacked = np.stack(replicas)
@@ -118,10 +154,11 @@ def jackknife(replicas: Sequence[NDArray[np.generic]]) -> Array:
     return np.asarray(np.sqrt((count - 1) / count * scatter))
 
 
-def measured_margins(
-    measured: MeasuredLoop, replicas: Sequence[tuple[Complex, Complex]], which: str
-) -> MeasuredMargins:
+def measured_margins(measured: MeasuredLoop, replicas: Sequence[Replica], which: str) -> MeasuredMargins:
     """Return the margins of one direction, or of all `together`, with their uncertainties.
+
+    These count the scatter of the periods, the interpolation between the lines and a small bias of the linear picture;
+    not what lies between lines unseen, nor crossings that are left out.
 
     Raises
     ------
@@ -140,14 +177,16 @@ def measured_margins(
     picked = [together if column is None else single[:, column] for together, single in replicas]
     others = [loop_margins(frequency, replica[keep], measured.period) for replica in picked]
     quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, measured.periods - 1))
+    straight = loop_margins(frequency, response[keep], measured.period, straight=True)
     uncertainty = {}
     for item in fields(Margins):
         if item.name == "unresolved":
             continue
         found = np.array([getattr(other, item.name) for other in others])
         spread = float(jackknife(list(found))) if np.all(np.isfinite(found)) else 0.0
-        best = getattr(value, item.name)
-        uncertainty[item.name] = quantile * spread + (BIAS * abs(best) if np.isfinite(best) else 0.0)
+        best, joined = getattr(value, item.name), getattr(straight, item.name)
+        between = INTERPOLATION * abs(best - joined) if np.isfinite(best) and np.isfinite(joined) else 0.0
+        uncertainty[item.name] = quantile * spread + between + (BIAS * abs(best) if np.isfinite(best) else 0.0)
     return MeasuredMargins(value=value, uncertainty=uncertainty)
 
 

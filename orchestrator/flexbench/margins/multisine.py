@@ -55,22 +55,29 @@ def design_multisine(
     ValueError
         If periods are not whole multiples, or the band does not fit.
     """
-    samples = _multiple("length", length, sample)
+    _multiple("length", length, sample)
     low, high = band
     if not 1.0 / length <= low * (1.0 + 1e-9) or not low < high or not high < 0.5 / sample:
         raise ValueError(
             f"band {low:g} to {high:g} Hz: must rise, from 1 / length = {1.0 / length:g} Hz "
             f"to below half the sampling rate, {0.5 / sample:g} Hz"
         )
-    fold = None if slow_period is None else _multiple("length", length, slow_period)
     if lines is None:
-        lines = int(FILLED * (samples if fold is None else fold) / 2.0)
+        lines = room(sample, length, slow_period)
     if lines < 1:
         raise ValueError(f"lines must be >= 1, got {lines}")
+    return multisine_at(sample, length, np.geomspace(low, high, lines), slow_period)
+
+
+def multisine_at(sample: float, length: float, wishes: Array, slow_period: float | None = None) -> Multisine:
+    """Put lines as near as can be to the frequencies wished [Hz]; the rest as in `design_multisine`."""
+    samples = _multiple("length", length, sample)
+    fold = None if slow_period is None else _multiple("length", length, slow_period)
+    band = (float(np.min(wishes)) * length, float(np.max(wishes)) * length)
     taken: set[int] = set()
     chosen: list[int] = []
-    for wish in np.geomspace(low, high, lines) * length:
-        line = _nearest(float(wish), chosen, taken, fold, samples, (low * length, high * length))
+    for wish in wishes * length:
+        line = _nearest(float(wish), chosen, taken, fold, samples, band)
         if line is not None:
             chosen.append(line)
             taken.add(_folded(line, fold))
@@ -80,6 +87,12 @@ def design_multisine(
     turns = 2.0 * np.pi * np.outer(np.arange(samples), found) / samples
     values = np.cos(turns + phases).sum(axis=1)
     return Multisine(lines=found, values=values / np.abs(values).max(), sample=sample)
+
+
+def room(sample: float, length: float, slow_period: float | None = None) -> int:
+    """Return how many lines find room with some to spare."""
+    apart = length / sample if slow_period is None else length / slow_period
+    return int(FILLED * round(apart) / 2.0)
 
 
 def _multiple(name: str, long: float, short: float) -> int:

@@ -22,6 +22,8 @@ def add_margin_options(parser: argparse.ArgumentParser) -> None:
     add("--length", type=float, default=20.0, metavar="S", help="of a period of the test signal (default: 20)")
     add("--periods", type=int, default=4, metavar="N", help="periods to average (default: 4)")
     add("--settle", type=int, default=2, metavar="N", help="periods left out at the start (default: 2)")
+    add("--zoom", type=float, default=0.0, metavar="N",
+        help="measure again, with periods N times as long, where lines are too far apart")  # fmt: skip
     add("--amplitude", type=float, metavar="A", help="peak of the test signal (default: 40 %% of the torque limit)")
     add("--slow-period", type=float, metavar="S", help="of the slowest sampler in the loop (default: known for ours)")
     add("--directions", choices=("body", "channels"), default="body", metavar="KIND",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .interpolation import SPLIT, densified
 from .loop import Complex
 
 Array = NDArray[np.float64]
@@ -46,7 +47,7 @@ class Margins:
         return float(2.0 * np.degrees(np.arctan(0.5 * self.disk)))
 
 
-def loop_margins(frequency: Array, loops: Complex, period: float | None = None) -> Margins:
+def loop_margins(frequency: Array, loops: Complex, period: float | None = None, straight: bool = False) -> Margins:
     """Return the margins of one loop, or of the characteristic loci of several channels that change together.
 
     Parameters
@@ -54,22 +55,28 @@ def loop_margins(frequency: Array, loops: Complex, period: float | None = None) 
     frequency : (f,) [Hz], ascending
     loops : (f,) one loop's response; or (f, m, m), whose eigenvalues are the loci
     period : [s] for which the plant's input is held, where there is a zero-order hold; None for a continuous input
+    straight : join the lines straight, to see what interpolation matters
 
-    Between two lines gain and phase are taken as linear over the logarithm of frequency. A crossing between two lines
-    that differ by more than RESOLVED is not used but told. The disk margin of several channels is that for one factor
-    matrix of any structure, from the largest singular value of S - T.
+    Between two lines gain and phase are interpolated; a resonance narrower than the spacing of the lines is not seen.
+    A crossing between two lines that differ by more than RESOLVED is not used but told. The disk margin of several
+    channels is that for one factor matrix of any structure, from the largest singular value of S - T.
     """
     matrices = loops[:, None, None] if loops.ndim == 1 else loops
     loci = characteristic_loci(matrices)
     gains = np.log(np.abs(loci) + np.finfo(float).tiny)
     angle = np.unwrap(np.angle(loci), axis=0)
     smooth = (np.abs(np.diff(gains, axis=0)) < RESOLVED[0]) & (np.abs(np.diff(angle, axis=0)) < RESOLVED[1])
+    lines = frequency
+    curved = smooth & (not straight)
+    frequency, gains = densified(lines, gains, curved)
+    _, angle = densified(lines, angle, curved)
+    smooth = np.repeat(smooth, SPLIT, axis=0)
     up, down, phase, delay = (np.inf, np.nan), (0.0, np.nan), (np.inf, np.nan), (np.inf, np.nan)
     unresolved = set()
     for k in range(loci.shape[1]):
         for share, i in _crossings(gains[:, k], 0.0):
             if not smooth[i, k]:
-                unresolved.add(float(frequency[i]))
+                unresolved.add(float(lines[i // SPLIT]))
                 continue
             here, lag = _between(frequency, share, i), (_step(angle[:, k], share, i) + np.pi) % (2.0 * np.pi)
             phase = min(phase, (float(np.degrees(min(lag, 2.0 * np.pi - lag))), here))
@@ -79,7 +86,7 @@ def loop_margins(frequency: Array, loops: Complex, period: float | None = None) 
             for share, i in _crossings(angle[:, k], (2.0 * turn + 1.0) * np.pi):
                 if not smooth[i, k]:
                     if min(abs(gains[i, k]), abs(gains[i + 1, k])) < NEAR:
-                        unresolved.add(float(frequency[i]))
+                        unresolved.add(float(lines[i // SPLIT]))
                     continue
                 factor = float(np.exp(-_step(gains[:, k], share, i)))
                 if factor > 1.0:
@@ -98,7 +105,7 @@ def loop_margins(frequency: Array, loops: Complex, period: float | None = None) 
         delay=delay[0],
         delay_at=delay[1],
         disk=float(disk[worst]),
-        disk_at=float(frequency[worst]),
+        disk_at=float(lines[worst]),
         unresolved=tuple(sorted(unresolved)),
     )
 
@@ -159,10 +166,10 @@ def _delay_to_instability(
     `start` is the crossover as a position among the lines. A held input loses gain with the delay, so that the
     crossover moves: it is followed from delay to delay.
     """
-    position, lines, log_f = start, np.arange(len(frequency)), np.log(frequency)
+    position, rows, log_f = start, np.arange(len(frequency)), np.log(frequency)
     for _ in range(FOLLOWED):
-        here = float(np.exp(np.interp(position, lines, log_f)))
-        lag = float(np.interp(position, lines, angle) + np.pi) % (2.0 * np.pi)
+        here = float(np.exp(np.interp(position, rows, log_f)))
+        lag = float(np.interp(position, rows, angle) + np.pi) % (2.0 * np.pi)
         delay = lag / (2.0 * np.pi * here)
         if period is None:
             break

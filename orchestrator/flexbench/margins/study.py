@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,10 @@ from lockstep.system import Value
 
 from .analysis import Analysis, analyse
 from .destabilise import RealMargin, destabilising_delay
-from .estimate import TOGETHER, MeasuredLoop, estimate_loop, measured_margins
+from .estimate import TOGETHER, MeasuredLoop, Replica, estimate_loop, measured_margins, merged
 from .injection import open_loop_at, run_experiment
 from .loop import Complex
-from .multisine import design_multisine
+from .multisine import Multisine, design_multisine, multisine_at, room
 from .recognise import Loop
 from .response import characteristic_loci
 
@@ -41,6 +42,7 @@ class Settings:
     lines: int | None = None
     amplitude: float | None = None  # peak; None for the loop's
     quiet: bool = False
+    zoom: float = 0.0  # length of a period over this one's, to measure again where lines were too far apart; 0: not
     overrides: Mapping[str, Value] = field(default_factory=dict)
 
 
@@ -69,12 +71,54 @@ def measure(
         raise InputError("--amplitude: not known for this plant; give the peak of the test signal in its inputs' unit")
     band = settings.band or (1.0 / settings.length, 0.475 / loop.period)
     multisine = design_multisine(loop.period, settings.length, band, settings.lines, loop.slow_period)
+    measured, replicas = _estimated(loop, settings, folder, multisine, amplitude, say)
+    if settings.zoom:
+        length = settings.length * settings.zoom
+        wishes = zoomed_lines(measured, replicas, room(loop.period, length, loop.slow_period))
+        if len(wishes):
+            multisine = multisine_at(loop.period, length, wishes, loop.slow_period)
+            again = _estimated(loop, settings, folder / "zoom", multisine, amplitude, say)
+            measured, replicas = merged((measured, replicas), again)
+    margins: dict[str, Any] = {}
+    for name in (TOGETHER, *loop.names):
+        try:
+            found = measured_margins(measured, replicas, name)
+        except ValueError as error:
+            margins[name] = {"problem": str(error)}
+            continue
+        margins[name] = {"value": _plain(asdict(found.value)), "uncertainty": _plain(found.uncertainty)}
+    return measured, margins
+
+
+def zoomed_lines(measured: MeasuredLoop, replicas: list[Replica], count: int) -> Array:
+    """Return frequencies [Hz] between lines too far apart, at most `count`; none where all crossings are resolved."""
+    gaps = set()
+    for name in (TOGETHER, *measured.names):
+        _, keep = measured.of(name)
+        if np.sum(keep) < 2:
+            continue
+        frequency = measured.frequency[keep]
+        for low in measured_margins(measured, replicas, name).value.unresolved:
+            high = frequency[frequency > low][0]
+            inside = measured.frequency[(measured.frequency >= low) & (measured.frequency <= high)]
+            gaps |= {(float(a), float(b)) for a, b in pairwise(inside)}
+    if not gaps:
+        return np.empty(0)
+    each = max(2, count // len(gaps))
+    return np.unique(np.concatenate([np.geomspace(low, high, each) for low, high in gaps]))
+
+
+def _estimated(
+    loop: Loop, settings: Settings, folder: Path, multisine: Multisine, amplitude: float, say: Say
+) -> tuple[MeasuredLoop, list[Replica]]:
+    """Run one experiment a direction, and estimate the loop."""
     opened = open_loop_at(loop.system, loop.controller, loop.plant, multisine, folder)
     overrides = {**settings.overrides, **(loop.quiet if settings.quiet else {})}
     experiments = []
     for k, name in enumerate(loop.names):
         along = loop.directions[:, k]
-        say(f"direction {name}: {(settings.settle + settings.periods) * multisine.length:g} s, peak {amplitude:g}")
+        seconds = (settings.settle + settings.periods) * multisine.length
+        say(f"direction {name}: {len(multisine.lines)} lines, {seconds:g} s, peak {amplitude:g}")
         experiments.append(
             run_experiment(
                 opened,
@@ -86,16 +130,7 @@ def measure(
                 overrides,
             )
         )
-    measured, replicas = estimate_loop(experiments, multisine, loop.makes, loop.names)
-    margins: dict[str, Any] = {}
-    for name in (TOGETHER, *loop.names):
-        try:
-            found = measured_margins(measured, replicas, name)
-        except ValueError as error:
-            margins[name] = {"problem": str(error)}
-            continue
-        margins[name] = {"value": _plain(asdict(found.value)), "uncertainty": _plain(found.uncertainty)}
-    return measured, margins
+    return estimate_loop(experiments, multisine, loop.makes, loop.names)
 
 
 def run_study(

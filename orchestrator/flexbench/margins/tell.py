@@ -70,8 +70,8 @@ def explanation(content: Mapping[str, Any]) -> str:
             f"{settings['settle']} to settle, {'without' if settings['quiet'] else 'with'} noise, "
             f"seed {content['seed']}; lines of a coherence from {COHERENT:g}; {100 * CONFIDENCE:g} % intervals from "
             f"the scatter of the periods; `{TOGETHER}` opens all directions at once. Where crossings are left out, "
-            "because the loop turns too fast between two lines, the margins are upper bounds: measure that band with "
-            "longer periods."
+            "because the loop turns too fast between two lines, the margins are upper bounds: --zoom measures again "
+            "there, with longer periods."
         )
     return text
 
