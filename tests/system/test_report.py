@@ -328,6 +328,20 @@ def test_a_system_of_others_gets_a_report_of_what_there_is(tmp_path, flexsat, op
     assert plots(page).first.evaluate(INK) > 50
 
 
+def test_a_run_that_recorded_parts_gets_a_report_of_those(tmp_path, fmus, flexsat):
+    parts = ["plant.modal.displacement[3]", "plant.wheel.speed[2]", "plant.attitude.mrp[1]", "controller.reference.mrp"]
+    record = [word for part in parts for word in ("--record", part)]
+    ran = flexsat("run", fmus / "centralised" / "slew.ssd", "--stop", "0.5", *record, "--out", tmp_path / "run")
+    assert ran.returncode == 0, ran.stderr
+    done = flexsat("report", tmp_path / "run")
+
+    assert (done.returncode, done.stderr) == (0, "")
+    text = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    told = json.loads(text.partition('id="contents">')[2].partition("</script>")[0])
+    assert told["runs"][0]["motion"] is None
+    assert set(told["panels"]) == {part.partition("[")[0] for part in parts}  # no norm of a part of an array
+
+
 @needs_browser
 def test_pdf_on_request(runs, flexsat, tmp_path):
     done = flexsat("report", runs / "centralised-slew", "--out", tmp_path / "page.html", "--pdf")

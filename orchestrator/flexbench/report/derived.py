@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexbench import histories
 from flexbench.runs import Run
-from flexsat.parameters import ARCSECOND, DEGREE, RPM
+from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName, configuration
+from flexsat.spacecraft import Points, build_spacecraft
 from lockstep import Signals
+from lockstep.results import elements_of
 
 Array = NDArray[np.float64]
 
 ERRORS = (histories.ATTITUDE, histories.ATTITUDE_REFERENCE)
 RATES = ("plant.rate", "controller.reference.rate")
+MODAL, MODAL_RATE, SPEED = "plant.modal.displacement", "plant.modal.velocity", "plant.wheel.speed"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +32,20 @@ class Derived:
     description: str
     values: Array  # (rows,) or (rows, n)
     elements: tuple[str, ...] = ()  # names of the n
+
+
+def complete(signals: Signals, run: Run, *names: str) -> bool:
+    """Tell whether all elements of these arrays of our systems were recorded: a part of them has no norm."""
+    wheels = len(build_wheels(run.configuration).position)
+    modes = configuration(run.configuration).plate.mode_count
+    counts = {histories.TORQUE: wheels, SPEED: wheels, MODAL: modes, MODAL_RATE: modes}
+    return all(len(elements_of(name, signals.columns)) == counts.get(name, 3) for name in names)
+
+
+@lru_cache(maxsize=2)
+def build_wheels(name: ConfigurationName) -> Points:
+    """Return the wheels of a configuration."""
+    return build_spacecraft(configuration(name)).wheels
 
 
 def error_vector(attitude: Array, reference: Array) -> Array:
@@ -45,7 +63,7 @@ def derive(signals: Signals, run: Run | None) -> Iterator[Derived]:
     """Yield the derived histories that the recorded signals allow; none for a system that is not ours."""
     if run is None:
         return
-    if all(name in signals for name in ERRORS):
+    if complete(signals, run, *ERRORS):
         yield Derived(
             name="pointing error",
             unit="arcsec",
@@ -59,7 +77,7 @@ def derive(signals: Signals, run: Run | None) -> Iterator[Derived]:
             values=error_vector(signals[ERRORS[0]], signals[ERRORS[1]]) / ARCSECOND,
             elements=("x", "y", "z"),
         )
-    if all(name in signals for name in RATES):
+    if complete(signals, run, *RATES):
         yield Derived(
             name="rate error",
             unit="deg/s",
@@ -73,14 +91,14 @@ def derive(signals: Signals, run: Run | None) -> Iterator[Derived]:
             description="RMS deflection of the structure, mass-weighted",
             values=histories.deformation(signals) * 1e6,
         )
-    if histories.TORQUE in signals:
+    if complete(signals, run, histories.TORQUE):
         yield Derived(
             name="wheel effort",
             unit="N.m",
             description="sum over the wheels of |commanded torque|",
             values=histories.torque_norm(signals),
         )
-    if all(name in signals for name in ("plant.wheel.speed", "plant.rate", "plant.modal.velocity")):
+    if complete(signals, run, SPEED, "plant.rate", MODAL_RATE):
         deviation = histories.wheel_speed_deviation(signals, run.design) / RPM
         yield Derived(
             name="wheel speed less nominal",

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from flexbench.document import Picture
-from lockstep import InputError
 
 from .gather import Result
 
@@ -60,7 +59,7 @@ def drawn_images(results: Sequence[Result]) -> list[Image]:
 
     images = []
     for name, draw in figures.result_figures([result.run for result in results if result.run is not None]).items():
-        with suppress(InputError):  # a signal that a figure needs was not recorded
+        with suppress(ValueError):  # what a figure needs was not recorded, or in part
             images.append(_image(name.replace("-", " "), draw()))
     return images
 

@@ -13,16 +13,14 @@ from flexbench import histories
 from flexbench.runs import Run
 from flexsat.mesh import record_mesh
 from flexsat.parameters import ConfigurationName, configuration
-from flexsat.spacecraft import build_spacecraft
 from flexsat.structure import build_structure
 from lockstep import Signals
 
-from .derived import ERRORS, error_vector
+from .derived import ERRORS, MODAL, build_wheels, complete, error_vector
 from .pack import encode
 
 Array = NDArray[np.float64]
 
-MODAL = "plant.modal.displacement"
 FEWEST_FRAMES = 400
 
 
@@ -31,8 +29,7 @@ def geometry(name: ConfigurationName) -> dict[str, Any]:
     """Return mesh, mode shapes and wheels of a configuration."""
     config = configuration(name)
     structure = build_structure(record_mesh(config.aperture), config.plate)
-    spacecraft = build_spacecraft(config)
-    mesh, wheels = structure.mesh, spacecraft.wheels
+    mesh, wheels = structure.mesh, build_wheels(name)
     sites = [_node_at(mesh.nodes, position) for position in wheels.position]
     return {
         "nodes": encode(mesh.nodes.astype(np.float32)),
@@ -59,10 +56,12 @@ def motion(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
 
     Modal coordinates and torques are 16- and 8-bit shares of their largest values.
     """
-    if MODAL not in signals or len(signals.time) < 2:
+    if len(signals.time) < 2 or not complete(signals, run, MODAL):
         return None
     modal = signals[MODAL]
-    torque = signals[histories.TORQUE] if histories.TORQUE in signals else np.zeros((len(modal), 0))
+    torque = np.zeros((len(modal), 0))
+    if complete(signals, run, histories.TORQUE):
+        torque = signals[histories.TORQUE]
     size = 2 * modal.shape[1] + torque.shape[1] + 3 * 4
     frames = max(FEWEST_FRAMES, budget // size)
     stride = max(1, math.ceil(len(modal) / frames))
@@ -81,6 +80,6 @@ def motion(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
         "largest_torque": largest,
         "wheels": torque.shape[1],
     }
-    if all(name in signals for name in ERRORS):
+    if complete(signals, run, *ERRORS):
         told["error"] = encode(error_vector(signals[ERRORS[0]], signals[ERRORS[1]])[rows].astype(np.float32))
     return told

@@ -200,8 +200,9 @@ def _left_out(contents: Sequence[Content]) -> str:
         return '<p class="note">Every recorded row is on this page, in single precision.</p>'
     text = "".join(f"<li>{escape(note)}</li>" for note in notes)
     return (
-        "<details><summary>How finely these are kept</summary><p class='note'>All others are kept row by row, in single"
-        f" precision; all rows of all signals: <code>flexsat export</code>.</p><ul class='note'>{text}</ul></details>"
+        "<details><summary>How finely these are kept</summary><p class='note'>All others are kept row by row, in"
+        " single precision; of a part of the time all are: <code>flexsat report --window FROM TO</code>.</p>"
+        f"<ul class='note'>{text}</ul></details>"
     )
 
 
