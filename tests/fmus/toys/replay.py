@@ -1,0 +1,100 @@
+"""Replay the experiments that travel in an FMU, from nothing but what the archive and its fmi-ls-ref.txt say."""
+
+import csv
+import io
+import zipfile
+from pathlib import PurePosixPath
+from xml.etree import ElementTree
+
+from session import Session
+
+FOLDER = PurePosixPath("extra/org.fmi-standard.fmi-ls-ref")
+SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
+KINDS = {
+    "Real": float,
+    "Integer": int,
+    "Boolean": lambda text: text in ("1", "true"),
+    "String": str,
+}
+
+
+class Archive:
+    """What a receiver reads in an FMU."""
+
+    def __init__(self, path):
+        self.path = path
+        self.zip = zipfile.ZipFile(path)
+        self.naming = ElementTree.fromstring(self.zip.read("modelDescription.xml")).get("variableNamingConvention")
+
+    def read(self, name):
+        return self.zip.read(str(FOLDER / name))
+
+    def experiments(self):
+        """Return the experiments as elements."""
+        return ElementTree.fromstring(self.read("experiments.exp")).findall("Experiment")
+
+    def parameters(self, experiment):
+        """Return the parameters by name, converted."""
+        where = experiment.find("Parameters")
+        if where is None:
+            return {}
+        root = ElementTree.fromstring(self.read(where.get("source")))
+        return {
+            parameter.get("name"): KINDS[parameter[0].tag.removeprefix(SSV)](parameter[0].get("value"))
+            for parameter in root.iter(f"{SSV}Parameter")
+        }
+
+    def series(self, experiment, what):
+        """Return names and rows, the time first, or nothing."""
+        where = experiment.find(what)
+        if where is None:
+            return [], []
+        head, *rows = csv.reader(io.StringIO(self.read(where.get("source")).decode()))
+        assert head[0] == "time"
+        return head[1:], [[float(cell) for cell in row] for row in rows]
+
+
+def write(session, names, values):
+    """Set variables of any kind by name."""
+    of = {}
+    for name, value in zip(names, values, strict=True):
+        kind, reference = session.references[name]
+        of.setdefault(kind, []).append((reference, value))
+    for kind, pairs in of.items():
+        converted = [bool(value) if kind == "Boolean" else value for _, value in pairs]
+        getattr(session.fmu, f"set{kind}")([reference for reference, _ in pairs], converted)
+
+
+def read(session, names):
+    """Read variables of any kind by name, as numbers."""
+    return [
+        float(getattr(session.fmu, f"get{kind}")([reference])[0])
+        for kind, reference in (session.references[name] for name in names)
+    ]
+
+
+def replay(path, experiment, archive, **changes):
+    """Run one experiment with low-level calls; return its rows at the times of the reference results."""
+    step, stop = float(experiment.get("stepSize")), float(experiment.get("stopTime"))
+    inputs, stimuli = archive.series(experiment, "Stimuli")
+    outputs, references = archive.series(experiment, "References")
+    parameters = archive.parameters(experiment) | changes
+    times = [row[0] for row in references]
+    with Session(path) as session:
+        session.fmu.setupExperiment(startTime=0.0)
+        write(session, parameters, parameters.values())
+        session.fmu.enterInitializationMode()
+        if stimuli:
+            write(session, inputs, stimuli[0][1:])
+        session.fmu.exitInitializationMode()
+        rows = [[0.0, *read(session, outputs)]]
+        for k in range(round(stop / step)):
+            time = stimuli[k][0] if stimuli else round(k * step, 9)
+            if stimuli:
+                write(session, inputs, stimuli[k][1:])
+            session.fmu.doStep(time, step)
+            end = round((k + 1) * step, 9)
+            if end in times:
+                rows.append([end, *read(session, outputs)])
+        assert not session.messages, session.messages
+    return rows
