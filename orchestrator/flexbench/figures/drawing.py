@@ -182,16 +182,19 @@ def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write `folder`/`name`.png and .svg, the same bytes for the same figure; return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     png, svg = folder / f"{name}.png", folder / f"{name}.svg"
-    with matplotlib.rc_context({"svg.hashsalt": name}):  # else the ids inside are random
-        figure.savefig(png, dpi=RESOLUTION, metadata={"Software": None})
-        figure.savefig(svg, metadata={"Date": None, "Creator": None})
+    figure.savefig(png, dpi=RESOLUTION, metadata={"Software": None})
+    svg.write_text(_svg(figure, name), encoding="utf-8")
     return [png, svg]
 
 
 def svg_text(figure: Figure, name: str) -> str:
-    """Return a figure as SVG, the same text for the same figure; from its root element on, as a page takes it."""
-    drawn = StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": name}):
-        figure.savefig(drawn, format="svg", metadata={"Date": None, "Creator": None})
-    text = drawn.getvalue()
+    """Return a figure as SVG from its root element on, as a page takes it; the same text for the same figure."""
+    text = _svg(figure, name)
     return text[text.index("<svg") :]
+
+
+def _svg(figure: Figure, name: str) -> str:
+    drawn = StringIO()
+    with matplotlib.rc_context({"svg.hashsalt": name}):  # else the ids inside are random
+        figure.savefig(drawn, format="svg", metadata={"Date": None, "Creator": None})
+    return drawn.getvalue()
