@@ -253,6 +253,17 @@ def test_ours_pass(fmus, component, answers):
     assert answers <= set(findings["dynamic.latency"].details)
 
 
+def test_rounding_of_a_conserved_sum_is_no_feedthrough(fmus):
+    """A motor torque is internal: the total angular momentum answers to it with the rounding of its large parts."""
+    path = fmus / "centralised" / "plant.fmu"
+
+    found = checked(path, only=["dynamic.latency"])["dynamic.latency"]
+
+    assert found.status == "info", found
+    assert not [line for line in found.details if line.startswith("angular_momentum") and "feedthrough" in line]
+    assert [line for line in found.details if line.startswith("angular_momentum <- wheel.torque: 0")]
+
+
 def test_a_generator_left_out_of_our_state_is_found(fmus, tmp_path):
     forgetful_sensors(tmp_path / "forgetful.fmu", fmus / "centralised" / "sensors.fmu")
 

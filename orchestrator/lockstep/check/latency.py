@@ -32,6 +32,7 @@ MOMENT = 100  # the first changed step: one in which what samples every 2, 4, 5,
 WINDOW = 104  # steps watched
 SHORT = 1.0 / 16.0  # of the step
 KEPT = 0.5  # share of the answer that is left after a short step, from which on it is feedthrough
+REDUCED = 1.0 / 64.0  # of a change: what answers in proportion, or to a higher power, answers so much less
 ULPS = 64.0  # answers smaller than this are rounding
 
 Change = list[tuple[int, int, float]]  # setter, column, amount
@@ -172,10 +173,27 @@ def _response(
     direct = unlike(before, base[0])[0]
     first = np.where(changed.any(axis=0), changed.argmax(axis=0), -1)
     feedthrough = first == 0
-    if shortened is not None and (feedthrough & ~direct).any():
+    if shortened is None:
+        sure = _sure(bench, change, context, after[:1], base[1][:1], short=False)
+    else:
         _, brief = bench.watch(context + change, 1, short=True)
-        feedthrough &= _lasting(after[:1], base[1][:1], brief, shortened[1])
-    return Response(inputs=inputs, first=first, direct=direct, feedthrough=feedthrough | direct)
+        sure = _sure(bench, change, context, brief, shortened[1], short=True)
+        feedthrough &= _lasting(after[:1], base[1][:1], brief, shortened[1]) & sure
+    return Response(inputs=inputs, first=first, direct=direct, feedthrough=feedthrough | direct, sure=sure)
+
+
+def _sure(
+    bench: Bench, change: Change, context: Change, answer: Trajectory, base: Trajectory, *, short: bool
+) -> NDArray[np.bool_]:
+    """Tell which answers shrink with the change: rounding, as of a conserved sum of large parts, does not."""
+    sure = np.ones(unlike(answer, base).shape[1], bool)
+    if all(bench.instance.write[setter][3] == "Real" for setter, _, _ in change):
+        small = [(setter, column, REDUCED * amount) for setter, column, amount in change]
+        _, reduced = bench.watch(context + small, 1, short=short)
+        with np.errstate(all="ignore"):
+            whole, part = (np.abs(run.reals - base.reals)[0] for run in (answer, reduced))
+            sure[: len(whole)] = (part > 0.0) & (REDUCED * whole >= 0.5 * part)
+    return sure
 
 
 def _lasting(full: Trajectory, full_base: Trajectory, brief: Trajectory, brief_base: Trajectory) -> NDArray[np.bool_]:

@@ -25,6 +25,7 @@ class Response:
     first: NDArray[np.int64]  # of each output: steps, or -1 for no answer
     direct: NDArray[np.bool_]
     feedthrough: NDArray[np.bool_]  # within the step, and not vanishing with it
+    sure: NDArray[np.bool_]  # whether an answer within the step is more than rounding
 
 
 def base_name(name: str) -> str:
@@ -59,7 +60,7 @@ def judged(task: Task, responses: list[Response], broken: list[str], late: int, 
                 promised[key] = None
             if not declared and response.direct[column]:
                 hidden.append(f"{name} <- {folded(response.inputs)}")
-            elif not declared and response.feedthrough[column]:
+            elif not declared and response.feedthrough[column] and response.sure[column]:
                 within.append(f"{name} <- {folded(response.inputs)}")
     numbers: dict[str, float] = {}
     for (output, _), answers in pairs.items():
