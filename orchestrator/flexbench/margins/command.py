@@ -64,5 +64,5 @@ def _print(header: tuple[str, ...], rows: Rows) -> None:
         table.add_row(*row)
     console = Console()
     if not console.is_terminal:
-        console.width = 140  # a pipe has no width of its own
+        console.width = 170  # a pipe has no width of its own
     console.print(table)

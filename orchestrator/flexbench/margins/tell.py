@@ -135,7 +135,10 @@ def _phase(angle: float | None, plus: float | None = None) -> str:
 
 
 def _delay(delay: float | None, plus: float | None = None) -> str:
-    return NONE if delay is None else f"{delay * 1e3:.3f}{_plus(None if plus is None else plus * 1e3, '.3f')} ms"
+    if delay is None:
+        return NONE
+    scale, unit = (1e3, "ms") if delay < 1.0 else (1.0, "s")
+    return f"{scale * delay:.3f}{_plus(None if plus is None else scale * plus, '.3f')} {unit}"
 
 
 def _plus(value: float | None, form: str) -> str:
