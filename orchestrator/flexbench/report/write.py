@@ -24,14 +24,7 @@ from .tables import described, events, facts, numbers, provenance, scenario_of, 
 
 PAGE = "report.html"
 SCRIPTS = ("data.js", "axes.js", "plots.js", "scene.js")
-FIRST_PANELS = (
-    "pointing error",
-    "deformation",
-    "rate error",
-    "wheel effort",
-    "plant.wheel.speed",
-    "wheel speed less nominal",
-)
+FIRST_PANELS = ("pointing error", "deformation", "rate error", "wheel effort")
 MOST_FIRST_PANELS = 4
 MOST_SHOWN = 4  # runs in a plot until the reader asks for more
 
@@ -141,8 +134,8 @@ def _for_script(title: str, contents: Sequence[Content]) -> tuple[dict[str, Any]
             }
         )
     groups = list(dict.fromkeys(one["group"] for run in runs for part in run["parts"] for one in part["histories"]))
-    panels = [name for name in FIRST_PANELS if name in groups] or groups
-    return {"title": title, "runs": runs, "geometry": shown, "panels": panels[:MOST_FIRST_PANELS]}, data
+    panels = list(dict.fromkeys([*(name for name in FIRST_PANELS if name in groups), *groups]))[:MOST_FIRST_PANELS]
+    return {"title": title, "runs": runs, "geometry": shown, "panels": panels}, data
 
 
 def _shown_first(results: Sequence[Result]) -> set[str]:
