@@ -207,7 +207,9 @@ def test_ctrl_c_closes_everything(loop_ssd, tmp_path):
     process = start(loop_ssd, tmp_path / "out", env={**os.environ, "TMPDIR": str(temporary)})
     process.send_signal(signal.SIGINT)
     _, error = process.communicate(timeout=60)
-    assert (process.returncode, error) == (130, "lockstep: interrupted\n")
+    *progress, last = error.splitlines()  # a slow machine gets to tell of its progress before
+    assert (process.returncode, last) == (130, "lockstep: interrupted")
+    assert all(line.startswith("loop: ") for line in progress)
     assert (files(tmp_path / "out"), files(temporary)) == (FINISHED, [])
     run, signals = manifest(tmp_path / "out"), read_signals(tmp_path / "out")
     assert run["status"] == "interrupted"
