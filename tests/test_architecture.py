@@ -36,7 +36,7 @@ ALLOWED = {
         "rich": {"campaign", "table", "health", "margins.command"},
         "xarray": {"", "dataset", "export"},  # "": the package itself
         "pyarrow": {"export"},
-        "scipy": {"export", "health.statistics", "margins.estimate"},
+        "scipy": {"export", "health.statistics", "margins.estimate", "spectra.welch"},
     },
 }  # fmt: skip
 # What travels in the FMUs: reached from the shells. numpy alone, but for the one class that pythonfmu calls.

@@ -82,16 +82,30 @@ def mrp_rate(mrp: Vector, rate: Vector) -> Vector:
 
 
 def error_angle(mrp: Vector, reference: Vector) -> Vector:
-    """Return the angle [rad], (n,), between two attitude histories (n, 3) given as MRPs.
+    """Return the angle [rad], (n,), between two attitude histories (n, 3) given as MRPs."""
+    sine = np.linalg.norm(_error_quaternion(mrp, reference), axis=1)
+    return np.asarray(2.0 * np.arcsin(np.minimum(sine, 1.0)))
 
-    For small errors the quaternion's vector part keeps full accuracy, so the angle comes from its norm.
+
+def error_rotation(mrp: Vector, reference: Vector) -> Vector:
+    """Return the rotation vector [rad], (n, 3) in body axes, from the reference to the attitude, both (n, 3) MRPs.
+
+    Its norm is `error_angle`; it is meant for errors far below half a turn.
     """
+    vector = _error_quaternion(mrp, reference)
+    sine = np.minimum(np.linalg.norm(vector, axis=1, keepdims=True), 1.0)
+    # angle over sine of half of it: 2 where the angle is nothing
+    scale = np.divide(2.0 * np.arcsin(sine), sine, out=np.full_like(sine, 2.0), where=sine > 0.0)
+    return np.asarray(vector * scale)
+
+
+def _error_quaternion(mrp: Vector, reference: Vector) -> Vector:
+    """Return the vector part of the quaternion from reference to attitude, (n, 3): accurate for small errors."""
     a2 = np.sum(mrp**2, axis=1, keepdims=True)
     b2 = np.sum(reference**2, axis=1, keepdims=True)
     # vector part of q_ref^-1 q, times (1 + a2)(1 + b2)
     vector = 2.0 * (1.0 - b2) * mrp - 2.0 * (1.0 - a2) * reference + 4.0 * np.cross(mrp, reference)
-    sine = np.linalg.norm(vector, axis=1) / ((1.0 + a2) * (1.0 + b2)).ravel()
-    return np.asarray(2.0 * np.arcsin(np.minimum(sine, 1.0)))
+    return np.asarray(vector / ((1.0 + a2) * (1.0 + b2)))
 
 
 def skew(vector: Sequence[float]) -> Vector:

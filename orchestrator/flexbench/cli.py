@@ -53,6 +53,12 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
+    from flexbench.budget.options import (
+        BUDGET_EXAMPLE,
+        add_budget_options,
+        add_spectra_options,
+        add_waterfall_options,
+    )
     from flexbench.margins.options import add_margin_options
     from lockstep.check.command import EXIT_CODES, add_check_options
     from lockstep.options import add_run_options  # imports numpy: after the threads are set
@@ -190,6 +196,18 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_margin_options(margins)
 
+    add_budget_options(add(
+        "budget", _budget, "pointing budget of results after ECSS-E-ST-60-10C, or split by source", BUDGET_EXAMPLE,
+    ))  # fmt: skip
+    add_spectra_options(add(
+        "spectra", _spectra, "spectra of pointing, rate, deformation and torque of results",
+        "flexsat spectra results/distributed-fine-pointing --resolution 0.1",
+    ))  # fmt: skip
+    add_waterfall_options(add(
+        "waterfall", _waterfall, "deformation over wheel speed, from a sweep of short runs, over the Campbell diagram",
+        "flexsat waterfall fmus/distributed/fine_pointing_open_loop.ssd --points 24 --stop 20",
+    ))  # fmt: skip
+
     timeline = add(
         "timeline",
         _timeline,
@@ -282,6 +300,24 @@ def _robustness(options: argparse.Namespace) -> int:
     from .health import command
 
     return command.robustness(options)
+
+
+def _budget(options: argparse.Namespace) -> int:
+    from .budget import command
+
+    return command.budget(options)
+
+
+def _spectra(options: argparse.Namespace) -> int:
+    from .spectra import command
+
+    return command.spectra(options)
+
+
+def _waterfall(options: argparse.Namespace) -> int:
+    from .waterfall import command
+
+    return command.waterfall(options)
 
 
 def _timeline(options: argparse.Namespace) -> int:

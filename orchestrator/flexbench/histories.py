@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.design import Design
-from flexsat.rotations import error_angle, quaternion_from_mrp
+from flexsat.rotations import error_angle, error_rotation, quaternion_from_mrp
 from lockstep import Signals
 
 Array = NDArray[np.float64]
@@ -25,6 +25,11 @@ STRUCTURE = (
 def pointing_error(signals: Signals) -> Array:
     """Return the angle between attitude and reference, (rows,) [rad]."""
     return error_angle(signals[ATTITUDE], signals[ATTITUDE_REFERENCE])
+
+
+def pointing_error_vector(signals: Signals) -> Array:
+    """Return the rotation vector from reference to attitude, (rows, 3) [rad] in body axes."""
+    return error_rotation(signals[ATTITUDE], signals[ATTITUDE_REFERENCE])
 
 
 def rate_error(signals: Signals) -> Array:
