@@ -1,6 +1,7 @@
 """Test signals, estimates and growth rates against closed forms; figures and tables of the study."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,11 @@ from flexbench.document import Heading, Paragraph, Picture, Table, as_html
 from flexbench.figures.margins import margin_figures, nichols_chart, sensitivity_singular_values
 from flexbench.margins import section
 from flexbench.margins.destabilise import WINDOW, growth_of
-from flexbench.margins.estimate import COHERENT, estimate_loop, jackknife, measured_margins
+from flexbench.margins.estimate import COHERENT, MeasuredLoop, estimate_loop, jackknife, measured_margins, merged
 from flexbench.margins.injection import _drift
 from flexbench.margins.multisine import design_multisine
-from flexbench.margins.study import FILE, Curve, curves
+from flexbench.margins.response import loop_margins
+from flexbench.margins.study import FILE, Curve, curves, zoomed_lines
 from flexbench.margins.tell import exact_rows, margin_rows
 from flexbench.runs import Run
 
@@ -123,6 +125,56 @@ def test_one_period_is_not_enough():
     signal, _, experiments = synthetic(0.0, periods=1)
     with pytest.raises(ValueError, match="two periods at least and 2 experiments, got 1 and 2"):
         estimate_loop(experiments, signal, np.eye(2), ("a", "b"))
+
+
+def resonant(frequency):
+    """Return a loop with a narrow mode at 7 Hz, that reaches beyond gain one."""
+    s = 2j * np.pi * frequency
+    return 5.0 / (s + 1.0) - 400.0 / (s**2 + 0.4 * s + (14.0 * np.pi) ** 2)
+
+
+def measured_at(frequency):
+    """Return a perfect measurement of it, of three periods."""
+    loop = resonant(frequency)
+    together, single = loop[:, None, None], loop[:, None]
+    ones = np.ones(len(frequency))
+    found = MeasuredLoop(
+        frequency=frequency,
+        together=together,
+        single=single,
+        together_uncertainty=np.zeros(together.shape),
+        single_uncertainty=np.zeros(single.shape),
+        coherence=ones[:, None],
+        coherence_together=ones,
+        names=("a",),
+        period=SAMPLE,
+        periods=3,
+    )
+    return found, [(together, single)] * 3
+
+
+def test_lines_are_put_where_a_mode_is_narrower_than_their_spacing():
+    first = measured_at(np.geomspace(0.5, 20.0, 24))
+    coarse = measured_margins(*first, "a").value
+    assert coarse.unresolved
+    more = zoomed_lines(*first, 400)
+    assert len(more) <= 400
+    assert more.min() <= 7.0 <= more.max()
+    both = merged(first, measured_at(more))
+    assert np.all(np.diff(both[0].frequency) > 0.0)
+    fine = measured_margins(*both, "a").value
+    dense = np.geomspace(0.5, 20.0, 5000)
+    expected = loop_margins(dense, resonant(dense), SAMPLE)
+    assert fine.unresolved == ()
+    assert fine.phase == pytest.approx(expected.phase, rel=1e-3)
+    assert fine.phase < 0.8 * coarse.phase  # the mode decides, and was not seen
+    assert len(zoomed_lines(*both, 400)) == 0
+
+
+def test_measurements_of_different_length_are_not_merged():
+    first, second = measured_at(np.array([1.0, 2.0])), measured_at(np.array([3.0, 4.0]))
+    with pytest.raises(ValueError, match="3 and 2 periods cannot be merged"):
+        merged(first, (replace(second[0], periods=2), second[1]))
 
 
 def test_a_slow_drift_is_taken_out():
