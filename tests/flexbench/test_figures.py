@@ -61,7 +61,7 @@ def made_signals(design: Design, error: float, rows: int = ROWS) -> Signals:
     add("controller.reference.torque", np.zeros(wheels))
     add("controller.wheel.torque", np.full(wheels, 0.25))
     columns["plant.rms_deformation"] = np.full(rows, 1e-7)
-    columns["plant.rms_deformation"][1234] = 5e-6
+    columns["plant.rms_deformation"][1234:1235] = 5e-6
     return Signals(time=np.arange(rows) * PERIOD, columns=columns, units={}, descriptions={})
 
 
@@ -317,6 +317,13 @@ def test_fine_pointing_draws_both_loops_and_the_last_seconds(runs: dict[Configur
         assert_allclose(axes.get_xlim(), (0.0, ROWS * PERIOD), rtol=1e-9)
     assert deformation.get_ylim()[0] == 0.0
     assert whole.dataLim.y1 == pytest.approx(5.0)  # um: the spike of one sample
+
+
+def test_a_run_of_a_single_row_is_drawn(drawn_designs: Designs):
+    signals = {"centralised": made_signals(drawn_designs["centralised"], ARCSECOND, 1)}
+
+    assert len(figures.fine_pointing_comparison(signals, {}).axes) == 4
+    assert len(figures.slew_comparison(signals, drawn_designs).axes) == 9
 
 
 def test_fine_pointing_zoom_shows_what_the_error_does_about_its_mean(drawn_designs: Designs):

@@ -57,6 +57,18 @@ def test_runs_of_one_configuration_are_taken_from_a_folder(flown):
     assert opened == {"centralised-fine_pointing_open_loop"}
 
 
+def test_a_figure_that_lacks_a_signal_is_refused_by_name(fmus, flexsat, tmp_path):
+    system, run = fmus / "centralised" / "slew.ssd", tmp_path / "run"
+    done = flexsat("run", system, "--stop", "0.1", "--record", "plant.rate", "--out", run)
+    assert done.returncode == 0
+
+    done = flexsat("figures", run, "--out", tmp_path / "drawn")
+
+    assert done.returncode == 2
+    assert done.stderr.startswith("flexsat: figure slew-seed0: controller.wheel.torque: not recorded")
+    assert done.stderr.count("\n") == 1
+
+
 def test_the_design_is_drawn_without_results(flexsat, tmp_path):
     done = flexsat("figures", "--configuration", "centralised", "--out", tmp_path / "drawn")
 

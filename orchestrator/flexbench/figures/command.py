@@ -24,8 +24,12 @@ def draw(options: argparse.Namespace) -> int:
         drawn = result_figures(runs_of(options.results, chosen))
     else:
         drawn = design_figures({name: build_designs(name) for name in chosen})
-    for name, figure in drawn.items():
-        for path in save_figure(figure(), options.out, name):
+    for name, make in drawn.items():
+        try:
+            figure = make()
+        except ValueError as error:  # a signal was not recorded, or not often enough
+            raise InputError(f"figure {name}: {error}") from error
+        for path in save_figure(figure, options.out, name):
             print(path, flush=True)
     return 0
 

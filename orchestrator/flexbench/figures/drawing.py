@@ -151,7 +151,8 @@ def draw_published(
 def span_runs(axes: Axes, results: Iterable[Signals]) -> None:
     """Let the time axis reach from 0 to the end of the longest run, one interval after its last row."""
     ends = [2.0 * times[-1] - times[-2] if len(times) > 1 else times[-1] for times in (run.time for run in results)]
-    axes.set_xlim(0.0, max(ends))
+    if max(ends) > 0.0:  # not of a single row at the start
+        axes.set_xlim(0.0, max(ends))
 
 
 def make_logarithmic(axes: Axes) -> None:
@@ -167,8 +168,8 @@ def make_logarithmic(axes: Axes) -> None:
     lines = [np.asarray(drawn.get_ydata(), dtype=float) for drawn in in_data]
     least = min(float(np.quantile(values, RARE)) for values in lines)
     low = max(0.5 * least, peak * 10.0**-DECADES)
+    axes.set_ylim(low, 1.3 * peak)  # before the scale: with it, limits are sought that a single point has not
     axes.set_yscale("log")
-    axes.set_ylim(low, 1.3 * peak)
     few = np.log10(peak / low) < 2.0
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
     if few and low > 1e-3:
