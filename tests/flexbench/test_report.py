@@ -14,7 +14,6 @@ from flexbench.document import Heading, Paragraph, Picture, Table
 from flexbench.figures import drawing
 from flexbench.report import sections
 from flexbench.report.collect import collect, is_fault
-from flexbench.report.derived import error_vector
 from flexbench.report.gather import MOST_RUNS, gather
 from flexbench.report.pack import FLOAT, LEAST_INTERVALS, History, extremes, pack, pack_all, stride_for, time_base
 from flexbench.report.pictures import Image, image_of, stored_images, within_room
@@ -24,7 +23,6 @@ from flexbench.report.write import page_of, write_report
 from flexbench.runs import Run
 from flexsat.mesh import record_mesh
 from flexsat.parameters import configuration
-from flexsat.rotations import error_angle, rotate_mrp
 from flexsat.structure import build_structure
 from lockstep import InputError, Signals
 from lockstep.manifest import to_toml
@@ -112,18 +110,6 @@ def test_times_are_told_by_step_or_one_by_one():
     uneven = np.array([0.0, 0.1, 0.4, 0.5, 2.0])
     told = time_base(uneven, 2)
     assert_array_equal(np.frombuffer(base64.b64decode(told["times"])), [0.0, 0.4, 2.0])
-
-
-def test_the_error_about_body_axes_is_the_rotation_that_made_it():
-    rng = np.random.default_rng(3)
-    reference = rng.uniform(-0.3, 0.3, size=(50, 3))
-    rotation = rng.normal(size=(50, 3)) * 1e-5
-    attitude = np.array([rotate_mrp(p, r) for p, r in zip(reference.tolist(), rotation.tolist(), strict=True)])
-
-    found = error_vector(attitude, reference)
-
-    assert_allclose(found, rotation, atol=1e-14)  # rounding of an MRP of order one
-    assert_allclose(np.linalg.norm(found, axis=1), error_angle(attitude, reference), rtol=1e-9)
 
 
 def test_the_motion_gives_back_the_deflections():

@@ -43,6 +43,7 @@ class Content:
     numbers: tuple[Number, ...]
     rows: int
     recorded: int  # signals
+    end: float  # s, of the last row
     interval: float  # s, between two rows
 
 
@@ -77,6 +78,7 @@ def collect(result: Result, runs: int, window: Window | None = None) -> Content:
         numbers=tuple(_number(one, signals) for one in derived if not one.elements),
         rows=len(signals.time),
         recorded=len(signals.columns),
+        end=float(signals.time[-1]),
         interval=float(np.median(steps)) if len(steps) else 0.0,
     )
 

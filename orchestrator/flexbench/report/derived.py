@@ -48,17 +48,6 @@ def build_wheels(name: ConfigurationName) -> Points:
     return build_spacecraft(configuration(name)).wheels
 
 
-def error_vector(attitude: Array, reference: Array) -> Array:
-    """Return the rotation from reference to attitude about body axes, (rows, 3) [rad], given as MRPs, for small ones.
-
-    Twice the vector part of the quaternion between them: 1e-6 of itself too short at 0.3 deg.
-    """
-    a2 = np.sum(attitude**2, axis=1, keepdims=True)
-    b2 = np.sum(reference**2, axis=1, keepdims=True)
-    turned = (1.0 - b2) * attitude - (1.0 - a2) * reference + 2.0 * np.cross(attitude, reference)
-    return np.asarray(4.0 * turned / ((1.0 + a2) * (1.0 + b2)))
-
-
 def derive(signals: Signals, run: Run | None) -> Iterator[Derived]:
     """Yield the derived histories that the recorded signals allow; none for a system that is not ours."""
     if run is None:
@@ -74,7 +63,7 @@ def derive(signals: Signals, run: Run | None) -> Iterator[Derived]:
             name="pointing error about body axes",
             unit="arcsec",
             description="rotation from reference to attitude",
-            values=error_vector(signals[ERRORS[0]], signals[ERRORS[1]]) / ARCSECOND,
+            values=histories.pointing_error_vector(signals) / ARCSECOND,
             elements=("x", "y", "z"),
         )
     if complete(signals, run, *RATES):

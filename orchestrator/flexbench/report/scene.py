@@ -16,7 +16,7 @@ from flexsat.parameters import ConfigurationName, configuration
 from flexsat.structure import build_structure
 from lockstep import Signals
 
-from .derived import ERRORS, MODAL, build_wheels, complete, error_vector
+from .derived import ERRORS, MODAL, build_wheels, complete
 from .pack import encode
 
 Array = NDArray[np.float64]
@@ -81,5 +81,5 @@ def motion(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
         "wheels": torque.shape[1],
     }
     if complete(signals, run, *ERRORS):
-        told["error"] = encode(error_vector(signals[ERRORS[0]], signals[ERRORS[1]])[rows].astype(np.float32))
+        told["error"] = encode(histories.pointing_error_vector(signals)[rows].astype(np.float32))
     return told

@@ -36,7 +36,7 @@ def facts(contents: Sequence[Content]) -> list[Block]:
 
 def _facts_of(content: Content) -> dict[str, str]:
     result, manifest = content.result, content.result.manifest
-    simulated, wall = float(manifest.get("simulated_time", 0.0)), float(manifest.get("wall_time", 0.0))
+    simulated, wall = _simulated(content), float(manifest.get("wall_time", 0.0))
     speed = f" ({simulated / wall:.1f} x real time)" if wall > 0.0 else ""
     told = {"system": str(manifest.get("system", {}).get("name", ""))}
     if result.run is not None:
@@ -61,12 +61,18 @@ def scenario_of(result: Result) -> str:
     return "fine_pointing_open_loop" if result.run.open_loop else "fine_pointing"
 
 
-def described(result: Result) -> str:
+def _simulated(content: Content) -> float:
+    """Return how far a run came [s]: one that still goes on has not yet said so itself."""
+    return float(content.result.manifest.get("simulated_time", 0.0)) or content.end
+
+
+def described(content: Content) -> str:
     """Return what a run was in a few words."""
+    result = content.result
     words = [str(result.manifest.get("system", {}).get("name", ""))]
     if result.run is not None:
         words += ["as published" if result.run.as_published else "corrected", f"seed {result.run.seed}"]
-    return ", ".join([*words, f"{float(result.manifest.get('simulated_time', 0.0)):g} s simulated"])
+    return ", ".join([*words, f"{_simulated(content):g} s simulated"])
 
 
 def numbers(contents: Sequence[Content], with_metrics: bool = True) -> list[Block]:

@@ -101,7 +101,7 @@ def page_of(results: Sequence[Result], studies: Sequence[Path] = (), window: Win
     sections.append(("events", "Events and faults", _html(events(results))))
     sections.append(("system", "System", _per_run(results, system)))
     sections.append(("versions", "Versions and hashes", _per_run(results, provenance)))
-    return _shell(title, results, sections, told, data)
+    return _shell(title, contents, sections, told, data)
 
 
 def _for_script(title: str, contents: Sequence[Content]) -> tuple[dict[str, Any], list[str]]:
@@ -205,11 +205,12 @@ def _part(name: str) -> str:
 
 def _shell(
     title: str,
-    results: Sequence[Result],
+    contents: Sequence[Content],
     sections: Sequence[tuple[str, str, str]],
     told: dict[str, Any],
     data: Sequence[str],
 ) -> str:
+    results = [content.result for content in contents]
     statuses = [str(result.manifest.get("status", "")) for result in results]
     marks = (
         "".join(
@@ -221,7 +222,7 @@ def _shell(
     )
     names = ", ".join(result.name for result in results) if 1 < len(results) <= MOST_SHOWN else ""
     if len(results) == 1:
-        names = described(results[0])
+        names = described(contents[0])
     links = "".join(f'<a href="#{anchor}">{escape(name)}</a>' for anchor, name, _ in sections)
     body = "\n".join(f'<section id="{a}"><h2>{escape(name)}</h2>\n{html}\n</section>' for a, name, html in sections)
     content = json.dumps(told, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
