@@ -11,7 +11,7 @@ from pathlib import Path
 
 from lockstep.clock import seconds
 from lockstep.fmu import Description
-from lockstep.system import System, Value
+from lockstep.system import Component, System, Value
 
 RUN = "run.toml"
 EVENTS = "events.jsonl"
@@ -55,11 +55,19 @@ def describe_run(
                 "offset": seconds(c.offset),
                 "kind": c.kind,
                 "parameters": dict(parameters[c.name]),
+                **_adapter(c),
             }
             for c in system.components
         ],
         "latency": [{"from": start, "to": end, "delay": delay} for start, end, delay in delays],
     }
+
+
+def _adapter(component: Component) -> Table:
+    if component.adapter is None or component.stands_for is None:
+        return {}
+    adapter, replaced = component.adapter, component.stands_for
+    return {"adapter": str(adapter.path), "adapter_sha256": adapter.sha256, "stands_for": str(replaced.source)}
 
 
 def write_manifest(folder: Path, content: Mapping[str, object]) -> None:

@@ -9,6 +9,7 @@ from itertools import cycle
 from pathlib import Path
 from time import perf_counter
 
+from lockstep.adapter.component import with_adapter
 from lockstep.archive import unpacking_place
 from lockstep.clock import seconds
 from lockstep.errors import InputError, RunError
@@ -88,7 +89,7 @@ def simulate(
             place = Path(temporary, str(number))
             slave = FmuSlave(component, plan.descriptions[component.name], place, events.log)
             close_slaves.callback(slave.close)
-            slaves[component.name] = slave
+            slaves[component.name] = with_adapter(component, slave)
         exchange = Exchange(plan.layout, slaves, plan.names)
         try:
             _initialize(plan, slaves, exchange, interrupt)

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from lockstep.adapter.component import with_replacements
 from lockstep.clock import nanoseconds
 from lockstep.errors import InputError
 from lockstep.master import RunSummary, simulate
@@ -19,6 +20,9 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--set", action="append", default=[], metavar="C.P=V", help="set parameter P of component C")
     parser.add_argument("--delay", action="append", default=[], metavar="A:B=N", help="delay from A to B in ticks")
     parser.add_argument("--period", action="append", default=[], metavar="C=S", help="period of component C in seconds")
+    parser.add_argument("--replace", action="append", default=[], metavar="C=FMU", help="put an FMU in C's place")
+    parser.add_argument("--adapter", action="append", default=[], metavar="FILE",
+                        help="TOML file between it and the ports of C; C=FILE if several are replaced")  # fmt: skip
     parser.add_argument("--record", action="append", metavar="PATTERN", help="outputs to record, or all")
     parser.add_argument("--record-period", metavar="S", help="time between two recorded rows in seconds")
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier run in the results folder")
@@ -26,6 +30,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
 
 def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[str, Value]) -> RunSummary:
     """Simulate with the options of `add_run_options`, whose --set goes before `overrides`; print how it went."""
+    system = with_replacements(system, options.replace, options.adapter)
     system = with_periods(with_delays(system, options.delay), options.period)
     folder = options.out or Path("results", system.name)
     if options.stop is not None:

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 
+from lockstep.adapter.component import shown_description
 from lockstep.clock import nanoseconds
 from lockstep.errors import InputError
-from lockstep.fmu import read_description
 from lockstep.layout import Layout, Reference
 from lockstep.parameters import Override
 from lockstep.schedule import Schedule, build_schedule, whole_ticks
@@ -32,7 +32,7 @@ class Plan:
         self.stop_time: int = stop
         self.ticks = whole_ticks(stop, system.tick, "stop time")
         self.schedule: Schedule = build_schedule(system)
-        self.descriptions = {component.name: read_description(component) for component in system.components}
+        self.descriptions = {component.name: shown_description(component) for component in system.components}
         self.wiring: Wiring = wire(system, self.descriptions, overrides)
         self.record = tuple(system.record if record is None else record)
         self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)

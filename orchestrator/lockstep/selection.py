@@ -41,12 +41,17 @@ def select(system: System, descriptions: Mapping[str, Description], patterns: It
         if pattern == "all":
             chosen.update(names)
             continue
-        expression = "".join({"*": ".*", "?": "."}.get(letter, re.escape(letter)) for letter in pattern)
-        rule = re.compile(rf"{expression}(\[\d+\])*")
-        matched = [name for name in names if rule.fullmatch(name)]
+        matched = matching(pattern, names)
         if not matched:
             raise InputError(
                 f"record {pattern!r} matches no output; there are {compact(names)}{suggestion(pattern, names)}"
             )
         chosen.update(matched)
     return tuple(signal for signal in outputs if signal.name in chosen)
+
+
+def matching(pattern: str, names: Iterable[str]) -> list[str]:
+    """Return the names that a pattern means."""
+    expression = "".join({"*": ".*", "?": "."}.get(letter, re.escape(letter)) for letter in pattern)
+    rule = re.compile(rf"{expression}(\[\d+\])*")
+    return [name for name in names if rule.fullmatch(name)]

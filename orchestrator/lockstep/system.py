@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
+from lockstep.adapter.adapter import Adapter
 from lockstep.clock import seconds_text
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.units import Unit
@@ -40,6 +41,8 @@ class Component:
     units: Mapping[str, Unit] = field(default_factory=dict)
     connectors: tuple[Connector, ...] | None = None
     archive: Path | None = None  # the .ssp that holds the FMU
+    adapter: Adapter | None = None  # from the FMU to the ports of `stands_for`
+    stands_for: "Component | None" = None
 
     def __post_init__(self) -> None:
         if not self.name or "." in self.name:

@@ -1,0 +1,121 @@
+"""Put a foreign FMU in a component's place: what it then shows, the slave around it, and the system with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from lockstep.adapter.adapter import Adapter
+from lockstep.adapter.bind import Binding, adapted, bind
+from lockstep.adapter.read import read_adapter
+from lockstep.adapter.slave import adapt_slave
+from lockstep.errors import InputError, compact
+from lockstep.fmu import Description, read_description
+from lockstep.selection import matching
+from lockstep.slave import Slave
+from lockstep.system import Component, System
+
+
+def shown_description(component: Component) -> Description:
+    """Read the FMU of a component; with an adapter, tell the ports that it then has. Raises InputError."""
+    theirs = read_description(component)
+    if component.adapter is None:
+        return theirs
+    return adapted(_binding(component, theirs), theirs)
+
+
+def with_adapter(component: Component, slave: Slave) -> Slave:
+    """Return the slave itself, or with the adapter of its component around it."""
+    if component.adapter is None:
+        return slave
+    return adapt_slave(slave, _binding(component, read_description(component)))
+
+
+def _binding(component: Component, theirs: Description) -> Binding:
+    assert component.adapter is not None
+    assert component.stands_for is not None
+    return bind(component.adapter, read_description(component.stands_for).variables, theirs.variables)
+
+
+def replace_component(system: System, name: str, fmu: Path, adapter: Adapter | None) -> System:
+    """Return the system with another FMU in the place of a component.
+
+    Without an adapter the FMU has to have the same ports. With one, what the adapter does not serve is left out:
+    connections to inputs, start values, recordings. Its step becomes the component's period.
+
+    Raises
+    ------
+    InputError
+        If the adapter fits neither side, or serves too little.
+    """
+    old = system.component(name)
+    if adapter is None:
+        return _with(system, replace(old, source=fmu.absolute(), archive=None))
+    new = Component(
+        name=name,
+        source=fmu.absolute(),
+        period=adapter.step or old.period,
+        offset=old.offset if old.offset < (adapter.step or old.period) else 0,
+        kind=adapter.kind or old.kind,
+        adapter=adapter,
+        stands_for=old,
+    )
+    shown = shown_description(new).variables
+    needed = [c.output for c in system.connections if c.from_component == name and c.output not in shown]
+    if needed:
+        raise InputError(
+            f"{adapter.path.name}: the system needs {compact(needed)} of {name}; add an [[output]], or [substitutes]"
+        )
+    ours = read_description(old).variables
+    kept = {key: value for key, value in old.parameters.items() if key in shown and key in ours}
+    kept = {key: value for key, value in kept.items() if shown[key].causality == ours[key].causality}
+    new = replace(new, parameters=kept, units={key: unit for key, unit in old.units.items() if key in kept})
+    outputs = [f"{name}.{v.name}" for v in shown.values() if v.causality == "output"]
+    return replace(
+        _with(system, new),
+        connections=tuple(c for c in system.connections if c.to_component != name or c.input in shown),
+        record=tuple(p for p in system.record if not _is_of(p, name) or matching(p, outputs)) or ("all",),
+    )
+
+
+def _with(system: System, new: Component) -> System:
+    return replace(system, components=tuple(new if c.name == new.name else c for c in system.components))
+
+
+def _is_of(pattern: str, name: str) -> bool:
+    return pattern.startswith(f"{name}.")
+
+
+def with_replacements(system: System, replacements: Iterable[str], adapters: Iterable[str]) -> System:
+    """Return the system with replacements as COMPONENT=FMU, and adapters as FILE or COMPONENT=FILE."""
+    fmus = _pairs("--replace", replacements, system)
+    if adapters and not fmus:
+        raise InputError(f"--adapter {next(iter(adapters))}: needs --replace COMPONENT=FMU beside it")
+    files: dict[str, Path] = {}
+    for text in adapters:
+        name, equals, path = text.partition("=")
+        if not (equals and name in fmus):
+            if len(fmus) > 1:
+                raise InputError(f"--adapter {text}: write COMPONENT=FILE, with one of {', '.join(fmus)}")
+            name, path = next(iter(fmus)), text
+        if name in files:
+            raise InputError(f"--adapter {text}: {name} has the adapter {files[name]} already")
+        files[name] = Path(path)
+    for name, fmu in fmus.items():
+        system = replace_component(system, name, fmu, read_adapter(files[name]) if name in files else None)
+    return system
+
+
+def _pairs(option: str, texts: Iterable[str], system: System) -> Mapping[str, Path]:
+    found: dict[str, Path] = {}
+    for text in texts:
+        match = re.fullmatch(r"([^=.]+)=(.+)", text)
+        if match is None:
+            raise InputError(f"{option} {text}: write COMPONENT=FMU, for example controller=vendor.fmu")
+        system.component(match[1])
+        if match[1] in found:
+            raise InputError(f"{option} {text}: {match[1]} is replaced already, by {found[match[1]]}")
+        found[match[1]] = Path(match[2])
+    return found

@@ -1,0 +1,222 @@
+"""Read an adapter file, or refuse it in one line that names the file, the entry, the key, its value and the remedy."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from lockstep.adapter.adapter import ATTITUDES, DIRECTIONS, SCALARS_AT, Adapter, Direction, Entry, Matrix, Number
+from lockstep.adapter.rotation import rotation_problem
+from lockstep.adapter.unit_names import UNITS
+from lockstep.archive import open_file
+from lockstep.clock import nanoseconds
+from lockstep.errors import InputError, suggestion
+
+_TOP = ("step", "kind", "ignore", "input", "output", "constants", "parameters", "substitutes")
+_GENERAL = ("ours", "theirs", "index_base", "unit", "scale", "offset", "sign", "order", "frame", "true", "false",
+            "hold")  # fmt: skip
+_ATTITUDE = ("attitude", "scalar", "direction", "body_frame", "inertial_frame")
+_LONGEST = 10_000_000_000  # [ns]; a step beyond is a slip of units
+
+
+def read_adapter(path: Path) -> Adapter:
+    """Read an adapter file, or raise InputError."""
+    with open_file(path, None, "adapter") as stream:
+        text = stream.read()
+    try:
+        content = tomllib.loads(text.decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: is no TOML file: {error}") from None
+    where = path.name
+    _known(content, _TOP, where)
+    entries = [
+        _entry(where, direction, number, table)
+        for direction in ("input", "output")
+        for number, table in enumerate(_tables(content, direction, where), start=1)
+    ]
+    return Adapter(
+        path=path.absolute(),
+        sha256=hashlib.sha256(text).hexdigest(),
+        step=_step(content, where),
+        kind=_kind(content, where),
+        entries=tuple(entries),
+        constants=_values(content, "constants", where),
+        parameters=_values(content, "parameters", where),
+        substitutes=_values(content, "substitutes", where),
+        ignore=_texts(content.get("ignore", []), f"{where}: ignore"),
+    )
+
+
+def _step(content: Mapping[str, Any], where: str) -> int | None:
+    if "step" not in content:
+        return None
+    value = content["step"]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{where}: step = {value!r} must be a number of seconds, for example 0.01")
+    step = nanoseconds(value, f"{where}: step")
+    if not 0 < step <= _LONGEST:
+        raise InputError(f"{where}: step = {value} must be in (0, 10] s")
+    return step
+
+
+def _kind(content: Mapping[str, Any], where: str) -> Literal["sampled", "continuous"] | None:
+    match content.get("kind"):
+        case None:
+            return None
+        case "sampled":
+            return "sampled"
+        case "continuous":
+            return "continuous"
+    raise InputError(f"{where}: kind = {content['kind']!r} must be sampled or continuous")
+
+
+def _tables(content: Mapping[str, Any], key: str, where: str) -> list[Mapping[str, Any]]:
+    tables = content.get(key, [])
+    if not (isinstance(tables, list) and all(isinstance(table, dict) for table in tables)):
+        raise InputError(f"{where}: {key} = {tables!r} must be tables; write [[{key}]]")
+    return tables
+
+
+def _entry(where: str, direction: str, number: int, table: Mapping[str, Any]) -> Entry:
+    place = f"{where}: {direction} {number}"
+    for key in ("theirs", "ours"):
+        if key not in table:
+            raise InputError(f"{place}: {key} is missing; every [[{direction}]] needs ours and theirs")
+    theirs = _names(table["theirs"], f"{place}: theirs")
+    place = f"{place} ({theirs[0]})"
+    _known(table, (*_GENERAL, *_ATTITUDE), place)
+    told = [key for key in _ATTITUDE[1:] if key in table]
+    if "attitude" not in table and told:
+        raise InputError(f'{place}: {told[0]} = {table[told[0]]!r} needs attitude = "quaternion" or "mrp" beside it')
+    if table.get("attitude") == "mrp" and "scalar" in table:
+        raise InputError(f"{place}: scalar = {table['scalar']!r}: an MRP has no scalar; remove it")
+    if "frame" in table and "attitude" in table:
+        raise InputError(f"{place}: frame is for vectors; an attitude has body_frame and inertial_frame")
+    unit = table.get("unit")
+    if unit is not None and unit not in UNITS:
+        raise InputError(f"{place}: unit = {unit!r} is unknown; there are {', '.join(UNITS)}")
+    true, false = (_numbers(table.get(key, default), f"{place}: {key}")[0] for key, default in _FLAGS)
+    if true == false:
+        raise InputError(f"{place}: true = {true:g} and false = {false:g} must differ")
+    scale = _numbers(table.get("scale", 1.0), f"{place}: scale")
+    if 0.0 in scale:
+        raise InputError(f"{place}: scale = {table['scale']!r} must not be 0: it could not be undone")
+    sign = _numbers(table.get("sign", 1), f"{place}: sign")
+    if not set(sign) <= {1.0, -1.0}:
+        raise InputError(f"{place}: sign = {table['sign']!r} must be 1 or -1; for other factors there is scale")
+    toward: Direction = "input" if direction == "input" else "output"
+    hold = table.get("hold")
+    if hold is not None and (toward == "output" or not isinstance(hold, str)):
+        raise InputError(f"{place}: hold = {hold!r} must be a Boolean port of ours, and is for inputs only")
+    return Entry(
+        place=place,
+        direction=toward,
+        ours=_names(table["ours"], f"{place}: ours"),
+        theirs=theirs,
+        index_base=_whole(table.get("index_base", 1), f"{place}: index_base"),
+        unit=unit,
+        scale=scale,
+        offset=_numbers(table.get("offset", 0.0), f"{place}: offset"),
+        sign=sign,
+        order=_order(table, place),
+        frame=_matrix(table, "frame", place),
+        attitude=_choice(table, "attitude", ATTITUDES, None, place),
+        scalar=_choice(table, "scalar", SCALARS_AT, "last", place) or "last",
+        rotation=_choice(table, "direction", DIRECTIONS, DIRECTIONS[0], place) or DIRECTIONS[0],
+        body_frame=_matrix(table, "body_frame", place),
+        inertial_frame=_matrix(table, "inertial_frame", place),
+        true=true,
+        false=false,
+        hold=hold,
+    )
+
+
+_FLAGS = (("true", 1.0), ("false", 0.0))
+
+
+def _known(table: Mapping[str, Any], keys: Sequence[str], place: str) -> None:
+    for key in table:
+        if key not in keys:
+            raise InputError(
+                f"{place}: {key} = {table[key]!r}: no such key; there are {', '.join(keys)}{suggestion(key, keys)}"
+            )
+
+
+def _names(value: object, what: str) -> tuple[str, ...]:
+    names = _texts([value] if isinstance(value, str) else value, what)
+    if not names or not all(names):
+        raise InputError(f"{what} = {value!r} must be a name or a list of names")
+    if any(name.count("*") > 1 for name in names) or (len(names) > 1 and any("*" in name for name in names)):
+        raise InputError(f"{what} = {value!r}: one star at most, and not in a list")
+    return names
+
+
+def _texts(value: object, what: str) -> tuple[str, ...]:
+    if not (isinstance(value, list) and all(isinstance(text, str) for text in value)):
+        raise InputError(f"{what} = {value!r} must be a list of texts")
+    return tuple(value)
+
+
+def _numbers(value: object, what: str) -> tuple[float, ...]:
+    values = value if isinstance(value, list) else [value]
+    numbers = [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v)]
+    if not values or len(numbers) < len(values):
+        raise InputError(f"{what} = {value!r} must be a finite number, or a list with one for each element")
+    return tuple(numbers)
+
+
+def _whole(value: object, what: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise InputError(f"{what} = {value!r} must be a whole number from 0")
+    return value
+
+
+def _order(table: Mapping[str, Any], place: str) -> tuple[int, ...] | None:
+    order = table.get("order")
+    if order is None:
+        return None
+    whole = isinstance(order, list) and all(isinstance(k, int) and not isinstance(k, bool) for k in order)
+    if not whole or sorted(order) != list(range(1, len(order) + 1)):
+        raise InputError(f"{place}: order = {order!r} must hold each of 1 to the number of elements once")
+    return tuple(order)
+
+
+def _choice(table: Mapping[str, Any], key: str, accepted: Iterable[str], default: str | None, place: str) -> str | None:
+    value: str | None = table.get(key, default)
+    if value is not None and value not in accepted:
+        raise InputError(f"{place}: {key} = {value!r} must be {' or '.join(accepted)}")
+    return value
+
+
+def _matrix(table: Mapping[str, Any], key: str, place: str) -> Matrix | None:
+    rows = table.get(key)
+    if rows is None:
+        return None
+    shape = isinstance(rows, list) and [len(row) if isinstance(row, list) else 0 for row in rows] == [3, 3, 3]
+    if not shape:
+        raise InputError(f"{place}: {key} = {rows!r} must be three rows of three numbers")
+    matrix = tuple(_numbers(row, f"{place}: {key}") for row in rows)
+    problem = rotation_problem(matrix)
+    if problem:
+        raise InputError(f"{place}: {key} = {rows!r} is no rotation: {problem}")
+    return matrix
+
+
+def _values(content: Mapping[str, Any], key: str, where: str) -> dict[str, Number]:
+    table = content.get(key, {})
+    if not isinstance(table, dict):
+        raise InputError(f"{where}: {key} = {table!r} must be a table; write [{key}]")
+    values: dict[str, Number] = {}
+    for name, value in table.items():
+        items = value if isinstance(value, list) else [value]
+        if not all(isinstance(item, float | int | bool | str) for item in items):
+            raise InputError(f"{where}: {key}: {name} = {value!r} must be a value or a list; quote names with dots")
+        if isinstance(value, list):
+            values |= {f"{name}[{number}]": item for number, item in enumerate(value, start=1)}
+        else:
+            values[name] = value
+    return values

@@ -1,0 +1,191 @@
+"""A slave with the ports of ours and a foreign slave inside. `lockstep.exchange` sees no difference."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.adapter.bind import Binding, Bound
+from lockstep.adapter.conversion import Map
+from lockstep.errors import InputError, compact
+from lockstep.slave import DTYPES, OK, SCALARS, WARNING, Buffer, Scalar, Slave
+from lockstep.system import Value
+
+Array = NDArray[np.float64]
+_LARGEST = 2.0**31 - 1.0  # fmi2Integer
+
+
+class _Side:
+    """Buffers of the foreign slave's inputs, or of its outputs, one a type, and the calls that move them."""
+
+    def __init__(self, slave: Slave, bounds: Sequence[Bound], inward: bool) -> None:
+        self.calls: list[Callable[[], int]] = []
+        self._place: dict[tuple[str, int], tuple[Buffer, int]] = {}
+        for scalar in SCALARS:
+            references = sorted({v.reference for b in bounds for v in b.theirs if v.type == scalar})
+            if not references:
+                continue
+            buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
+            self._place |= {(scalar, r): (buffer, k) for k, r in enumerate(references)}
+            bind = slave.setter if inward else slave.getter
+            self.calls.append(bind(scalar, np.array(references, np.uint32), buffer))
+
+    def spans(self, bound: Bound) -> list[tuple[Buffer, NDArray[np.intp], NDArray[np.intp]]]:
+        """Return, for each type among a bound entry's variables: the buffer, places in it, places in the entry."""
+        found = []
+        for scalar in SCALARS:
+            mine = [k for k, v in enumerate(bound.theirs) if v.type == scalar]
+            if mine:
+                places = [self._place[scalar, bound.theirs[k].reference] for k in mine]
+                found.append((places[0][0], np.array([p for _, p in places], np.intp), np.array(mine, np.intp)))
+        return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Work:
+    """One entry, ready: where its values lie on our side and on theirs."""
+
+    convert: Map
+    ours: NDArray[np.intp]
+    spans: list[tuple[Buffer, NDArray[np.intp], NDArray[np.intp]]]
+    size: int  # of theirs
+    hold: int | None  # place of the flag on our side
+
+
+class AdaptedSlave:
+    """Implements `lockstep.slave.Slave`. Values of ours are kept as doubles in one array, by their new reference."""
+
+    def __init__(self, slave: Slave, binding: Binding) -> None:
+        self._slave, self._binding = slave, binding
+        self._values: Array = np.zeros(len(binding.variables))
+        number = {name: v.reference for name, v in binding.variables.items()}
+        for name, value in binding.substitutes.items():
+            self._values[number[name]] = value
+        inputs = _Side(slave, binding.inputs, inward=True)
+        outputs = _Side(slave, binding.outputs, inward=False)
+        self._setters, self._getters = inputs.calls, outputs.calls
+        self._inputs = [self._work(b, b.conversion.to_theirs, inputs, number) for b in binding.inputs]
+        self._outputs = [self._work(b, b.conversion.to_ours, outputs, number) for b in binding.outputs]
+        self._foreign_step = slave.do_step
+
+    @staticmethod
+    def _work(bound: Bound, convert: Map, side: _Side, number: Mapping[str, int]) -> _Work:
+        return _Work(
+            convert=convert,
+            ours=np.array([number[v.name] for v in bound.ours], np.intp),
+            spans=side.spans(bound),
+            size=len(bound.theirs),
+            hold=None if bound.hold is None else number[bound.hold.name],
+        )
+
+    def do_step(self, time: float, step: float, new: int, /) -> int:
+        """Hand the inputs over, step, and take the outputs."""
+        status = self._push(first=False)
+        if status > WARNING:
+            return status
+        status = max(status, self._foreign_step(time, step, new))
+        return status if status > WARNING else max(status, self._pull())
+
+    def _push(self, first: bool) -> int:
+        values = self._values
+        for work in self._inputs:
+            if work.hold is not None and not first and not values[work.hold]:
+                continue  # no new sample: the FMU keeps the last
+            theirs = work.convert(values[work.ours])
+            for buffer, places, mine in work.spans:
+                buffer[places] = theirs[mine] if buffer.dtype == np.float64 else _whole(theirs[mine])
+        return _called(self._setters)
+
+    def _pull(self) -> int:
+        status = _called(self._getters)
+        for work in self._outputs:
+            theirs = np.empty(work.size)
+            for buffer, places, mine in work.spans:
+                theirs[mine] = buffer[places]
+            self._values[work.ours] = work.convert(theirs)
+        return status
+
+    def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        """Return a call that fills the buffer with values of ours."""
+        values, places = self._values, references.astype(np.intp)
+
+        def get() -> int:
+            buffer[:] = values[places] if scalar == "Real" else _whole(values[places])
+            return OK
+
+        return get
+
+    def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:  # noqa: ARG002
+        """Return a call that takes values of ours from the buffer; the FMU gets them at its next step."""
+        values, places = self._values, references.astype(np.intp)
+
+        def put() -> int:
+            values[places] = buffer
+            return OK
+
+        return put
+
+    def set_start(self, values: Mapping[int, Value], scalar: str) -> int:
+        """Set start values of inputs of ours, and parameters of theirs."""
+        theirs: dict[int, Value] = {}
+        for reference, value in values.items():
+            parameter = self._binding.parameters.get(reference)
+            if parameter is None:
+                self._values[reference] = float(value)
+            else:
+                theirs[parameter.reference] = value
+        return self._slave.set_start(theirs, scalar) if theirs else OK
+
+    def setup_experiment(self, start: float, stop: float) -> int:
+        """Announce the time span [s]."""
+        return self._slave.setup_experiment(start, stop)
+
+    def enter_initialization(self) -> int:
+        """Enter initialization mode."""
+        return self._slave.enter_initialization()
+
+    def exit_initialization(self) -> int:
+        """Leave initialization mode, with the inputs handed over before and the initial outputs taken after."""
+        status = self._push(first=True)
+        if status > WARNING:
+            return status
+        status = max(status, self._slave.exit_initialization())
+        return status if status > WARNING else max(status, self._pull())
+
+    def failed(self, status: int) -> None:
+        """Note the status that ended the run."""
+        self._slave.failed(status)
+
+    def last_messages(self) -> str:
+        """Return what the FMU logged last, or nothing."""
+        return self._slave.last_messages()
+
+    def close(self) -> None:
+        """Terminate and free."""
+        self._slave.close()
+
+
+def adapt_slave(slave: Slave, binding: Binding) -> AdaptedSlave:
+    """Wrap a fresh instance, and give it the constants and parameters of the adapter file."""
+    for scalar in ("Real", "Integer", "Boolean", "String"):
+        values = {v.reference: value for v, value in binding.starts.items() if v.type == scalar}
+        if values and slave.set_start(values, scalar) > WARNING:
+            names = compact(v.name for v in binding.starts if v.type == scalar)
+            reason = slave.last_messages() or "it logged no reason"
+            raise InputError(f"{binding.adapter.path.name}: the FMU refuses a value of {names}: {reason}")
+    return AdaptedSlave(slave, binding)
+
+
+def _whole(values: Array) -> Array:
+    """Round as an Integer has to; what is no number becomes 0, what is too large the largest."""
+    return np.rint(np.clip(np.nan_to_num(values), -_LARGEST, _LARGEST))
+
+
+def _called(calls: Sequence[Callable[[], int]]) -> int:
+    status = OK
+    for call in calls:
+        status = max(status, call())
+    return status

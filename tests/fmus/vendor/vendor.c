@@ -1,0 +1,143 @@
+/* A foreign attitude controller (FMI 2.0 co-simulation), in conventions that are not ours.
+
+   Inputs: scalar-first quaternion that takes body to inertial components, rate in deg/s, an integer validity flag
+   (3 is valid), a mode (it commands nothing but in mode 2), wheel speeds in rpm, which it only reports on.
+   Outputs: wheel torque in mN.m, a status word. All arrays count from 0, the step is 10 ms and no other, and there
+   is one instance in the life of a process. The law is a PD on attitude and rate; the last valid attitude is held. */
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2Functions.h"
+
+#define STEP 0.01
+#define WHEELS 6
+#define DEGREE 0.017453292519943295
+
+enum { Q = 0, OMEGA = 4, SPEED = 7, TORQUE = 13, KP = 19, KD = 20, LIMIT = 21, REALS = 22 };
+enum { VALID, MODE, STATUS, INTEGERS };
+
+static int instances;
+
+typedef struct {
+    fmi2CallbackFunctions callbacks;
+    fmi2String name;
+    double real[REALS];
+    int integer[INTEGERS];
+    double angle[3]; /* the last valid attitude, body from inertial [rad] */
+} Instance;
+
+static const double AXIS[WHEELS][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
+static const double INERTIA[3] = {217.7e3, 217.7e3, 435.4e3}; /* [kg.m2] */
+
+static fmi2Status say(Instance *instance, const char *text) {
+    instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, fmi2Error, "logStatusError",
+                               "%s", text);
+    return fmi2Error;
+}
+
+static void control(Instance *it) {
+    double *q = it->real + Q, side = q[0] < 0 ? -1 : 1, body[3];
+    if (it->integer[VALID] == 3) {
+        for (int k = 0; k < 3; k++) it->angle[k] = -2 * side * q[1 + k];
+    }
+    for (int k = 0; k < 3; k++) {
+        body[k] = -INERTIA[k] * (it->real[KP] * it->angle[k] + it->real[KD] * it->real[OMEGA + k] * DEGREE);
+    }
+    for (int w = 0; w < WHEELS; w++) {
+        double torque = 0; /* of each pair of opposite wheels, one half */
+        for (int k = 0; k < 3; k++) torque -= 0.5 * AXIS[w][k] * body[k];
+        torque = fmax(-it->real[LIMIT], fmin(it->real[LIMIT], 1e3 * torque));
+        it->real[TORQUE + w] = it->integer[MODE] == 2 ? torque : 0;
+    }
+    it->integer[STATUS]++;
+}
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
+    (void)resources; (void)visible; (void)logging;
+    if (type != fmi2CoSimulation || strcmp(guid, GUID) != 0 || instances++) return NULL;
+    Instance *it = calloc(1, sizeof(Instance));
+    it->callbacks = *callbacks;
+    it->name = strdup(name);
+    it->real[Q] = 1;
+    it->real[KP] = 0.02;
+    it->real[KD] = 0.2;
+    it->real[LIMIT] = 4400;
+    return it;
+}
+
+void fmi2FreeInstance(fmi2Component c) {
+    free((void *)((Instance *)c)->name);
+    free(c);
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String names[]) {
+    (void)c; (void)on; (void)n; (void)names;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean t, fmi2Real tolerance, fmi2Real start, fmi2Boolean s,
+                               fmi2Real stop) {
+    (void)c; (void)t; (void)tolerance; (void)start; (void)s; (void)stop;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2Terminate(fmi2Component c) { (void)c; return fmi2OK; }
+fmi2Status fmi2Reset(fmi2Component c) { return say(c, "reset is not implemented"); }
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set) {
+    (void)time; (void)no_set;
+    if (fabs(step - STEP) > 1e-9) return say(c, "the step must be 10 ms");
+    control(c);
+    return fmi2OK;
+}
+
+#define ACCESS(NAME, TYPE, FIELD, COUNT)                                                                              \
+    fmi2Status fmi2Get##NAME(fmi2Component c, const fmi2ValueReference r[], size_t n, TYPE v[]) {                     \
+        for (size_t k = 0; k < n; k++) {                                                                              \
+            if (r[k] >= COUNT) return say(c, "no such value reference");                                              \
+            v[k] = ((Instance *)c)->FIELD[r[k]];                                                                      \
+        }                                                                                                             \
+        return fmi2OK;                                                                                                \
+    }                                                                                                                 \
+    fmi2Status fmi2Set##NAME(fmi2Component c, const fmi2ValueReference r[], size_t n, const TYPE v[]) {               \
+        for (size_t k = 0; k < n; k++) {                                                                              \
+            if (r[k] >= COUNT) return say(c, "no such value reference");                                              \
+            ((Instance *)c)->FIELD[r[k]] = v[k];                                                                      \
+        }                                                                                                             \
+        return fmi2OK;                                                                                                \
+    }
+
+ACCESS(Real, fmi2Real, real, REALS)
+ACCESS(Integer, fmi2Integer, integer, INTEGERS)
+
+/* What FMI asks for and this controller does not have. */
+#define REFUSE(NAME, ...) fmi2Status NAME(fmi2Component c, ##__VA_ARGS__) { return say(c, #NAME " is not implemented"); }
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+REFUSE(fmi2GetBoolean, const fmi2ValueReference r[], size_t n, fmi2Boolean v[])
+REFUSE(fmi2SetBoolean, const fmi2ValueReference r[], size_t n, const fmi2Boolean v[])
+REFUSE(fmi2GetString, const fmi2ValueReference r[], size_t n, fmi2String v[])
+REFUSE(fmi2SetString, const fmi2ValueReference r[], size_t n, const fmi2String v[])
+REFUSE(fmi2GetFMUstate, fmi2FMUstate *s)
+REFUSE(fmi2SetFMUstate, fmi2FMUstate s)
+REFUSE(fmi2FreeFMUstate, fmi2FMUstate *s)
+REFUSE(fmi2SerializedFMUstateSize, fmi2FMUstate s, size_t *n)
+REFUSE(fmi2SerializeFMUstate, fmi2FMUstate s, fmi2Byte b[], size_t n)
+REFUSE(fmi2DeSerializeFMUstate, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
+REFUSE(fmi2GetDirectionalDerivative, const fmi2ValueReference u[], size_t n, const fmi2ValueReference k[], size_t m,
+       const fmi2Real d[], fmi2Real v[])
+REFUSE(fmi2SetRealInputDerivatives, const fmi2ValueReference r[], size_t n, const fmi2Integer o[], const fmi2Real v[])
+REFUSE(fmi2GetRealOutputDerivatives, const fmi2ValueReference r[], size_t n, const fmi2Integer o[], fmi2Real v[])
+REFUSE(fmi2CancelStep)
+REFUSE(fmi2GetStatus, const fmi2StatusKind k, fmi2Status *v)
+REFUSE(fmi2GetRealStatus, const fmi2StatusKind k, fmi2Real *v)
+REFUSE(fmi2GetIntegerStatus, const fmi2StatusKind k, fmi2Integer *v)
+REFUSE(fmi2GetBooleanStatus, const fmi2StatusKind k, fmi2Boolean *v)
+REFUSE(fmi2GetStringStatus, const fmi2StatusKind k, fmi2String *v)

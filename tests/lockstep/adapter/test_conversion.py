@@ -1,0 +1,97 @@
+"""The arithmetic of an adapter: attitudes against the spacecraft's own module, and there and back to rounding."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from flexsat import rotations
+from lockstep.adapter.adapter import Entry
+from lockstep.adapter.conversion import convert, flag
+from lockstep.adapter.rotation import compose, mrp_from_quaternion, quaternion_from_matrix, quaternion_from_mrp
+
+FEW_ULP = 1e-15  # rounding of a handful of products of numbers up to 1
+ATTITUDES = [(0.1, -0.2, 0.3), (1e-7, 2e-8, -3e-7), (0.9, 0.1, -0.2), (0.0, 0.0, 0.0)]
+QUARTER = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def entry(**changes):
+    return Entry(place="vendor.toml: input 1", direction="input", ours=("a",), theirs=("b",), **changes)
+
+
+def conversion(ours=3, theirs=3, gain=1.0, bias=0.0, **changes):
+    return convert(entry(**changes), ours, theirs, [gain] * theirs, [bias] * theirs)
+
+
+@pytest.mark.parametrize("mrp", ATTITUDES)
+def test_the_formulas_are_those_of_the_spacecraft(mrp):
+    q = np.array(rotations.quaternion_from_mrp(mrp))
+    other = np.array(rotations.quaternion_from_rotation_vector((0.4, 0.5, -1.0)))
+
+    assert_allclose(quaternion_from_mrp(np.array(mrp)), q, rtol=0, atol=FEW_ULP)
+    assert_allclose(mrp_from_quaternion(q), rotations.mrp_from_quaternion(q), rtol=0, atol=FEW_ULP)
+    assert_allclose(mrp_from_quaternion(-q), rotations.mrp_from_quaternion(-q), rtol=0, atol=FEW_ULP)
+    assert_allclose(compose(other, q), rotations.compose_quaternions(other, q), rtol=0, atol=FEW_ULP)
+
+
+@pytest.mark.parametrize("vector", [(0.1, 0.2, 0.3), (3.1, 0.0, 0.1), (0.1, -3.0, 0.5), (0.2, 0.3, 3.0)])
+def test_a_matrix_becomes_its_quaternion_whichever_component_is_largest(vector):
+    q = np.array(rotations.quaternion_from_rotation_vector(vector))
+    found = quaternion_from_matrix(rotations.matrix_from_mrp(rotations.mrp_from_quaternion(q)))
+
+    assert_allclose(found * np.sign(found @ q), q, rtol=0, atol=4 * FEW_ULP)
+
+
+def test_a_small_turn_in_foreign_words_is_what_the_words_say():
+    half = 5e-4
+    mrp = np.array([np.tan(half / 2.0), 0.0, 0.0])  # 1 mrad about x, body from inertial
+    there = conversion(theirs=4, attitude="quaternion", scalar="first", rotation="inertial-from-body").to_theirs(mrp)
+
+    assert_allclose(there, [np.cos(half), -np.sin(half), 0.0, 0.0], rtol=0, atol=FEW_ULP)
+
+
+@pytest.mark.parametrize("mrp", ATTITUDES)
+@pytest.mark.parametrize("rotation", ["body-from-inertial", "inertial-from-body"])
+def test_frames_turn_the_matrix_from_both_sides(mrp, rotation):
+    inertial = rotations.matrix_from_mrp((0.2, 0.1, -0.3))
+    there = conversion(
+        attitude="mrp", rotation=rotation, body_frame=QUARTER, inertial_frame=tuple(map(tuple, inertial))
+    ).to_theirs(np.array(mrp))
+    expected = np.array(QUARTER) @ rotations.matrix_from_mrp(mrp) @ inertial.T
+    if rotation == "inertial-from-body":
+        expected = expected.T
+
+    assert_allclose(rotations.matrix_from_mrp(there), expected, rtol=0, atol=8 * FEW_ULP)
+
+
+@pytest.mark.parametrize("mrp", ATTITUDES)
+@pytest.mark.parametrize("ours", ["mrp", "quaternion"])
+@pytest.mark.parametrize("attitude", ["mrp", "quaternion"])
+@pytest.mark.parametrize("scalar", ["first", "last"])
+@pytest.mark.parametrize("rotation", ["body-from-inertial", "inertial-from-body"])
+def test_attitudes_come_back(mrp, ours, attitude, scalar, rotation):
+    value = np.array(mrp if ours == "mrp" else rotations.quaternion_from_mrp(mrp))
+    both = conversion(
+        len(value), 4 if attitude == "quaternion" else 3, attitude=attitude, scalar=scalar, rotation=rotation,
+        body_frame=QUARTER, inertial_frame=((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+    )  # fmt: skip
+    back = both.to_ours(both.to_theirs(value))
+    if ours == "quaternion":
+        back = back * np.sign(back @ value)  # both signs are the same rotation
+
+    assert_allclose(back, value, rtol=0, atol=8 * FEW_ULP)
+
+
+def test_the_order_of_the_steps_is_as_documented():
+    both = conversion(
+        gain=10.0, bias=1.0, scale=(2.0, 3.0, 4.0), offset=(0.5,), sign=(1.0, -1.0, 1.0), order=(3, 1, 2), frame=QUARTER
+    )  # fmt: skip
+    # frame: (2, -1, 3); order: (3, 2, -1); unit: (31, 21, -9); sign and scale: (62, -63, -36)
+    assert_allclose(both.to_theirs(np.array([1.0, 2.0, 3.0])), [62.5, -62.5, -35.5], rtol=FEW_ULP)
+    assert_allclose(both.to_ours(np.array([62.5, -62.5, -35.5])), [1.0, 2.0, 3.0], rtol=4 * FEW_ULP)
+
+
+def test_flags_have_the_numbers_they_are_given():
+    numbers = flag(entry(true=3.0, false=-1.0))
+
+    assert numbers.to_theirs(np.array([1.0, 0.0])).tolist() == [3.0, -1.0]
+    assert numbers.to_ours(np.array([3.0, -1.0, 4.0])).tolist() == [1.0, 0.0, 1.0]
