@@ -11,6 +11,10 @@ from typing import IO, BinaryIO, cast
 
 from lockstep.errors import InputError
 
+_SIZES = ("compress_size", "file_size")
+_LARGEST = 4 * 2**30  # bytes that one archive may unpack to
+_SUSPICIOUS, _DENSEST = 200_000_000, 100  # bytes from which on they may be no more than so many times the packed ones
+
 
 @contextmanager
 def open_zip(file: Path | IO[bytes], name: str) -> Iterator[zipfile.ZipFile]:
@@ -20,6 +24,10 @@ def open_zip(file: Path | IO[bytes], name: str) -> Iterator[zipfile.ZipFile]:
             for member in archive.namelist():
                 if not is_inside(member):
                     raise InputError(f"{name}: holds the unsafe path {member!r}; refusing to extract it")
+            packed, unpacked = (sum(getattr(m, size) for m in archive.infolist()) for size in _SIZES)
+            if unpacked > _LARGEST or (unpacked > _SUSPICIOUS and unpacked > _DENSEST * packed):
+                sizes = f"{packed / 1e6:.3g} MB unpack to {unpacked / 1e6:.3g} MB"
+                raise InputError(f"{name}: {sizes}; refusing to extract what looks like a zip bomb")
             yield archive
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
         raise InputError(f"{name}: not a readable zip file ({error})") from None

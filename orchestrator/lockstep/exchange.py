@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lockstep.clock import seconds
 from lockstep.errors import RunError, compact
+from lockstep.isolated.overlap import BegunStep, Overlapping, interleaved
 from lockstep.layout import Layout
 from lockstep.schedule import Task
 from lockstep.slave import DTYPES, FATAL, SCALARS, STATUS, WARNING, Buffer, Scalar, Slave
@@ -33,10 +34,10 @@ class Exchange:
 
     def phases(self, row: Row) -> list[tuple[Step, ...]]:
         """Return the steps of every tick of the cycle, in order."""
-        layout = self._layout
+        layout, tasks = self._layout, self._layout.schedule.tasks
         return [
             (
-                *(self._step(task, tick) for task in layout.schedule.tasks if task.steps_at(tick)),
+                *interleaved(layout, tick, [(t, self._step(t, tick)) for t in tasks if t.steps_at(tick)]),
                 *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.recorded else ()),
             )
             for tick in range(layout.cycle)
@@ -135,6 +136,14 @@ class Exchange:
         end = length if task.continuous else 0.0  # from the step's start to where its outputs are true
         before = [self._bound_set(name, scalar, entry) for scalar, entry in sets.items()]
         after = [self._bound_get(name, scalar, *entry, end) for scalar, entry in gets.items()]
+        if isinstance(slave, Overlapping):
+
+            def begin(time: float) -> None:
+                for call in before:
+                    call(time)
+                do_step(time, length, 1)
+
+            return BegunStep(begin, slave.complete, after)
         if len(before) == 1 and len(after) == 1:  # the usual step, without the two loops
             first, last = before[0], after[0]
 

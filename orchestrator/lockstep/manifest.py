@@ -54,6 +54,7 @@ def describe_run(
                 "period": seconds(c.period),
                 "offset": seconds(c.offset),
                 "kind": c.kind,
+                "isolated": bool(c.isolated),
                 "parameters": dict(parameters[c.name]),
                 **_adapter(c),
             }

@@ -1,7 +1,6 @@
 """Run a system: check it, start the FMUs, step them in lockstep, and leave a results folder whatever happens."""
 
 import os
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -10,19 +9,19 @@ from pathlib import Path
 from time import perf_counter
 
 from lockstep.adapter.component import with_adapter
-from lockstep.archive import unpacking_place
 from lockstep.clock import seconds
 from lockstep.errors import InputError, RunError
 from lockstep.exchange import Exchange
-from lockstep.fmu import FmuSlave
 from lockstep.folder import check_folder, make_folder
 from lockstep.interrupt import Interrupt, deferred_interrupt
+from lockstep.isolated.start import limits_given, start_slave, wait_until_ready
 from lockstep.manifest import Events, describe_run, write_manifest
 from lockstep.parameters import Override
 from lockstep.plan import Plan
 from lockstep.recorder import Recorder
 from lockstep.slave import Slave
 from lockstep.system import System
+from lockstep.temporary import run_folder
 
 Progress = Callable[[float, float], None]
 _REPORT_INTERVAL = 0.1  # [s] of wall time between two looks at progress and Ctrl-C
@@ -48,6 +47,7 @@ def simulate(
     record_period: float | str | None = None,
     progress: Progress | None = None,
     overwrite: bool = False,
+    step_limit: float | str | None = None,
 ) -> RunSummary:
     """Simulate a system from 0 to the stop time and leave a results folder.
 
@@ -61,6 +61,7 @@ def simulate(
     record_period : [s]; None: the system file's, or every tick
     progress : called with simulated and final time [s], at most ten times in a second
     overwrite : replace the folder of an earlier run, once the new one has started
+    step_limit : wall time that one call of an isolated FMU may take [s]; None: 60
 
     Raises
     ------
@@ -73,23 +74,26 @@ def simulate(
     """
     folder = Path(folder).absolute()
     given = dict(overrides or {})
+    limits = limits_given(step_limit)
     plan = Plan(system, stop_time, given, record, record_period)
+    system = plan.system
     check_folder(folder, overwrite)
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
-        temporary = stack.enter_context(
-            tempfile.TemporaryDirectory(prefix="lockstep-", dir=unpacking_place(), ignore_cleanup_errors=True)
-        )
+        temporary = stack.enter_context(run_folder())
         events = Events()
         stack.callback(events.close)
         slaves: dict[str, Slave] = {}
+        started: list[Slave] = []
         close_slaves = stack.enter_context(ExitStack())
         for number, component in enumerate(system.components):
             interrupt.check()
             place = Path(temporary, str(number))
-            slave = FmuSlave(component, plan.descriptions[component.name], place, events.log)
+            slave = start_slave(component, plan.descriptions[component.name], place, events.log, limits)
             close_slaves.callback(slave.close)
+            started.append(slave)
             slaves[component.name] = with_adapter(component, slave)
+        wait_until_ready(started)
         exchange = Exchange(plan.layout, slaves, plan.names)
         try:
             _initialize(plan, slaves, exchange, interrupt)

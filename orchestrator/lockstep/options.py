@@ -25,6 +25,9 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
                         help="TOML file between it and the ports of C; C=FILE if several are replaced")  # fmt: skip
     parser.add_argument("--record", action="append", metavar="PATTERN", help="outputs to record, or all")
     parser.add_argument("--record-period", metavar="S", help="time between two recorded rows in seconds")
+    parser.add_argument("--isolate", action="append", default=[], metavar="C", help="run C in a process of its own")
+    parser.add_argument("--share-process", action="append", default=[], metavar="C", help="run C in our own process")
+    parser.add_argument("--step-limit", metavar="S", help="wall time for a call of an isolated FMU (default: 60)")
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier run in the results folder")
 
 
@@ -32,6 +35,7 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
     """Simulate with the options of `add_run_options`, whose --set goes before `overrides`; print how it went."""
     system = with_replacements(system, options.replace, options.adapter)
     system = with_periods(with_delays(system, options.delay), options.period)
+    system = with_isolation(system, options.isolate, options.share_process)
     folder = options.out or Path("results", system.name)
     if options.stop is not None:
         nanoseconds(options.stop, "--stop")
@@ -45,6 +49,7 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
             record_period=options.record_period,
             progress=progress,
             overwrite=options.overwrite,
+            step_limit=options.step_limit,
         )
     speed = summary.simulated_time / max(summary.wall_time, 1e-9)
     print(f"{summary.simulated_time:g} s simulated in {summary.wall_time:.1f} s ({speed:.1f} x real time): {folder}")
@@ -69,6 +74,15 @@ def with_periods(system: System, texts: Iterable[str]) -> System:
         if not (name and equals):
             raise InputError(f"--period {text}: write COMPONENT=SECONDS, for example sensors=0.005")
         system = system.with_period(name, nanoseconds(period, f"--period {name}"))
+    return system
+
+
+def with_isolation(system: System, isolated: Iterable[str], shared: Iterable[str]) -> System:
+    """Return the system with components, given by name, in processes of their own or in the master's."""
+    for name in isolated:
+        system = system.with_isolation(name, True)
+    for name in shared:
+        system = system.with_isolation(name, False)
     return system
 
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from lockstep.adapter.component import shown_description
 from lockstep.clock import nanoseconds
 from lockstep.errors import InputError
+from lockstep.isolated.policy import settle
 from lockstep.layout import Layout, Reference
 from lockstep.parameters import Override
 from lockstep.schedule import Schedule, build_schedule, whole_ticks
@@ -33,6 +34,7 @@ class Plan:
         self.ticks = whole_ticks(stop, system.tick, "stop time")
         self.schedule: Schedule = build_schedule(system)
         self.descriptions = {component.name: shown_description(component) for component in system.components}
+        self.system = system = settle(system, self.descriptions)
         self.wiring: Wiring = wire(system, self.descriptions, overrides)
         self.record = tuple(system.record if record is None else record)
         self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)

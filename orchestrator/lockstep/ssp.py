@@ -101,7 +101,7 @@ class _Reader:
         timing = self.annotation(element, "Component", name)
         if timing is None or "period" not in timing.attrib:
             raise InputError(f"{name}: no period; {_remedy('Component', 'period')} to the component")
-        _known(timing, ("period", "offset", "kind"), f"{name}: annotation")
+        _known(timing, ("period", "offset", "kind", "isolated"), f"{name}: annotation")
         kind: Kind = "continuous" if timing.get("kind") == "continuous" else "sampled"
         if timing.get("kind", kind) != kind:
             raise InputError(f"{name}: kind {timing.get('kind')!r} must be sampled or continuous")
@@ -118,6 +118,7 @@ class _Reader:
             units=declared | {key: unit for key, (_, unit) in values.items() if unit is not None},
             connectors=connectors,
             archive=self.archive,
+            isolated=_flag(timing, "isolated", name),
         )
 
     def connectors(
@@ -251,6 +252,13 @@ def _known(element: etree._Element, names: tuple[str, ...], what: str) -> None:
     for name in element.attrib:
         if name not in names:
             raise InputError(f"{what} {name}: no such attribute; there are {', '.join(names)}")
+
+
+def _flag(element: etree._Element, attribute: str, name: str) -> bool | None:
+    text = element.get(attribute)
+    if text not in (None, "true", "false", "1", "0"):
+        raise InputError(f"{name}: {attribute} {text!r} must be true or false")
+    return None if text is None else text in ("true", "1")
 
 
 def _remedy(tag: str, attribute: str) -> str:

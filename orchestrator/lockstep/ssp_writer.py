@@ -85,6 +85,8 @@ def _write_component(parent: etree._Element, component: Component, ports: Iterab
         used = {u.name: u for n, u in component.units.items() if n in component.parameters}
         _write_units(parameters.getparent(), SSV, used)
     timing = {"period": seconds_text(component.period), "offset": seconds_text(component.offset)}
+    if component.isolated is not None:
+        timing["isolated"] = str(component.isolated).lower()
     own = _annotate(element, "Component", **timing, kind=component.kind)
     # how libcosim and ecos are told of a component's own step
     other = _add(own.getparent().getparent(), SSC, "Annotation", type="com.opensimulationplatform")

@@ -41,6 +41,7 @@ class Component:
     units: Mapping[str, Unit] = field(default_factory=dict)
     connectors: tuple[Connector, ...] | None = None
     archive: Path | None = None  # the .ssp that holds the FMU
+    isolated: bool | None = None  # in a process of its own; None: `lockstep.isolated.policy` decides
     adapter: Adapter | None = None  # from the FMU to the ports of `stands_for`
     stands_for: "Component | None" = None
 
@@ -136,6 +137,12 @@ class System:
         """Return the system with another period [ns] of one component."""
         self.component(component)
         changed = (replace(c, period=period) if c.name == component else c for c in self.components)
+        return replace(self, components=tuple(changed))
+
+    def with_isolation(self, component: str, isolated: bool) -> "System":
+        """Return the system with one component in a process of its own, or in the master's."""
+        self.component(component)
+        changed = (replace(c, isolated=isolated) if c.name == component else c for c in self.components)
         return replace(self, components=tuple(changed))
 
 

@@ -74,6 +74,8 @@ def _check_single_instances(system: System, descriptions: Mapping[str, Descripti
     seen: dict[str, str] = {}
     for component in system.components:
         description = descriptions[component.name]
+        if component.isolated:
+            continue
         first = seen.setdefault(description.sha256, component.name)
         if first != component.name and description.once_per_process:
             raise InputError(f"{component.name}: the FMU allows one instance per process, and {first} is it already")

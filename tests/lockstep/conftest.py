@@ -26,16 +26,23 @@ def toys(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def loop(toys: Path) -> System:
-    """Return a counter that feeds an echo in the same tick and an integrator two ticks later."""
+    """Return a counter that feeds an echo in the same tick and an integrator two ticks later, in one process."""
     return System(
         name="loop",
         tick=MS,
         stop_time=10 * MS,
         components=(
-            Component(name="counter", source=toys / "toy_counter.fmu", period=MS),
-            Component(name="echo", source=toys / "toy_echo.fmu", period=5 * MS, parameters={"u[2]": 7.0}),
+            Component(name="counter", source=toys / "toy_counter.fmu", period=MS, isolated=False),
             Component(
-                name="plant", source=toys / "toy_integrator.fmu", period=MS, kind="continuous", parameters={"x0": 3.0}
+                name="echo", source=toys / "toy_echo.fmu", period=5 * MS, parameters={"u[2]": 7.0}, isolated=False
+            ),
+            Component(
+                name="plant",
+                source=toys / "toy_integrator.fmu",
+                period=MS,
+                kind="continuous",
+                parameters={"x0": 3.0},
+                isolated=False,
             ),
         ),
         connections=(

@@ -19,6 +19,7 @@ from lockstep.check.crumb import read_crumb
 from lockstep.check.experiment import Experiment
 from lockstep.check.probe import GIGABYTE, Verdict
 from lockstep.errors import InputError
+from lockstep.processes import running
 
 UNPACKED_LIMIT = 4 * GIGABYTE
 
@@ -147,28 +148,12 @@ def _finish(
     try:
         with suppress(subprocess.TimeoutExpired):
             code = process.wait(limit)
-        return code, code is not None and bool(_running(process.pid, extra))
+        return code, code is not None and bool(running(process.pid, extra))
     finally:
-        for pid in (*_running(process.pid, extra), *([process.pid] if process.poll() is None else [])):
+        for pid in (*running(process.pid, extra), *([process.pid] if process.poll() is None else [])):
             with suppress(ProcessLookupError, PermissionError):
                 os.kill(pid, signal.SIGKILL)
         process.wait()
-
-
-def _running(session: int, environment: dict[str, str]) -> list[int]:
-    """Return the processes of a session, and those that left it but still carry its environment; zombies aside."""
-    marks = {f"{name}={value}".encode() for name, value in environment.items()}
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            state, _, _, its_session = (folder / "stat").read_text().rpartition(")")[2].split()[:4]
-            if state != "Z" and (
-                int(its_session) == session or marks <= set((folder / "environ").read_bytes().split(b"\0"))
-            ):
-                found.append(int(folder.name))
-        except (OSError, ValueError):  # it has ended, or belongs to another user
-            continue
-    return found
 
 
 def _signal(code: int) -> str:

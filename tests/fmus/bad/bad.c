@@ -67,6 +67,16 @@ static void say(Instance *instance, fmi2Status status, const char *text) {
 #endif
 }
 
+#ifdef DEFECT_KEEPS_A_DIARY
+static void note(Instance *instance, const char *text) {
+    FILE *file = fopen(getenv("DIARY"), "a");
+    if (file) {
+        fprintf(file, "%s %s\n", instance->name, text);
+        fclose(file);
+    }
+}
+#endif
+
 static void start(Instance *instance) {
     uint32_t seed = 1;
 #ifdef DEFECT_SEEDED_BY_CLOCK
@@ -125,6 +135,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 void fmi2FreeInstance(fmi2Component component) {
     Instance *instance = component;
     if (!instance) return;
+#ifdef DEFECT_KEEPS_A_DIARY
+    note(instance, "freed");
+#endif
     free(instance->name);
     free(instance->array);
     free(instance);
@@ -152,7 +165,13 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
     return fmi2OK;
 }
 
-fmi2Status fmi2Terminate(fmi2Component component) { (void)component; return fmi2OK; }
+fmi2Status fmi2Terminate(fmi2Component component) {
+    (void)component;
+#ifdef DEFECT_KEEPS_A_DIARY
+    note(component, "terminated");
+#endif
+    return fmi2OK;
+}
 
 fmi2Status fmi2Reset(fmi2Component component) {
     start(component);
@@ -260,6 +279,33 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
 #endif
 #ifdef DEFECT_EXITS
     if (now->count == 5) exit(3);
+#endif
+#ifdef DEFECT_EXITS_QUIETLY
+    if (now->count == 5) exit(0);
+#endif
+#ifdef DEFECT_RETURNS_FATAL
+    if (now->count == 5) {
+        say(instance, fmi2Fatal, "beyond repair");
+        return fmi2Fatal;
+    }
+#endif
+#ifdef DEFECT_FLOODS_THE_LOG
+    if (now->count == 5) {
+        char text[1025] = {0};
+        memset(text, 'x', 1024);
+        for (int i = 0; i < 2048; i++) say(instance, fmi2Warning, text);
+        for (int i = 0; i < 2048; i++) puts(text);
+        fflush(stdout);
+    }
+#endif
+#ifdef DEFECT_WAITS_FOR_THE_OTHER
+    char path[4096];
+    snprintf(path, sizeof path, "%s/%s.%d", getenv("MEETING"), instance->name, now->count);
+    fclose(fopen(path, "w"));
+    for (const char *name = "ab"; *name; name++) {
+        snprintf(path, sizeof path, "%s/%c.%d", getenv("MEETING"), *name, now->count);
+        while (access(path, F_OK) != 0) usleep(100);
+    }
 #endif
 #ifdef DEFECT_LEAKS
     leaked = malloc(4096);

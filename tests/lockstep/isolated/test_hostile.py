@@ -1,0 +1,84 @@
+"""FMUs that crash, hang, exit and worse while they run: one line, readable results, nothing left behind."""
+
+import json
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lockstep import read_signals
+
+BAD = Path(__file__).parents[2] / "fmus" / "bad"
+sys.path.append(str(BAD))
+from bad_fmus import bad_fmu  # noqa: E402
+
+sys.path.remove(str(BAD))
+
+IN_STEP = "in fmi2DoStep at 0.05 s"
+# defect: the line that the user sees, after the component's name
+ENDED = {
+    "CRASHES": f"crashed with SIGSEGV {IN_STEP}",
+    "HANGS": f"no answer within 2 s {IN_STEP}",
+    "EXITS": f"ended its process with exit code 3 {IN_STEP}",
+    "EXITS_QUIETLY": f"ended its process with exit code 0 {IN_STEP}",
+    "EATS_MEMORY": "GB of memory " + IN_STEP,
+    "RETURNS_FATAL": "fmi2DoStep returned fmi2Fatal at 0.05 s: beyond repair",
+    "NOT_A_NUMBER": "scaled: is nan at 0.07 s; every exchanged value must be finite",
+}
+SURVIVED = ("LEAVES_A_PROCESS", "FLOODS_THE_LOG", "CRASHES_AT_UNLOAD")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return where each defect has its folder."""
+    return tmp_path_factory.mktemp("hostile")
+
+
+@pytest.fixture(scope="module")
+def found(folder, good, pair, runs):
+    """Return how each run ended, beside a good FMU that comes first in each tick."""
+    cases = {}
+    for defect in (*ENDED, *SURVIVED):
+        system = pair(folder / defect, good, bad_fmu(folder / defect / "fmu", defect))
+        arguments = ("run", system, "--out", folder / defect / "out", "--step-limit", "2")
+        cases[defect] = (folder / defect, arguments)
+    return runs(cases)
+
+
+@pytest.mark.parametrize("defect", ENDED)
+def test_a_run_ends_with_one_line_and_keeps_what_was_before(found, folder, defect):
+    ended, out = found[defect], folder / defect / "out"
+    assert ended["code"] == 1
+    (line,) = ended["lines"]
+    assert line.startswith(("lockstep: b: ", "lockstep: b.scaled: "))
+    assert ENDED[defect] in line, line
+    steps = 7 if defect == "NOT_A_NUMBER" else 5
+    manifest = tomllib.loads((out / "run.toml").read_text())
+    assert (manifest["status"], manifest["simulated_time"]) == ("failed", steps / 100)
+    assert f"lockstep: {manifest['reason']}" == line
+    np.testing.assert_array_equal(read_signals(out)["b.count"], np.arange(steps) + 1)
+
+
+@pytest.mark.parametrize("defect", [*ENDED, *SURVIVED])
+def test_nothing_is_left_and_the_other_fmu_was_freed(found, folder, defect):
+    ended = found[defect]
+    assert (ended["processes"], ended["left"]) == ([], [])
+    assert (folder / defect / "diary").read_text() == "a terminated\na freed\n"
+    assert ended["descriptors"] == found["CRASHES"]["descriptors"]
+
+
+@pytest.mark.parametrize("defect", SURVIVED)
+def test_what_does_not_hurt_the_run_does_not_end_it(found, folder, defect):
+    assert (found[defect]["code"], found[defect]["lines"]) == (0, [])
+    assert read_signals(folder / defect / "out")["b.count"][-1] == 20
+
+
+def test_of_a_flood_of_messages_a_number_is_kept(found, folder):
+    assert found["FLOODS_THE_LOG"]["code"] == 0
+    events = [json.loads(line) for line in (folder / "FLOODS_THE_LOG/out/events.jsonl").read_text().splitlines()]
+    logged = [event for event in events if event["event"] == "log"]
+    assert len(logged) == 1001
+    assert (logged[0]["time"], logged[0]["message"]) == (0.05, "x" * 1024)
+    assert logged[-1]["message"] == "further messages are not listed"
