@@ -100,12 +100,16 @@ def error_rotation(mrp: Vector, reference: Vector) -> Vector:
 
 
 def _error_quaternion(mrp: Vector, reference: Vector) -> Vector:
-    """Return the vector part of the quaternion from reference to attitude, (n, 3): accurate for small errors."""
+    """Return the vector part of the quaternion from reference to attitude, (n, 3), of the short rotation.
+
+    Accurate for small errors.
+    """
     a2 = np.sum(mrp**2, axis=1, keepdims=True)
     b2 = np.sum(reference**2, axis=1, keepdims=True)
     # vector part of q_ref^-1 q, times (1 + a2)(1 + b2)
     vector = 2.0 * (1.0 - b2) * mrp - 2.0 * (1.0 - a2) * reference + 4.0 * np.cross(mrp, reference)
-    return np.asarray(vector / ((1.0 + a2) * (1.0 + b2)))
+    scalar = (1.0 - a2) * (1.0 - b2) + 4.0 * np.sum(mrp * reference, axis=1, keepdims=True)
+    return np.asarray(np.where(scalar < 0.0, -vector, vector) / ((1.0 + a2) * (1.0 + b2)))
 
 
 def skew(vector: Sequence[float]) -> Vector:

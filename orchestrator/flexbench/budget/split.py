@@ -1,6 +1,7 @@
 """The pointing budget split by source: the same run, seeds and loop, with one source on at a time.
 
-Sources are switched by parameters of the FMUs. What is off is exactly nothing: a run with all off must not move. The
+Sources are switched by parameters of the FMUs. What is off is nothing: a run with all off moves by
+rounding alone, 1e-31 arcsec. The
 loop is nearly linear, so the error histories of the sources alone should add up to that of all together; how far they
 do not is part of the result. Two rows are no runs of their own:
 

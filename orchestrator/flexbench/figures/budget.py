@@ -54,4 +54,4 @@ def _draw_indices(axes: Axes, budget: Budget) -> None:
     axes.plot([], [], linestyle="none", marker="_", color="0.4", label=f"{100.0 * level:g} %")
     axes.set_xticks(np.arange(len(names)), names)
     axes.set(title="Indices", ylabel="size [arcsec]")
-    axes.legend(fontsize=7.0)
+    axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower right", ncols=5, fontsize=7.5)

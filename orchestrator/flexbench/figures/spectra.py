@@ -28,7 +28,7 @@ def spectra_figure(result: RunSpectra, design: Design) -> Figure:
     """
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, 2.3 * len(CHANNELS)), layout="constrained")
-        grid = figure.subplots(len(CHANNELS), 2, sharex=True)
+        grid = figure.subplots(len(CHANNELS), 2, sharex="col")
         modes = modal_frequencies(design.spacecraft, np.array([float(design.response.nominal.mean())]))[:, 0]
         wheels = np.unique(np.round(design.response.nominal / (2.0 * np.pi), 6))
         for (left, right), channel in zip(grid, CHANNELS, strict=True):
@@ -41,6 +41,7 @@ def spectra_figure(result: RunSpectra, design: Design) -> Figure:
             axes.set_xlabel("frequency [Hz]")
         method = result.spectra[CHANNELS[0].name].method
         grid[0, 0].set_xlim(method.resolution, 0.5 / method.interval)
+        grid[0, 1].set_xlim(1.0 / result.duration, 0.5 / method.interval)
         figure.suptitle(
             f"t = {result.start:g} s to {result.start + result.duration:g} s. {method.describe()}\n"
             "Ticks: below modes of the free spacecraft, above chosen wheel speeds.",

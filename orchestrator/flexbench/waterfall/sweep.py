@@ -52,8 +52,9 @@ class Waterfall:
 def default_range(design: Design) -> tuple[float, float]:
     """Return the range of speeds [rad/s] that holds every mode and every allowed band."""
     band = design.config.wheel.speed_band
-    highest = max(float(design.response.nominal.max()) + 2.0 * band, 1.05 * float(design.spacecraft.frequency.max()))
-    return SLOWEST, highest
+    fastest = design.response.nominal.max()
+    mode = modal_frequencies(design.spacecraft, np.array([float(fastest)])).max()
+    return SLOWEST, max(float(fastest) + 2.0 * band, 1.05 * float(mode))
 
 
 def sweep(
