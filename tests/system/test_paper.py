@@ -114,6 +114,16 @@ def test_the_study_ends_with_a_page_of_all_its_runs(study):
 
 
 @pytest.mark.slow
+def test_one_run_of_the_study_has_a_page_too(study, flexsat, tmp_path):
+    out = tmp_path / "slew.html"
+    done = flexsat("report", study[0] / "distributed-slew-seed1", "--out", out, timeout=300.0)
+
+    assert done.returncode == 0, done.stderr
+    assert out.stat().st_size < 15_000_000
+    assert "slew: settling" in out.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
 def test_the_references_in_the_table_are_those_of_the_reference(table):
     assert {cell: row["reference"] for cell, row in cells(table).items()} == CELLS
 
