@@ -53,7 +53,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from flexbench.budget.options import (
+    from flexbench.analysis_options import (
         BUDGET_EXAMPLE,
         add_budget_options,
         add_spectra_options,
@@ -93,6 +93,17 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("--like", metavar="NAME",
                        help="compare its ports with controller, plant or sensors, or controller:distributed "
                             "and so on (default: with the one it resembles)")  # fmt: skip
+
+    adapting = add(
+        "check-adapter",
+        _check_adapter,
+        "turn and spin a spacecraft before a foreign controller: are its adapter's conventions right?",
+        "flexsat check-adapter vendor.fmu --adapter vendor.toml --like controller:centralised",
+    )
+    adapting.add_argument("fmu", type=Path, help="the foreign controller")
+    adapting.add_argument("--adapter", type=Path, required=True, metavar="FILE", help="TOML file to check")
+    adapting.add_argument("--like", metavar="NAME", help="controller:centralised or controller:distributed "
+                          "(default: the one that the adapter fits)")  # fmt: skip
 
     run = add(
         "run",
@@ -246,6 +257,12 @@ def _check(options: argparse.Namespace) -> int:
     from . import commands
 
     return commands.check(options)
+
+
+def _check_adapter(options: argparse.Namespace) -> int:
+    from . import adapting
+
+    return adapting.check(options)
 
 
 def _run(options: argparse.Namespace) -> int:
