@@ -18,6 +18,7 @@ test: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python tests/bench/speed.py
+	$(BIN)/python tests/bench/isolation.py
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check
