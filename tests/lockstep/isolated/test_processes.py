@@ -61,6 +61,12 @@ def test_the_values_are_those_of_one_process(runs, pair, good, tmp_path, delay):
         np.testing.assert_array_equal(two[name], three[name])
 
 
+@pytest.fixture(scope="module")
+def hanging(tmp_path_factory):
+    """Return an FMU whose sixth step never ends."""
+    return bad_fmu(tmp_path_factory.mktemp("hanging"), "HANGS")
+
+
 def workers(place):
     """Return the processes that carry a temporary folder below this one in their environment."""
     found = []
@@ -73,8 +79,8 @@ def workers(place):
     return found
 
 
-def start(system, tmp_path):
-    """Start a run without end and wait until it has recorded something."""
+def start(system, tmp_path, rows=250):
+    """Start a run without end and wait until it has recorded so many rows."""
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     command = [sys.executable, "-m", "lockstep", "run", str(system), "--out", str(tmp_path / "out"), "--stop", "1e6"]
@@ -87,7 +93,7 @@ def start(system, tmp_path):
     )
     stream = tmp_path / "out" / "signals.arrows"
     deadline = time.monotonic() + 60.0
-    while not stream.exists() or stream.stat().st_size < 20_000:
+    while not stream.exists() or stream.stat().st_size < 8 * 7 * rows:
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
         time.sleep(0.02)
@@ -123,6 +129,28 @@ def test_the_workers_of_a_killed_master_end_and_its_folder_is_removed_by_a_later
     assert_no_workers(temporary)
     remove_abandoned(temporary)
     assert list(temporary.iterdir()) == []
+
+
+def test_a_worker_that_hangs_ends_with_its_master(pair, good, hanging, tmp_path):
+    process, temporary = start(pair(tmp_path, good, hanging), tmp_path, rows=0)
+    time.sleep(0.5)  # for its five steps
+    process.kill()
+    process.communicate(timeout=60)
+    assert_no_workers(temporary)
+
+
+def test_a_second_ctrl_c_does_not_wait_for_a_worker_that_hangs(pair, good, hanging, tmp_path):
+    process, temporary = start(pair(tmp_path, good, hanging), tmp_path, rows=0)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    time.sleep(1.2)  # a terminal may send one Ctrl-C twice: within a second that is one
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+
+    assert (process.returncode, error.splitlines()[-1]) == (130, "lockstep: interrupted")
+    assert (workers(temporary), list(temporary.iterdir())) == ([], [])
+    assert (tmp_path / "diary").read_text() == "a terminated\na freed\n"
+    assert read_signals(tmp_path / "out")["b.count"].tolist() == [1, 2, 3, 4, 5]
 
 
 def test_a_young_folder_is_not_removed(tmp_path):
