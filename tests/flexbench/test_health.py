@@ -178,6 +178,15 @@ def test_results_and_section_tell_the_same(runs, tmp_path):
     assert "were not recorded" in section(read_run(runs / "bare"))[1].text
 
 
+def test_a_run_that_ends_too_soon_is_refused(runs):
+    run = read_run(runs / "1")
+    whole = replay(run)
+    early = whole.time < SETTLED + 1.0
+    cut = {name: getattr(whole, name)[early] for name in ("time", "phase", "innovation", "error")}
+    with pytest.raises(InputError, match=r"the run ends at 20\.995 s, and the filter is judged from 20 s on"):
+        analyse({1: replace(whole, **cut)}, run.design)
+
+
 def test_the_figure_shows_values_and_bounds(runs):
     run = read_run(runs / "1")
     found = analyse({1: replay(run)}, run.design)

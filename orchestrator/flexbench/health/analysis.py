@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.design import Design
+from lockstep import InputError
 
 from .covariance import Belief, belief
 from .replay import Replay
@@ -17,6 +18,7 @@ from .statistics import Average, autocorrelation, average, normalised, portmante
 Array = NDArray[np.float64]
 
 SETTLED = 20.0  # s: the filter starts at zero, not in its steady state
+LONGER = 2.0  # s, the least to be judged: four times the longest lag
 LAGS = 100  # of the autocorrelation: half a second
 SIGNIFICANT = 0.01  # p-value below which a channel counts as not white
 
@@ -75,7 +77,18 @@ def analyse(replays: Mapping[int, Replay], design: Design) -> Health:
     ----------
     replays : by seed
     design : that they were flown with
+
+    Raises
+    ------
+    InputError
+        If a run ends before the filter has settled.
     """
+    shortest = min(float(run.time[-1]) for run in replays.values())
+    if not shortest > SETTLED + LONGER:
+        raise InputError(
+            f"the run ends at {shortest:g} s, and the filter is judged from {SETTLED:g} s on;"
+            f" simulate more than {SETTLED + LONGER:g} s"
+        )
     believed = belief(design, next(iter(replays.values())).fine)
     settled = {seed: _from(run, SETTLED) for seed, run in replays.items()}
     first = next(iter(settled.values()))
