@@ -94,6 +94,16 @@ def _parser() -> argparse.ArgumentParser:
                        help="compare its ports with controller, plant or sensors, or controller:distributed "
                             "and so on (default: with the one it resembles)")  # fmt: skip
 
+    adapt = add(
+        "adapt",
+        _adapt,
+        "draft the adapter of a foreign FMU from names, units and array sizes, and say what it could not decide",
+        "flexsat adapt vendor.fmu --like controller --out vendor.toml",
+    )
+    adapt.add_argument("fmu", type=Path, help="the foreign FMU")
+    adapt.add_argument("--like", required=True, metavar="NAME", help="the component of ours that it is to stand for")
+    adapt.add_argument("--out", type=Path, metavar="FILE", help="file to write (default: print it)")
+
     adapting = add(
         "check-adapter",
         _check_adapter,
@@ -257,6 +267,12 @@ def _check(options: argparse.Namespace) -> int:
     from . import commands
 
     return commands.check(options)
+
+
+def _adapt(options: argparse.Namespace) -> int:
+    from . import adapting
+
+    return adapting.draft(options)
 
 
 def _check_adapter(options: argparse.Namespace) -> int:

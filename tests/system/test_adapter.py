@@ -3,12 +3,18 @@
 import shutil
 import sys
 import tomllib
+from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from flexbench import adapting
+from flexbench.cli import main
+from flexbench.contract import contracts_of
 from lockstep import read_signals
+from lockstep.adapter.read import read_adapter
+from lockstep.adapter.verdict import check_adapter
 
 VENDOR = Path(__file__).parents[1] / "fmus" / "vendor"
 sys.path.append(str(VENDOR))
@@ -60,15 +66,7 @@ def test_a_foreign_controller_holds_the_attitude_with_its_own_step(vendor, repla
     assert component["stands_for"].endswith("controller.fmu")
 
 
-def test_units_of_the_adapter_stand_in_for_those_that_the_fmu_does_not_declare(vendor, replaced):
-    told, _ = replaced(vendor / "vendor.fmu", vendor / "vendor.toml", stop=0.2)
-    bare, _ = replaced(vendor / "bare" / "vendor.fmu", vendor / "vendor.toml", stop=0.2)
-
-    assert np.any(told["controller.wheel.torque"])
-    assert np.array_equal(told["controller.wheel.torque"], bare["controller.wheel.torque"])
-
-
-def test_our_controller_in_foreign_conventions_gives_the_same_run(fmus, tmp_path, replaced):
+def test_our_controller_in_foreign_conventions_gives_the_same_run(fmus, tmp_path, replaced, excitation):
     foreign, adapter = tmp_path / "foreign" / "foreign.fmu", tmp_path / "foreign.toml"
     foreign.parent.mkdir()
     foreign_fmu(foreign, fmus / "centralised" / "controller.fmu")
@@ -82,22 +80,120 @@ def test_our_controller_in_foreign_conventions_gives_the_same_run(fmus, tmp_path
         assert np.any(ours[port])
         # rounding of the conversions, 1e-16 of a reading, times gains up to 2e5 N.m.s
         assert np.max(np.abs(theirs[port] - ours[port])) < 1e-12 * scale, port
+    assert check_adapter(foreign, read_adapter(adapter), excitation).right
 
 
-def test_what_does_not_fit_is_refused_in_one_line(vendor, fmus, flexsat, tmp_path):
+def test_what_does_not_fit_is_refused_in_one_line(vendor, fmus, tmp_path, capsys):
     adapter = tmp_path / "bad.toml"
 
-    def refused(text, *options):
+    def refused(text, *replace):
         adapter.write_text(text)
-        given = options or ("--replace", f"controller={vendor / 'vendor.fmu'}", "--adapter", adapter)
-        done = flexsat("run", fmus / SYSTEM, *given, "--out", tmp_path / "none")
-        assert done.returncode == 2, done.stderr
-        assert done.stderr.count("\n") == 1
+        given = ("run", fmus / SYSTEM, *replace, "--adapter", adapter, "--out", tmp_path / "none")
+        assert main([str(argument) for argument in given]) == 2
         assert not (tmp_path / "none").exists()
-        return done.stderr
+        told = capsys.readouterr().err
+        assert told.count("\n") == 1
+        return told
 
-    assert "unit = 'degs' is unknown" in refused(ADAPTER.replace('"deg/s"', '"degs"'))
+    given = ("--replace", f"controller={vendor / 'vendor.fmu'}")
+    assert "unit = 'degs' is unknown" in refused(ADAPTER.replace('"deg/s"', '"degs"'), *given)
     assert "needs wheel.torque[1..6] of controller; add an [[output]], or [substitutes]" in refused(
-        ADAPTER.partition("[[output]]")[0].replace('["StatusWord"]', '["*"]') + "[constants]\nMode = 2\n"
+        ADAPTER.partition("[[output]]")[0].replace('["StatusWord"]', '["*"]') + "[constants]\nMode = 2\n", *given
     )
-    assert "needs --replace COMPONENT=FMU beside it" in refused(ADAPTER, "--adapter", adapter)
+    assert "needs --replace COMPONENT=FMU beside it" in refused(ADAPTER)
+    assert "control: no such component; there are" in refused(ADAPTER, "--replace", "control=x.fmu")
+
+
+SIGN = ADAPTER.replace('unit = "mN.m"', 'unit = "mN.m"\nsign = -1')
+PERMUTED = ADAPTER.replace('unit = "deg/s"', 'unit = "deg/s"\norder = [2, 3, 1]')
+
+
+@pytest.fixture(scope="module")
+def excitation():
+    """Return what excites the centralised controller."""
+    found = next(c for c in contracts_of("centralised") if c.component == "controller")
+    return adapting.excitation_of(found)
+
+
+@pytest.mark.parametrize(
+    ("adapter", "fmu", "told"),
+    [
+        (ADAPTER, "vendor.fmu", "right: every turn and rate is opposed on its own axis"),
+        (ADAPTER, "bare/vendor.fmu", "right: every turn and rate is opposed on its own axis"),
+        (SIGN, "vendor.fmu", "wrong: wrong sign: output 1 (TauCmd[*]): write sign = 1"),
+        (
+            ADAPTER.replace('"first"', '"last"'),
+            "vendor.fmu",
+            'wrong: wrong quaternion order: input 1 (q_IB[*]): write scalar = "first"',
+        ),
+        (
+            ADAPTER.replace("inertial-from-body", "body-from-inertial"),
+            "vendor.fmu",
+            'wrong: inverse rotation: input 1 (q_IB[*]): write direction = "inertial-from-body"',
+        ),
+        (
+            ADAPTER.replace('unit = "deg/s"', ""),
+            "bare/vendor.fmu",
+            'wrong: missing unit, degrees for radians: input 2 (w_meas[*]): write unit = "deg/s"',
+        ),
+        (
+            ADAPTER.replace('unit = "mN.m"', ""),
+            "bare/vendor.fmu",
+            'wrong: missing unit, mN.m for N.m: output 1 (TauCmd[*]): write unit = "mN.m"',
+        ),
+        (PERMUTED, "vendor.fmu", "wrong: permuted or reversed axes of rate: x for z, y for x, z for y"),
+    ],
+    ids=["right", "undeclared", "sign", "order", "inverse", "rate-unit", "torque-unit", "permuted"],
+)
+def test_a_wrong_convention_is_told_by_name(vendor, tmp_path, excitation, adapter, fmu, told):
+    (tmp_path / "vendor.toml").write_text(adapter)
+    options = Namespace(fmu=vendor / fmu, adapter=tmp_path / "vendor.toml")
+    verdict = check_adapter(options.fmu, read_adapter(options.adapter), excitation)
+    printed = adapting.told(verdict, excitation, options)
+
+    assert [line for line in printed if line.startswith(("right", "wrong", "or:"))] == [
+        line for line in printed if line.startswith(told)
+    ]
+    assert any(line.startswith(told) for line in printed), printed
+    assert verdict.right == told.startswith("right")
+
+
+def test_a_controller_that_cannot_be_judged_is_refused_in_one_line(vendor, tmp_path, capsys):
+    (tmp_path / "vendor.toml").write_text(ADAPTER)
+    given = ["check-adapter", str(vendor / "vendor.fmu"), "--adapter", str(tmp_path / "vendor.toml")]
+
+    assert main([*given, "--like", "plant"]) == 2
+    assert "--like plant: only a controller can be excited" in capsys.readouterr().err
+    assert main(given) == 0
+    assert "as controller:centralised" in capsys.readouterr().out  # the variant that the adapter fits
+    (tmp_path / "vendor.toml").write_text(ADAPTER.replace("step = 0.01", "step = 0.005"))
+    assert main(given) == 1
+    assert "fmi2DoStep failed with status 3: the step must be 10 ms" in capsys.readouterr().err
+
+
+def test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide(vendor, tmp_path, excitation, capsys):
+    path = tmp_path / "draft.toml"
+    assert main(["adapt", str(vendor / "vendor.fmu"), "--like", "controller:centralised", "--out", str(path)]) == 0
+    undecided = capsys.readouterr().err
+    for doubt in ("q_IB[*]: direction", "w_meas[*]: ours: it takes 3 of our 23", "q_ok: true", "Mode: no port of ours"):
+        assert f"undecided: {doubt}" in undecided
+    assert "unit" not in undecided
+    text = path.read_text()
+    for draft, decided in (
+        ('direction = "body-from-inertial"', 'direction = "inertial-from-body"'),
+        ("true = 1", "true = 3"),
+        ('"Mode" = 0', '"Mode" = 2'),
+    ):
+        assert draft in text
+        text = text.replace(draft, decided)
+    path.write_text(text)
+
+    assert check_adapter(vendor / "vendor.fmu", read_adapter(path), excitation).right
+
+
+def test_a_draft_tells_units_that_nobody_declared(vendor, capsys):
+    assert main(["adapt", str(vendor / "bare" / "vendor.fmu"), "--like", "controller:centralised"]) == 0
+
+    told = capsys.readouterr()
+    assert told.err.count("unit: the FMU tells none; this is ours") == 3
+    assert 'theirs = "TauCmd[*]"\nindex_base = 0\nunit = "N.m"  # UNDECIDED' in told.out
