@@ -59,6 +59,7 @@ def test_a_foreign_controller_holds_the_attitude_with_its_own_step(vendor, repla
     assert np.max(error[run.time > 10.0]) < 0.25 * error[0]  # of 0.25 arcsec; left alone it stays where it began
     assert np.array_equal(torque[0::2], torque[1::2])  # recorded every 5 ms, held for 10
     assert torque.shape[1] == 6
+    assert not np.any(run["controller.reference.mrp"])
     component = next(c for c in manifest["component"] if c["name"] == "controller")
     assert (component["period"], component["model"]) == (0.01, "vendor")
     assert component["parameters"] == {"kp": 0.15, "kd": 0.5}

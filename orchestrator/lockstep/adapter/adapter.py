@@ -50,7 +50,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adapter:
-    """A whole file. Names in `constants` and `parameters` are theirs, in `substitutes` ours; all in their own units."""
+    """A whole file. `constants` and `parameters` name theirs, in their units; patterns in `substitutes` mean ours."""
 
     path: Path
     sha256: str

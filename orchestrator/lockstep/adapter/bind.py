@@ -13,6 +13,7 @@ from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmu import Description, Variable
 from lockstep.parameters import parse_value
+from lockstep.selection import matching
 from lockstep.slave import SCALARS
 from lockstep.system import Value
 
@@ -218,7 +219,7 @@ def _substitutes(adapter: Adapter, ours: Ports, made: set[str]) -> dict[str, flo
     for text, value in adapter.substitutes.items():
         what = f"{adapter.path.name}: substitutes: {text} = {value!r}"
         outputs = [v.name for v in ours.values() if v.causality == "output"]
-        names = [n for n in outputs if n == text or re.fullmatch(re.escape(text) + r"\[\d+\]", n)]
+        names = matching(text, outputs)
         if not names:
             raise InputError(f"{what}: no such output of ours; there are {compact(siblings(text, outputs))}")
         if made & set(names):

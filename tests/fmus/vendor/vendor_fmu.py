@@ -56,6 +56,9 @@ unit = "mN.m"
 
 [constants]
 Mode = 2
+
+[substitutes]
+"reference.*" = 0.0
 """
 
 

@@ -44,7 +44,7 @@ RATE = '[[input]]\nours = "rate"\ntheirs = "w*"\nindex_base = 0\nunit = "deg/s"\
 VALID = '[[input]]\nours = "valid"\ntheirs = "ok"\ntrue = 5\n'
 TORQUE = '[[output]]\nours = "torque"\ntheirs = "t_*"\nsign = -1\n'
 HEALTHY = '[[output]]\nours = "healthy"\ntheirs = "status"\nfalse = 9\n'
-REST = "[constants]\nmode = 2\n[parameters]\nkp = 0.5\n[substitutes]\nreference = 0.25\n"
+REST = '[constants]\nmode = 2\n[parameters]\nkp = 0.5\n[substitutes]\n"ref*" = 0.25\n'
 GOOD = 'ignore = ["noi*"]\n' + RATE + VALID + TORQUE + HEALTHY + REST
 
 
@@ -178,8 +178,8 @@ def test_start_values_reach_inputs_of_ours_and_parameters_of_theirs(resolve):
         ("mode = 2", "mode = 2\nok = 1", "constants: ok = 1: an [[input]] feeds it already; remove one of them"),
         ("mode = 2", "modus = 2", "constants: modus = 2: no such input of the FMU; there are w0, w1, w2, ok, mode"),
         ("kp = 0.5", "ki = 0.5", "parameters: ki = 0.5: no such parameter of the FMU; there are kp"),
-        ("reference = 0.25", "torque = 0.0", "substitutes: torque = 0.0: an [[output]] makes it already"),
-        ("reference = 0.25", "ref = 0.0", "substitutes: ref = 0.0: no such output of ours; there are torque[1..2]"),
+        ('"ref*" = 0.25', "torque = 0.0", "substitutes: torque = 0.0: an [[output]] makes it already"),
+        ('"ref*" = 0.25', "ref = 0.0", "substitutes: ref = 0.0: no such output of ours; there are torque[1..2]"),
         (VALID, VALID + VALID.replace("true = 5", ""), "ok is fed twice, also by vendor.toml: input 2 (ok); remove"),
     ],
 )  # fmt: skip
