@@ -160,7 +160,7 @@ def test_every_file_is_there(study):
         for suffix in ("", "-as-published")
     }
     tables = {"table.txt", "table.md", "table.csv", "table.json"}
-    assert {path.name for path in folder.iterdir()} - {"figures"} == names | tables
+    assert {path.name for path in folder.iterdir()} - {"figures"} == names | tables | {"report.html"}
     for name in names:
         assert {"run.toml", "signals.parquet", "events.jsonl", "metrics.json"} <= {
             path.name for path in (folder / name).iterdir()
