@@ -6,6 +6,7 @@ import argparse
 import sys
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from flexsat.parameters import CONFIGURATIONS, configuration
@@ -56,9 +57,9 @@ def _seeds(count: int) -> range:
 
 
 def _print(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
-    table = Table(*header)
+    table = Table(*map(escape, header))  # a unit in brackets is no markup
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     console = Console()
     if not console.is_terminal:
         console.width = 120  # a pipe has no width of its own
