@@ -24,6 +24,9 @@ What this FMU needs beside itself
      The Windows binary travels along; it has not been tried by the makers of this FMU.
 2. numpy, where that Python finds it: installed for it, or its folder in PYTHONPATH. If the library of Python does not
    find the Python it belongs to by itself, set PYTHONHOME to its prefix.
+3. A folder whose path the host can hand over without percent-encoding, blanks aside. The wrapper (pythonfmu 0.7) decodes
+   %20 and nothing else, and takes file:///path but not file:/path: elsewhere the host crashes in fmi2Instantiate. Hosts
+   that encode, as FMPy does, need an unpacking folder of ASCII letters; hosts that hand the path over as it is need not.
 
 Nothing else: no network, no licence server, no other files. The Python package pythonfmu, which calls the model, and
 all sources of the model travel in resources/; nothing needs to be installed for them. The FMU finds them through
@@ -53,6 +56,8 @@ def hosting_section(file: str, step: float, stop: float, output: str) -> str:
 <p>With Python {OLDEST_PYTHON[0]}.{OLDEST_PYTHON[1]} or newer and numpy; here with FMPy. No other package is needed:
 {code("pythonfmu")} travels in {code("resources/")}.</p>
 <pre>{example}</pre>
+<p>Unpack it to a folder whose path needs no percent-encoding, blanks aside: the wrapper decodes {code("%20")} and
+nothing else, and a host that encodes other letters, as FMPy does, crashes in {code("fmi2Instantiate")}.</p>
 <h3>In a host without Python</h3>
 <p>The model is Python, and the binary leaves Python's symbols undefined.
 {code("undefined symbol: _Py_NoneStruct")} means that the library of Python is not in the process. Load it before the
