@@ -24,9 +24,9 @@ What this FMU needs beside itself
      The Windows binary travels along; it has not been tried by the makers of this FMU.
 2. numpy, where that Python finds it: installed for it, or its folder in PYTHONPATH. If the library of Python does not
    find the Python it belongs to by itself, set PYTHONHOME to its prefix.
-3. A folder whose path the host can hand over without percent-encoding, blanks aside. The wrapper (pythonfmu 0.7) decodes
-   %20 and nothing else, and takes file:///path but not file:/path: elsewhere the host crashes in fmi2Instantiate. Hosts
-   that encode, as FMPy does, need an unpacking folder of ASCII letters; hosts that hand the path over as it is need not.
+3. A folder whose path the host can hand over without percent-encoding, blanks aside. The wrapper (pythonfmu 0.7)
+   decodes %20 and nothing else, and takes file:///path but not file:/path: elsewhere the host crashes in
+   fmi2Instantiate. Hosts that encode, as FMPy does, need an unpacking folder of ASCII letters; others do not.
 
 Nothing else: no network, no licence server, no other files. The Python package pythonfmu, which calls the model, and
 all sources of the model travel in resources/; nothing needs to be installed for them. The FMU finds them through
