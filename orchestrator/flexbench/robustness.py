@@ -56,6 +56,15 @@ def frequency_errors(kind: str, level: float, seed: int, modes: int) -> Array:
     return np.full(modes, shift[kind])
 
 
+def check_plan(levels: Sequence[float], stop: float) -> None:
+    """Raise InputError for levels or a stop time that cannot be flown."""
+    for level in levels:
+        if not 0.0 < level < 0.5:
+            raise InputError(f"--levels {100 * level:g}: must be a percentage from 0 to 50, zero excluded")
+    if not stop >= 4.0:
+        raise InputError(f"--stop {stop:g}: quarters of the run are compared; simulate 4 s or more")
+
+
 def run_robustness(
     fmus: Path,
     folder: Path,
@@ -74,11 +83,7 @@ def run_robustness(
     levels : relative errors, such as 0.05; each is flown three ways, with all modes higher, lower, and at random
     modes : of the plant
     """
-    for level in levels:
-        if not 0.0 < level < 0.5:
-            raise InputError(f"--levels {100 * level:g}: must be a percentage from 0 to 50, zero excluded")
-    if not stop >= 4.0:
-        raise InputError(f"--stop {stop:g}: quarters of the run are compared; simulate 4 s or more")
+    check_plan(levels, stop)
     plan: dict[tuple[ConfigurationName, str, float, int], Job] = {}
     for name in names:
         for seed in seeds:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from flexsat.design import Design
-from flexsat.guidance import plan
+from flexsat.guidance import Profile, plan
 from flexsat.parameters import ARCSECOND, Slew
 
 ScenarioName = Literal["slew", "fine_pointing", "fine_pointing_open_loop"]
@@ -77,15 +77,19 @@ def scalar_overrides(parameters: Mapping[str, Mapping[str, Value | tuple[float, 
     return flat
 
 
-def slew_end(design: Design) -> float:
-    """Return when the paper's rigid slew ends [s], as the design's controller plans it."""
+def slew_profile(design: Design) -> Profile:
+    """Return the paper's rigid slew, as the design's controller plans it."""
     matrices, config = design.controller, design.config
     capability = config.slew.authority * np.sum(np.abs(matrices.wheel_axis), axis=0)
-    profile = plan(
+    return plan(
         np.array(config.slew.rotation),
         config.slew.start_time,
         matrices.inertia,
         capability * matrices.torque_limit,
         capability * matrices.wheel_inertia * matrices.speed_band,
     )
-    return profile.end
+
+
+def slew_end(design: Design) -> float:
+    """Return when the paper's rigid slew ends [s]."""
+    return slew_profile(design).end

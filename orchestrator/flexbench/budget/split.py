@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.archive import write_atomically
-from flexsat.guidance import plan
 from flexsat.parameters import ARCSECOND
 from flexsat.rotations import error_rotation, mrp_from_quaternion, quaternion_from_rotation_vector
 from lockstep import InputError
@@ -31,6 +30,7 @@ from lockstep import InputError
 from .. import histories
 from ..campaign import Job, run_jobs
 from ..runs import Run, read_run
+from ..scenarios import slew_profile
 from .evaluate import (
     INDICES,
     LEVELS,
@@ -155,15 +155,7 @@ def guidance_error(run: Run, since: float | None) -> Array:
     time = signals.time[first:]
     if not run.slew:
         return np.zeros((len(time), 3))
-    matrices, config = run.design.controller, run.design.config
-    capability = config.slew.authority * np.sum(np.abs(matrices.wheel_axis), axis=0)
-    profile = plan(
-        np.array(config.slew.rotation),
-        config.slew.start_time,
-        matrices.inertia,
-        capability * matrices.torque_limit,
-        capability * matrices.wheel_inertia * matrices.speed_band,
-    )
+    profile = slew_profile(run.design)
     turned = profile.rotation(time)[:, None] * profile.axis
     ideal = np.array([mrp_from_quaternion(quaternion_from_rotation_vector(row)) for row in turned.tolist()])
     return error_rotation(signals[histories.ATTITUDE_REFERENCE][first:], ideal)

@@ -34,10 +34,11 @@ def robustness(options: argparse.Namespace) -> int:
     """Fly errors of the modal frequencies; exit code 1 if a run is unstable."""
     names = tuple(options.configuration or CONFIGURATIONS)
     seeds = _seeds(options.seeds)
+    levels = tuple(level / 100.0 for level in options.levels or (100.0 * each for each in frequency.LEVELS))
+    frequency.check_plan(levels, options.stop)  # before anything is built
     missing = tuple(name for name in names if not (options.fmus / name / f"{options.scenario}.ssd").is_file())
     if missing:
         release(missing, options.fmus)
-    levels = tuple(level / 100.0 for level in options.levels or (100.0 * each for each in frequency.LEVELS))
     modes = configuration(names[0]).plate.mode_count
     outcomes = frequency.run_robustness(
         options.fmus, options.out, names, options.scenario, levels, seeds, options.stop, modes, options.jobs
