@@ -8,6 +8,7 @@ from typing import Literal
 from lockstep.adapter.adapter import Adapter
 from lockstep.clock import seconds_text
 from lockstep.errors import InputError, compact, suggestion
+from lockstep.transformation import Hop, Table
 from lockstep.units import Unit
 
 Value = float | int | bool | str
@@ -16,11 +17,15 @@ Kind = Literal["sampled", "continuous"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connector:
-    """A port that a system file declares. The type is one of Real, Integer, Boolean, String."""
+    """A port that a system file declares. The type is one of Real, Integer, Boolean, String, Enumeration.
+
+    `items` are those of the Enumeration that the file declares.
+    """
 
     name: str
     kind: str
     type: str | None = None
+    items: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +66,8 @@ class Component:
 class Connection:
     """One scalar from an output to an input; the consumer sees the value of `delay` ticks ago (0: this tick).
 
-    The consumer receives factor * value + offset, after the conversion of units.
+    The consumer receives factor * value + offset, or what the table maps the value to, after the conversion of
+    units. `via` is what happens before that, on the way through connectors of systems.
     """
 
     from_component: str
@@ -72,10 +78,18 @@ class Connection:
     factor: float = 1.0
     offset: float = 0.0
     convert_units: bool = True
+    table: Table | None = None
+    via: tuple[Hop, ...] = ()
 
     def __post_init__(self) -> None:
         if self.delay < 0:
             raise InputError(f"{self}: delay {self.delay} must be >= 0 ticks")
+
+    @property
+    def hops(self) -> tuple[Hop, ...]:
+        """The whole way, for `lockstep.transformation.convert`."""
+        last = Hop(factor=self.factor, offset=self.offset, table=self.table, convert_units=self.convert_units)
+        return (*self.via, last)
 
     def __str__(self) -> str:
         return f"{self.from_component}.{self.output} -> {self.to_component}.{self.input}"
