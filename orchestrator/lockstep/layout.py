@@ -31,7 +31,7 @@ class Layout:
         """How many versions of each component are kept."""
         lags: dict[str, list[int]] = {task.name: [] for task in self.schedule.tasks}
         for tick in range(self.schedule.hyperperiod(self.record_ticks)):
-            for producer, reader, version, _ in self._reads(tick):
+            for producer, reader, version, _ in self.reads(tick):
                 lags[producer.name].append(self.schedule.begun_when_read(producer, reader, tick) - version)
         return {name: ring_size(values) for name, values in lags.items()}
 
@@ -50,7 +50,7 @@ class Layout:
             for scalar in SCALARS
         }
         for tick in range(self.cycle):
-            for producer, _, version, references in self._reads(tick):
+            for producer, _, version, references in self.reads(tick):
                 for scalar, reference in references:
                     versions = needed[producer.name, scalar]
                     versions[version % len(versions)].add(reference)
@@ -103,7 +103,7 @@ class Layout:
                 found.append((link, version))
         return found
 
-    def _reads(self, tick: int) -> Iterable[tuple[Task, Task | None, int, Sequence[Reference]]]:
+    def reads(self, tick: int) -> Iterable[tuple[Task, Task | None, int, Sequence[Reference]]]:
         """Yield what is read at this tick: producer, reader (None: the recorder), version and variables."""
         task: Callable[[str], Task] = self.schedule.task
         for reader in self.schedule.tasks:
