@@ -92,6 +92,17 @@ def read_batches(path: Path) -> Iterator[tuple[pa.Schema, Iterator[pa.RecordBatc
         yield reader.schema, _batches(reader)
 
 
+@contextmanager
+def open_batches(folder: Path) -> Iterator[tuple[pa.Schema, Iterator[pa.RecordBatch]]]:
+    """Open the signals of a run, a bounded number of rows at a time, whether it ended or not."""
+    if (folder / STREAM).exists() or not (folder / PARQUET).exists():
+        with read_batches(folder / STREAM) as opened:
+            yield opened
+        return
+    with pq.ParquetFile(folder / PARQUET) as file:
+        yield file.schema_arrow, file.iter_batches()
+
+
 def _batches(reader: pa.RecordBatchStreamReader) -> Iterator[pa.RecordBatch]:
     while True:
         try:
