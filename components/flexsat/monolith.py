@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import controller, plant, sensors
+from .bearings import Bearings
 from .build import Designs
 from .interfaces import controller as controller_interface
 from .interfaces import plant as plant_interface
@@ -116,6 +117,8 @@ class Monolith:
         inputs = np.concatenate(
             [self.values["plant"][p.name] for p in PORTS["plant"](self.plant.matrices) if p.causality == "input"]
         )
+        friction = self.values["plant"]["wheel.friction_torque"]
+        bearings = Bearings(self.plant, friction) if friction.any() else None
         rows = -(-ticks // record_ticks)
         readers = {name: self._reader(name, plant_state) for name in record}
         signals = {name: np.empty((rows, *np.shape(read(seen, measured, commanded)))) for name, read in readers.items()}
@@ -151,7 +154,7 @@ class Monolith:
                 for name, read in readers.items():
                     signals[name][row] = read(seen, measured, commanded)
             inputs[n : n + len(measured.wrench)] = measured.wrench
-            _, seen = plant.step(self.plant, plant_state, inputs)
+            _, seen = plant.step(self.plant, plant_state, inputs, bearings)
         times = np.array([row * record_ticks * tick_ns / 1e9 for row in range(rows)])
         return Recording(time=times, signals=signals)
 

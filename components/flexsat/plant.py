@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,9 @@ from . import rotations
 from .discretise import zero_order_hold
 from .plant_parameters import PlantMatrices, PlantParameters
 from .rotations import Triple
+
+if TYPE_CHECKING:
+    from .bearings import Bearings
 
 Array = NDArray[np.float64]
 
@@ -235,7 +239,9 @@ def _momentum_terms(values: Array) -> list[float]:
     ]
 
 
-def step(plant: Plant, state: PlantState, inputs: Array) -> tuple[PlantState, PlantOutputs]:
+def step(
+    plant: Plant, state: PlantState, inputs: Array, bearings: Bearings | None = None
+) -> tuple[PlantState, PlantOutputs]:
     """Advance by one step with the inputs held over it.
 
     Parameters
@@ -244,6 +250,7 @@ def step(plant: Plant, state: PlantState, inputs: Array) -> tuple[PlantState, Pl
     state : updated in place
     inputs : (n + 6 s + 6,): wheel torque [N.m], jitter force x, y, z [N] and torque x, y, z [N.m] on each mount,
         external force [N] and torque [N.m]; all but the first in body axes
+    bearings : friction of the wheels; None: they turn freely
 
     Returns
     -------
@@ -259,6 +266,8 @@ def step(plant: Plant, state: PlantState, inputs: Array) -> tuple[PlantState, Pl
     np.maximum(torque, -limit, out=torque)
     work[:size] = state.structure
     work[size:] = drive  # with the gyroscopic and momentum terms of the last step, to predict the middle of this one
+    if bearings is not None:
+        bearings.add(work, momentum, torque)
 
     mid = np.matmul(plant.mid_step, work, out=plant._mid)
     impulse = plant.step_length * torque

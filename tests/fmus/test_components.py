@@ -238,6 +238,36 @@ with Driven(argument(0)) as one:
     )
 
 
+def test_a_wheel_may_seize_while_a_run_goes_on(fmus):
+    python(
+        OPEN
+        + """
+with Driven(argument(0)) as one, Driven(argument(0), "two") as two:
+    one.initialize(), two.initialize()
+    one.drive(0, 3)
+    one.set("wheel.friction_torque", 46.2, 0.0)
+    speeds = [one.get("wheel.speed", 2)]
+    for k in range(3, 6):
+        one.drive(k, k + 1)
+        speeds.append(one.get("wheel.speed", 2))
+    for (braked, free), (before, _) in zip(speeds[1:], speeds):
+        assert abs(before - braked - 46.2 / 4.62 * 1e-3) < 1e-4, speeds  # the structure and the motor: 1 %
+    assert abs(speeds[-1][1] - speeds[0][1]) < 1e-4
+    saved = one.fmu.serializeFMUState(one.fmu.getFMUState())
+    later = one.drive(6, 9)
+    two.fmu.setFMUState(two.fmu.deSerializeFMUstate(bytes(saved)))
+    assert two.drive(6, 9) == later  # the friction is part of the state
+    one.set("wheel.friction_torque", 0.0)
+    before = one.get("wheel.speed")
+    one.drive(9, 12)
+    assert abs(one.get("wheel.speed") - before) < 1e-4
+    one.set("wheel.friction_torque", -1.0)
+    assert "wheel.friction_torque[1] must be >= 0.0, got -1.0" in two.messages[0][2]  # one logger a process
+""",
+        fmus / "centralised" / "plant.fmu",
+    )
+
+
 def test_two_builds_give_equal_bytes_whatever_the_process_and_the_folder(fmus, tmp_path):
     (tmp_path / "elsewhere").mkdir()
     environment = os.environ | {"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo", "LC_ALL": "C"}

@@ -92,6 +92,9 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              description="relative error of the principal inertias"),
         Port(name="gyroscopics", causality="parameter", kind="boolean", start=True,
              description="false leaves out the gyroscopic torques of the wheels, to tell what they contribute"),
+        Port(name="wheel.friction_torque", causality="parameter", unit="N.m", size=n, minimum=0.0,
+             variability="tunable",
+             description="dry friction of the bearing: brakes the wheel against its mount, then holds it; 0: none"),
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from .units import unit_of
 
 Causality = Literal["input", "output", "parameter"]
 Kind = Literal["real", "integer", "boolean", "string"]
-Variability = Literal["fixed", "discrete", "continuous"]
+Variability = Literal["fixed", "tunable", "discrete", "continuous"]
 Scalar = float | int | bool | str
 Naming = Literal["structured", "flat"]
 
@@ -33,7 +33,8 @@ class Port:
     ----------
     size : None for a scalar, else the number of elements
     start : value before initialisation, or one per element (inputs and parameters only)
-    variability : None chooses fixed for a parameter, continuous for a real, discrete otherwise
+    variability : None chooses fixed for a parameter, continuous for a real, discrete otherwise; a tunable parameter may
+        be set while a run goes on
     depends_on : inputs that feed through to this output; "name[i]" when element i depends on element i alone
     initial_depends_on : what an output's initial value depends on; None means all parameters and no input
     on_demand : an output that is computed only when somebody reads it
@@ -95,7 +96,7 @@ class Port:
             if self.causality == "parameter":
                 chosen = "fixed"
             object.__setattr__(self, "variability", chosen)
-        accepted = ("fixed",) if self.causality == "parameter" else ("discrete", "continuous")
+        accepted = ("fixed", "tunable") if self.causality == "parameter" else ("discrete", "continuous")
         if chosen not in accepted or (chosen == "continuous" and self.kind != "real"):
             raise ValueError(f"port {self.name}: a {self.kind} {self.causality} cannot be {chosen!r}")
 

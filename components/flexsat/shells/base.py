@@ -113,6 +113,9 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
     def evaluate(self) -> None:
         """Compute the outputs on demand from the present state."""
 
+    def tuned(self) -> None:
+        """Take note of tunable parameters, one of which has just changed."""
+
     # What a final class uses.
 
     def view(self, name: str) -> Array:
@@ -337,8 +340,10 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         writer(*values)
         if running:
             self._stale |= self._feeds_on_demand
-            limited = any(self.values.variable(kind, i).port.limited for i in vrs)
-            if kind == "real" and not limited:  # what has limits is checked each time
+            ports = [self.values.variable(kind, i).port for i in vrs]
+            if any(port.variability == "tunable" for port in ports):
+                self.tuned()
+            elif kind == "real" and not any(port.limited for port in ports):  # what has limits is checked each time
                 self._writes[vrs[0], len(vrs)] = (vrs, writer)
             elif kind == "boolean" and not self._feeds_on_demand:
                 self._flag_writes[kind, *vrs] = writer
@@ -367,12 +372,9 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
 
     def _fail(self, where: str, error: BaseException) -> None:
         """Log an error and stop the instance. Must not raise, whatever happens."""
-        reason = f"{where}: {error}"
         brief = isinstance(error, Refused) or (self._phase is Phase.INITIALIZING and isinstance(error, ValueError))
-        if not brief:
-            lines = traceback.format_exception(error)
-            reason = f"{where}: {type(error).__name__}: {error}"
-        text = reason if brief else f"{reason}\n{''.join(lines)}"
+        reason = f"{where}: {error}" if brief else f"{where}: {type(error).__name__}: {error}"
+        text = reason if brief else f"{reason}\n{''.join(traceback.format_exception(error))}"
         if self._failure is None:
             self._failure = reason
             self._forget_plans()

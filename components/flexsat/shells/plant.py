@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import plant
+from ..bearings import Bearings
 from ..interfaces import plant as interface
 from ..interfaces.ports import Port
 from ..plant_parameters import PlantMatrices
@@ -34,6 +35,7 @@ class Plant(SiSlave):
         self._plant = plant.Plant(model, self._parameters, self.preferred_step)
         self._plants = {self.preferred_step: self._plant}
         self.state = plant.init(self._plant)
+        self.tuned()
         reals = self.values.arrays["real"]
         self._inputs = reals[self.table.run("input")]
         self._shown = reals[self.table.span("attitude.mrp").start : self.table.span("rms_deformation").stop]
@@ -43,7 +45,7 @@ class Plant(SiSlave):
         """Hold the inputs over the step; the outputs are true at its end."""
         if step != self._plant.step_length:
             self._change_step(round(step, 9))  # masters that subtract times give the same step with other last digits
-        _, outputs = plant.step(self._plant, self.state, self._inputs)
+        _, outputs = plant.step(self._plant, self.state, self._inputs, self._bearings)
         np.copyto(self._shown, outputs.flat)
 
     def _change_step(self, step: float) -> None:
@@ -55,6 +57,12 @@ class Plant(SiSlave):
                 self._plants.pop(next(iter(self._plants)))
             self._plants[step] = plant.Plant(self._plant.matrices, self._parameters, step)
         self._plant = self._plants[step]
+        self.tuned()
+
+    def tuned(self) -> None:
+        """Prepare the friction of the wheels, which may change at any time."""
+        limits = self.value("wheel.friction_torque")
+        self._bearings = Bearings(self._plant, limits) if limits.any() else None
 
     def evaluate(self) -> None:
         """Compute the telemetry."""

@@ -71,11 +71,11 @@ class PortValues:
         return known[reference]
 
     def admit(self, kind: Kind, reference: int, value: Any, *, parameters: bool) -> None:
-        """Refuse a value that may not be set; `parameters` tells whether parameters may be."""
+        """Refuse a value that may not be set; `parameters` tells whether parameters that are not tunable may be."""
         variable = self.variable(kind, reference)
         if variable.port.causality == "output":
             raise Refused(f"{variable.name} is an output and cannot be set")
-        if variable.port.causality == "parameter" and not parameters:
+        if variable.port.variability == "fixed" and not parameters:
             raise Refused(f"{variable.name} is a fixed parameter and cannot be set after initialisation, got {value!r}")
         objection = variable.port.objection(value)
         if objection:
