@@ -18,16 +18,24 @@ class Interrupt:
     """Whether Ctrl-C was pressed."""
 
     requested = False
+    ending = False  # whether the run is being closed for it
 
     def check(self) -> None:
         """Raise KeyboardInterrupt if it was."""
         if self.requested:
-            raise KeyboardInterrupt
+            raise self.end()
+
+    def end(self) -> KeyboardInterrupt:
+        """Return what ends the run, whose files are closed undisturbed from here on."""
+        self.ending = True
+        return KeyboardInterrupt()
 
 
 @contextmanager
 def deferred_interrupt() -> Iterator[Interrupt]:
-    """Defer Ctrl-C inside the block; a second one acts at once. Elsewhere than in the main thread: do nothing.
+    """Defer Ctrl-C inside the block; a second one acts at once, unless the first does already.
+
+    Elsewhere than in the main thread: do nothing.
 
     A terminal signals a whole process group, and a parent may pass the signal on: within a second that is one Ctrl-C.
     """
@@ -42,7 +50,7 @@ def deferred_interrupt() -> Iterator[Interrupt]:
         nonlocal first
         if not interrupt.requested:
             interrupt.requested, first = True, monotonic()
-        elif monotonic() - first > _SAME:
+        elif monotonic() - first > _SAME and not interrupt.ending:
             signal.default_int_handler(number, frame)
 
     signal.signal(signal.SIGINT, request)

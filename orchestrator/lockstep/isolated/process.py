@@ -7,11 +7,12 @@ import signal
 import subprocess
 import sys
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
 from time import monotonic
 
+from lockstep.interrupt import Interrupt
 from lockstep.processes import running, signal_name
 
 GIGABYTE = 2**30
@@ -19,6 +20,7 @@ _LOOK = 0.05  # [s] between two looks at time and memory
 _PAGE = os.sysconf("SC_PAGE_SIZE")
 _MOST_PRINTED = 2**20  # bytes of what the FMU prints; then it is thrown away
 _GRACE = 5.0  # [s] for a process that is ending
+_PATIENCE = 1.0  # [s] from Ctrl-C on for a call under way
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +30,7 @@ class Limits:
     step: float = 60.0  # [s] of wall time for one call
     memory: int = min(8 * GIGABYTE, _PAGE * os.sysconf("SC_PHYS_PAGES") // 2)  # bytes: above the needs of an FMU
     reserved: int = 4  # times as much may be asked for without being used
+    interrupt: Interrupt = field(default_factory=Interrupt)  # Ctrl-C, which ends a call that lasts
 
 
 class Process:
@@ -37,6 +40,8 @@ class Process:
         self.busy_since = 0.0
         self.limit = limits.step  # [s] for one call
         self.cause = ""  # why it was ended, if it was
+        self.interrupt = limits.interrupt
+        self.interrupted = False  # whether it was ended for that
         self._limits = limits
         (folder / "tmp").mkdir(parents=True)
         self._marks = {"TMPDIR": str(folder / "tmp")}
@@ -58,6 +63,7 @@ class Process:
 
     def _look(self) -> None:
         limits, memory = self._limits, f"/proc/{self._process.pid}/statm"
+        asked = 0.0  # when Ctrl-C was seen
         while not self._ended.wait(_LOOK):
             since = self.busy_since
             if self._process.poll() is not None:
@@ -65,6 +71,11 @@ class Process:
                 return
             if since and monotonic() - since > self.limit:
                 self._end_for(f"no answer within {self.limit:g} s")
+            if self.interrupt.requested:
+                asked = asked or monotonic()
+                if since and monotonic() - max(since, asked) > _PATIENCE:
+                    self.interrupted = True
+                    self._end_for("interrupted")
             with suppress(OSError, ValueError):
                 sizes = Path(memory).read_text().split()
                 used, reserved = int(sizes[1]) * _PAGE, int(sizes[5]) * _PAGE
