@@ -5,6 +5,7 @@
    the steps. The noise is a linear congruential generator (Numerical Recipes' constants), seeded at start. */
 
 #include <math.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -247,6 +248,13 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
     return none(c, "there are no strings");
 }
 
+#ifdef DEFECT_LEAVES_A_THREAD
+static void *idle(void *nothing) {
+    for (;;) usleep(1000); /* also when the library is unloaded */
+    return nothing;
+}
+#endif
+
 static fmi2Status accepted(Instance *instance, double step) {
 #ifdef DEFECT_ACCEPTS_ANY_STEP
     if (step > 0.0) return fmi2OK;
@@ -317,6 +325,10 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
         sleep(60);
         _exit(0);
     }
+#endif
+#ifdef DEFECT_LEAVES_A_THREAD
+    pthread_t thread;
+    if (now->count == 5 && pthread_create(&thread, NULL, idle, NULL) == 0) pthread_detach(thread);
 #endif
 #ifdef DEFECT_SPOILS_ITS_FOLDERS
     if (now->count == 5) system("for f in ../results/*.npz; do echo spoilt > $f; done");
