@@ -10,17 +10,23 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from lockstep.master import Progress as Report
+from lockstep.pace import Pacer
 
 _LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 
 
 @contextmanager
-def show_progress(title: str, stream: TextIO | None = None) -> Iterator[Report]:
-    """Yield what `simulate` takes as `progress`; it writes to standard error unless told otherwise."""
+def show_progress(
+    title: str, stream: TextIO | None = None, begin: float = 0.0, pacer: Pacer | None = None
+) -> Iterator[Report]:
+    """Yield what `simulate` takes as `progress`; it writes to standard error unless told otherwise.
+
+    `begin` is the simulated time [s] at which the run begins. A pacer tells of its overruns.
+    """
     stream = stream or sys.stderr
     console = Console(file=stream)
     if not console.is_terminal:
-        yield _Lines(title, stream)
+        yield _Lines(title, stream, begin, pacer)
         return
     columns = (
         TextColumn("{task.description}"),
@@ -33,8 +39,9 @@ def show_progress(title: str, stream: TextIO | None = None) -> Iterator[Report]:
         task = bar.add_task(title, total=None, state="starting")
 
         def report(simulated: float, stop: float) -> None:
-            speed = simulated / max(perf_counter() - started, 1e-9)
-            state = f"{simulated:.1f} of {stop:.6g} s, {speed:.1f} x real time"
+            speed = (simulated - begin) / max(perf_counter() - started, 1e-9)
+            pace = f"{speed:.1f} x real time" if pacer is None else str(pacer)
+            state = f"{simulated:.1f} of {stop:.6g} s, {pace}"
             bar.update(task, completed=simulated, total=stop, state=state)
 
         yield report
@@ -43,8 +50,8 @@ def show_progress(title: str, stream: TextIO | None = None) -> Iterator[Report]:
 class _Lines:
     """One line now and then, and one at the end."""
 
-    def __init__(self, title: str, stream: TextIO) -> None:
-        self._title, self._stream = title, stream
+    def __init__(self, title: str, stream: TextIO, begin: float, pacer: Pacer | None) -> None:
+        self._title, self._stream, self._begin, self._pacer = title, stream, begin, pacer
         self._started = perf_counter()
         self._next = self._started + _LINE_INTERVAL
 
@@ -54,7 +61,8 @@ class _Lines:
             return
         self._next = now + _LINE_INTERVAL
         elapsed = max(now - self._started, 1e-9)
-        speed = simulated / elapsed
+        speed = (simulated - self._begin) / elapsed
         left = (stop - simulated) / speed if speed else 0.0
-        text = f"{self._title}: {simulated:.6g} of {stop:.6g} s, {speed:.1f} x real time, {left:.0f} s left"
+        pace = f"{speed:.1f} x real time" if self._pacer is None else str(self._pacer)
+        text = f"{self._title}: {simulated:.6g} of {stop:.6g} s, {pace}, {left:.0f} s left"
         print(text, file=self._stream, flush=True)
