@@ -1,13 +1,16 @@
 """The record of a run: run.toml, enough to repeat it, and events.jsonl, what happened when."""
 
+import fcntl
 import json
 import os
 import platform
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from lockstep.clock import seconds
 from lockstep.fmu import Description
@@ -127,6 +130,23 @@ def _plain(value: object) -> object:
     return list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
 
 
+def goes_on(folder: Path) -> bool:
+    """Tell whether a run is writing to this results folder."""
+    try:
+        file = os.open(folder / EVENTS, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # a file system without locks
+        return False
+    finally:
+        os.close(file)
+    return False
+
+
 class Events:
     """Append events, one JSON object a line, each with its simulated time; before `open` they wait."""
 
@@ -136,12 +156,28 @@ class Events:
         self._file: int | None = None
         self._counts: Counter[str] = Counter()
 
-    def open(self, folder: Path) -> None:
-        """Create events.jsonl and write what waited."""
+    def open(self, folder: Path, keep: int = 0) -> None:
+        """Create events.jsonl, or keep so many bytes of it, and write what waited.
+
+        The file is locked as long as this process lives: see `goes_on`.
+        """
         self._file = os.open(folder / EVENTS, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.ftruncate(self._file, keep)
         waiting, self._waiting = self._waiting, []
         for line in waiting:
             self._write(line)
+
+    def saved(self) -> dict[str, object]:
+        """Return how far the file has come, and how many messages each component has left."""
+        assert self._file is not None
+        return {"size": os.fstat(self._file).st_size, "counts": dict(self._counts)}
+
+    def open_again(self, folder: Path, saved: Mapping[str, Any]) -> None:
+        """Go on with the events of an earlier run, behind those that it had when it was saved; write what waited."""
+        self._counts.update(Counter(saved["counts"]))
+        self.open(folder, int(saved["size"]))
 
     def add(self, event: str, **details: object) -> None:
         """Write an event at the present simulated time."""
