@@ -6,12 +6,14 @@ the plant what is true at its end.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+import zipfile
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -116,6 +118,13 @@ class Bench:
         """Return the value references of the real outputs by name."""
         variables = self.description(self.fmu(component, configuration)).modelVariables
         return {v.name: v.valueReference for v in variables if v.causality == "output" and v.type == "Real"}
+
+    def parameter_references(self, package: Path, component: str, names: Iterable[str]) -> dict[str, int]:
+        """Return value references of parameters, of an FMU inside a package."""
+        with zipfile.ZipFile(package) as archive:
+            fmu = io.BytesIO(archive.read(f"resources/{component}.fmu"))
+        known = {v.name: v.valueReference for v in fmpy.read_model_description(fmu).modelVariables}
+        return {name: known[name] for name in names}
 
     def references(self, configuration: str = "distributed") -> dict[str, dict[str, int]]:
         """Return the value references of the real outputs by component and name."""

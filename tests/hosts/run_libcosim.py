@@ -1,4 +1,4 @@
-"""Run an SSP in libcosim and save what the outputs are after each base step."""
+"""Run an SSP in libcosim and save what the outputs are after each base step, or after every so many."""
 
 import json
 import os
@@ -15,16 +15,21 @@ from libcosimpy.CosimObserver import CosimObserver
 def main(given, saved):
     """Run what `given` says."""
     setup = json.loads(Path(given).read_text(encoding="utf-8"))
+    every = setup.get("every", 1)
     log_output_level(CosimLogLevel.ERROR)
     execution = CosimExecution.from_ssp_file(ssp_path=setup["package"], step_size=setup["tick"])
     observer = CosimObserver.create_last_value()
     assert execution.add_observer(observer)
     slaves = {name: execution.slave_index_from_instance_name(name) for name in setup["references"]}
+    for name, values in setup.get("parameters", {}).items():
+        for parameter, value in values.items():
+            reference = setup["parameter_references"][name][parameter]
+            assert execution.real_initial_value(slaves[name], reference, value)
     # libcosim shows the outputs of a slave with a longer step only at the end of that step
-    late = {name: setup["late"].get(name, 0) for name in slaves}
+    late = {name: setup.get("late", {}).get(name, 0) for name in slaves}
     columns = {name: [] for name in slaves}
-    for tick in range(setup["ticks"] + max(late.values())):
-        assert execution.step()
+    for tick in range(every - 1, setup["ticks"] + max(late.values()), every):
+        assert execution.step(every)
         for name, slave in slaves.items():
             if 0 <= tick - late[name] < setup["ticks"]:
                 references = list(setup["references"][name].values())
