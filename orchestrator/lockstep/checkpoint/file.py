@@ -1,0 +1,130 @@
+"""One checkpoint as a file: a zip of a header, the arrays of the master, and what each component saved.
+
+`header.json` says what the run is and where it stands; `arrays.npz` holds the bus and the rows that were not yet on
+disk; `states/COMPONENT/FILE` is what each component left. The zip's checksums tell a damaged file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import re
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.archive import open_zip
+from lockstep.clock import nanoseconds, seconds_text
+from lockstep.errors import InputError
+
+FOLDER = "checkpoints"  # in a results folder
+WAITING = "rows/waiting"  # among the arrays: rows that were not yet on disk
+FORMAT, VERSION = "lockstep checkpoint", 1
+_HEADER, _ARRAYS, _STATES = "header.json", "arrays.npz", "states"
+_NEEDED = {"tick", "time", "identity", "run", "outputs", "rows", "events", "wall_time"}
+_NAME = re.compile(r"t=(\d+(?:\.\d+)?)\.ckpt")
+
+Arrays = Mapping[str, NDArray[Any]]
+States = Mapping[str, Mapping[str, bytes]]  # by component and file
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checkpoint:
+    """What was saved. `header` holds what `write_checkpoint` was given."""
+
+    path: Path
+    sha256: str  # of the file
+    header: Mapping[str, Any]
+    arrays: Arrays
+    states: States
+
+    @property
+    def tick(self) -> int:
+        """Ticks done: the next one to run."""
+        return int(self.header["tick"])
+
+    @property
+    def time(self) -> int:
+        """Simulated time [ns]."""
+        return int(self.header["time"])
+
+    @property
+    def run(self) -> Mapping[str, Any]:
+        """What run.toml said of the run."""
+        run: Mapping[str, Any] = self.header["run"]
+        return run
+
+
+def checkpoint_name(time: int) -> str:
+    """Return the name of the file for a simulated time [ns]."""
+    return f"t={seconds_text(time)}.ckpt"
+
+
+def newest_checkpoint(results: Path) -> Path | None:
+    """Return the newest checkpoint in a results folder, or None."""
+    found = [(match[1], path) for path in (results / FOLDER).glob("*") if (match := _NAME.fullmatch(path.name))]
+    return max(found, key=lambda entry: nanoseconds(entry[0], "checkpoint"))[1] if found else None
+
+
+def write_checkpoint(path: Path, header: Mapping[str, Any], arrays: Arrays, states: States) -> None:
+    """Write a file that is there as a whole or not at all, also after a loss of power. Raises OSError."""
+    path.parent.mkdir(exist_ok=True)
+    partial = path.with_name(f".{path.name}.partial")
+    packed = io.BytesIO()
+    np.savez(packed, allow_pickle=False, **arrays)
+    try:
+        with partial.open("wb") as stream:
+            with zipfile.ZipFile(stream, "w") as archive:
+                content = json.dumps({"format": FORMAT, "version": VERSION, **header})
+                archive.writestr(_HEADER, content, zipfile.ZIP_DEFLATED)
+                archive.writestr(_ARRAYS, packed.getvalue())
+                for component, files in states.items():
+                    for name, state in files.items():
+                        archive.writestr(f"{_STATES}/{component}/{name}", state)
+            stream.flush()
+            os.fsync(stream.fileno())
+        partial.replace(path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+def read_checkpoint(path: Path | str) -> Checkpoint:
+    """Read a checkpoint; InputError for a file that is none, is damaged, or is of another version."""
+    path = Path(path)
+    if not path.is_file():
+        near = newest_checkpoint(path) or newest_checkpoint(path.parent.parent)
+        raise InputError(f"{path}: no such checkpoint; " + (f"there is {near}" if near else "give a .ckpt file"))
+    with open_zip(path, f"checkpoint {path}") as archive:
+        members = archive.namelist()
+        if _HEADER not in members or _ARRAYS not in members:
+            raise InputError(f"{path}: is no checkpoint; give a .ckpt file that a run with --checkpoint left")
+        try:
+            header = json.loads(archive.read(_HEADER))
+            if header.get("format") != FORMAT:
+                raise InputError(f"{path}: is no checkpoint; give a .ckpt file that a run with --checkpoint left")
+            if header["version"] != VERSION:
+                remedy = f"this lockstep reads version {VERSION}; make the checkpoint anew"
+                raise InputError(f"{path}: is a checkpoint of version {header['version']!r}; {remedy}")
+            if lacking := sorted(_NEEDED - header.keys()):
+                raise ValueError(f"its header lacks {lacking[0]}")
+            with np.load(io.BytesIO(archive.read(_ARRAYS)), allow_pickle=False) as arrays:
+                values = {name: arrays[name] for name in arrays.files}
+            states: dict[str, dict[str, bytes]] = {}
+            for member in members:
+                parts = member.split("/")
+                if parts[0] == _STATES and len(parts) == 3:
+                    states.setdefault(parts[1], {})[parts[2]] = archive.read(member)
+        except InputError:
+            raise
+        except (ValueError, KeyError, AttributeError) as error:
+            raise InputError(f"{path}: is a damaged checkpoint ({error}); use another one") from None
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return Checkpoint(path=path.absolute(), sha256=digest, header=header, arrays=values, states=states)
