@@ -61,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     from flexbench.margins.options import add_margin_options
     from lockstep.check.command import EXIT_CODES, add_check_options
-    from lockstep.options import add_run_options  # imports numpy: after the threads are set
+    from lockstep.options import add_run_options, add_timing_options  # imports numpy: after the threads are set
 
     parser = _Parser(
         prog="flexsat", description="Co-simulation bench for the attitude control of large flexible spacecraft."
@@ -236,6 +236,7 @@ def _parser() -> argparse.ArgumentParser:
         "flexsat timeline fmus/distributed/slew.ssd --ticks 6 --svg timeline.svg",
     )
     timeline.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
+    add_timing_options(timeline)
     timeline.add_argument("--ticks", type=int, default=6, metavar="N", help="ticks to show (default: 6)")
     timeline.add_argument("--svg", type=Path, metavar="FILE", help="also draw it")
 

@@ -12,7 +12,7 @@ from flexsat.archive import write_atomically
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError, System, load_system
 from lockstep.check.command import check_as_told
-from lockstep.options import run_as_told
+from lockstep.options import run_as_told, timing_of, with_delays
 from lockstep.timeline import timeline_lines
 from lockstep.timeline_svg import timeline_svg
 
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     """Simulate one system; add its metrics if it is one of ours and long enough."""
     if not options.system.exists() and options.system.suffix == ".ssd":
         raise InputError(f"{options.system}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
-    system = load_system(options.system)
+    system = load_system(options.system, timing_of(options))
     overrides: dict[str, float | int | bool | str] = {}
     if options.as_published:
         overrides |= scalar_overrides(scenario_parameters(_scenario_of(system), as_published=True))
@@ -135,7 +135,7 @@ def timeline(options: argparse.Namespace) -> int:
     """Print, and on request draw, the first ticks of a system."""
     if options.ticks < 1:
         raise InputError(f"--ticks {options.ticks}: must be 1 or more")
-    system = load_system(options.system)
+    system = with_delays(load_system(options.system, timing_of(options)), options.delay)
     print("\n".join(timeline_lines(system, options.ticks)))
     if options.svg is not None:
         write_atomically(options.svg, timeline_svg(system, options.ticks).encode())

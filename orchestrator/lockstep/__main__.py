@@ -7,8 +7,8 @@ from pathlib import Path
 
 from lockstep.check.command import EXIT_CODES, add_check_options, check_as_told
 from lockstep.clock import seconds_text
-from lockstep.errors import InputError, RunError
-from lockstep.options import add_run_options, run_as_told
+from lockstep.errors import InputError, RunError, compact
+from lockstep.options import add_run_options, add_timing_options, run_as_told, timing_of, with_delays
 from lockstep.schedule import build_schedule
 from lockstep.ssp import load_system
 from lockstep.system import System
@@ -17,6 +17,14 @@ _RUN_EXAMPLE = """example:
   python -m lockstep run orbit.ssd --out results/slew --stop 300 \\
       --set plant.mass=120 --set plant.initial.mrp=0,0,0.1 --record 'plant.*' --record-period 0.005 \\
       --delay controller:plant=2
+
+a system file of others, which tells no periods and delays:
+  python -m lockstep run vendor.ssp --period 0.001 --period aocs/controller=0.01 --stop 60 --set command=0
+  The period is that of --period, of the file, or the step size that the FMU prefers; the tick is what all periods are
+  multiples of. An FMU with discrete outputs alone is sampled: they hold from the start of a step on. All others are
+  continuous: theirs are true at its end. A connection passes on the newest value there is: that of the same tick from
+  a sampled component, that of one tick ago, which is true now, from a continuous one; --delay for another.
+  `python -m lockstep show vendor.ssp` prints what that comes to.
 """
 
 
@@ -41,13 +49,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     plain = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(prog="python -m lockstep", description="Simulate systems of FMI 2.0 FMUs.")
+    parser = argparse.ArgumentParser(prog="python -m lockstep", description="Simulate systems of FMUs (SSP 1.0).")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="simulate a system", epilog=_RUN_EXAMPLE, formatter_class=plain)
     add_run_options(run)
-    example = "example:\n  python -m lockstep show orbit.ssd\n"
+    example = "example:\n  python -m lockstep show vendor.ssp --period 0.01 --period controller=0.1\n"
     show = commands.add_parser("show", help="print components, periods, order", epilog=example, formatter_class=plain)
     show.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
+    add_timing_options(show)
     example = f"{EXIT_CODES}\nexample:\n  python -m lockstep check vendor.fmu --html report.html --strict\n"
     check = commands.add_parser("check", help="accept or refuse FMUs", epilog=example, formatter_class=plain)
     add_check_options(check)
@@ -55,12 +64,12 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _run(options: argparse.Namespace) -> int:
-    run_as_told(options, load_system(options.system), {})
+    run_as_told(options, load_system(options.system, timing_of(options)), {})
     return 0
 
 
 def _show(options: argparse.Namespace) -> int:
-    system = load_system(options.system)
+    system = with_delays(load_system(options.system, timing_of(options)), options.delay)
     for line in describe(system):
         print(line)
     return 0
@@ -84,6 +93,10 @@ def describe(system: System) -> list[str]:
     for (start, end, delay), count in links.items():
         latency = "same tick" if delay == 0 else f"delay {delay} tick{'s' if delay > 1 else ''}"
         lines.append(f"  {start} -> {end}: {count} value{'s' if count > 1 else ''}, {latency}")
+    if system.inputs:
+        lines.append(f"  without a value: {compact(one.name for one in system.inputs)}; give --set NAME=VALUE")
+    if system.ignored:
+        lines.append(f"  left out, as no variable takes them: {compact(system.ignored)}")
     return lines
 
 

@@ -1,5 +1,6 @@
 """Zip files that came from elsewhere: opened with one-line errors, extracted only below their folder."""
 
+import io
 import os
 import tempfile
 import zipfile
@@ -53,7 +54,10 @@ def unpacking_place() -> str | None:
 
 @contextmanager
 def open_file(path: Path, archive: Path | None, name: str) -> Iterator[BinaryIO]:
-    """Open a file on disk, or a member of a zip archive, for reading with seek."""
+    """Open a file on disk, or a member of a zip archive, for reading with seek.
+
+    An archive in an archive is named as if the outer one were a folder: `outer.ssp/resources/inner.ssp`.
+    """
     if archive is None:
         try:
             with path.open("rb") as stream:
@@ -63,7 +67,20 @@ def open_file(path: Path, archive: Path | None, name: str) -> Iterator[BinaryIO]
         except (IsADirectoryError, PermissionError) as error:
             raise InputError(f"{name}: cannot read {path} ({error.strerror})") from None
         return
-    with open_zip(archive, str(archive)) as outer:
+    outermost = next((parent for parent in archive.parents if parent.is_file()), None)
+    if outermost is not None:
+        with open_file(archive.relative_to(outermost), outermost, name) as stream:
+            packed = io.BytesIO(stream.read())  # going back in a packed stream unpacks it again from its start
+        with _open_member(packed, path, archive, name) as inner:
+            yield inner
+        return
+    with _open_member(archive, path, archive, name) as member:
+        yield member
+
+
+@contextmanager
+def _open_member(file: Path | IO[bytes], path: Path, archive: Path, name: str) -> Iterator[BinaryIO]:
+    with open_zip(file, str(archive)) as outer:
         try:
             member = outer.open(path.as_posix())
         except KeyError:

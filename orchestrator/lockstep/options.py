@@ -2,24 +2,26 @@
 
 import argparse
 from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 
 from lockstep.adapter.component import with_replacements
 from lockstep.clock import nanoseconds
-from lockstep.errors import InputError
+from lockstep.errors import InputError, compact
 from lockstep.master import RunSummary, simulate
 from lockstep.progress import show_progress
-from lockstep.system import System, Value
+from lockstep.system import Kind, System, Value
+from lockstep.timing import Timing
 
 
 def add_run_options(parser: argparse.ArgumentParser) -> None:
     """Add the system and all options of a run."""
     parser.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
+    add_timing_options(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="results folder (default: results/NAME OF THE SYSTEM)")
     parser.add_argument("--stop", metavar="S", help="stop time in seconds (default: the system file's)")
-    parser.add_argument("--set", action="append", default=[], metavar="C.P=V", help="set parameter P of component C")
-    parser.add_argument("--delay", action="append", default=[], metavar="A:B=N", help="delay from A to B in ticks")
-    parser.add_argument("--period", action="append", default=[], metavar="C=S", help="period of component C in seconds")
+    parser.add_argument("--set", action="append", default=[], metavar="C.P=V",
+                        help="set parameter P of component C; or, as NAME=V, an input of the whole system")  # fmt: skip
     parser.add_argument("--replace", action="append", default=[], metavar="C=FMU", help="put an FMU in C's place")
     parser.add_argument("--adapter", action="append", default=[], metavar="FILE",
                         help="TOML file between it and the ports of C; C=FILE if several are replaced")  # fmt: skip
@@ -29,6 +31,51 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--share-process", action="append", default=[], metavar="C", help="run C in our own process")
     parser.add_argument("--step-limit", metavar="S", help="wall time for a call of an isolated FMU (default: 60)")
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier run in the results folder")
+
+
+def add_timing_options(parser: argparse.ArgumentParser) -> None:
+    """Add when components are stepped and how old their values are: files of others do not say it."""
+    add = partial(parser.add_argument, action="append", default=[])
+    add("--delay", metavar="[A:B=]N", help="delay from A to B, or of all connections, in ticks")
+    add("--period", metavar="[C=]S", help="period of component C, or of all, in seconds")
+    parser.add_argument("--tick", metavar="S", help="base tick in seconds, for files that have none")
+    add("--continuous", metavar="C", help="outputs of C are true at the end of its step")
+    add("--sampled", metavar="C", help="outputs of C hold from the start of its step on")
+
+
+def timing_of(options: argparse.Namespace) -> Timing:
+    """Return what the options of `add_timing_options` say, for `load_system`. Raises InputError."""
+    periods = [text.rpartition("=") for text in options.period]
+    delays = [text for text in options.delay if "=" not in text]
+    kinds: dict[str, Kind] = dict.fromkeys(options.continuous, "continuous")
+    both = sorted(kinds.keys() & set(options.sampled))
+    if both:
+        raise InputError(f"--sampled {both[0]}: is told to be continuous too; choose one")
+    kinds |= dict.fromkeys(options.sampled, "sampled")
+    general = [period for name, _, period in periods if not name]
+    for option, texts in (("--period", general), ("--delay", delays)):
+        if len(texts) > 1:
+            raise InputError(f"{option} {texts[-1]}: given for all already, as {texts[0]}; name a component")
+    return Timing(
+        tick=_positive(options.tick, "--tick") if options.tick is not None else None,
+        period=_positive(general[0], "--period") if general else None,
+        periods={name: _positive(period, f"--period {name}") for name, _, period in periods if name},
+        kinds=kinds,
+        delay=_ticks(delays[0]) if delays else None,
+    )
+
+
+def _positive(text: str, what: str) -> int:
+    time = nanoseconds(text, what)
+    if time <= 0:
+        raise InputError(f"{what} {text}: must be > 0 s")
+    return time
+
+
+def _ticks(text: str) -> int:
+    if not (text.isascii() and text.isdecimal()):
+        raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example controller:plant=2, or TICKS for all")
+    return int(text)
 
 
 def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[str, Value]) -> RunSummary:
@@ -51,29 +98,31 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
             overwrite=options.overwrite,
             step_limit=options.step_limit,
         )
+    if system.ignored:
+        print(f"left out, as no variable takes them: {compact(system.ignored)}")
     speed = summary.simulated_time / max(summary.wall_time, 1e-9)
     print(f"{summary.simulated_time:g} s simulated in {summary.wall_time:.1f} s ({speed:.1f} x real time): {folder}")
     return summary
 
 
 def with_delays(system: System, texts: Iterable[str]) -> System:
-    """Return the system with delays given as FROM:TO=TICKS."""
-    for text in texts:
-        ends, _, ticks = text.rpartition("=")
+    """Return the system with delays given as TICKS for all connections, and as FROM:TO=TICKS, which goes before."""
+    for text in sorted(texts, key=lambda text: "=" in text):
+        ends, equals, ticks = text.rpartition("=")
         start, _, end = ends.partition(":")
-        if not (start and end and ticks.isdecimal()):
-            raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example controller:plant=2")
-        system = system.with_delay(start, end, int(ticks))
+        if equals and not (start and end):
+            raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example controller:plant=2, or TICKS for all")
+        count = _ticks(ticks)
+        system = system.with_delay(start, end, count) if equals else system.with_every_delay(count)
     return system
 
 
 def with_periods(system: System, texts: Iterable[str]) -> System:
-    """Return the system with periods given as COMPONENT=SECONDS."""
+    """Return the system with periods given as COMPONENT=SECONDS; one for all was for `load_system`."""
     for text in texts:
-        name, equals, period = text.partition("=")
-        if not (name and equals):
-            raise InputError(f"--period {text}: write COMPONENT=SECONDS, for example sensors=0.005")
-        system = system.with_period(name, nanoseconds(period, f"--period {name}"))
+        name, equals, period = text.rpartition("=")
+        if equals:
+            system = system.with_period(name, _positive(period, f"--period {name}"))
     return system
 
 

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
-from lockstep.errors import InputError, compact
+from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmu import Description, Variable
 from lockstep.system import Component, System, Value
+from lockstep.transformation import End, transferred
 from lockstep.units import checked_conversion
 
 Override = Value | Sequence[Value]
@@ -40,6 +41,41 @@ def settable(component: str, name: str, description: Description) -> Variable:
     return variable
 
 
+def resolve_overrides(
+    key: str, value: Override, system: System, descriptions: Mapping[str, Description]
+) -> list[tuple[str, Variable, Value]]:
+    """Resolve an override: the components and variables that it sets, and to what, in the FMUs' units.
+
+    The key is `component.variable`, or the name of a connector of the whole system that nothing feeds; its value is
+    in the connector's unit. Raises InputError.
+    """
+    chosen = [one for one in system.inputs if one.name == key or re.fullmatch(re.escape(key) + r"\[\d+\]", one.name)]
+    if not chosen:
+        name, variables, values = resolve_override(key, value, system, descriptions)
+        parsed = ((v, parse_value(item, v, f"{name}.{v.name}")) for v, item in zip(variables, values, strict=True))
+        return [(name, variable, item) for variable, item in parsed]
+    found = []
+    for one, item in zip(chosen, _spread(key, value, [one.name for one in chosen], chosen[0].name == key), strict=True):
+        for feed in one.feeds:
+            variable = settable(feed.component, feed.input, descriptions[feed.component])
+            what = f"{one.name} -> {feed.component}.{feed.input}"
+            target = End(type=variable.type, unit=variable.unit, relative=variable.relative, items=variable.items)
+            given = parse_value(item, replace(variable, minimum=None, maximum=None), what)
+            sent = transferred(given, one.unit, feed.hops, target, what)[0]
+            found.append((feed.component, variable, parse_value(sent, variable, what)))
+    return found
+
+
+def unfed(component: str, names: Sequence[str], system: System) -> str:
+    """Say that inputs of a component are neither connected nor given a value, and what to do."""
+    what = f"{component}.{compact(names)}: not connected and without a value"
+    feeding = {one.name for one in system.inputs for f in one.feeds if f.component == component and f.input in names}
+    if feeding:
+        first = next(one.name for one in system.inputs if one.name in feeding)
+        return f"{what}; the input {compact(sorted(feeding))} of the system feeds it: give --set {first}=VALUE"
+    return f"{what}; connect it or give a value in the parameter bindings, or by --set {component}.{names[0]}=VALUE"
+
+
 def resolve_override(
     key: str, value: Override, system: System, descriptions: Mapping[str, Description]
 ) -> tuple[str, list[Variable], list[Value]]:
@@ -49,10 +85,19 @@ def resolve_override(
         raise InputError(f"{key}: write component.parameter, for example {system.components[0].name}.{key}")
     description = descriptions[system.component(component).name]
     elements = [v for v in description.variables if re.fullmatch(re.escape(name) + r"\[\d+\]", v)]
-    if name in description.variables or not elements:
+    single = name in description.variables or not elements
+    if single:
+        elements = [name]
+    values = _spread(key, value, elements, single)
+    return component, [settable(component, element, description) for element in elements], values
+
+
+def _spread(key: str, value: Override, elements: Sequence[str], single: bool) -> list[Value]:
+    """Return a value for each element of an array, or the one of a `single` variable."""
+    if single:
         if not isinstance(value, str) and hasattr(value, "__len__"):
             raise InputError(f"{key}: got {len(value)} values for one parameter")
-        return component, [settable(component, name, description)], [value]
+        return [value]
     if isinstance(value, str):
         value = value.split(",")
     values: list[Value] = [*value] if hasattr(value, "__iter__") else [value]
@@ -60,7 +105,7 @@ def resolve_override(
         values *= len(elements)
     if len(values) != len(elements):
         raise InputError(f"{key}: got {len(values)} values for {compact(elements)}")
-    return component, [settable(component, element, description) for element in elements], values
+    return values
 
 
 def parse_value(value: Value, variable: Variable, what: str) -> Value:
@@ -80,6 +125,8 @@ def parse_value(value: Value, variable: Variable, what: str) -> Value:
             if not isinstance(value, bool):
                 raise InputError(f"{wrong}; write true or false")
             return value
+        case "Enumeration":
+            return _item(value, variable, what)
         case "Real" | "Integer":
             if isinstance(value, bool):
                 raise wrong
@@ -88,7 +135,7 @@ def parse_value(value: Value, variable: Variable, what: str) -> Value:
             except ValueError:
                 raise wrong from None
         case _:
-            raise InputError(f"{what}: type {variable.type} cannot be set; only Real, Integer, Boolean and String can")
+            raise InputError(f"{what}: values of type {variable.type} cannot be set; remove it")
     if not math.isfinite(parsed):
         raise InputError(f"{what}: {value!r} must be finite")
     low, high = variable.minimum, variable.maximum
@@ -96,6 +143,21 @@ def parse_value(value: Value, variable: Variable, what: str) -> Value:
         limits = f"[{'-inf' if low is None else low}, {'inf' if high is None else high}]"
         raise InputError(f"{what}: {value!r} is outside {limits}, which the FMU declares")
     return parsed
+
+
+def _item(value: Value, variable: Variable, what: str) -> int:
+    """Return the number of an Enumeration's item, given by its name or number."""
+    items = variable.items
+    if isinstance(value, str) and value in items:
+        return items[value]
+    wrong = f"{what}: {value!r} is no item of its Enumeration; there are {compact(items)}"
+    try:
+        number = _whole(value)
+    except ValueError:
+        raise InputError(wrong + suggestion(str(value), items)) from None
+    if isinstance(value, bool) or (items and number not in items.values()):
+        raise InputError(wrong)
+    return number
 
 
 def _whole(value: str | float | int) -> int:

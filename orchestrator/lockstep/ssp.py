@@ -1,265 +1,212 @@
 """Read SSP 1.0 system files: a .ssd file, an unpacked SSP folder, or a .ssp archive.
 
-Periods, offsets, kinds, delays, the tick and what to record are no part of SSP. They stand in annotations of
-the type `lockstep`, in a namespace of our own; `lockstep.ssp_writer` writes them.
+Periods, offsets, kinds, delays, the tick and what to record are no part of SSP. They stand in annotations of the type
+`lockstep`, in a namespace of our own; `lockstep.ssp_writer` writes them, and `lockstep.timing` says what is done
+without. Systems in systems are flattened; a component of one has its path as its name: `aocs/controller`.
+
+In a file of others, one whose system has no annotation of ours, a value that no variable takes is left out, as SSP
+has it, and listed by `System.ignored`; in one of ours it is refused.
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
 
-from lxml import etree  # type: ignore[import-untyped]
-
-from lockstep.archive import is_inside, open_file
+from lockstep.archive import open_file
 from lockstep.clock import nanoseconds
-from lockstep.errors import InputError, compact, siblings, suggestion
-from lockstep.ssp_xml import (
-    ANNOTATION,
-    LOCKSTEP,
-    MAIN,
-    NS,
-    PARAMETERS,
-    SSC,
-    TYPES,
-    parse,
-    read_units,
-    read_value,
-    unit_named,
-    validate,
-)
-from lockstep.system import Component, Connection, Connector, Kind, System, Value
-from lockstep.units import Unit
+from lockstep.errors import InputError
+from lockstep.fmu import Description, Variable, read_description
+from lockstep.ssp_annotations import annotation
+from lockstep.ssp_flatten import Settled, Way, refuse_ignored, settle, ways
+from lockstep.ssp_place import place_of
+from lockstep.ssp_reader import open_description, read_tree
+from lockstep.ssp_tree import Branch, Leaf, Place, Setting
+from lockstep.ssp_xml import NS, Element
+from lockstep.system import Component, Connection, Connector, Feed, Kind, System, SystemInput, Value
+from lockstep.timing import Timing
+from lockstep.transformation import End, Hop, transferred
+from lockstep.units import Unit, checked_conversion, known_unit
 
 
-def load_system(path: Path | str) -> System:
-    """Read a system file, or raise InputError. Only the FMUs stay unread; `simulate` checks against them."""
-    path = Path(path).absolute()
-    archive = path if path.suffix.lower() == ".ssp" and path.is_file() else None
-    if path.is_dir():
-        path = path / MAIN
-    document = Path(MAIN) if archive else path
-    with open_file(document, archive, str(path)) as stream:
-        text = stream.read()
-    root = parse(text, str(path), "SystemStructureDescription.xsd")
-    with open_file(path, None, str(path)) as stream:
+def load_system(path: Path | str, timing: Timing | None = None) -> System:
+    """Read a system file, or raise InputError.
+
+    Parameters
+    ----------
+    path : a .ssd, the folder of an unpacked package, a .ssp, or one variant in it: `package.ssp#Variant.ssd`
+    timing : what the command line says of periods, kinds and delays; what is not said is as in `lockstep.timing`
+
+    FMUs stay unread unless they have to be asked for steps, variables or units; `simulate` checks against all.
+    """
+    place = place_of(Path(path))
+    document = open_description(place)
+    tree = read_tree(document)
+    file = place.archive or place.document
+    with open_file(file, None, str(file)) as stream:
         digest = hashlib.sha256(stream.read()).hexdigest()
-    return _Reader(path, document.parent, archive).system(root, digest)
+    return _Assembly(file, document.root, tree, timing or Timing()).system(digest)
 
 
-class _Reader:
-    """Holds where the document stands, so that every message and every relative path can refer to it."""
+class _Assembly:
+    """Holds the tree, and what is asked of the FMUs in it, while the system is put together."""
 
-    def __init__(self, path: Path, folder: Path, archive: Path | None) -> None:
-        self.path, self.folder, self.archive = path, folder, archive
+    def __init__(self, path: Path, root: Element, tree: Branch, timing: Timing) -> None:
+        self.path, self.root, self.tree, self.timing = path, root, tree, timing
+        self.leaves = {leaf.path: leaf for leaf in tree.leaves()}
+        self.own = annotation(root.find("ssd:System", NS), "System", "the system", ("tick", "recordPeriod"))
+        self.asked: dict[str, Description] = {}
 
-    def system(self, root: etree._Element, digest: str) -> System:
-        system = root.find("ssd:System", NS)
-        assert system is not None  # the schema demands it
-        units = read_units(root)
-        own = self.annotation(system, "System", "the system")
-        if own is None or "tick" not in own.attrib:
-            raise InputError(f"{self.path}: no base tick; {_remedy('System', 'tick')} to ssd:System")
-        _known(own, ("tick", "recordPeriod"), "system annotation")
-        elements = list(system.iterfind("ssd:Elements/*", NS))
-        for element in elements:
-            if etree.QName(element).localname != "Component":
-                kind = etree.QName(element).localname
-                raise InputError(f"{element.get('name')}: a nested {kind} is not supported; flatten the system")
-        shared = self.shared_parameters(system, units, [str(e.get("name")) for e in elements])
-        components = tuple(self.component(element, units, shared) for element in elements)
-        ports = {c.name: {port.name: port for port in c.connectors or ()} for c in components}
-        experiment = root.find("ssd:DefaultExperiment", NS)
-        start, stop = (experiment.get(name) if experiment is not None else None for name in ("startTime", "stopTime"))
-        if start is not None and float(start) != 0.0:
-            raise InputError(f"{self.path}: startTime {start} must be 0")
-        period = own.get("recordPeriod")
-        record = tuple(str(e.get("pattern")) for e in own.iterfind("lockstep:Record", NS))
-        return System(
-            name=str(root.get("name")),
-            tick=nanoseconds(own.attrib["tick"], "tick"),
+    def system(self, digest: str) -> System:
+        name = str(self.root.get("name"))
+        if not self.leaves:
+            raise InputError(f"system {name}: no components")
+        settled = settle(self.tree, self._has)
+        if self.own is not None:
+            refuse_ignored(settled, self.tree)
+        found, free = ways(self.tree)
+        values = self._values(settled, [*found, *free])
+        components = tuple(self._component(leaf, values.get(leaf.path, {})) for leaf in self.leaves.values())
+        kinds: dict[str, Kind] = {component.name: component.kind for component in components}
+        period = None if self.own is None else self.own.get("recordPeriod")
+        record = () if self.own is None else (str(e.get("pattern")) for e in self.own.iterfind("lockstep:Record", NS))
+        system = System(
+            name=name,
+            tick=self._tick(components),
             components=components,
-            connections=tuple(self.connection(e, ports) for e in system.iterfind("ssd:Connections/*", NS)),
-            stop_time=None if stop is None else nanoseconds(stop, "stopTime"),
-            record=record or ("all",),
+            connections=tuple(self._connection(way, kinds) for way in found),
+            stop_time=self._stop_time(),
+            record=tuple(record) or ("all",),
             record_period=None if period is None else nanoseconds(period, "recordPeriod"),
             path=self.path,
             sha256=digest,
+            inputs=self._inputs(free, values),
+            ignored=tuple(f"{setting.name} ({setting.origin})" for setting in settled.ignored),
         )
+        for named in self.timing.names():
+            system.component(named)
+        return system
 
-    def component(
-        self,
-        element: etree._Element,
-        units: Mapping[str, Unit],
-        shared: Mapping[str, dict[str, tuple[Value, Unit | None]]],
-    ) -> Component:
-        name = str(element.get("name"))
-        if element.get("type", "application/x-fmu-sharedlibrary") != "application/x-fmu-sharedlibrary":
-            raise InputError(f"{name}: type {element.get('type')} is not supported; only FMUs are")
-        if element.get("implementation") == "ModelExchange":
-            raise InputError(f"{name}: implementation ModelExchange is not supported; use CoSimulation")
-        timing = self.annotation(element, "Component", name)
-        if timing is None or "period" not in timing.attrib:
-            raise InputError(f"{name}: no period; {_remedy('Component', 'period')} to the component")
-        _known(timing, ("period", "offset", "kind", "isolated"), f"{name}: annotation")
-        kind: Kind = "continuous" if timing.get("kind") == "continuous" else "sampled"
-        if timing.get("kind", kind) != kind:
-            raise InputError(f"{name}: kind {timing.get('kind')!r} must be sampled or continuous")
-        values: dict[str, tuple[Value, Unit | None]] = dict(shared.get(name, {}))
-        values |= self.bindings(element, units, name)
-        connectors, declared = self.connectors(element, units, name)
+    def describe(self, leaf: Leaf) -> Description:
+        """Read the FMU of a component, once."""
+        if leaf.path not in self.asked:
+            component = Component(name=leaf.path, source=leaf.source, archive=leaf.archive, period=1)
+            self.asked[leaf.path] = read_description(component)
+        return self.asked[leaf.path]
+
+    def _has(self, leaf: Leaf, name: str) -> bool:
+        """Tell whether a value is for this component; in a file of ours a wrong name is told when all are checked."""
+        if self.own is not None:
+            return True
+        variable = self.describe(leaf).variables.get(name)
+        return variable is not None and variable.causality in ("parameter", "input", "structuralParameter")
+
+    def _tick(self, components: tuple[Component, ...]) -> int:
+        tick = self.timing.tick_of(self.tree.tick, (t for c in components for t in (c.period, c.offset)))
+        for branch in self.tree.branches():
+            if branch.tick not in (None, tick):
+                raise InputError(
+                    f"{branch.path}: its tick is not that of the whole system, in which delays count; make them equal"
+                )
+        return tick
+
+    def _stop_time(self) -> int | None:
+        experiment = self.root.find("ssd:DefaultExperiment", NS)
+        if experiment is None:
+            return None
+        start, stop = experiment.get("startTime"), experiment.get("stopTime")
+        if start is not None and float(start) != 0.0:
+            raise InputError(f"{self.path}: startTime {start} must be 0; a simulation begins there")
+        return None if stop is None else nanoseconds(stop, "stopTime")
+
+    def _component(self, leaf: Leaf, values: Mapping[str, tuple[Value, Unit | None]]) -> Component:
+        name, told = leaf.path, leaf.told
+        asked = self.describe(leaf) if self.timing.needs_description(name, told) else None
+        declared = {port.name: port.unit for port in leaf.ports.values() if port.unit is not None}
         return Component(
             name=name,
-            source=self.resolve(str(element.get("source")), name),
-            period=nanoseconds(timing.attrib["period"], f"{name}: period"),
-            offset=nanoseconds(timing.get("offset", "0"), f"{name}: offset"),
-            kind=kind,
+            source=leaf.source,
+            period=self.timing.period_of(name, told, asked),
+            offset=told.offset,
+            kind=self.timing.kind_of(name, told, asked),
             parameters={key: value for key, (value, _) in values.items()},
             units=declared | {key: unit for key, (_, unit) in values.items() if unit is not None},
-            connectors=connectors,
-            archive=self.archive,
-            isolated=_flag(timing, "isolated", name),
+            connectors=tuple(
+                Connector(name=port.name, kind=port.kind, type=port.type, items=port.items)
+                for port in leaf.ports.values()
+                if port.type != "Binary"  # one that is connected has been refused
+            ),
+            archive=leaf.archive,
+            isolated=told.isolated,
         )
 
-    def connectors(
-        self, element: etree._Element, units: Mapping[str, Unit], name: str
-    ) -> tuple[tuple[Connector, ...], dict[str, Unit]]:
-        ports: dict[str, Connector] = {}
-        declared: dict[str, Unit] = {}
-        for port in element.iterfind("ssd:Connectors/ssd:Connector", NS):
-            key = str(port.get("name"))
-            if key in ports:
-                raise InputError(f"{name}.{key}: connector declared twice")
-            kind = next((child for child in port if etree.QName(child).namespace == SSC), None)
-            type_name = etree.QName(kind).localname if kind is not None else None
-            if type_name is not None and type_name not in TYPES:
-                raise InputError(f"{name}.{key}: type {type_name} is not supported; use one of {', '.join(TYPES)}")
-            if kind is not None and kind.get("unit") is not None:
-                declared[key] = unit_named(str(kind.get("unit")), units, f"{name}.{key}")
-            ports[key] = Connector(name=key, kind=str(port.get("kind")), type=type_name)
-        return tuple(ports.values()), declared
-
-    def connection(self, element: etree._Element, ports: Mapping[str, Mapping[str, Connector]]) -> Connection:
-        start, end = element.get("startElement"), element.get("endElement")
-        output, target = str(element.get("startConnector")), str(element.get("endConnector"))
-        if start is None or end is None:
-            raise InputError(
-                f"{output} -> {target}: connectors of the system itself are not supported; name both elements"
-            )
-        factor, offset = 1.0, 0.0
-        for child in element:
-            kind = etree.QName(child).localname
-            if kind == "LinearTransformation":
-                factor, offset = float(child.get("factor", "1")), float(child.get("offset", "0"))
-            elif kind.endswith("Transformation"):
-                raise InputError(f"{start}.{output} -> {end}.{target}: {kind} is not supported")
-        own = self.annotation(element, "Connection", f"{start}.{output}")
-        if own is not None:
-            _known(own, ("delay",), f"{start}.{output} -> {end}.{target}: annotation")
-        text = "0" if own is None else own.get("delay", "0")
-        if not text.isdecimal():
-            raise InputError(f"{start}.{output} -> {end}.{target}: delay {text!r} must be a whole number of ticks >= 0")
-        connection = Connection(
-            from_component=start,
-            output=output,
-            to_component=end,
-            input=target,
-            delay=int(text),
-            factor=factor,
-            offset=offset,
-            convert_units=element.get("suppressUnitConversion", "false") not in ("true", "1"),
+    def _connection(self, way: Way, kinds: Mapping[str, Kind]) -> Connection:
+        last = way.hops[-1]
+        return Connection(
+            from_component=way.start[0],
+            output=way.start[1],
+            to_component=way.end[0],
+            input=way.end[1],
+            delay=self.timing.delay_of(way.delay, kinds[way.start[0]]),
+            factor=last.factor,
+            offset=last.offset,
+            table=last.table,
+            convert_units=last.convert_units,
+            via=way.via,
         )
-        # backwards is checked against the FMUs, with a message that knows their ports
-        for component, port, kind in ((start, output, "output"), (end, target, "input")):
-            there = ports.get(component)
-            if there is not None and port not in there:
-                near = compact(siblings(port, there)) + suggestion(port, there)
-                raise InputError(f"{component}.{port}: no such {kind} connector; {component} declares {near}")
-        return connection
 
-    def shared_parameters(
-        self, system: etree._Element, units: Mapping[str, Unit], names: list[str]
-    ) -> dict[str, dict[str, tuple[Value, Unit | None]]]:
-        """Split the system's own parameters, named `component.parameter`, by component."""
-        split: dict[str, dict[str, tuple[Value, Unit | None]]] = {}
-        for key, value in self.bindings(system, units, "the system").items():
-            component, _, parameter = key.partition(".")
-            if component not in names:
-                raise InputError(
-                    f"{key}: no component {component}; there are {compact(names)}{suggestion(component, names)}"
-                )
-            split.setdefault(component, {})[parameter] = value
-        return split
+    def _values(self, settled: Settled, found: list[Way]) -> dict[str, dict[str, tuple[Value, Unit | None]]]:
+        """Return the values of the components' variables, those of connectors sent along their ways."""
+        chosen: dict[Place, tuple[Setting, tuple[Hop, ...]]] = {
+            place: (setting, setting.hops) for place, setting in settled.values.items() if place[0] in self.leaves
+        }
+        for way in found:
+            for number, place in enumerate((way.start, *way.passed)):
+                setting = settled.values.get(place)
+                if setting is None or place[0] in self.leaves:
+                    continue
+                other = chosen.get(way.end)
+                if other is None or setting.level < other[0].level:  # a higher binding wins
+                    chosen[way.end] = (setting, (*self._into(place, setting), *way.hops[number:]))
+        values: dict[str, dict[str, tuple[Value, Unit | None]]] = {}
+        for (path, name), (setting, hops) in chosen.items():
+            values.setdefault(path, {})[name] = self._sent(self.leaves[path], name, setting, hops)
+        return values
 
-    def bindings(
-        self, element: etree._Element, units: Mapping[str, Unit], name: str
-    ) -> dict[str, tuple[Value, Unit | None]]:
-        found: dict[str, tuple[Value, Unit | None]] = {}
-        for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NS):
-            if binding.find("ssd:ParameterMapping", NS) is not None:
-                raise InputError(f"{name}: a ParameterMapping is not supported; name the parameters as the FMU does")
-            if binding.get("type", "application/x-ssp-parameter-set") != "application/x-ssp-parameter-set":
-                raise InputError(f"{name}: parameter binding of type {binding.get('type')} is not supported")
-            for key, value in self.parameter_set(binding, units, name):
-                key = binding.get("prefix", "") + key
-                if key in found:
-                    raise InputError(f"{name}.{key}: parameter given twice")
-                found[key] = value
-        return found
+    def _into(self, place: Place, setting: Setting) -> tuple[Hop, ...]:
+        """Return the hops of a value into a connector of a system."""
+        port = next(branch for branch in self.tree.branches() if branch.path == place[0]).ports[place[1]]
+        hops = setting.hops or (Hop(),)
+        return (*hops[:-1], replace(hops[-1], type=port.type, unit=port.unit, items=port.items))
 
-    def parameter_set(
-        self, binding: etree._Element, units: Mapping[str, Unit], name: str
-    ) -> Iterator[tuple[str, tuple[Value, Unit | None]]]:
-        source = binding.get("source")
-        if source is None:
-            sets = binding.findall("ssd:ParameterValues/ssv:ParameterSet", NS)
-            for values in sets:  # the schema of the system lets anything pass here
-                validate(values, str(self.path), PARAMETERS)
-        else:
-            if binding.get("sourceBase", "SSD") != "SSD":
-                raise InputError(
-                    f"{name}: {source}: sourceBase component is not supported; put the file beside the system"
-                )
-            path = self.resolve(source, name)
-            with open_file(path, self.archive, name) as stream:
-                sets = [parse(stream.read(), str(path), PARAMETERS)]
-        for values in sets:
-            known = {**units, **read_units(values)}
-            for parameter in values.iterfind("ssv:Parameters/ssv:Parameter", NS):
-                key = str(parameter.get("name"))
-                yield key, read_value(parameter[0], known, f"{name}.{key}")
+    def _sent(self, leaf: Leaf, name: str, setting: Setting, hops: tuple[Hop, ...]) -> tuple[Value, Unit | None]:
+        what = f"{leaf.path}.{name}"
+        port = leaf.ports.get(name)
+        declared = None if port is None else port.unit
+        if not hops:
+            value, unit = setting.value, setting.unit
+            if unit is not None and declared is not None and isinstance(value, float):
+                gain, bias = checked_conversion(unit, declared, False, what)
+                return gain * value + bias, declared
+            return value, unit
+        variable = self.describe(leaf).variables.get(name)
+        if variable is None:
+            raise InputError(self.describe(leaf).lacks(leaf.path, name, "parameter"))
+        return transferred(setting.value, setting.unit, hops, end_of(variable, declared), what)[0], None
 
-    def resolve(self, source: str, name: str) -> Path:
-        parts = urlsplit(source)
-        if parts.scheme not in ("", "file") or parts.netloc:
-            raise InputError(f"{name}: source {source} is not a file; copy it beside the system file")
-        path = Path(unquote(parts.path))
-        if self.archive is not None and not is_inside(path.as_posix()):
-            raise InputError(f"{name}: source {source} lies outside {self.archive.name}; put the file into the archive")
-        return path if self.archive else Path(self.folder, path).resolve()
-
-    def annotation(self, element: etree._Element, tag: str, name: str) -> etree._Element | None:
-        """Return our own element in the annotations of `element`, or None."""
-        found = element.findall(f"ssd:Annotations/ssc:Annotation[@type='{ANNOTATION}']/*", NS)
-        if not found:
-            return None
-        if len(found) > 1 or found[0].tag != f"{{{LOCKSTEP}}}{tag}":
-            raise InputError(f"{name}: the {ANNOTATION} annotation must hold one {tag} element in namespace {LOCKSTEP}")
-        return found[0]
+    def _inputs(self, free: list[Way], values: Mapping[str, Mapping[str, object]]) -> tuple[SystemInput, ...]:
+        """Return the connectors of the whole system that feed inputs and have no value."""
+        feeds: dict[str, list[Feed]] = {}
+        for way in free:
+            path, name = way.start
+            if path == "" and self.tree.ports[name].kind == "input" and way.end[1] not in values.get(way.end[0], {}):
+                feeds.setdefault(name, []).append(Feed(component=way.end[0], input=way.end[1], hops=way.hops))
+        return tuple(
+            SystemInput(name=name, unit=self.tree.ports[name].unit, feeds=tuple(found)) for name, found in feeds.items()
+        )
 
 
-def _known(element: etree._Element, names: tuple[str, ...], what: str) -> None:
-    for name in element.attrib:
-        if name not in names:
-            raise InputError(f"{what} {name}: no such attribute; there are {', '.join(names)}")
-
-
-def _flag(element: etree._Element, attribute: str, name: str) -> bool | None:
-    text = element.get(attribute)
-    if text not in (None, "true", "false", "1", "0"):
-        raise InputError(f"{name}: {attribute} {text!r} must be true or false")
-    return None if text is None else text in ("true", "1")
-
-
-def _remedy(tag: str, attribute: str) -> str:
-    return f'add <lockstep:{tag} {attribute}="0.001"/> in an annotation of type {ANNOTATION}'
+def end_of(variable: Variable, declared: Unit | None) -> End:
+    """Return an FMU's variable as the end of a way; the file's unit counts where the FMU declares none."""
+    unit = known_unit(variable.unit, declared)
+    return End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items)

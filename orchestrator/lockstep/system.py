@@ -96,8 +96,29 @@ class Connection:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Feed:
+    """An input that a connector of the whole system feeds, and the way there."""
+
+    component: str
+    input: str
+    hops: tuple[Hop, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SystemInput:
+    """A connector of the whole system that nothing feeds, so that it needs a value; `unit` if one is declared."""
+
+    name: str
+    unit: Unit | None
+    feeds: tuple[Feed, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class System:
-    """A whole system. Times are integer nanoseconds; `record` holds patterns on `component.variable`."""
+    """A whole system. Times are integer nanoseconds; `record` holds patterns on `component.variable`.
+
+    `ignored` are the values of a file of others that no variable takes, for its user to see.
+    """
 
     name: str
     tick: int  # [ns]
@@ -108,6 +129,8 @@ class System:
     record_period: int | None = None  # [ns]; None: the tick
     path: Path | None = None  # where it was read from
     sha256: str | None = None  # of that file
+    inputs: tuple[SystemInput, ...] = ()
+    ignored: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.tick <= 0:
@@ -146,6 +169,10 @@ class System:
             replace(c, delay=ticks) if (c.from_component, c.to_component) == ends else c for c in self.connections
         )
         return replace(self, connections=tuple(changed))
+
+    def with_every_delay(self, ticks: int) -> "System":
+        """Return the system with this delay on all connections."""
+        return replace(self, connections=tuple(replace(c, delay=ticks) for c in self.connections))
 
     def with_period(self, component: str, period: int) -> "System":
         """Return the system with another period [ns] of one component."""

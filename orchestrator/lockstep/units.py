@@ -20,6 +20,13 @@ class Unit:
     offset: float = 0.0
 
 
+def known_unit(told: Unit | None, declared: Unit | None) -> Unit | None:
+    """Return the unit that an FMU tells; of one that it only names, what the system file declares."""
+    if told is None or (told.exponents is None and declared is not None):
+        return declared
+    return told
+
+
 def conversion(source: Unit | None, target: Unit | None, relative: bool = False) -> tuple[float, float]:
     """Return (gain, bias) with which target value = gain * source value + bias.
 
