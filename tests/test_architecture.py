@@ -22,7 +22,7 @@ ALLOWED = {
     },
     "lockstep": {
         "numpy": "*",
-        "fmpy": {"fmu", "check.experiment", "check.drive"},
+        "fmpy": {"fmu", "fmi1", "fmi2", "fmi3", "check.experiment", "check.drive"},
         "lxml": {"ssp", "ssp_xml", "ssp_writer", "ssp_package", "srmd", "check.model", "check.description_checks"},
         "elftools": {"check.elf"},
         "pyarrow": {"results", "recorder"},

@@ -3,7 +3,9 @@
 No scalar is touched by Python in a tick: each step is one gather from the bus, one set, one doStep and one get.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +15,22 @@ from lockstep.errors import RunError, compact
 from lockstep.isolated.overlap import BegunStep, Overlapping, interleaved
 from lockstep.layout import Layout
 from lockstep.schedule import Task
-from lockstep.slave import DTYPES, FATAL, SCALARS, STATUS, WARNING, Buffer, Scalar, Slave
+from lockstep.slave import DTYPES, SCALARS, WARNING, Buffer, Scalar, Slave
+from lockstep.transfer import Way, converter, linear
 
 Call = Callable[[], int]
 Step = Callable[[float], None]
-Row = Callable[[float], tuple[NDArray[np.float64], ...]]  # the recorder's next row: Reals, Integers, Booleans
-Names = Mapping[tuple[str, Scalar, int], str]
+Row = Callable[[float], Sequence[NDArray[Any]]]  # the recorder's next row, in the order of SCALARS
+Names = Mapping[tuple[str, Scalar, int], str]  # of outputs and inputs
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """One value to set: to which input, from where on the bus of its source's type, and what becomes of it."""
+
+    target: int
+    position: int
+    way: Way
 
 
 class Exchange:
@@ -30,7 +42,7 @@ class Exchange:
         self._names = names
         self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
         self._steps: dict[object, Step] = {}  # equal phases share one step
-        self._initial: dict[tuple[str, Scalar], dict[int, float]] = {}
+        self._initial: dict[tuple[str, Scalar], dict[int, Any]] = {}
 
     def phases(self, row: Row) -> list[tuple[Step, ...]]:
         """Return the steps of every tick of the cycle, in order."""
@@ -50,7 +62,7 @@ class Exchange:
             sources = sorted({source for link in links for source in link.sources})
             if sources:
                 buffer: Buffer = np.zeros(len(sources), DTYPES[scalar])
-                self.check(name, f"fmi2Get{scalar}", 0.0, self._get(name, scalar, sources, buffer)())
+                self.check(name, f"Get{scalar}", 0.0, self._get(name, scalar, sources, buffer)())
                 if scalar == "Real":
                     self._check_finite(name, sources, buffer, 0.0)
                 self._initial[name, scalar] = dict(zip(sources, buffer.tolist(), strict=True))
@@ -58,36 +70,37 @@ class Exchange:
                 start, references = self._layout.fetched(name, scalar, version)
                 if references:
                     part = self._bus[scalar][start : start + len(references)]
-                    self.check(name, f"fmi2Get{scalar}", 0.0, self._get(name, scalar, references, part)())
+                    self.check(name, f"Get{scalar}", 0.0, self._get(name, scalar, references, part)())
                     if scalar == "Real":
                         self._check_finite(name, references, part, 0.0)
 
     def set_initial(self, name: str) -> None:
         """Set the inputs whose producers' initial outputs have been fetched."""
         for scalar in SCALARS:
-            entries: dict[int, float] = {}
+            entries: dict[int, Any] = {}
             for link in self._layout.links:
-                known = self._initial.get((link.producer, scalar))
-                if (link.consumer, link.scalar) == (name, scalar) and known is not None:
-                    values = (
-                        gain * known[s] + b for s, gain, b in zip(link.sources, link.gains, link.biases, strict=True)
-                    )
-                    entries |= dict(zip(link.targets, values, strict=True))
+                known = self._initial.get((link.producer, link.scalar))
+                if (link.consumer, link.target_scalar or link.scalar) == (name, scalar) and known is not None:
+                    values: NDArray[Any] = np.array([known[source] for source in link.sources], DTYPES[link.scalar])
+                    convert = converter(scalar, link.ways, self._labels(name, scalar, link.targets))
+                    entries |= dict(zip(link.targets, convert(values).tolist(), strict=True))
             if entries:
                 targets = sorted(entries)
                 buffer: Buffer = np.array([entries[target] for target in targets], DTYPES[scalar])
                 call = self._slaves[name].setter(scalar, np.array(targets, np.uint32), buffer)
-                self.check(name, f"fmi2Set{scalar}", 0.0, call())
+                self.check(name, f"Set{scalar}", 0.0, call())
 
-    def check(self, name: str, function: str, time: float, status: int) -> None:
-        """Raise RunError if a call failed, with what the slave logged."""
+    def _labels(self, name: str, scalar: Scalar, references: Sequence[int]) -> list[str]:
+        return [f"{name}.{self._names.get((name, scalar, r), r)}" for r in references]
+
+    def check(self, name: str, call: str, time: float, status: int) -> None:
+        """Raise RunError if a call, told without FMI's prefix, failed; with what the slave logged."""
         if status <= WARNING:
             return
         slave = self._slaves[name]
         slave.failed(status)
-        label = STATUS[status] if 0 <= status <= FATAL else f"status {status}"
-        message = slave.last_messages()
-        raise RunError(f"{name}: {function} returned {label} at {time:.9g} s" + (f": {message}" if message else ""))
+        outcome, message = slave.outcome(call, status), slave.last_messages()
+        raise RunError(f"{name}: {outcome} at {time:.9g} s" + (f": {message}" if message else ""))
 
     def _get(self, name: str, scalar: Scalar, references: list[int], buffer: Buffer) -> Call:
         return self._slaves[name].getter(scalar, np.array(references, np.uint32), buffer)
@@ -96,28 +109,21 @@ class Exchange:
         sets, gets = self._sets(task, tick), self._gets(task, tick)
         key = (
             task.name,
-            *((scalar, index.tobytes(), tuple(targets)) for scalar, (index, targets, *_) in sets.items()),
+            *((scalar, *((entry.target, entry.position) for entry in entries)) for scalar, entries in sets.items()),
             *((scalar, start, tuple(references)) for scalar, (start, references) in gets.items()),
         )
         if key not in self._steps:
             self._steps[key] = self._bind(task, sets, gets)
         return self._steps[key]
 
-    def _sets(
-        self, task: Task, tick: int
-    ) -> dict[Scalar, tuple[NDArray[np.intp], list[int], list[float], list[float]]]:
-        """For each type: where to gather, the targets in ascending order, gains and biases."""
-        found: dict[Scalar, list[tuple[int, int, float, float]]] = {}
+    def _sets(self, task: Task, tick: int) -> dict[Scalar, list[_Entry]]:
+        """Return what to set of each type, the targets in ascending order."""
+        sets: dict[Scalar, list[_Entry]] = {}
         for link, version in self._layout.renewed(task, tick):
-            for source, target, gain, bias in zip(link.sources, link.targets, link.gains, link.biases, strict=True):
+            for source, target, way in zip(link.sources, link.targets, link.ways, strict=True):
                 position = self._layout.position(link.producer, link.scalar, source, version)
-                found.setdefault(link.scalar, []).append((target, position, gain, bias))
-        sets = {}
-        for scalar, entries in found.items():
-            entries.sort()
-            targets, positions, gains, biases = (list(column) for column in zip(*entries, strict=True))
-            sets[scalar] = (np.array(positions, np.intp), targets, gains, biases)
-        return sets
+                sets.setdefault(link.target_scalar or link.scalar, []).append(_Entry(target, position, way))
+        return {scalar: sorted(entries, key=lambda entry: entry.target) for scalar, entries in sets.items()}
 
     def _gets(self, task: Task, tick: int) -> dict[Scalar, tuple[int, list[int]]]:
         fetched = {scalar: self._layout.fetched(task.name, scalar, task.begun(tick)) for scalar in SCALARS}
@@ -126,7 +132,7 @@ class Exchange:
     def _bind(
         self,
         task: Task,
-        sets: Mapping[Scalar, tuple[NDArray[np.intp], list[int], list[float], list[float]]],
+        sets: Mapping[Scalar, list[_Entry]],
         gets: Mapping[Scalar, tuple[int, list[int]]],
     ) -> Step:
         """Bind one doStep with the sets before it and the gets after it."""
@@ -134,7 +140,7 @@ class Exchange:
         do_step = slave.do_step
         length = seconds(task.period * self._layout.schedule.tick)
         end = length if task.continuous else 0.0  # from the step's start to where its outputs are true
-        before = [self._bound_set(name, scalar, entry) for scalar, entry in sets.items()]
+        before = [self._bound_set(name, scalar, entries) for scalar, entries in sets.items()]
         after = [self._bound_get(name, scalar, *entry, end) for scalar, entry in gets.items()]
         if isinstance(slave, Overlapping):
 
@@ -151,7 +157,7 @@ class Exchange:
                 first(time)
                 status = do_step(time, length, 1)
                 if status:
-                    check(name, "fmi2DoStep", time, status)
+                    check(name, "DoStep", time, status)
                 last(time)
 
             return usual_step
@@ -161,19 +167,19 @@ class Exchange:
                 call(time)
             status = do_step(time, length, 1)
             if status:
-                check(name, "fmi2DoStep", time, status)
+                check(name, "DoStep", time, status)
             for call in after:
                 call(time)
 
         return step
 
-    def _bound_set(
-        self, name: str, scalar: Scalar, entry: tuple[NDArray[np.intp], list[int], list[float], list[float]]
-    ) -> Step:
-        index, targets, gains, biases = entry
-        check, take, function = self.check, self._bus[scalar].take, f"fmi2Set{scalar}"
+    def _bound_set(self, name: str, scalar: Scalar, entries: Sequence[_Entry]) -> Step:
+        check, take, function = self.check, self._bus[scalar].take, f"Set{scalar}"
+        targets = [entry.target for entry in entries]
         buffer: Buffer = np.zeros(len(targets), DTYPES[scalar])
         call = self._slaves[name].setter(scalar, np.array(targets, np.uint32), buffer)
+        index = np.array([entry.position for entry in entries], np.intp)
+        ways = [entry.way for entry in entries]
 
         def plain(time: float) -> None:
             take(index, None, buffer, "clip")  # clip: the other modes copy through a temporary
@@ -181,9 +187,11 @@ class Exchange:
             if status:
                 check(name, function, time, status)
 
-        if all(gain == 1.0 for gain in gains) and not any(biases):
+        if all(way.plain(scalar) for way in ways):
             return plain
-        gain, bias = np.array(gains), np.array(biases)
+        if not linear(ways, scalar):
+            return self._mixed_set(name, scalar, entries, buffer, call)
+        gain, bias = np.array([way.gain for way in ways]), np.array([way.bias for way in ways])
 
         def converted(time: float) -> None:
             take(index, None, buffer, "clip")
@@ -195,8 +203,33 @@ class Exchange:
 
         return converted
 
+    def _mixed_set(self, name: str, scalar: Scalar, entries: Sequence[_Entry], buffer: Buffer, call: Call) -> Step:
+        """Bind a set whose values come from outputs of several types, or through tables."""
+        check, function = self.check, f"Set{scalar}"
+        parts = []
+        for source in SCALARS:
+            places = [k for k, entry in enumerate(entries) if entry.way.source == source]
+            if places:
+                chosen = [entries[k] for k in places]
+                names = self._labels(name, scalar, [entry.target for entry in chosen])
+                index = np.array([entry.position for entry in chosen], np.intp)
+                convert = converter(scalar, [entry.way for entry in chosen], names)
+                parts.append((self._bus[source].take, index, convert, np.array(places, np.intp)))
+
+        def mixed(time: float) -> None:
+            for take, index, convert, places in parts:
+                try:
+                    buffer[places] = convert(take(index))
+                except RunError as error:
+                    raise RunError(f"{error} at {time:.9g} s") from None
+            status = call()
+            if status:
+                check(name, function, time, status)
+
+        return mixed
+
     def _bound_get(self, name: str, scalar: Scalar, start: int, references: list[int], end: float) -> Step:
-        check, function = self.check, f"fmi2Get{scalar}"
+        check, function = self.check, f"Get{scalar}"
         part = self._bus[scalar][start : start + len(references)]
         call = self._get(name, scalar, references, part)
 
@@ -251,15 +284,13 @@ class Exchange:
         return self._steps[key]
 
     def _bind_capture(self, index: Mapping[Scalar, NDArray[np.intp]], row: Row) -> Step:
-        reals, integers, booleans = (index[scalar] for scalar in SCALARS)
-        take, take_integer, take_boolean = (self._bus[scalar].take for scalar in SCALARS)
-        whole = len(integers) + len(booleans) > 0
+        reals, take = index["Real"], self._bus["Real"].take
+        others = [(k, index[s], self._bus[s].take) for k, s in enumerate(SCALARS) if s != "Real" and len(index[s])]
 
         def capture(time: float) -> None:
-            real, integer, boolean = row(time)
-            take(reals, None, real, "clip")
-            if whole:
-                integer[:] = take_integer(integers)
-                boolean[:] = take_boolean(booleans)
+            parts = row(time)
+            take(reals, None, parts[0], "clip")
+            for k, places, take_other in others:
+                parts[k][:] = take_other(places)
 
         return capture

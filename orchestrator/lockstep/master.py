@@ -122,17 +122,17 @@ def _initialize(plan: Plan, slaves: Mapping[str, Slave], exchange: Exchange, int
     for task in tasks:
         name, slave = task.name, slaves[task.name]
         for scalar, values in plan.starts(name).items():
-            exchange.check(name, f"fmi2Set{scalar}", 0.0, slave.set_start(values, scalar))
+            exchange.check(name, f"Set{scalar}", 0.0, slave.set_start(values, scalar))
         start = task.offset
         steps = max(0, -(-(plan.ticks - start) // task.period))
         span = (seconds(tick * plan.system.tick) for tick in (start, start + steps * task.period))
-        exchange.check(name, "fmi2SetupExperiment", 0.0, slave.setup_experiment(*span))
+        exchange.check(name, "SetupExperiment", 0.0, slave.setup_experiment(*span))
     for task in tasks:
-        exchange.check(task.name, "fmi2EnterInitializationMode", 0.0, slaves[task.name].enter_initialization())
+        exchange.check(task.name, "EnterInitializationMode", 0.0, slaves[task.name].enter_initialization())
     for task in tasks:
         interrupt.check()
         exchange.set_initial(task.name)
-        exchange.check(task.name, "fmi2ExitInitializationMode", 0.0, slaves[task.name].exit_initialization())
+        exchange.check(task.name, "ExitInitializationMode", 0.0, slaves[task.name].exit_initialization())
         exchange.fetch_initial(task.name)
     for task in tasks:
         exchange.set_initial(task.name)

@@ -10,7 +10,7 @@ from lockstep.layout import Layout, Reference
 from lockstep.parameters import Override
 from lockstep.schedule import Schedule, build_schedule, whole_ticks
 from lockstep.selection import Signal, select
-from lockstep.slave import SCALARS
+from lockstep.slave import Scalar
 from lockstep.system import System, Value
 from lockstep.wiring import Wiring, wire
 
@@ -47,25 +47,25 @@ class Plan:
         )
         self.layout.cycle  # noqa: B018 (refuses a plan that would be too long, before any FMU is started)
         self.names = {
-            (name, scalar, variable.reference): variable.name
+            (name, variable.scalar, variable.reference): variable.name
             for name, description in self.descriptions.items()
-            for scalar in SCALARS
             for variable in description.variables.values()
-            if variable.type == scalar and variable.causality == "output"
+            if variable.scalar is not None and variable.causality in ("output", "input")
         }
 
-    def starts(self, name: str) -> dict[str, dict[int, Value]]:
-        """Return a component's parameters and start values by type and value reference."""
-        starts: dict[str, dict[int, Value]] = {}
+    def starts(self, name: str) -> dict[Scalar, dict[int, Value]]:
+        """Return a component's parameters and start values by type and reference."""
+        starts: dict[Scalar, dict[int, Value]] = {}
         for key, value in self.wiring.parameters[name].items():
             variable = self.descriptions[name].variables[key]
-            starts.setdefault(variable.type, {})[variable.reference] = value
+            if variable.scalar is not None:  # a value of another type has been refused
+                starts.setdefault(variable.scalar, {})[variable.reference] = value
         return starts
 
 
 def _by_component(signals: Sequence[Signal]) -> dict[str, tuple[Reference, ...]]:
     grouped: dict[str, list[Reference]] = {}
     for signal in signals:
-        scalar = next(scalar for scalar in SCALARS if scalar == signal.variable.type)
-        grouped.setdefault(signal.component, []).append((scalar, signal.variable.reference))
+        if signal.variable.scalar is not None:
+            grouped.setdefault(signal.component, []).append((signal.variable.scalar, signal.variable.reference))
     return {name: tuple(references) for name, references in grouped.items()}

@@ -1,7 +1,9 @@
 """Stream recorded rows to disk while a run goes on, and turn them into one compressed file at its end."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -10,35 +12,44 @@ from numpy.typing import NDArray
 
 from lockstep.results import PARQUET, STREAM, read_batches
 from lockstep.selection import Signal
-from lockstep.slave import SCALARS
+from lockstep.slave import DTYPES, SCALARS, Scalar
 
 _BLOCK_BYTES = 4_000_000  # of one batch on disk, when a simulated second is larger
 _GROUP_BYTES = 16_000_000  # of one row group of the final file; bounds the memory of the conversion
 
-Rows = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+_NUMBERS: tuple[Scalar, ...] = ("Real", "Integer", "Boolean")  # recorded as float64, which holds them all
+_COLUMNS = {"Int64": pa.int64(), "UInt64": pa.uint64(), "String": pa.string()}
+
+Rows = tuple[NDArray[Any], ...]
 
 
 class Recorder:
-    """Collect rows in a block and write it out each simulated second. Every column is float64."""
+    """Collect rows in blocks and write them out each simulated second.
+
+    A column is float64, unless the signal is a 64-bit integer or a text.
+    """
 
     def __init__(self, folder: Path, signals: Sequence[Signal], rows_per_second: int) -> None:
         self._folder = folder
-        by_type = [[signal for signal in signals if signal.variable.type == scalar] for scalar in SCALARS]
-        columns = [signal for group in by_type for signal in group]
-        self._order = [columns.index(signal) for signal in signals]  # block columns in the order of the file
-        width = len(columns)
-        self._size = max(1, min(rows_per_second, _BLOCK_BYTES // (8 * (width + 1))))
+        by_type = {scalar: [signal for signal in signals if signal.variable.scalar == scalar] for scalar in SCALARS}
+        columns = [signal for group in by_type.values() for signal in group]
+        self._order = [columns.index(signal) for signal in signals]  # columns of the blocks in the order of the file
+        self._size = max(1, min(rows_per_second, _BLOCK_BYTES // (8 * (len(columns) + 1))))
         self._times = np.zeros(self._size)
-        self._block = np.zeros((self._size, width))
-        ends = np.cumsum([len(group) for group in by_type])
-        self._rows: list[Rows] = [(row[: ends[0]], row[ends[0] : ends[1]], row[ends[1] :]) for row in self._block]
+        ends = np.cumsum([0, *(len(by_type[scalar]) for scalar in _NUMBERS)])
+        self._block = np.zeros((self._size, ends[-1]))
+        self._others: list[NDArray[Any]] = [
+            np.zeros((self._size, len(by_type[scalar])), DTYPES[scalar]) for scalar in SCALARS if scalar not in _NUMBERS
+        ]
+        parts = [self._block[:, start:end] for start, end in pairwise(ends)] + self._others  # in the order of SCALARS
+        self._rows: list[Rows] = [tuple(part[k] for part in parts) for k in range(self._size)]
         self._count = 0
         self.schema = _schema(signals)
         self._file = pa.OSFile(str(folder / STREAM), "wb")  # unbuffered: a written batch survives a kill
         self._writer = pa.ipc.new_stream(self._file, self.schema)
 
     def row(self, time: float) -> Rows:
-        """Return the next row to fill in: its Reals, Integers and Booleans."""
+        """Return the next row to fill in, in the order of `lockstep.slave.SCALARS`."""
         count = self._count
         if count == self._size:
             self._flush()
@@ -49,7 +60,9 @@ class Recorder:
 
     def _flush(self) -> None:
         count, self._count = self._count, 0  # first of all: a failed write must not be repeated by close
-        columns = np.ascontiguousarray(self._block[:count].T)
+        columns = list(np.ascontiguousarray(self._block[:count].T))
+        for block in self._others:
+            columns += list(np.ascontiguousarray(block[:count].T))
         arrays = [pa.array(self._times[:count]), *(pa.array(columns[position]) for position in self._order)]
         self._writer.write_batch(pa.RecordBatch.from_arrays(arrays, schema=self.schema))
 
@@ -91,5 +104,6 @@ def _schema(signals: Sequence[Signal]) -> pa.Schema:
     for signal in signals:
         unit = signal.variable.unit.name if signal.variable.unit else ""
         metadata = {"unit": unit, "description": signal.variable.description, "type": signal.variable.type}
-        fields.append(pa.field(signal.name, pa.float64(), nullable=False, metadata=metadata))
+        kind = _COLUMNS.get(signal.variable.scalar or "", pa.float64())
+        fields.append(pa.field(signal.name, kind, nullable=False, metadata=metadata))
     return pa.schema(fields)

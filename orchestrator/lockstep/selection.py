@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmu import Description, Variable
-from lockstep.slave import SCALARS
 from lockstep.system import System
 
 
@@ -33,7 +32,7 @@ def select(system: System, descriptions: Mapping[str, Description], patterns: It
         Signal(component=c.name, variable=variable)
         for c in system.components
         for variable in descriptions[c.name].variables.values()
-        if variable.causality == "output" and variable.type in SCALARS
+        if variable.causality == "output" and variable.scalar is not None
     ]
     names = [signal.name for signal in outputs]
     chosen: set[str] = set()
@@ -53,5 +52,5 @@ def select(system: System, descriptions: Mapping[str, Description], patterns: It
 def matching(pattern: str, names: Iterable[str]) -> list[str]:
     """Return the names that a pattern means."""
     expression = "".join({"*": ".*", "?": "."}.get(letter, re.escape(letter)) for letter in pattern)
-    rule = re.compile(rf"{expression}(\[\d+\])*")
+    rule = re.compile(rf"{expression}(\[\d+(,\d+)*\])*")
     return [name for name in names if rule.fullmatch(name)]

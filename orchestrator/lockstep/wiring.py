@@ -6,16 +6,19 @@ from dataclasses import dataclass
 from lockstep.errors import InputError, compact
 from lockstep.fmu import Description, Variable
 from lockstep.parameters import Override, component_parameters, parse_value, resolve_override
-from lockstep.slave import SCALARS, Scalar
+from lockstep.slave import Scalar
 from lockstep.system import Component, Connection, System, Value
+from lockstep.transfer import Way
+from lockstep.transformation import Conversion, End, Function, convert
 from lockstep.units import checked_conversion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Link:
-    """All scalars of one type from one producer to one consumer with one delay, by value reference.
+    """All scalars of one type from one producer to one consumer with one delay, by reference.
 
-    A target receives gain * source + bias; only Reals have other gains and biases than 1 and 0.
+    A target receives gain * source + bias; only Reals have other gains and biases than 1 and 0. Where there is a
+    function it receives what that makes of the value.
     """
 
     producer: str
@@ -26,6 +29,15 @@ class Link:
     targets: tuple[int, ...]
     gains: tuple[float, ...]
     biases: tuple[float, ...]
+    target_scalar: Scalar | None = None  # the type of the targets; None: that of the sources
+    functions: tuple[Function | None, ...] = ()  # one a value; (): none
+
+    @property
+    def ways(self) -> list[Way]:
+        """What becomes of each value."""
+        functions = self.functions or (None,) * len(self.sources)
+        rows = zip(self.gains, self.biases, functions, strict=True)
+        return [Way(source=self.scalar, gain=gain, bias=bias, function=function) for gain, bias, function in rows]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,27 +94,28 @@ def _check_single_instances(system: System, descriptions: Mapping[str, Descripti
 
 
 def _links(system: System, descriptions: Mapping[str, Description]) -> tuple[Link, ...]:
-    groups: dict[tuple[str, str, int, Scalar], list[tuple[int, int, float, float]]] = {}
+    groups: dict[tuple[str, str, int, Scalar, Scalar], list[tuple[int, int, Conversion]]] = {}
     for connection in system.connections:
         source = _port(connection, "output", descriptions)
         target = _port(connection, "input", descriptions)
-        if source.type != target.type:
-            raise InputError(f"{connection}: connects {source.type} to {target.type}; types must be equal")
-        if source.type not in SCALARS:
-            raise InputError(f"{connection}: type {source.type} cannot be connected; use one of {', '.join(SCALARS)}")
-        gain, bias = _gain(connection, source, target, system)
-        key = (connection.from_component, connection.to_component, connection.delay, source.type)
-        groups.setdefault(key, []).append((source.reference, target.reference, gain, bias))
+        if source.scalar is None or target.scalar is None:
+            raise InputError(f"{connection}: values of type {source.type} are not exchanged; remove the connection")
+        ends = _end(source, connection.from_component, system), _end(target, connection.to_component, system)
+        conversion = convert(*ends, connection.hops, str(connection))
+        key = (connection.from_component, connection.to_component, connection.delay, source.scalar, target.scalar)
+        groups.setdefault(key, []).append((source.reference, target.reference, conversion))
     return tuple(
         Link(
             producer=key[0],
             consumer=key[1],
             delay=key[2],
             scalar=key[3],
+            target_scalar=key[4],
             sources=tuple(entry[0] for entry in entries),
             targets=tuple(entry[1] for entry in entries),
-            gains=tuple(entry[2] for entry in entries),
-            biases=tuple(entry[3] for entry in entries),
+            gains=tuple(entry[2].gain for entry in entries),
+            biases=tuple(entry[2].bias for entry in entries),
+            functions=tuple(entry[2].function for entry in entries),
         )
         for key, entries in groups.items()
     )
@@ -123,18 +136,9 @@ def _port(connection: Connection, causality: str, descriptions: Mapping[str, Des
     return variable
 
 
-def _gain(connection: Connection, source: Variable, target: Variable, system: System) -> tuple[float, float]:
-    gain, bias = 1.0, 0.0
-    if source.type != "Real":
-        if (connection.factor, connection.offset) != (1.0, 0.0):
-            raise InputError(f"{connection}: a linear transformation of {source.type} is not supported")
-        return gain, bias
-    if connection.convert_units:
-        start = source.unit or system.component(connection.from_component).units.get(source.name)
-        end = target.unit or system.component(connection.to_component).units.get(target.name)
-        gain, bias = checked_conversion(start, end, source.relative and target.relative, str(connection))
-    # SSP: units are converted first, the transformation works on the converted value
-    return connection.factor * gain, connection.factor * bias + connection.offset
+def _end(variable: Variable, component: str, system: System) -> End:
+    unit = variable.unit or system.component(component).units.get(variable.name)
+    return End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items)
 
 
 def _check_fed(
@@ -142,7 +146,8 @@ def _check_fed(
 ) -> None:
     fed = {(connection.to_component, connection.input) for connection in system.connections}
     for component in system.components:
-        inputs = descriptions[component.name].names("input")
+        variables = descriptions[component.name].variables.values()
+        inputs = [v.name for v in variables if v.causality == "input" and v.scalar is not None]  # the others stay
         loose = [n for n in inputs if (component.name, n) not in fed and n not in parameters[component.name]]
         if loose:
             raise InputError(

@@ -20,7 +20,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from lockstep.fmu import Description, FmuSlave, read_description
+from lockstep.fmi2 import Fmi2Slave
+from lockstep.fmu import Description, read_description
 from lockstep.isolated.remote import RemoteSlave
 from lockstep.slave import DTYPES, SCALARS, Slave
 from lockstep.system import Component
@@ -83,7 +84,7 @@ def main(steps: int) -> None:
         system = load_system(folder / "fmus" / CONFIGURATION / f"{SCENARIO}.ssd")
         opened: list[Slave] = []
 
-        def open_(kind: type[FmuSlave] | type[RemoteSlave], component: Component) -> Parts:
+        def open_(kind: type[Fmi2Slave] | type[RemoteSlave], component: Component) -> Parts:
             description = read_description(component)
             slave = kind(component, description, folder / str(len(opened)), lambda *_: None)
             opened.append(slave)
@@ -93,7 +94,7 @@ def main(steps: int) -> None:
         print(f"{'component':12}{'shared':>9}{'isolated':>10}{'more':>8}   (aim: below {AIM:g} more)")
         for component in system.components:
             ways: list[list[float]] = [[], []]
-            parts = [open_(kind, component) for kind in (FmuSlave, RemoteSlave)]
+            parts = [open_(kind, component) for kind in (Fmi2Slave, RemoteSlave)]
             for first in range(0, steps, BLOCK):
                 for way, part in zip(ways, parts, strict=True):
                     way += timed([part], component.period / 1e9, first)

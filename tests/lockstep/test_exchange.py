@@ -14,6 +14,7 @@ from lockstep import Component, Connection, RunError, System
 from lockstep.exchange import Exchange
 from lockstep.layout import Layout
 from lockstep.schedule import build_schedule
+from lockstep.slave import returned
 from lockstep.wiring import Link
 
 MS = 1_000_000
@@ -61,6 +62,9 @@ class Toy:
 
     def failed(self, status):
         self.noted = status
+
+    def outcome(self, call, status):
+        return returned("fmi2", call, status)
 
     def last_messages(self):
         return "the toy's last words"
@@ -196,6 +200,6 @@ def test_a_failed_call_is_reported_with_the_slaves_words():
     toys, _, layout = simulate_toys([1], [0], [False], [], 1, 2)
     toy = toys["c0"]
     with pytest.raises(RunError, match=r"c0: fmi2DoStep returned fmi2Error at 0\.25 s: the toy's last words"):
-        Exchange(layout, toys, {}).check("c0", "fmi2DoStep", 0.25, 3)
+        Exchange(layout, toys, {}).check("c0", "DoStep", 0.25, 3)
     assert toy.noted == 3
-    Exchange(layout, toys, {}).check("c0", "fmi2DoStep", 0.25, 1)  # a warning goes on
+    Exchange(layout, toys, {}).check("c0", "DoStep", 0.25, 1)  # a warning goes on

@@ -23,7 +23,7 @@ SIGNALS = [signal("n", "Integer"), signal("x[1]", unit="m/s"), signal("ok", "Boo
 def record(folder, rows, rows_per_second=10, close=True):
     made = Recorder(folder, SIGNALS, rows_per_second)
     for row in range(rows):
-        reals, integers, booleans = made.row(row / 10)
+        reals, integers, booleans, *_ = made.row(row / 10)
         reals[:] = row, -row
         integers[:] = np.int32(2 * row)
         booleans[:] = row % 2

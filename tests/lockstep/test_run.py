@@ -164,7 +164,7 @@ def test_a_folder_with_a_run_is_kept_unless_told_otherwise(loop_ssd, tmp_path, c
     [
         ("counter.nan_at=5", 0.004, "counter.count: is nan at 0.004 s; every exchanged value must be finite"),
         ("counter.fail_at=5", 0.004, "counter: fmi2DoStep returned fmi2Fatal at 0.004 s: "),
-        ("echo.refuse_at=0.005", 0.005, "echo: fmi2DoStep returned fmi2Discard at 0.005 s: the echo refuses"),
+        ("echo.refuse_at=0.005", 0.005, "echo: fmi2DoStep returned fmi2Discard, asking for the end, at 0.005 s: "),
     ],
 )
 def test_a_failure_names_component_and_time_and_keeps_what_was_before(loop_ssd, tmp_path, cli, option, when, message):

@@ -54,9 +54,9 @@ def test_a_wrong_connection_is_refused(loop, wire_, message):
         check(replace(loop, connections=(*loop.connections, wire_)))
 
 
-def test_a_transformed_integer_is_refused(loop):
-    wires = (*loop.connections[:2], replace(loop.connections[2], factor=2.0), loop.connections[3])
-    with pytest.raises(InputError, match="a linear transformation of Integer is not supported"):
+def test_an_integer_is_not_made_a_fraction(loop):
+    wires = (*loop.connections[:2], replace(loop.connections[2], factor=0.5), loop.connections[3])
+    with pytest.raises(InputError, match=r"factor 0\.5 and offset 0 of an Integer must be whole numbers"):
         check(replace(loop, connections=wires))
 
 

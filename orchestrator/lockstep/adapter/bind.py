@@ -14,7 +14,6 @@ from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmu import Description, Variable
 from lockstep.parameters import parse_value
 from lockstep.selection import matching
-from lockstep.slave import SCALARS
 from lockstep.system import Value
 
 Ports = Mapping[str, Variable]
@@ -107,8 +106,8 @@ def _bound(entry: Entry, ours: Ports, theirs: Ports) -> Bound:
     if entry.frame is not None and count != 3:
         raise InputError(f"{entry.place}: frame turns vectors of 3 elements, and this has {count}")
     for variable in (*mine, *other):
-        if variable.type not in SCALARS:
-            raise InputError(f"{entry.place}: {variable.name} is {variable.type}; only {', '.join(SCALARS)} travel")
+        if variable.scalar in (None, "String"):
+            raise InputError(f"{entry.place}: {variable.name} is {variable.type}; numbers and Booleans are adapted")
     return Bound(
         entry=entry,
         ours=tuple(mine),

@@ -24,7 +24,8 @@ from lockstep.adapter.bind import Binding, Ports, bind
 from lockstep.adapter.slave import AdaptedSlave, adapt_slave
 from lockstep.clock import seconds
 from lockstep.errors import InputError, RunError
-from lockstep.fmu import Description, FmuSlave, read_description
+from lockstep.fmu import Description, read_description
+from lockstep.instance import instantiate
 from lockstep.slave import DTYPES, SCALARS, WARNING
 from lockstep.system import Component
 
@@ -157,7 +158,7 @@ def _torque(
     step = binding.adapter.step or excitation.period
     count = max(2, math.ceil(span / seconds(step)))
     with tempfile.TemporaryDirectory() as folder:
-        slave = FmuSlave(component, description, Path(folder), lambda *_: None)
+        slave = instantiate(component, description, Path(folder), lambda *_: None)
         try:
             adapted = adapt_slave(slave, binding)
             _called(adapted, "initialization", adapted.setup_experiment(0.0, count * seconds(step)))
@@ -181,7 +182,7 @@ def _show(slave: AdaptedSlave, binding: Binding, excitation: Excitation, rotatio
     values |= dict(zip(excitation.attitude, np.tan(rotation / 4.0).tolist(), strict=True))
     values |= {name: float(np.dot(axis, rate)) for name, axis in excitation.rate.items()}
     for scalar in SCALARS:
-        ports = [v for v in binding.variables.values() if v.type == scalar and v.name in values]
+        ports = [v for v in binding.variables.values() if v.scalar == scalar and v.name in values]
         if ports:
             references = np.array([v.reference for v in ports], np.uint32)
             slave.setter(scalar, references, np.array([values[v.name] for v in ports], DTYPES[scalar]))()

@@ -25,7 +25,7 @@ class _Side:
         self.calls: list[Callable[[], int]] = []
         self._place: dict[tuple[str, int], tuple[Buffer, int]] = {}
         for scalar in SCALARS:
-            references = sorted({v.reference for b in bounds for v in b.theirs if v.type == scalar})
+            references = sorted({v.reference for b in bounds for v in b.theirs if v.scalar == scalar})
             if not references:
                 continue
             buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
@@ -37,7 +37,7 @@ class _Side:
         """Return, for each type among a bound entry's variables: the buffer, places in it, places in the entry."""
         found = []
         for scalar in SCALARS:
-            mine = [k for k, v in enumerate(bound.theirs) if v.type == scalar]
+            mine = [k for k, v in enumerate(bound.theirs) if v.scalar == scalar]
             if mine:
                 places = [self._place[scalar, bound.theirs[k].reference] for k in mine]
                 found.append((places[0][0], np.array([p for _, p in places], np.intp), np.array(mine, np.intp)))
@@ -128,7 +128,7 @@ class AdaptedSlave:
 
         return put
 
-    def set_start(self, values: Mapping[int, Value], scalar: str) -> int:
+    def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
         """Set start values of inputs of ours, and parameters of theirs."""
         theirs: dict[int, Value] = {}
         for reference, value in values.items():
@@ -159,6 +159,10 @@ class AdaptedSlave:
         """Note the status that ended the run."""
         self._slave.failed(status)
 
+    def outcome(self, call: str, status: int) -> str:
+        """Say what a call came to that failed."""
+        return self._slave.outcome(call, status)
+
     def last_messages(self) -> str:
         """Return what the FMU logged last, or nothing."""
         return self._slave.last_messages()
@@ -170,10 +174,10 @@ class AdaptedSlave:
 
 def adapt_slave(slave: Slave, binding: Binding) -> AdaptedSlave:
     """Wrap a fresh instance, and give it the constants and parameters of the adapter file."""
-    for scalar in ("Real", "Integer", "Boolean", "String"):
-        values = {v.reference: value for v, value in binding.starts.items() if v.type == scalar}
+    for scalar in SCALARS:
+        values = {v.reference: value for v, value in binding.starts.items() if v.scalar == scalar}
         if values and slave.set_start(values, scalar) > WARNING:
-            names = compact(v.name for v in binding.starts if v.type == scalar)
+            names = compact(v.name for v in binding.starts if v.scalar == scalar)
             reason = slave.last_messages() or "it logged no reason"
             raise InputError(f"{binding.adapter.path.name}: the FMU refuses a value of {names}: {reason}")
     return AdaptedSlave(slave, binding)

@@ -13,7 +13,7 @@ from pathlib import PurePosixPath
 
 from lockstep.archive import open_file, open_zip
 from lockstep.errors import InputError
-from lockstep.fmu import PLATFORM, Description
+from lockstep.fmu import PLATFORMS, Description
 from lockstep.system import Component, System
 
 BUILD_RECORD = "resources/build.json"  # our export leaves it, with the GUID of the FMU that it was made for
@@ -68,7 +68,7 @@ def read_contents(component: Component, description: Description) -> Contents:
                 continue
             if path.parts[0] == "resources":
                 files.setdefault(path.parts[1].partition(".")[0], set()).add((member.filename, member.CRC))
-            elif path.parts[:2] == ("binaries", PLATFORM) and path.name != library:
+            elif path.parts[:2] == ("binaries", PLATFORMS[description.version]) and path.name != library:
                 files.setdefault(path.name, set()).add((member.filename, member.CRC))
     return Contents(own=own, modules={name: frozenset(found) for name, found in files.items()})
 

@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.errors import InputError, RunError
-from lockstep.fmu import Description, Log
+from lockstep.fmi_log import Log
+from lockstep.fmu import Description
 from lockstep.isolated.memory import PLACE, STEP, TIME, Shared, shared_file
 from lockstep.isolated.messages import pack, read_message, write_all
 from lockstep.isolated.process import Limits, Process
-from lockstep.slave import ERROR, FATAL, OK, STATUS, Buffer, Scalar
+from lockstep.slave import ERROR, OK, Buffer, Scalar, returned
 from lockstep.system import Component, Value
 
 _LAST_STEP, _LAST_CALLS = 2.0, 10.0  # [s] for a step that nobody waits for any more, and for terminating
@@ -50,14 +51,16 @@ class RemoteSlave:
         self, component: Component, description: Description, folder: Path, log: Log, limits: Limits | None = None
     ) -> None:
         self.name = component.name
+        self._prefix = description.prefix
         self._log = log
         self._messages: deque[str] = deque(maxlen=3)
+        self._outcome = ""  # of the call that failed last
         self._time = 0.0  # of the last step [s]
         self._flying = self._ready = self._broken = self._closed = False
         self._ports: dict[tuple[str, Scalar, bytes], tuple[int, Buffer]] = {}
         self._names: list[str] = []  # of the ports' calls
         self._programs: dict[Key, _Program] = {}
-        self._under_way = _Program(command=b"", calls=("fmi2Instantiate",), gets=frozenset())
+        self._under_way = _Program(command=b"", calls=("Instantiate",), gets=frozenset())
         self._pending: dict[int, None] = {}  # sets that wait for the next step, in order
         self._fresh: set[int] = set()  # gets whose regions hold the present values
         self._used: list[int] = []  # gets asked for since the last step
@@ -140,24 +143,28 @@ class RemoteSlave:
         if self._flying:
             self._complete()
 
-    def set_start(self, values: Mapping[int, Value], scalar: str) -> int:
+    def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
         """Set parameters and start values of one type by value reference."""
-        return self._ask("set_start", f"fmi2Set{scalar}", list(values.items()), scalar)
+        return self._ask("set_start", f"Set{scalar}", list(values.items()), scalar)
 
     def setup_experiment(self, start: float, stop: float) -> int:
         """Announce the time span."""
-        return self._ask("setup_experiment", "fmi2SetupExperiment", start, stop)
+        return self._ask("setup_experiment", "SetupExperiment", start, stop)
 
     def enter_initialization(self) -> int:
         """Enter initialization mode."""
-        return self._ask("enter_initialization", "fmi2EnterInitializationMode")
+        return self._ask("enter_initialization", "EnterInitializationMode")
 
     def exit_initialization(self) -> int:
         """Leave initialization mode."""
-        return self._ask("exit_initialization", "fmi2ExitInitializationMode")
+        return self._ask("exit_initialization", "ExitInitializationMode")
 
     def failed(self, status: int) -> None:
         """Do nothing: the worker has noted it."""
+
+    def outcome(self, call: str, status: int) -> str:
+        """Say what a call came to that failed."""
+        return self._outcome or returned(self._prefix, call, status)
 
     def last_messages(self) -> str:
         """Return what the FMU logged last above fmi2OK."""
@@ -174,7 +181,7 @@ class RemoteSlave:
                 self._process.limit = _LAST_STEP
                 self.complete()
                 self._process.limit = _LAST_CALLS
-                self._tell("fmi2FreeInstance", ask="close", arguments=[])
+                self._tell("FreeInstance", ask="close", arguments=[])
                 grace = _LAST_CALLS
         except RunError as error:
             self._log(self.name, ERROR, "isolation", str(error))
@@ -192,7 +199,7 @@ class RemoteSlave:
                 offset = self._shared.allocate(scalar, len(references))
             except MemoryError as error:
                 raise RunError(f"{self.name}: {error}") from None
-            name = f"fmi2{kind.capitalize()}{scalar}"
+            name = f"{kind.capitalize()}{scalar}"
             self._tell(name, ask="port", kind=kind, scalar=scalar, references=references.tolist(), offset=offset)
             self._ports[key] = (len(self._names), self._shared.region(scalar, len(references), offset))
             self._names.append(name)
@@ -207,9 +214,9 @@ class RemoteSlave:
 
     def _program(self, key: Key) -> _Program:
         sets, steps, gets = key
-        self._tell("fmi2DoStep", ask="program", sets=sets, steps=steps, gets=gets)
+        self._tell("DoStep", ask="program", sets=sets, steps=steps, gets=gets)
         names = self._names
-        calls = (*(names[port] for port in sets), *(("fmi2DoStep",) * steps), *(names[port] for port in gets))
+        calls = (*(names[port] for port in sets), *(("DoStep",) * steps), *(names[port] for port in gets))
         number = len(self._programs) + 1
         program = _Program(command=number.to_bytes(4, "little", signed=True), calls=calls, gets=frozenset(gets))
         self._programs[key] = program
@@ -223,7 +230,9 @@ class RemoteSlave:
             self._run((tuple(self._pending), False, ()))
             self._complete()
         self._fresh = set()
-        return int(self._tell(name, ask=method, arguments=arguments)["status"])
+        told = self._tell(name, ask=method, arguments=arguments)
+        self._outcome = str(told.get("outcome", ""))
+        return int(told["status"])
 
     def _tell(self, name: str, **message: object) -> dict[str, Any]:
         """Send a message and return the answer. `name` is the call that it makes, for the case that it fails."""
@@ -260,13 +269,12 @@ class RemoteSlave:
             for status, category, message in told["log"]:
                 self._messages.append(" ".join(message.split()))
                 self._log(self.name, status, category, message)
-            failed = (self._under_way.calls[told["place"] - 1], told["status"]) if "place" in told else None
+            failed = str(told["outcome"]) if "place" in told else None
         except (EOFError, KeyError, TypeError, ValueError, IndexError):  # gone, or out of its mind
             raise self._death() from None
         if failed is not None:
-            label = STATUS[failed[1]] if 0 <= failed[1] <= FATAL else f"status {failed[1]}"
             said = f": {self.last_messages()}" if self._messages else ""
-            raise RunError(f"{self.name}: {failed[0]} returned {label} at {self._time:.9g} s{said}")
+            raise RunError(f"{self.name}: {failed} at {self._time:.9g} s{said}")
         self._fresh = set(self._under_way.gets)
         return dict(told)
 
@@ -274,7 +282,7 @@ class RemoteSlave:
         """Return what ended the process, as an error."""
         self._broken, self._flying = True, False
         place = self._shared.integers[PLACE]
-        calls = self._under_way.calls
+        calls = [f"{self._prefix}{call}" for call in self._under_way.calls]
         where = f"in {calls[place - 1]}" if 0 < place <= len(calls) else f"after {calls[-1]}" if calls else "idle"
         said = self._shared.said()
         cause = f"{self._process.how_it_ended()} {where} at {self._time:.9g} s"

@@ -7,7 +7,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from lockstep.errors import InputError
-from lockstep.fmu import Description, FmuSlave, Log
+from lockstep.fmi_log import Log
+from lockstep.fmu import Description
+from lockstep.instance import instantiate
 from lockstep.isolated.process import Limits
 from lockstep.isolated.remote import RemoteSlave
 from lockstep.slave import Slave
@@ -18,7 +20,7 @@ def start_slave(component: Component, description: Description, folder: Path, lo
     """Load and instantiate the FMU of a component, or begin to where it is isolated."""
     if component.isolated:
         return RemoteSlave(component, description, folder, log, limits)
-    return FmuSlave(component, description, folder, log)
+    return instantiate(component, description, folder, log)
 
 
 def wait_until_ready(slaves: Iterable[Slave]) -> None:

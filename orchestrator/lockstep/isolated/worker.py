@@ -21,14 +21,20 @@ from typing import Any
 import numpy as np
 
 from lockstep.errors import InputError, RunError
-from lockstep.fmu import FmuSlave
+from lockstep.instance import instantiate
 from lockstep.isolated.memory import PLACE, STEP, TIME, Shared
 from lockstep.isolated.messages import pack, read_exactly, write_all
-from lockstep.slave import FATAL, WARNING
+from lockstep.slave import FATAL, WARNING, Slave
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 _MOST_MESSAGES = 1001  # one more than the events list, so that they can say that there were more
 _LONGEST_MESSAGE = 2000  # letters
+
+_CALLS = {
+    "setup_experiment": "SetupExperiment",
+    "enter_initialization": "EnterInitializationMode",
+    "exit_initialization": "ExitInitializationMode",
+}
 
 Call = Callable[[], int]
 Program = tuple[tuple[Call, ...], bool, tuple[Call, ...]]
@@ -39,9 +45,11 @@ class Worker:
 
     def __init__(self, shared: Shared) -> None:
         self.shared = shared
-        self.slave: FmuSlave | None = None
+        self.slave: Slave | None = None
         self.ports: list[Call] = []
         self.programs: list[Program] = [((), False, ())]
+        self.calls: list[str] = []  # of the ports, as FMI names them after its prefix
+        self.names: list[tuple[str, ...]] = [()]  # of the calls of the programs
         self.fatal = False
         self._sent = 0
         self._messages: deque[tuple[int, str, str]] = deque()
@@ -65,24 +73,26 @@ class Worker:
             where[PLACE] = place = place + 1
             status = call()
             if status > WARNING:
-                return self._failed(place, status)
+                return self._failed(number, place, status)
         if steps:
             where[PLACE] = place = place + 1
             status = slave.do_step(shared.reals[TIME], shared.reals[STEP], 1)
             if status > WARNING:
-                return self._failed(place, status)
+                return self._failed(number, place, status)
         for call in gets:
             where[PLACE] = place = place + 1
             status = call()
             if status > WARNING:
-                return self._failed(place, status)
+                return self._failed(number, place, status)
         where[PLACE] = 0
         return self._told({}) if self._messages else b"\0"
 
-    def _failed(self, place: int, status: int) -> bytes:
+    def _failed(self, number: int, place: int, status: int) -> bytes:
         self._note(status)
         self.shared.integers[PLACE] = 0
-        return self._told({"place": place, "status": status})
+        assert self.slave is not None
+        outcome = self.slave.outcome(self.names[number][place - 1], status)
+        return self._told({"place": place, "outcome": outcome})
 
     def _told(self, content: dict[str, Any]) -> bytes:
         messages = list(self._messages)
@@ -98,18 +108,27 @@ class Worker:
                 region = self.shared.region(told["scalar"], len(references), told["offset"])
                 bind = self.slave.getter if told["kind"] == "get" else self.slave.setter  # type: ignore[union-attr]
                 self.ports.append(bind(told["scalar"], references, region))
+                self.calls.append(f"{told['kind'].capitalize()}{told['scalar']}")
                 return b"\0"
             case "program":
                 sets, gets = (tuple(self.ports[number] for number in told[kind]) for kind in ("sets", "gets"))
                 self.programs.append((sets, told["steps"], gets))
+                names = [[self.calls[number] for number in told[kind]] for kind in ("sets", "gets")]
+                self.names.append((*names[0], *(("DoStep",) * told["steps"]), *names[1]))
                 return b"\0"
         arguments = told["arguments"]
         if told["ask"] == "set_start":
             arguments = [dict(arguments[0]), arguments[1]]
         status = getattr(self.slave, told["ask"])(*arguments)
-        if status is not None and status > WARNING:
-            self._note(status)
-        return self._told({"status": status})
+        if status is None or status <= WARNING:
+            return self._told({"status": status})
+        self._note(status)
+        return self._told({"status": status, "outcome": self._outcome(told["ask"], arguments, status)})
+
+    def _outcome(self, ask: str, arguments: list[Any], status: int) -> str:
+        assert self.slave is not None
+        call = f"Set{arguments[1]}" if ask == "set_start" else _CALLS.get(ask, ask)
+        return self.slave.outcome(call, status)
 
     def _note(self, status: int) -> None:
         assert self.slave is not None
@@ -120,7 +139,7 @@ class Worker:
         """Load and instantiate the FMU."""
         component, description, folder = pickle.loads(start)
         try:
-            self.slave = FmuSlave(component, description, Path(folder, "fmu"), self.log)
+            self.slave = instantiate(component, description, Path(folder, "fmu"), self.log)
         except (InputError, RunError) as error:
             return self._told({"refused": type(error).__name__, "reason": str(error)})
         return self._told({})

@@ -1,0 +1,148 @@
+"""Running instances of FMI 2.0 co-simulation FMUs."""
+
+from collections.abc import Callable, Mapping
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_void_p
+from functools import partial
+from pathlib import Path
+
+import fmpy
+import numpy as np
+from fmpy import fmi2
+from fmpy.logging import addLoggerProxy
+from numpy.typing import NDArray
+
+from lockstep.fmi_library import Library, not_instantiated
+from lockstep.fmi_log import Log, Messages, take_message
+from lockstep.fmu import Description
+from lockstep.slave import DISCARD, DTYPES, ERROR, FATAL, WARNING, Buffer, Scalar, returned
+from lockstep.system import Component, Value
+
+_LOGGER = fmi2.fmi2CallbackLoggerTYPE(take_message)
+_TERMINATED = 3  # fmi2StatusKind: fmi2Terminated
+
+
+class Fmi2Slave:
+    """One running instance. Implements `lockstep.slave.Slave` by direct calls into the library."""
+
+    def __init__(self, component: Component, description: Description, folder: Path, log: Log) -> None:
+        self.name = component.name
+        self._status = 0
+        self._alive = self._stepping = False
+        self._kept: list[object] = []  # what the library holds addresses of
+        self._messages = Messages(component.name, log)
+        self._library = Library(component, description, folder, fmi2.FMU2Slave)
+        self._fmu, self._function = self._library.fmu, self._library.function
+        self._instantiate()
+        self.do_step: Callable[[float, float, int], int] = partial(
+            self._function("fmi2DoStep", c_void_p, c_double, c_double, c_int), self._fmu.component
+        )
+
+    def _instantiate(self) -> None:
+        callbacks = fmi2.fmi2CallbackFunctions()
+        callbacks.logger = _LOGGER
+        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        callbacks.componentEnvironment = self._messages.environment
+        addLoggerProxy(byref(callbacks))
+        try:
+            self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
+        except Exception:  # a bare Exception; the reason is what the FMU logged
+            self._library.free()
+            raise not_instantiated(self.name, self._messages.last()) from None
+        self._alive = True
+
+    def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        """Return fmi2Get<scalar> with its arguments bound."""
+        if scalar == "String":
+            return self._text_getter(references, buffer)
+        return self._exchange(f"fmi2Get{scalar}", references, buffer)
+
+    def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        """Return fmi2Set<scalar> with its arguments bound."""
+        if scalar == "String":
+            return self._text_setter(references, buffer)
+        return self._exchange(f"fmi2Set{scalar}", references, buffer)
+
+    def _exchange(self, name: str, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        if not (references.flags.c_contiguous and buffer.flags.c_contiguous and len(references) == len(buffer)):
+            raise ValueError(f"{self.name}: {name} needs contiguous buffers of one length")
+        self._kept += [references, buffer]
+        function = self._function(name, c_void_p, c_void_p, c_size_t, c_void_p)
+        # instances of the ctypes are handed over as they are; Python integers would be converted at each call
+        address, values = c_void_p(references.ctypes.data), c_void_p(buffer.ctypes.data)
+        return partial(function, c_void_p(self._fmu.component), address, c_size_t(len(references)), values)
+
+    def _text_getter(self, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        function = self._function("fmi2GetString", c_void_p, c_void_p, c_size_t, c_void_p)
+        texts = (c_char_p * len(references))()
+
+        def get() -> int:
+            status = function(self._fmu.component, references.ctypes.data, len(references), byref(texts))
+            if status <= WARNING:
+                buffer[:] = [(text or b"").decode("utf-8", "replace") for text in texts]
+            return status
+
+        return get
+
+    def _text_setter(self, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        function = self._function("fmi2SetString", c_void_p, c_void_p, c_size_t, c_void_p)
+
+        def put() -> int:
+            texts = (c_char_p * len(references))(*(str(text).encode() for text in buffer))
+            return function(self._fmu.component, references.ctypes.data, len(references), byref(texts))
+
+        return put
+
+    def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
+        """Set parameters and start values of one type by value reference."""
+        buffer: Buffer = np.array(list(values.values()), DTYPES[scalar])
+        return self.setter(scalar, np.fromiter(values, np.uint32), buffer)()
+
+    def setup_experiment(self, start: float, stop: float) -> int:
+        """Announce the time span, without a tolerance."""
+        return self._call(
+            "fmi2SetupExperiment", (c_int, 0), (c_double, 0), (c_double, start), (c_int, 1), (c_double, stop)
+        )
+
+    def enter_initialization(self) -> int:
+        """Call fmi2EnterInitializationMode."""
+        return self._call("fmi2EnterInitializationMode")
+
+    def exit_initialization(self) -> int:
+        """Call fmi2ExitInitializationMode."""
+        status = self._call("fmi2ExitInitializationMode")
+        self._stepping = status < ERROR
+        return status
+
+    def _call(self, name: str, *arguments: tuple[type, float]) -> int:
+        function = self._function(name, c_void_p, *(kind for kind, _ in arguments))
+        return function(self._fmu.component, *(value for _, value in arguments))
+
+    def failed(self, status: int) -> None:
+        """Note the status that ended the run."""
+        self._status = max(self._status, status)
+
+    def outcome(self, call: str, status: int) -> str:
+        """Say what a call came to; a step may have been discarded because the FMU asks for the end."""
+        if call == "DoStep" and status == DISCARD and self._alive:
+            ended = c_int(0)
+            ask = self._function("fmi2GetBooleanStatus", c_void_p, c_int, c_void_p)
+            if ask(self._fmu.component, _TERMINATED, byref(ended)) <= WARNING and ended.value:
+                return "fmi2DoStep returned fmi2Discard, asking for the end,"
+        return returned("fmi2", call, status)
+
+    def last_messages(self) -> str:
+        """Return what the FMU logged last above fmi2OK."""
+        return self._messages.last()
+
+    def close(self) -> None:
+        """Terminate unless the instance failed or never began, free it unless the failure was fatal, unload."""
+        if not self._alive:
+            return
+        self._alive = False
+        if self._status >= FATAL:
+            return  # no call is allowed any more; not even unloading is safe
+        if self._stepping and self._status < ERROR:
+            self._status = max(self._status, self._call("fmi2Terminate"))
+        if self._status < FATAL:
+            self._fmu.freeInstance()

@@ -1,0 +1,14 @@
+"""Make a running instance of an FMU, whatever its version of FMI."""
+
+from pathlib import Path
+
+from lockstep.fmi2 import Fmi2Slave
+from lockstep.fmi_log import Log
+from lockstep.fmu import Description
+from lockstep.slave import Slave
+from lockstep.system import Component
+
+
+def instantiate(component: Component, description: Description, folder: Path, log: Log) -> Slave:
+    """Unpack the FMU of a component into a folder, load and instantiate it, or raise RunError."""
+    return Fmi2Slave(component, description, folder, log)
