@@ -22,7 +22,7 @@ from lockstep.ssp_flatten import Settled, Way, refuse_ignored, settle, ways
 from lockstep.ssp_place import place_of
 from lockstep.ssp_reader import open_description, read_tree
 from lockstep.ssp_tree import Branch, Leaf, Place, Setting
-from lockstep.ssp_xml import NS, Element
+from lockstep.ssp_xml import NS, Element, unique
 from lockstep.system import Component, Connection, Connector, Feed, Kind, System, SystemInput, Value
 from lockstep.timing import Timing
 from lockstep.transformation import End, Hop, transferred
@@ -53,6 +53,7 @@ class _Assembly:
 
     def __init__(self, path: Path, root: Element, tree: Branch, timing: Timing) -> None:
         self.path, self.root, self.tree, self.timing = path, root, tree, timing
+        unique((child.path for branch in tree.branches() for child in branch.children.values()), f"{path}: element ")
         self.leaves = {leaf.path: leaf for leaf in tree.leaves()}
         self.own = annotation(root.find("ssd:System", NS), "System", "the system", ("tick", "recordPeriod"))
         self.asked: dict[str, Description] = {}
