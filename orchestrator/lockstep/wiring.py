@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lockstep.errors import InputError, compact
+from lockstep.errors import InputError
 from lockstep.fmu import Description, Variable
-from lockstep.parameters import Override, component_parameters, parse_value, resolve_override
+from lockstep.parameters import Override, component_parameters, resolve_overrides, unfed
 from lockstep.slave import Scalar
 from lockstep.system import Component, Connection, System, Value
 from lockstep.transfer import Way
 from lockstep.transformation import Conversion, End, Function, convert
-from lockstep.units import checked_conversion
+from lockstep.units import checked_conversion, known_unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,9 +57,8 @@ def wire(system: System, descriptions: Mapping[str, Description], overrides: Map
         component.name: component_parameters(component, descriptions[component.name]) for component in system.components
     }
     for key, value in overrides.items():
-        name, variables, values = resolve_override(key, value, system, descriptions)
-        for variable, item in zip(variables, values, strict=True):
-            parameters[name][variable.name] = parse_value(item, variable, f"{name}.{variable.name}")
+        for name, variable, item in resolve_overrides(key, value, system, descriptions):
+            parameters[name][variable.name] = item
     links = _links(system, descriptions)
     _check_fed(system, descriptions, parameters)
     return Wiring(links=links, parameters=parameters)
@@ -76,8 +75,12 @@ def _check_connectors(component: Component, description: Description) -> None:
         if port.type is not None and variable.type != port.type:
             raise InputError(f"{what}: declared as {port.type}, but the FMU says {variable.type}")
         declared = component.units.get(port.name)
+        if any(variable.items.get(item, number) != number for item, number in port.items.items()):
+            raise InputError(f"{what}: the file numbers the items of its Enumeration otherwise than the FMU")
         if declared is None or variable.unit is None or declared.name == variable.unit.name:
             continue
+        if variable.unit.exponents is None:
+            continue  # its name is all that the FMU tells: the file says what it is
         if checked_conversion(declared, variable.unit, False, what) != (1.0, 0.0):
             raise InputError(f"{what}: declared in '{declared.name}', but the FMU's unit is '{variable.unit.name}'")
 
@@ -137,7 +140,7 @@ def _port(connection: Connection, causality: str, descriptions: Mapping[str, Des
 
 
 def _end(variable: Variable, component: str, system: System) -> End:
-    unit = variable.unit or system.component(component).units.get(variable.name)
+    unit = known_unit(variable.unit, system.component(component).units.get(variable.name))
     return End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items)
 
 
@@ -150,7 +153,4 @@ def _check_fed(
         inputs = [v.name for v in variables if v.causality == "input" and v.scalar is not None]  # the others stay
         loose = [n for n in inputs if (component.name, n) not in fed and n not in parameters[component.name]]
         if loose:
-            raise InputError(
-                f"{component.name}.{compact(loose)}: not connected and without a value; "
-                "connect it or give a value in the parameter bindings"
-            )
+            raise InputError(unfed(component.name, loose, system))
