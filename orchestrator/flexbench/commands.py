@@ -10,8 +10,9 @@ from time import perf_counter
 
 from flexsat.archive import write_atomically
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
-from lockstep import InputError, System, load_system
+from lockstep import InputError, RunSummary, System, load_system
 from lockstep.check.command import check_as_told
+from lockstep.checkpoint.options import resume_as_told, system_told
 from lockstep.options import run_as_told, timing_of, with_delays
 from lockstep.timeline import timeline_lines
 from lockstep.timeline_svg import timeline_svg
@@ -46,15 +47,7 @@ def check(options: argparse.Namespace) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Simulate one system; add its metrics if it is one of ours and long enough."""
-    if not options.system.exists() and options.system.suffix == ".ssd":
-        raise InputError(f"{options.system}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
-    system = load_system(options.system, timing_of(options))
-    overrides: dict[str, float | int | bool | str] = {}
-    if options.as_published:
-        overrides |= scalar_overrides(scenario_parameters(_scenario_of(system), as_published=True))
-    if options.seed is not None:
-        overrides |= {"plant.seed": options.seed, "sensors.seed": options.seed}
-    folder = run_as_told(options, system, overrides).folder
+    folder = (_run_anew(options) if options.resume is None else resume_as_told(options)).folder
     try:
         metrics = write_metrics(read_run(folder))
     except InputError as error:
@@ -63,6 +56,21 @@ def run(options: argparse.Namespace) -> int:
     for key, value in metrics.items():
         print(f"  {key:16} {value:.4g}")
     return 0
+
+
+def _run_anew(options: argparse.Namespace) -> RunSummary:
+    def load(path: Path) -> System:
+        if not path.exists() and path.suffix == ".ssd":
+            raise InputError(f"{path}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
+        return load_system(path, timing_of(options))
+
+    system = system_told(options, load)
+    overrides: dict[str, float | int | bool | str] = {}
+    if options.as_published:
+        overrides |= scalar_overrides(scenario_parameters(_scenario_of(system), as_published=True))
+    if options.seed is not None:
+        overrides |= {"plant.seed": options.seed, "sensors.seed": options.seed}
+    return run_as_told(options, system, overrides)
 
 
 def _scenario_of(system: System) -> ScenarioName:

@@ -52,10 +52,12 @@ def compute_metrics(signals: Signals, design: Design, windows: Windows) -> Mappi
     Raises
     ------
     InputError
-        If the run is too short for its steady state to be seen, or a signal was not recorded.
+        If the run begins at a checkpoint, is too short for its steady state to be seen, or lacks a signal.
     """
     time = signals.time
     steady = time > SETTLED_FROM
+    if time[0] > 0.0:
+        raise InputError(f"metrics: the run begins at {time[0]:g} s, from a checkpoint, and they are of whole runs")
     if not np.any(steady):
         raise InputError(
             f"metrics: the run ends at {time[-1]:g} s, and they refer to t > {SETTLED_FROM:g} s; simulate longer"

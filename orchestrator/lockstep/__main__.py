@@ -3,9 +3,11 @@
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from lockstep.check.command import EXIT_CODES, add_check_options, check_as_told
+from lockstep.checkpoint.options import resume_as_told, system_told
 from lockstep.clock import seconds_text
 from lockstep.errors import InputError, RunError, compact
 from lockstep.options import add_run_options, add_timing_options, run_as_told, timing_of, with_delays
@@ -64,7 +66,10 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _run(options: argparse.Namespace) -> int:
-    run_as_told(options, load_system(options.system, timing_of(options)), {})
+    if options.resume is not None:
+        resume_as_told(options)
+    else:
+        run_as_told(options, system_told(options, partial(load_system, timing=timing_of(options))), {})
     return 0
 
 

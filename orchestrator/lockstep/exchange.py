@@ -55,24 +55,36 @@ class Exchange:
             for tick in range(layout.cycle)
         ]
 
-    def fetch_initial(self, name: str) -> None:
-        """Fetch a component's initial outputs: for its readers' first inputs, and into all its slots."""
+    @property
+    def bus(self) -> Mapping[Scalar, Buffer]:
+        """All fetched outputs, by type, laid out as `Layout` says."""
+        return self._bus
+
+    def fetch_initial(self, name: str, newest: int = 0) -> None:
+        """Fetch a component's initial outputs: for its readers' first inputs, and into all slots up to a version."""
+        self.fetch_present(name)
+        for scalar in SCALARS:
+            for version in range(newest + 1 - self._layout.rings[name], newest + 1):
+                start, references = self._layout.fetched(name, scalar, version)
+                if references:
+                    self._bus[scalar][start : start + len(references)] = self.present(name, scalar, references)
+
+    def present(self, name: str, scalar: Scalar, references: list[int]) -> Buffer:
+        """Return outputs of a component as they are now."""
+        buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
+        self.check(name, f"Get{scalar}", 0.0, self._get(name, scalar, references, buffer)())
+        if scalar == "Real":
+            self._check_finite(name, references, buffer, 0.0)
+        return buffer
+
+    def fetch_present(self, name: str) -> None:
+        """Fetch a component's outputs as they are now, for what `set_initial` gives to their readers."""
         for scalar in SCALARS:
             links = [link for link in self._layout.links if (link.producer, link.scalar) == (name, scalar)]
             sources = sorted({source for link in links for source in link.sources})
             if sources:
-                buffer: Buffer = np.zeros(len(sources), DTYPES[scalar])
-                self.check(name, f"Get{scalar}", 0.0, self._get(name, scalar, sources, buffer)())
-                if scalar == "Real":
-                    self._check_finite(name, sources, buffer, 0.0)
-                self._initial[name, scalar] = dict(zip(sources, buffer.tolist(), strict=True))
-            for version in range(1 - self._layout.rings[name], 1):
-                start, references = self._layout.fetched(name, scalar, version)
-                if references:
-                    part = self._bus[scalar][start : start + len(references)]
-                    self.check(name, f"Get{scalar}", 0.0, self._get(name, scalar, references, part)())
-                    if scalar == "Real":
-                        self._check_finite(name, references, part, 0.0)
+                values = self.present(name, scalar, sources)
+                self._initial[name, scalar] = dict(zip(sources, values.tolist(), strict=True))
 
     def set_initial(self, name: str) -> None:
         """Set the inputs whose producers' initial outputs have been fetched."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from lockstep.fmi_library import Library, not_instantiated
 from lockstep.fmi_log import Log, Messages, take_message
+from lockstep.fmi_state import restore_state, save_state
 from lockstep.fmu import Description
 from lockstep.slave import DISCARD, DTYPES, ERROR, FATAL, WARNING, Buffer, Scalar, returned
 from lockstep.system import Component, Value
@@ -117,6 +118,14 @@ class Fmi2Slave:
     def _call(self, name: str, *arguments: tuple[type, float]) -> int:
         function = self._function(name, c_void_p, *(kind for kind, _ in arguments))
         return function(self._fmu.component, *(value for _, value in arguments))
+
+    def save_state(self, folder: str) -> int:
+        """Serialise the state into a folder."""
+        return save_state(self._function, "fmi2", self._fmu.component, folder)
+
+    def restore_state(self, folder: str) -> int:
+        """Set the state that a folder holds."""
+        return restore_state(self._function, "fmi2", self._fmu.component, folder)
 
     def failed(self, status: int) -> None:
         """Note the status that ended the run."""

@@ -150,8 +150,8 @@ def goes_on(folder: Path) -> bool:
 class Events:
     """Append events, one JSON object a line, each with its simulated time; before `open` they wait."""
 
-    def __init__(self) -> None:
-        self.time = 0.0  # [s] simulated; the master keeps it
+    def __init__(self, time: float = 0.0) -> None:
+        self.time = time  # [s] simulated; the master keeps it
         self._waiting: list[str] = []
         self._file: int | None = None
         self._counts: Counter[str] = Counter()

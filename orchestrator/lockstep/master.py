@@ -3,23 +3,28 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
-from itertools import cycle
+from dataclasses import dataclass, replace
+from itertools import cycle, islice
 from pathlib import Path
 from time import perf_counter
 
 from lockstep.adapter.component import with_adapter
+from lockstep.checkpoint.begin import Begin
+from lockstep.checkpoint.request import Checkpoints
+from lockstep.checkpoint.save import Saver
 from lockstep.clock import seconds
 from lockstep.errors import InputError, RunError
-from lockstep.exchange import Exchange
+from lockstep.exchange import Exchange, Step
 from lockstep.folder import check_folder, make_folder
 from lockstep.interrupt import Interrupt, deferred_interrupt
 from lockstep.isolated.start import limits_given, start_slave, wait_until_ready
 from lockstep.manifest import Events, describe_run, write_manifest
+from lockstep.pace import Pacer, pacer_given
 from lockstep.parameters import Override
 from lockstep.plan import Plan
 from lockstep.recorder import Recorder
 from lockstep.slave import Slave
+from lockstep.startup import initialize
 from lockstep.system import System
 from lockstep.temporary import run_folder
 
@@ -36,6 +41,8 @@ class RunSummary:
     wall_time: float  # [s] of the loop, without start and end
     ticks: int
     rows: int  # recorded
+    start_time: float = 0.0  # [s] simulated: where it began, or went on
+    pacer: Pacer | None = None  # how well real time was held
 
 
 def simulate(
@@ -48,8 +55,11 @@ def simulate(
     progress: Progress | None = None,
     overwrite: bool = False,
     step_limit: float | str | None = None,
+    pace: float | str | Pacer | None = None,
+    checkpoints: Checkpoints | None = None,
+    begin: Begin | None = None,
 ) -> RunSummary:
-    """Simulate a system from 0 to the stop time and leave a results folder.
+    """Simulate a system from 0, or from a checkpoint, to the stop time and leave a results folder.
 
     Parameters
     ----------
@@ -62,6 +72,9 @@ def simulate(
     progress : called with simulated and final time [s], at most ten times in a second
     overwrite : replace the folder of an earlier run, once the new one has started
     step_limit : wall time that one call of an isolated FMU may take [s]; None: 60
+    pace : factor of real time that the run must not be ahead of; None or 0: as fast as possible
+    checkpoints : when to save the state of everything, in the results folder
+    begin : checkpoint to go on from; its overrides hold unless others are given
 
     Raises
     ------
@@ -73,15 +86,22 @@ def simulate(
         After Ctrl-C, with the folder closed in the same way.
     """
     folder = Path(folder).absolute()
-    given = dict(overrides or {})
-    limits = limits_given(step_limit)
+    given = dict(begin.checkpoint.run["overrides"] if begin else {}) | dict(overrides or {})
+    limits, pacer = limits_given(step_limit), pacer_given(pace)
     plan = Plan(system, stop_time, given, record, record_period)
     system = plan.system
-    check_folder(folder, overwrite)
+    first = begin.checkpoint.tick if begin else 0
+    saving = checkpoints or Checkpoints()
+    ticks = saving.ticks(plan, first + 1 if begin else 0)
+    if begin is not None:
+        begin.check(plan)
+    if begin is None or not begin.again:
+        check_folder(folder, overwrite)
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
-        temporary = stack.enter_context(run_folder())
-        events = Events()
+        limits = replace(limits, interrupt=interrupt)
+        events = Events(seconds(first * system.tick))
+        temporary = stack.enter_context(run_folder(lambda path: events.add("cleaned", folder=str(path))))
         stack.callback(events.close)
         slaves: dict[str, Slave] = {}
         started: list[Slave] = []
@@ -95,8 +115,9 @@ def simulate(
             slaves[component.name] = with_adapter(component, slave)
         wait_until_ready(started)
         exchange = Exchange(plan.layout, slaves, plan.names)
+        saver = Saver(request=saving, ticks=ticks, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary)
         try:
-            _initialize(plan, slaves, exchange, interrupt)
+            initialize(plan, slaves, exchange, interrupt, begin, temporary)
         except RunError as error:  # nothing has been simulated: what a component refuses is its parameters
             raise InputError(str(error)) from None
         manifest = describe_run(
@@ -108,34 +129,11 @@ def simulate(
             plan.record,
             plan.layout.record_ticks * system.tick,
         )
-        make_folder(folder, manifest)
-        return _Run(plan, folder, manifest, events, exchange, close_slaves).execute(interrupt, progress)
-
-
-def _initialize(plan: Plan, slaves: Mapping[str, Slave], exchange: Exchange, interrupt: Interrupt) -> None:
-    """Bring all slaves to step mode, with each other's initial outputs as inputs.
-
-    Continuous components first: their initial outputs are initial states. Each component gets the outputs of
-    those before it while it is initialized, and of all when everyone is.
-    """
-    tasks = sorted(plan.schedule.tasks, key=lambda task: not task.continuous)
-    for task in tasks:
-        name, slave = task.name, slaves[task.name]
-        for scalar, values in plan.starts(name).items():
-            exchange.check(name, f"Set{scalar}", 0.0, slave.set_start(values, scalar))
-        start = task.offset
-        steps = max(0, -(-(plan.ticks - start) // task.period))
-        span = (seconds(tick * plan.system.tick) for tick in (start, start + steps * task.period))
-        exchange.check(name, "SetupExperiment", 0.0, slave.setup_experiment(*span))
-    for task in tasks:
-        exchange.check(task.name, "EnterInitializationMode", 0.0, slaves[task.name].enter_initialization())
-    for task in tasks:
-        interrupt.check()
-        exchange.set_initial(task.name)
-        exchange.check(task.name, "ExitInitializationMode", 0.0, slaves[task.name].exit_initialization())
-        exchange.fetch_initial(task.name)
-    for task in tasks:
-        exchange.set_initial(task.name)
+        if begin is None:
+            make_folder(folder, manifest)
+        else:
+            begin.take_folder(folder, manifest)
+        return _Run(plan, folder, manifest, events, saver, begin, pacer, close_slaves).execute(interrupt, progress)
 
 
 class _Run:
@@ -147,26 +145,29 @@ class _Run:
         folder: Path,
         manifest: dict[str, object],
         events: Events,
-        exchange: Exchange,
+        saver: Saver,
+        begin: Begin | None,
+        pacer: Pacer | None,
         close_slaves: ExitStack,
     ) -> None:
         self.plan, self.folder, self.manifest, self.events = plan, folder, manifest, events
-        self.exchange, self.close_slaves = exchange, close_slaves
-        self.done = 0  # [ticks]
-        self.started = 0.0  # [s] of the wall clock
+        self.saver, self.begin, self.pacer, self.close_slaves = saver, begin, pacer, close_slaves
+        self.first = self.done = begin.checkpoint.tick if begin else 0  # [ticks]
+        self.started = 0.0  # [s] of the wall clock, as if all before the checkpoint had been of this run
 
     def execute(self, interrupt: Interrupt, progress: Progress | None) -> RunSummary:
         """Run to the end; on any failure close everything in order, then let the failure pass."""
         plan = self.plan
-        self.started = perf_counter()
+        started = self.started = perf_counter()
         recorder: Recorder | None = None
         try:
             try:
-                self.events.open(self.folder)
-                self.events.add("start", stop_time=seconds(plan.stop_time))
-                recorder = Recorder(self.folder, plan.signals, self._rows_per_second())
+                self._open_events()
+                recorder = Recorder(
+                    self.folder, plan.signals, self._rows_per_second(), self.begin.kept if self.begin else None
+                )
                 self._loop(recorder, interrupt, progress)
-                wall_time = perf_counter() - self.started
+                wall_time = perf_counter() - started
             except BaseException:
                 self.close_slaves.close()
                 with suppress(OSError):  # the first failure is the one to tell
@@ -192,18 +193,67 @@ class _Run:
             simulated_time=self._time(),
             wall_time=wall_time,
             ticks=self.done,
-            rows=-(-self.done // plan.layout.record_ticks),
+            rows=self._rows_before(self.done) - self._rows_before(self.first),
+            start_time=seconds(self.first * plan.system.tick),
+            pacer=self.pacer,
         )
+
+    def _rows_before(self, tick: int) -> int:
+        return -(-tick // self.plan.layout.record_ticks)
+
+    def _open_events(self) -> None:
+        events, begin = self.events, self.begin
+        events.time = self._time()
+        if begin is None:
+            events.open(self.folder)
+            events.add("start", stop_time=seconds(self.plan.stop_time))
+            return
+        told = {"checkpoint": str(begin.checkpoint.path), "stop_time": seconds(self.plan.stop_time)}
+        if begin.again:
+            events.open_again(self.folder, begin.checkpoint.header["events"])
+            self.started -= begin.checkpoint.header["wall_time"]
+            events.add("resume", **told)
+        else:
+            events.open(self.folder)
+            events.add("branch", **told, fresh=list(begin.fresh))
 
     def _rows_per_second(self) -> int:
         return max(1, 10**9 // (self.plan.layout.record_ticks * self.plan.system.tick))
 
     def _loop(self, recorder: Recorder, interrupt: Interrupt, progress: Progress | None) -> None:
-        phases = self.exchange.phases(recorder.row)
+        """Run all ticks, and save where that is due: before a tick, or after the last one."""
+        phases = self.saver.exchange.phases(recorder.row)
+        stop, first, last = seconds(self.plan.stop_time), self.first, self.plan.ticks
+        if self.pacer is not None:
+            self.pacer.begin(self._time(), interrupt)
+            phases = [(self.pacer, *phase) for phase in phases]
+        look = perf_counter() + _REPORT_INTERVAL
+        for end in [*self.saver.ticks, None]:
+            look = self._ticks(phases, range(first, last if end is None else end), look, interrupt, progress)
+            if end is not None:
+                self.done = first = end
+                self.events.time = self._time()
+                wall_time = perf_counter() - self.started
+                self.saver.save(end, self.folder, recorder, self.events, self.manifest, wall_time)
+        self.done = last
+        self.events.time = stop
+        if self.pacer is not None:
+            self.pacer(stop)
+        if progress is not None:
+            progress(stop, stop)
+
+    def _ticks(
+        self,
+        phases: Sequence[tuple[Step, ...]],
+        ticks: range,
+        look: float,
+        interrupt: Interrupt,
+        progress: Progress | None,
+    ) -> float:
+        """Run these ticks; return when to look next at Ctrl-C and progress, on the wall clock."""
         events, tick_length, stop = self.events, self.plan.system.tick, seconds(self.plan.stop_time)
         clock = perf_counter
-        look = clock() + _REPORT_INTERVAL
-        for tick, phase in zip(range(self.plan.ticks), cycle(phases), strict=False):
+        for tick, phase in zip(ticks, islice(cycle(phases), ticks.start % len(phases), None), strict=False):
             self.done = tick
             events.time = time = tick * tick_length / 1e9  # the nearest double, never a sum of steps
             for step in phase:
@@ -214,10 +264,7 @@ class _Run:
                 if progress is not None:
                     progress(time, stop)
                 look = clock() + _REPORT_INTERVAL
-        self.done = self.plan.ticks
-        events.time = stop
-        if progress is not None:
-            progress(stop, stop)
+        return look
 
     def _time(self) -> float:
         return seconds(self.done * self.plan.system.tick)
@@ -228,6 +275,10 @@ class _Run:
         self.manifest |= {"status": status, "simulated_time": self._time(), "wall_time": round(wall_time, 3)}
         if reason is not None:
             self.manifest["reason"] = reason
+        if self.pacer is not None:
+            self.manifest["pace"] = self.pacer.summary()
+            with suppress(OSError):
+                self.events.add("pace", **self.pacer.summary())
         with suppress(OSError):
             self.events.add("end", status=status, **({"reason": reason} if reason else {}))
         with suppress(OSError):

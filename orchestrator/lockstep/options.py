@@ -6,9 +6,11 @@ from functools import partial
 from pathlib import Path
 
 from lockstep.adapter.component import with_replacements
-from lockstep.clock import nanoseconds
+from lockstep.checkpoint.options import add_checkpoint_options, begin_told, checkpoints_told, print_summary
+from lockstep.clock import nanoseconds, seconds
 from lockstep.errors import InputError, compact
 from lockstep.master import RunSummary, simulate
+from lockstep.pace import pacer_given
 from lockstep.progress import show_progress
 from lockstep.system import Kind, System, Value
 from lockstep.timing import Timing
@@ -16,7 +18,7 @@ from lockstep.timing import Timing
 
 def add_run_options(parser: argparse.ArgumentParser) -> None:
     """Add the system and all options of a run."""
-    parser.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
+    parser.add_argument("system", type=Path, nargs="?", help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
     add_timing_options(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="results folder (default: results/NAME OF THE SYSTEM)")
     parser.add_argument("--stop", metavar="S", help="stop time in seconds (default: the system file's)")
@@ -31,6 +33,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--share-process", action="append", default=[], metavar="C", help="run C in our own process")
     parser.add_argument("--step-limit", metavar="S", help="wall time for a call of an isolated FMU (default: 60)")
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier run in the results folder")
+    add_checkpoint_options(parser)
 
 
 def add_timing_options(parser: argparse.ArgumentParser) -> None:
@@ -86,7 +89,9 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
     folder = options.out or Path("results", system.name)
     if options.stop is not None:
         nanoseconds(options.stop, "--stop")
-    with show_progress(system.name) as progress:
+    begin, pacer = begin_told(options), pacer_given(options.pace)
+    time = seconds(begin.checkpoint.time) if begin else 0.0
+    with show_progress(system.name, begin=time, pacer=pacer) as progress:
         summary = simulate(
             system,
             folder,
@@ -97,11 +102,13 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
             progress=progress,
             overwrite=options.overwrite,
             step_limit=options.step_limit,
+            pace=pacer,
+            checkpoints=checkpoints_told(options),
+            begin=begin,
         )
     if system.ignored:
         print(f"left out, as no variable takes them: {compact(system.ignored)}")
-    speed = summary.simulated_time / max(summary.wall_time, 1e-9)
-    print(f"{summary.simulated_time:g} s simulated in {summary.wall_time:.1f} s ({speed:.1f} x real time): {folder}")
+    print_summary(summary)
     return summary
 
 

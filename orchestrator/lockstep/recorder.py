@@ -1,6 +1,8 @@
 """Stream recorded rows to disk while a run goes on, and turn them into one compressed file at its end."""
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -10,7 +12,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from lockstep.results import PARQUET, STREAM, read_batches
+from lockstep.errors import InputError
+from lockstep.results import PARQUET, STREAM, open_batches, read_batches
 from lockstep.selection import Signal
 from lockstep.slave import DTYPES, SCALARS, Scalar
 
@@ -18,9 +21,18 @@ _BLOCK_BYTES = 4_000_000  # of one batch on disk, when a simulated second is lar
 _GROUP_BYTES = 16_000_000  # of one row group of the final file; bounds the memory of the conversion
 
 _NUMBERS: tuple[Scalar, ...] = ("Real", "Integer", "Boolean")  # recorded as float64, which holds them all
+_AGAIN = f".{STREAM}.again"  # the file of a run that goes on, until it holds what was kept
 _COLUMNS = {"Int64": pa.int64(), "UInt64": pa.uint64(), "String": pa.string()}
 
 Rows = tuple[NDArray[Any], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kept:
+    """What a run had recorded at some time: rows in its file, and those that waited, as an Arrow stream."""
+
+    written: int
+    waiting: bytes
 
 
 class Recorder:
@@ -29,7 +41,8 @@ class Recorder:
     A column is float64, unless the signal is a 64-bit integer or a text.
     """
 
-    def __init__(self, folder: Path, signals: Sequence[Signal], rows_per_second: int) -> None:
+    def __init__(self, folder: Path, signals: Sequence[Signal], rows_per_second: int, kept: Kept | None = None) -> None:
+        """Begin a file, or go on with that of an earlier run behind the rows that are kept of it."""
         self._folder = folder
         by_type = {scalar: [signal for signal in signals if signal.variable.scalar == scalar] for scalar in SCALARS}
         columns = [signal for group in by_type.values() for signal in group]
@@ -45,8 +58,34 @@ class Recorder:
         self._rows: list[Rows] = [tuple(part[k] for part in parts) for k in range(self._size)]
         self._count = 0
         self.schema = _schema(signals)
-        self._file = pa.OSFile(str(folder / STREAM), "wb")  # unbuffered: a written batch survives a kill
+        self._columns = [part[:, k] for part in parts for k in range(part.shape[1])]
+        self._written = 0  # rows
+        self._file = pa.OSFile(str(folder / (STREAM if kept is None else _AGAIN)), "wb")  # unbuffered: survives a kill
         self._writer = pa.ipc.new_stream(self._file, self.schema)
+        if kept is not None:
+            self._keep(kept)
+
+    def saved(self) -> Kept:
+        """Return what has been recorded so far, with the file on disk for good."""
+        waiting = pa.BufferOutputStream()
+        with pa.ipc.new_stream(waiting, self.schema) as stream:
+            stream.write_batch(self._batch(self._count))
+        with (self._folder / STREAM).open("rb") as file:
+            os.fsync(file.fileno())
+        return Kept(written=self._written, waiting=waiting.getvalue().to_pybytes())
+
+    def _keep(self, kept: Kept) -> None:
+        """Copy rows of the earlier file in the batches that they came in, and put the new file in its place."""
+        for batch in first_rows(self._folder, kept.written, self._size):
+            self._writer.write_batch(batch)
+        self._written = kept.written
+        (self._folder / _AGAIN).replace(self._folder / STREAM)
+        (self._folder / PARQUET).unlink(missing_ok=True)
+        (batch,) = pa.ipc.open_stream(kept.waiting)
+        self._count = len(batch)
+        self._times[: self._count] = batch.column(0).to_numpy()
+        for k, position in enumerate(self._order, 1):
+            self._columns[position][: self._count] = batch.column(k).to_numpy(zero_copy_only=False)
 
     def row(self, time: float) -> Rows:
         """Return the next row to fill in, in the order of `lockstep.slave.SCALARS`."""
@@ -60,11 +99,15 @@ class Recorder:
 
     def _flush(self) -> None:
         count, self._count = self._count, 0  # first of all: a failed write must not be repeated by close
+        self._writer.write_batch(self._batch(count))
+        self._written += count
+
+    def _batch(self, count: int) -> pa.RecordBatch:
         columns = list(np.ascontiguousarray(self._block[:count].T))
         for block in self._others:
             columns += list(np.ascontiguousarray(block[:count].T))
         arrays = [pa.array(self._times[:count]), *(pa.array(columns[position]) for position in self._order)]
-        self._writer.write_batch(pa.RecordBatch.from_arrays(arrays, schema=self.schema))
+        return pa.RecordBatch.from_arrays(arrays, schema=self.schema)
 
     def close(self) -> None:
         """Write the last rows, convert the stream, remove it. When that fails the stream stays readable."""
@@ -75,6 +118,25 @@ class Recorder:
         finally:
             self._file.close()
         convert(self._folder)
+
+
+def first_rows(folder: Path, count: int, size: int) -> Iterator[pa.RecordBatch]:
+    """Yield the first rows of a run, ended or not, in batches of one size; InputError if it has fewer."""
+    left, waiting, rows = count, [], 0
+    with open_batches(folder) as (_, batches):
+        for batch in batches:
+            start = 0
+            while left and start < len(batch):
+                part = batch.slice(start, min(len(batch) - start, size - rows, left))
+                start, rows, left = start + len(part), rows + len(part), left - len(part)
+                waiting.append(part)
+                if rows == size or not left:
+                    yield pa.Table.from_batches(waiting).combine_chunks().to_batches()[0]
+                    waiting, rows = [], 0
+            if not left:
+                return
+    if left:
+        raise InputError(f"{folder}: has {count - left} rows recorded, and the checkpoint {count}; use an earlier one")
 
 
 def convert(folder: Path) -> None:

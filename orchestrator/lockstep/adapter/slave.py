@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +13,11 @@ from numpy.typing import NDArray
 from lockstep.adapter.bind import Binding, Bound
 from lockstep.adapter.conversion import Map
 from lockstep.errors import InputError, compact
-from lockstep.slave import DTYPES, OK, SCALARS, WARNING, Buffer, Scalar, Slave
+from lockstep.slave import DTYPES, ERROR, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
 from lockstep.system import Value
 
 Array = NDArray[np.float64]
+_FILE = "adapter.npz"
 _LARGEST = 2.0**31 - 1.0  # fmi2Integer
 
 
@@ -23,12 +26,14 @@ class _Side:
 
     def __init__(self, slave: Slave, bounds: Sequence[Bound], inward: bool) -> None:
         self.calls: list[Callable[[], int]] = []
+        self.buffers: list[Buffer] = []
         self._place: dict[tuple[str, int], tuple[Buffer, int]] = {}
         for scalar in SCALARS:
             references = sorted({v.reference for b in bounds for v in b.theirs if v.scalar == scalar})
             if not references:
                 continue
             buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
+            self.buffers.append(buffer)
             self._place |= {(scalar, r): (buffer, k) for k, r in enumerate(references)}
             bind = slave.setter if inward else slave.getter
             self.calls.append(bind(scalar, np.array(references, np.uint32), buffer))
@@ -67,6 +72,7 @@ class AdaptedSlave:
         inputs = _Side(slave, binding.inputs, inward=True)
         outputs = _Side(slave, binding.outputs, inward=False)
         self._setters, self._getters = inputs.calls, outputs.calls
+        self._buffers = inputs.buffers + outputs.buffers
         self._inputs = [self._work(b, b.conversion.to_theirs, inputs, number) for b in binding.inputs]
         self._outputs = [self._work(b, b.conversion.to_ours, outputs, number) for b in binding.outputs]
         self._foreign_step = slave.do_step
@@ -154,6 +160,26 @@ class AdaptedSlave:
             return status
         status = max(status, self._slave.exit_initialization())
         return status if status > WARNING else max(status, self._pull())
+
+    def save_state(self, folder: str) -> int:
+        """Save the FMU's state, and the values on both sides: some of them wait for their flag."""
+        if not isinstance(self._slave, Stateful):
+            return ERROR
+        np.savez(Path(folder, _FILE), *self._memory(), allow_pickle=False)
+        return self._slave.save_state(folder)
+
+    def restore_state(self, folder: str) -> int:
+        """Take what a folder holds."""
+        if not isinstance(self._slave, Stateful):
+            return ERROR
+        with np.load(Path(folder, _FILE), allow_pickle=False) as saved:
+            for values, name in zip(self._memory(), saved.files, strict=True):
+                values[:] = saved[name]
+        return self._slave.restore_state(folder)
+
+    def _memory(self) -> list[NDArray[Any]]:
+        """All that has to be the same where the run goes on."""
+        return [self._values, *self._buffers]
 
     def failed(self, status: int) -> None:
         """Note the status that ended the run."""

@@ -159,6 +159,14 @@ class RemoteSlave:
         """Leave initialization mode."""
         return self._ask("exit_initialization", "ExitInitializationMode")
 
+    def save_state(self, folder: str) -> int:
+        """Serialise the state into a folder, which the worker sees as the master does."""
+        return self._ask("save_state", "GetFMUstate", folder)
+
+    def restore_state(self, folder: str) -> int:
+        """Set the state that a folder holds."""
+        return self._ask("restore_state", "SetFMUstate", folder)
+
     def failed(self, status: int) -> None:
         """Do nothing: the worker has noted it."""
 

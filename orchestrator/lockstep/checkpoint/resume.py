@@ -1,0 +1,78 @@
+"""Go on with a run that was killed or interrupted, in its own folder."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+from lockstep.checkpoint.begin import Begin
+from lockstep.checkpoint.file import Checkpoint, newest_checkpoint, read_checkpoint
+from lockstep.checkpoint.repeat import system_of
+from lockstep.checkpoint.request import Checkpoints
+from lockstep.errors import InputError
+from lockstep.manifest import RUN, goes_on
+from lockstep.master import Progress, RunSummary, simulate
+from lockstep.pace import Pacer
+from lockstep.system import System
+
+
+def resumable(folder: Path | str) -> Checkpoint:
+    """Return the newest checkpoint of a results folder whose run may be resumed, or raise InputError."""
+    folder = Path(folder)
+    path = folder / RUN
+    if not path.is_file():
+        raise InputError(f"{folder}: holds no {RUN}; give the folder of a run")
+    try:
+        status = tomllib.loads(path.read_text(encoding="utf-8")).get("status")
+    except ValueError as error:
+        raise InputError(f"{path}: is no TOML file: {error}") from None
+    newest = newest_checkpoint(folder)
+    if status == "completed":
+        remedy = f"; branch from {newest} with --from" if newest else ""
+        raise InputError(f"{folder}: its run is complete, there is nothing to resume{remedy}")
+    if goes_on(folder):
+        raise InputError(f"{folder}: its run still goes on; end it before it is resumed")
+    if newest is None:
+        raise InputError(f"{folder}: holds no checkpoint; run it anew, with --checkpoint-every to be able to resume it")
+    return read_checkpoint(newest)
+
+
+def resume(
+    folder: Path | str,
+    system: System | None = None,
+    progress: Progress | None = None,
+    step_limit: float | str | None = None,
+    pace: float | str | Pacer | None = None,
+) -> RunSummary:
+    """Go on from the newest checkpoint of a run: what was simulated after it is cut off and simulated again.
+
+    The folder then holds the same signals, bit by bit, as if the run had never ended. Checkpoints are made as before.
+
+    Parameters
+    ----------
+    folder : results folder of a run that did not complete
+    system : None: loaded from where the run had it
+    progress, step_limit, pace : as in `simulate`
+
+    Raises
+    ------
+    InputError
+        If the run is complete or goes on, there is no checkpoint, or FMUs, adapters or the system have changed.
+    RunError, KeyboardInterrupt
+        As `simulate`.
+    """
+    checkpoint = resumable(folder)
+    run, wanted = checkpoint.run, checkpoint.header["checkpoints"]
+    return simulate(
+        system or system_of(run),
+        folder,
+        stop_time=run["stop_time"],
+        overrides=run["overrides"],
+        record=run["record"],
+        record_period=run["record_period"],
+        progress=progress,
+        step_limit=step_limit,
+        pace=pace,
+        checkpoints=Checkpoints(times=wanted["times"], every=wanted["every"], without=wanted["without"]),
+        begin=Begin(checkpoint=checkpoint, again=True),
+    )

@@ -1,0 +1,82 @@
+"""Save a run between two ticks."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from lockstep.checkpoint.bus import saved_bus
+from lockstep.checkpoint.file import FOLDER, WAITING, checkpoint_name, write_checkpoint
+from lockstep.checkpoint.identity import identity
+from lockstep.checkpoint.request import Checkpoints
+from lockstep.clock import seconds
+from lockstep.errors import InputError
+from lockstep.exchange import Exchange
+from lockstep.manifest import Events
+from lockstep.plan import Plan
+from lockstep.recorder import Recorder
+from lockstep.slave import Slave, Stateful
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Saver:
+    """What it takes to save a run, and after how many ticks that is due."""
+
+    request: Checkpoints
+    ticks: list[int]
+    plan: Plan
+    slaves: Mapping[str, Slave]
+    exchange: Exchange
+    temporary: Path
+
+    def __post_init__(self) -> None:
+        for name, slave in self.slaves.items():
+            if self.ticks and name not in self.request.without and not isinstance(slave, Stateful):
+                raise InputError(f"{name}: cannot save its state; leave it out with --checkpoint-without {name}")
+
+    def save(
+        self,
+        tick: int,
+        folder: Path,
+        recorder: Recorder,
+        events: Events,
+        run: Mapping[str, object],
+        wall_time: float,
+    ) -> Path:
+        """Write the checkpoint before a tick; RunError if a component fails to save its state, OSError for the disk."""
+        plan, time = self.plan, tick * self.plan.system.tick
+        states: dict[str, dict[str, bytes]] = {}
+        for name, slave in self.slaves.items():
+            if isinstance(slave, Stateful) and name not in self.request.without:
+                place = self.temporary / "state"
+                place.mkdir()
+                try:
+                    self.exchange.check(name, "GetFMUstate", seconds(time), slave.save_state(str(place)))
+                    states[name] = {file.name: file.read_bytes() for file in sorted(place.iterdir())}
+                finally:
+                    shutil.rmtree(place, ignore_errors=True)
+        bus, outputs = saved_bus(plan, self.exchange, tick)
+        path = folder / FOLDER / checkpoint_name(time)
+        events.add("checkpoint", file=f"{FOLDER}/{path.name}")
+        kept = recorder.saved()
+        header = {
+            "tick": tick,
+            "time": time,
+            "wall_time": wall_time,
+            "identity": identity(plan),
+            "run": run,
+            "outputs": outputs,
+            "rows": kept.written,
+            "events": events.saved(),
+            "checkpoints": {
+                "times": [str(time) for time in self.request.times],
+                "every": None if self.request.every is None else str(self.request.every),
+                "without": list(self.request.without),
+            },
+        }
+        write_checkpoint(path, header, bus | {WAITING: np.frombuffer(kept.waiting, np.uint8)}, states)
+        return path
