@@ -186,10 +186,12 @@ class _Assembly:
         declared = None if port is None else port.unit
         if not hops:
             value, unit = setting.value, setting.unit
-            if unit is not None and declared is not None and isinstance(value, float):
+            if unit is None or port is None or not isinstance(value, float):
+                return value, unit
+            if declared is not None:
                 gain, bias = checked_conversion(unit, declared, False, what)
                 return gain * value + bias, declared
-            return value, unit
+            hops = (Hop(),)  # `Component.units` would take it for the unit of the connector
         variable = self.describe(leaf).variables.get(name)
         if variable is None:
             raise InputError(self.describe(leaf).lacks(leaf.path, name, "parameter"))

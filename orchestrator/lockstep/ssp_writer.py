@@ -9,11 +9,13 @@ from urllib.parse import quote
 from lxml import etree  # type: ignore[import-untyped]
 
 from lockstep.clock import seconds_text
+from lockstep.errors import InputError
 from lockstep.fmu import read_description
 from lockstep.parameters import parse_value, settable
 from lockstep.ssp_xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV
 from lockstep.system import Component, Connection, Connector, System, Value
-from lockstep.units import BASES, Unit
+from lockstep.transformation import End, Entry, convert
+from lockstep.units import BASES, Unit, known_unit
 
 PARAMETER_SET = "initialValues"  # of every component: ecos applies the sets of one name, which its user gives
 
@@ -21,7 +23,13 @@ PARAMETER_SET = "initialValues"  # of every component: ecos applies the sets of 
 def write_ssd(system: System, path: Path | str) -> None:
     """Write `system` to a .ssd file, its FMUs relative to it.
 
-    Connectors that no component declares are filled in from the connections, their types from the FMUs.
+    Connectors that no component declares are filled in from the connections, their types from the FMUs. Inputs of the
+    whole system are left out: without them, the inputs that they feed need values.
+
+    Raises
+    ------
+    InputError
+        If an FMU cannot be read, lacks what is set, or a way of several mapping transformations is none connection.
     """
     path = Path(path).absolute()
     root = etree.Element(
@@ -31,25 +39,38 @@ def write_ssd(system: System, path: Path | str) -> None:
     )
     top = _add(root, SSD, "System", name=system.name)
     elements = _add(top, SSD, "Elements")
+    enumerations: dict[tuple[tuple[str, int], ...], str] = {}
     for component in system.components:
-        _write_component(elements, component, _connectors(component, system.connections), path.parent)
+        _write_component(elements, component, _connectors(component, system.connections), path.parent, enumerations)
     if system.connections:
         connections = _add(top, SSD, "Connections")
         for connection in system.connections:
-            _write_connection(connections, connection)
+            _write_connection(connections, connection if not connection.via else _at_once(connection, system))
     timing = {"tick": seconds_text(system.tick)}
     if system.record_period is not None:
         timing["recordPeriod"] = seconds_text(system.record_period)
     own = _annotate(top, "System", **timing)
     for pattern in system.record:
         _add(own, LOCKSTEP, "Record", pattern=pattern)
+    if enumerations:
+        group = _add(root, SSD, "Enumerations")
+        for items, name in enumerations.items():
+            enumeration = _add(group, SSC, "Enumeration", name=name)
+            for item, number in items:
+                _add(enumeration, SSC, "Item", name=item, value=str(number))
     _write_units(root, SSD, {u.name: u for c in system.components for u in c.units.values()})
     if system.stop_time is not None:
         _add(root, SSD, "DefaultExperiment", startTime="0", stopTime=seconds_text(system.stop_time))
     etree.ElementTree(root).write(str(path), xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
-def _write_component(parent: etree._Element, component: Component, ports: Iterable[Connector], folder: Path) -> None:
+def _write_component(
+    parent: etree._Element,
+    component: Component,
+    ports: Iterable[Connector],
+    folder: Path,
+    enumerations: dict[tuple[tuple[str, int], ...], str],
+) -> None:
     source = component.source
     if component.archive is None:
         source = Path(os.path.relpath(source.absolute(), folder))
@@ -67,7 +88,11 @@ def _write_component(parent: etree._Element, component: Component, ports: Iterab
         connectors = _add(element, SSD, "Connectors")
         for port in listed:
             connector = _add(connectors, SSD, "Connector", name=port.name, kind=port.kind)
-            if port.type is not None:
+            if port.type == "Enumeration" and port.items:
+                items = tuple(port.items.items())
+                name = enumerations.setdefault(items, f"Enumeration{len(enumerations) + 1}")
+                _add(connector, SSC, "Enumeration", name=name)
+            elif port.type not in (None, "Enumeration"):
                 unit = component.units.get(port.name) if port.type == "Real" else None
                 _add(connector, SSC, port.type, **({"unit": unit.name} if unit else {}))
     if component.parameters:
@@ -78,7 +103,7 @@ def _write_component(parent: etree._Element, component: Component, ports: Iterab
         for name, value in component.parameters.items():
             what = f"{component.name}.{name}"
             variable = replace(settable(component.name, name, description), minimum=None, maximum=None)
-            kind, text = _literal(parse_value(value, variable, what))
+            kind, text = _literal(parse_value(value, variable, what), variable.items)
             parameter = _add(_add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text)
             if kind == "Real" and name in component.units:
                 parameter.set("unit", component.units[name].name)
@@ -102,9 +127,37 @@ def _connectors(component: Component, connections: Iterable[Connection]) -> list
         return []
     variables = read_description(component).variables
     return [
-        Connector(name=name, kind=kind, type=variables[name].type if name in variables else None)
+        Connector(name=name, kind=kind, type=variables[name].type, items=variables[name].items)
+        if name in variables
+        else Connector(name=name, kind=kind)
         for name, kind in ends.items()
     ]
+
+
+def _at_once(connection: Connection, system: System) -> Connection:
+    """Return a connection through connectors of systems as one that does the same without them, or raise InputError."""
+    ends = []
+    for name, port in (
+        (connection.from_component, connection.output),
+        (connection.to_component, connection.input),
+    ):
+        component = system.component(name)
+        description = read_description(component)
+        if port not in description.variables:
+            raise InputError(description.lacks(name, port, "port"))
+        variable = description.variables[port]
+        unit = known_unit(variable.unit, component.units.get(port))
+        ends.append(End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items))
+    conversion = convert(ends[0], ends[1], connection.hops, str(connection))
+    if conversion.function is None:  # of Reals, or nothing happens at all
+        return replace(connection, via=(), factor=conversion.gain, offset=conversion.bias, convert_units=False)
+    acting = [hop for hop in connection.hops if not hop.plain]
+    if len(acting) != 1:
+        raise InputError(
+            f"{connection}: {len(acting)} transformations of a {ends[0].type} are not one; leave one of them"
+        )
+    one = acting[0]
+    return replace(connection, via=(), factor=one.factor, offset=one.offset, table=one.table)
 
 
 def _write_connection(parent: etree._Element, connection: Connection) -> None:
@@ -121,6 +174,10 @@ def _write_connection(parent: etree._Element, connection: Connection) -> None:
         element.set("suppressUnitConversion", "true")
     if (connection.factor, connection.offset) != (1.0, 0.0):
         _add(element, SSC, "LinearTransformation", factor=repr(connection.factor), offset=repr(connection.offset))
+    if connection.table is not None:
+        table = _add(element, SSC, f"{connection.table.kind}MappingTransformation")
+        for given, result in connection.table.entries:
+            _add(table, SSC, "MapEntry", source=_text(given), target=_text(result))
     if connection.delay:
         _annotate(element, "Connection", delay=str(connection.delay))
 
@@ -139,7 +196,10 @@ def _write_units(parent: etree._Element | None, namespace: str, units: Mapping[s
             base.set("offset", repr(unit.offset))
 
 
-def _literal(value: Value) -> tuple[str, str]:
+def _literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
+    for item, number in items.items():
+        if number == value:
+            return "Enumeration", item
     match value:
         case bool():
             return "Boolean", "true" if value else "false"
@@ -148,6 +208,10 @@ def _literal(value: Value) -> tuple[str, str]:
         case float():
             return "Real", repr(value)
     return "String", value
+
+
+def _text(entry: Entry) -> str:
+    return str(entry).lower() if isinstance(entry, bool) else str(entry)
 
 
 def _annotate(parent: etree._Element, tag: str, **attributes: str) -> etree._Element:

@@ -1,10 +1,15 @@
 """Systems in systems are flattened: names, ways through connectors, units and transformations on the way."""
 
 from math import pi
+from pathlib import Path
 
+import fmpy
 import pytest
+from lxml import etree
 
-from lockstep import Component, Connection, InputError, RunError, System
+from lockstep import Component, Connection, InputError, RunError, System, load_system, write_ssd
+
+SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureDescription.xsd"
 
 MS = 1_000_000
 
@@ -225,3 +230,35 @@ def test_connectors_that_feed_each_other_are_refused(load, ssd, fmus):
     wires = ssd.connection("loop.b", "loop.a") + ssd.connection("loop.b", "echo.u[1]")
     with pytest.raises(InputError, match=r"echo\.u\[1\]: the connectors loop\.., loop\.. feed each other"):
         load(ssd.system("top", loop + echo, wires))
+
+
+def test_what_was_flattened_can_be_written_and_is_valid(load, ssd, fmus, run, tmp_path):
+    mode = "Enumeration name=Mode"
+    parts = ssd.component("a", fmus["angle"], "degrees output")
+    parts += ssd.component("b", fmus["modes"], f"number input {mode}", "y[1] output")
+    through = ssd.system(
+        "sub",
+        ssd.component("c", fmus["angle"], "radians input", "kelvin input")
+        + ssd.component("d", fmus["modes"], f"number_out output {mode}"),
+        ssd.connection(".x", "c.radians", ssd.linear(2.0)) + ssd.connection("d.number_out", ".m"),
+        ("x input Real unit=rad", f"m output {mode}"),
+        ssd.bindings(ssd.binding(ssd.values(("d.number", "Enumeration", "fine"), ("c.kelvin", "Real", 20.0, "degC")))),
+    )  # fmt: skip
+    wires = ssd.connection("a.degrees", "sub.x", ssd.linear(1.0, 30.0))
+    wires += ssd.connection("sub.m", "b.number", ssd.mapping("Enumeration", ("off", "coarse"), ("fine", "off")))
+    top = ssd.system("top", parts + through, wires)
+    loose = {"a.radians": 0, "a.kelvin": 0, "a.free": 0, "sub/c.free": 0, "b.u": 0, "sub/d.u": 0}
+    loose |= {"b.flag": False, "sub/d.flag": False}
+    system = load(top, enumerations=ENUMERATIONS)
+    write_ssd(system, tmp_path / "written.ssd")
+    etree.XMLSchema(etree.parse(SCHEMA)).assertValid(etree.parse(tmp_path / "written.ssd"))
+    again = load_system(tmp_path / "written.ssd")
+    assert [c.name for c in again.components] == ["a", "b", "sub/c", "sub/d"]
+    assert not any(c.via for c in again.connections)
+    before, after = run(system, overrides=loose), run(again, overrides=loose)
+    assert list(before) == list(after)
+    assert all(before[name] == pytest.approx(after[name], rel=1e-15) for name in before)
+    assert before["b.number_out"][-1] == 1  # fine, then off
+    assert before["sub/c.radians_seen"][-1] == pytest.approx(
+        2 * (pi + 30), rel=1e-15
+    )  # the offset is in the target's unit
