@@ -1,4 +1,4 @@
-"""The options of `flexsat budget`, `spectra` and `waterfall`; no numpy, so that --help is quick."""
+"""The options of `flexsat budget`, `spectra`, `shadow` and `waterfall`; no numpy, so that --help is quick."""
 
 from __future__ import annotations
 
@@ -18,6 +18,10 @@ requirements file, see examples/requirements.toml:
   level = 0.9973            # optional, as are window, separation (PDE) and observation (PRE) in seconds
 
 exit codes: 0 all requirements pass, 1 one fails, 2 bad input"""
+
+SHADOW_EXAMPLE = """flexsat run fmus/centralised/fine_pointing.ssd --stop 100 --out results/vendor \\
+      --shadow controller=vendor.fmu --shadow-adapter vendor.toml --hand-over 50
+  flexsat shadow results/vendor"""
 
 
 def add_budget_options(parser: argparse.ArgumentParser) -> None:
@@ -44,6 +48,14 @@ def add_spectra_options(parser: argparse.ArgumentParser) -> None:
     add("--resolution", type=float, metavar="HZ", help="noise bandwidth (default: 0.05, coarser for short runs)")
     add("--confidence", type=float, default=0.95, metavar="P", help="of the bounds (default: 0.95)")
     _add_since(parser)
+
+
+def add_shadow_options(parser: argparse.ArgumentParser) -> None:
+    """Add the results and the windows."""
+    add = parser.add_argument
+    add("results", type=Path, nargs="+", metavar="RESULTS", help="folders of runs with --shadow")
+    add("--from", dest="since", type=float, metavar="S", help="leave out what is before (default: 0)")
+    add("--window", type=float, metavar="S", help="of comparison: before the hand-over, and at the end (default: all)")
 
 
 def add_waterfall_options(parser: argparse.ArgumentParser) -> None:

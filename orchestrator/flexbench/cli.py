@@ -55,7 +55,9 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     from flexbench.analysis_options import (
         BUDGET_EXAMPLE,
+        SHADOW_EXAMPLE,
         add_budget_options,
+        add_shadow_options,
         add_spectra_options,
         add_waterfall_options,
     )
@@ -224,6 +226,10 @@ def _parser() -> argparse.ArgumentParser:
         "spectra", _spectra, "spectra of pointing, rate, deformation and torque of results",
         "flexsat spectra results/distributed-fine-pointing --resolution 0.1",
     ))  # fmt: skip
+    add_shadow_options(add(
+        "shadow", _shadow, "judge a shadow controller: residual of each wheel, the loop before and after its hand-over",
+        SHADOW_EXAMPLE,
+    ))  # fmt: skip
     add_waterfall_options(add(
         "waterfall", _waterfall, "deformation over wheel speed, from a sweep of short runs, over the Campbell diagram",
         "flexsat waterfall fmus/distributed/fine_pointing_open_loop.ssd --points 24 --stop 20",
@@ -346,6 +352,12 @@ def _spectra(options: argparse.Namespace) -> int:
     from .spectra import command
 
     return command.spectra(options)
+
+
+def _shadow(options: argparse.Namespace) -> int:
+    from .shadow import command
+
+    return command.shadow(options)
 
 
 def _waterfall(options: argparse.Namespace) -> int:

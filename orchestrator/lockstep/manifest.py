@@ -54,12 +54,13 @@ def describe_run(
                 "sha256": descriptions[c.name].sha256,
                 "model": descriptions[c.name].model,
                 "guid": descriptions[c.name].guid,
-                "period": seconds(c.period),
+                "period": seconds(c.shadow.period if c.shadow else c.period),
                 "offset": seconds(c.offset),
                 "kind": c.kind,
                 "isolated": bool(c.isolated),
                 "parameters": dict(parameters[c.name]),
                 **_adapter(c),
+                **_shadow(c, descriptions),
             }
             for c in system.components
         ],
@@ -72,6 +73,27 @@ def _adapter(component: Component) -> Table:
         return {}
     adapter, replaced = component.adapter, component.stands_for
     return {"adapter": str(adapter.path), "adapter_sha256": adapter.sha256, "stands_for": str(replaced.source)}
+
+
+def _shadow(component: Component, descriptions: Mapping[str, Description]) -> Table:
+    if component.shadow is None:
+        return {}
+    shadow, over = component.shadow.component, component.shadow.hand_over
+    table: Table = {
+        "name": shadow.name,
+        "source": str(shadow.source),
+        "sha256": descriptions[shadow.name].sha256,
+        "model": descriptions[shadow.name].model,
+        "guid": descriptions[shadow.name].guid,
+        "period": seconds(shadow.period),
+        "isolated": bool(shadow.isolated),
+        "outputs": list(component.shadow.outputs),
+        "compared": [o for o in component.shadow.outputs if descriptions[component.name].variables[o].scalar == "Real"],
+        "blend": seconds(component.shadow.blend),
+        **({} if over is None else {"hand_over": seconds(over)}),
+        **_adapter(shadow),
+    }
+    return {"shadow": table}
 
 
 def write_manifest(folder: Path, content: Mapping[str, object]) -> None:

@@ -23,6 +23,7 @@ from lockstep.pace import Pacer, pacer_given
 from lockstep.parameters import Override
 from lockstep.plan import Plan
 from lockstep.recorder import Recorder
+from lockstep.shadow.component import everyone, with_shadows
 from lockstep.slave import Slave
 from lockstep.startup import initialize
 from lockstep.system import System
@@ -106,14 +107,16 @@ def simulate(
         slaves: dict[str, Slave] = {}
         started: list[Slave] = []
         close_slaves = stack.enter_context(ExitStack())
-        for number, component in enumerate(system.components):
+        descriptions = {**plan.descriptions, **plan.shadows}
+        for number, component in enumerate(everyone(system)):
             interrupt.check()
             place = Path(temporary, str(number))
-            slave = start_slave(component, plan.descriptions[component.name], place, events.log, limits)
+            slave = start_slave(component, descriptions[component.name], place, events.log, limits)
             close_slaves.callback(slave.close)
             started.append(slave)
             slaves[component.name] = with_adapter(component, slave)
         wait_until_ready(started)
+        slaves = with_shadows(system, slaves, events.add)
         exchange = Exchange(plan.layout, slaves, plan.names)
         saver = Saver(request=saving, ticks=ticks, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary)
         try:
@@ -122,7 +125,7 @@ def simulate(
             raise InputError(str(error)) from None
         manifest = describe_run(
             system,
-            plan.descriptions,
+            descriptions,
             plan.wiring.parameters,
             given,
             plan.stop_time,

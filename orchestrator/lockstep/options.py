@@ -12,6 +12,8 @@ from lockstep.errors import InputError, compact
 from lockstep.master import RunSummary, simulate
 from lockstep.pace import pacer_given
 from lockstep.progress import show_progress
+from lockstep.shadow.options import add_shadow_options, isolate, record_as_told, shadow_as_told
+from lockstep.shadow.residual import residual_lines
 from lockstep.system import Kind, System, Value
 from lockstep.timing import Timing
 
@@ -27,6 +29,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--replace", action="append", default=[], metavar="C=FMU", help="put an FMU in C's place")
     parser.add_argument("--adapter", action="append", default=[], metavar="FILE",
                         help="TOML file between it and the ports of C; C=FILE if several are replaced")  # fmt: skip
+    add_shadow_options(parser)
     parser.add_argument("--record", action="append", metavar="PATTERN", help="outputs to record, or all")
     parser.add_argument("--record-period", metavar="S", help="time between two recorded rows in seconds")
     parser.add_argument("--isolate", action="append", default=[], metavar="C", help="run C in a process of its own")
@@ -85,6 +88,7 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
     """Simulate with the options of `add_run_options`, whose --set goes before `overrides`; print how it went."""
     system = with_replacements(system, options.replace, options.adapter)
     system = with_periods(with_delays(system, options.delay), options.period)
+    system = shadow_as_told(options, system)
     system = with_isolation(system, options.isolate, options.share_process)
     folder = options.out or Path("results", system.name)
     if options.stop is not None:
@@ -97,7 +101,7 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
             folder,
             stop_time=options.stop,
             overrides={**overrides, **assignments(options.set)},
-            record=options.record,
+            record=record_as_told(options, system),
             record_period=options.record_period,
             progress=progress,
             overwrite=options.overwrite,
@@ -109,6 +113,8 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
     if system.ignored:
         print(f"left out, as no variable takes them: {compact(system.ignored)}")
     print_summary(summary)
+    if any(component.shadow for component in system.components):
+        print("\n".join(residual_lines(summary.folder)))
     return summary
 
 
@@ -136,9 +142,9 @@ def with_periods(system: System, texts: Iterable[str]) -> System:
 def with_isolation(system: System, isolated: Iterable[str], shared: Iterable[str]) -> System:
     """Return the system with components, given by name, in processes of their own or in the master's."""
     for name in isolated:
-        system = system.with_isolation(name, True)
+        system = isolate(system, name, True)
     for name in shared:
-        system = system.with_isolation(name, False)
+        system = isolate(system, name, False)
     return system
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-from lockstep.adapter.component import shown_description
 from lockstep.clock import nanoseconds
 from lockstep.errors import InputError
 from lockstep.isolated.policy import settle
@@ -10,6 +9,7 @@ from lockstep.layout import Layout, Reference
 from lockstep.parameters import Override
 from lockstep.schedule import Schedule, build_schedule, whole_ticks
 from lockstep.selection import Signal, select
+from lockstep.shadow.component import check_before, described, shadow_descriptions
 from lockstep.slave import Scalar
 from lockstep.system import System, Value
 from lockstep.wiring import Wiring, wire
@@ -33,8 +33,10 @@ class Plan:
         self.stop_time: int = stop
         self.ticks = whole_ticks(stop, system.tick, "stop time")
         self.schedule: Schedule = build_schedule(system)
-        self.descriptions = {component.name: shown_description(component) for component in system.components}
-        self.system = system = settle(system, self.descriptions)
+        self.descriptions = {component.name: described(component) for component in system.components}
+        self.shadows = shadow_descriptions(system)
+        check_before(system, stop)
+        self.system = system = settle(system, {**self.descriptions, **self.shadows})
         self.wiring: Wiring = wire(system, self.descriptions, overrides)
         self.record = tuple(system.record if record is None else record)
         self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)

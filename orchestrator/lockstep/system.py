@@ -3,13 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from lockstep.adapter.adapter import Adapter
 from lockstep.clock import seconds_text
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.transformation import Hop, Table
 from lockstep.units import Unit
+
+if TYPE_CHECKING:
+    from lockstep.shadow.shadow import Shadow
 
 Value = float | int | bool | str
 Kind = Literal["sampled", "continuous"]
@@ -49,6 +52,7 @@ class Component:
     isolated: bool | None = None  # in a process of its own; None: `lockstep.isolated.policy` decides
     adapter: Adapter | None = None  # from the FMU to the ports of `stands_for`
     stands_for: "Component | None" = None
+    shadow: "Shadow | None" = None  # rides along beside it
 
     def __post_init__(self) -> None:
         if not self.name or "." in self.name:

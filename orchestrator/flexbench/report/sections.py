@@ -16,6 +16,7 @@ from .gather import Result
 STUDIES: tuple[tuple[str, str], ...] = (
     ("Pointing budget", "flexbench.budget"),
     ("Spectra", "flexbench.spectra"),
+    ("Shadow controller", "flexbench.shadow"),
     ("Margins", "flexbench.margins"),
     ("Estimator health", "flexbench.health.study"),
     ("Design", "flexbench.figures"),

@@ -32,10 +32,11 @@ class Contents:
 
 def settle(system: System, descriptions: Mapping[str, Description]) -> System:
     """Return the system with `isolated` decided for every component, or raise InputError."""
-    contents = {c.name: read_contents(c, descriptions[c.name]) for c in system.components if c.isolated is not True}
+    every = [*system.components, *(c.shadow.component for c in system.components if c.shadow)]
+    contents = {c.name: read_contents(c, descriptions[c.name]) for c in every if c.isolated is not True}
     inside: list[Component] = []  # the master's process; those told to be there first
     decided: dict[str, bool] = {}
-    for component in sorted(system.components, key=lambda c: c.isolated is not False):
+    for component in sorted(every, key=lambda c: c.isolated is not False):
         isolated = component.isolated
         if isolated is not True:
             conflict = next((text for c in inside if (text := _conflict(component, c, contents, descriptions))), "")
@@ -45,7 +46,12 @@ def settle(system: System, descriptions: Mapping[str, Description]) -> System:
         if not isolated:
             inside.append(component)
         decided[component.name] = isolated
-    return replace(system, components=tuple(replace(c, isolated=decided[c.name]) for c in system.components))
+    return replace(system, components=tuple(_settled(c, decided) for c in system.components))
+
+
+def _settled(component: Component, decided: Mapping[str, bool]) -> Component:
+    shadow = component.shadow and replace(component.shadow, component=_settled(component.shadow.component, decided))
+    return replace(component, isolated=decided[component.name], shadow=shadow)
 
 
 def read_contents(component: Component, description: Description) -> Contents:

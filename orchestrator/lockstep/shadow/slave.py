@@ -1,0 +1,295 @@
+"""Two slaves in one: the original and its shadow get the same inputs at the same times, and one of them acts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.clock import seconds
+from lockstep.errors import RunError
+from lockstep.shadow.ports import SHADOW, Joined, Match
+from lockstep.shadow.shadow import Shadow
+from lockstep.shadow.values import Convert, Values, conversion
+from lockstep.slave import DTYPES, FATAL, OK, SCALARS, WARNING, Buffer, Scalar, Slave
+from lockstep.system import Value
+
+Call = Callable[[], int]
+Tell = Callable[..., None]
+References = NDArray[np.uint32]
+
+
+class ShadowedSlave:
+    """Implements `lockstep.slave.Slave`. An error of the shadow is raised, under the shadow's name.
+
+    Once the original has been replaced an error of it is an event: it is stepped no more, and its outputs stay.
+    """
+
+    def __init__(self, original: Slave, shadow: Slave, joined: Joined, plan: Shadow, offset: int, tell: Tell) -> None:
+        """Bind the two; `offset` [ns] is when their steps begin, `tell` writes an event."""
+        self._original, self._shadow, self._joined, self._plan = original, shadow, joined, plan
+        self._offset, self._tell = offset, tell
+        self._handed_over = self._lost = False
+        self._time = 0.0  # of the last step [s]
+        self._alone = {match.shown.reference for match in joined.given if match.shown.name.startswith(SHADOW)}
+        self._seen = {(match.shown.scalar, match.shown.reference): match for match in joined.seen}
+        self._kept: dict[tuple[Scalar, bytes], Buffer] = {}  # what getters gave last
+        self._original_step, self._shadow_step = original.do_step, shadow.do_step
+        self._values = {scalar: Values(scalar, joined) for scalar in SCALARS}
+        self._get_original: list[Call] = []
+        self._get_shadow: list[Call] = []
+        self._put_applied: list[Callable[[], object]] = []
+        for scalar, values in self._values.items():
+            if values.matches:
+                ours = _references(match.shown.reference for match in values.matches)
+                self._get_original.append(original.getter(scalar, ours, values.original))
+                get = shadow.getter(scalar, _theirs(values.matches), values.raw)
+                self._get_shadow.append(self._checked(f"Get{scalar}", get))
+            applied = [match for match in joined.applied if match.shown.scalar == scalar]
+            if applied:
+                names = [match.shown.name for match in values.matches]
+                places = [names.index(match.shown.name) for match in applied]
+                self._put_applied.append(values.tell_applied)
+                self._put_applied.append(self._to_shadow(scalar, applied, values.applied, places))
+
+    @property
+    def do_step(self) -> Callable[[float, float, int], int]:
+        """Step whoever is due, then decide what acts."""
+        return self._step
+
+    def _step(self, time: float, _step: float, new: int, /) -> int:
+        self._time = time
+        now = round(time * 1e9)  # [ns]; the nearest integer is the master's
+        due, plan, status = now - self._offset, self._plan, OK
+        shadow_due = due % plan.component.period == 0
+        if shadow_due:  # first: in a process of its own it works while the original does
+            for call in self._put_applied:
+                call()
+            self._check("DoStep", self._shadow_step(time, seconds(plan.component.period), new))
+        if due % plan.period == 0 and not self._lost:
+            status = self._step_original(time, now, new)
+            if status > WARNING:
+                return status
+        if shadow_due:
+            self._pull_shadow()
+        if plan.hand_over is not None and now >= plan.hand_over and not self._handed_over:
+            self._hand_over(now)
+        for values in self._values.values():
+            values.decide(now, plan)
+        return status
+
+    def _step_original(self, time: float, now: int, new: int) -> int:
+        over = self._plan.hand_over
+        replaced = over is not None and now > over
+        try:
+            status = self._original_step(time, seconds(self._plan.period), new)
+            for get in self._get_original if status <= WARNING else ():
+                status = max(status, get())
+            reason = f"{self._original.outcome('DoStep', status)}: {self._original.last_messages()}"
+        except RunError as error:
+            if not replaced:
+                raise
+            status, reason = FATAL, str(error)
+        if status > WARNING and replaced:
+            self._original.failed(status)
+            self._lost = True
+            self._tell("original-lost", name="original lost", reason=reason)
+            return OK
+        return status
+
+    def _pull_shadow(self) -> None:
+        for get in self._get_shadow:
+            get()
+        for values in self._values.values():
+            values.pulled()
+
+    def _hand_over(self, now: int) -> None:
+        self._handed_over = True
+        for values in self._values.values():
+            values.keep_offset()
+        reals = self._values["Real"]
+        self._tell(
+            "hand-over",
+            name="hand-over",
+            to=self._joined.name,
+            at=seconds(now),
+            blend=seconds(self._plan.blend),
+            outputs=[match.shown.name for match in reals.matches],
+            offset=reals.offset.tolist(),
+        )
+
+    def getter(self, scalar: Scalar, references: References, buffer: Buffer) -> Call:
+        """Return a call that fills the buffer, from the original, the shadow, and what is made here."""
+        values, flat = self._values[scalar], self._values[scalar].flat
+        taken = self._kept.setdefault((scalar, references.tobytes()), np.zeros(len(references), DTYPES[scalar]))
+        numbers = references.tolist()
+        here = [k for k, number in enumerate(numbers) if number in values.places]
+        theirs = [k for k, number in enumerate(numbers) if k not in here and (scalar, number) in self._seen]
+        ours = [k for k in range(len(numbers)) if k not in here and k not in theirs]
+        calls: list[Call] = []
+        if ours:
+            part: Buffer = np.zeros(len(ours), DTYPES[scalar])
+            get_ours = self._original.getter(scalar, references[ours].copy(), part)
+            calls.append(self._while_alive(_filled(get_ours, part, taken, ours)))
+        if theirs:
+            seen = [self._seen[scalar, numbers[k]] for k in theirs]
+            raw: Buffer = np.zeros(len(theirs), DTYPES[scalar])
+            get_theirs = self._shadow.getter(scalar, _theirs(seen), raw)
+            get_theirs = self._checked(f"Get{scalar}", get_theirs)
+            calls.append(_filled(get_theirs, raw, taken, theirs, conversion(seen)))
+        targets, places = (np.array(found, np.intp) for found in (here, [values.places[numbers[k]] for k in here]))
+
+        def get() -> int:
+            status = OK
+            for call in calls:
+                status = max(status, call())
+            taken[targets] = flat[places]
+            buffer[:] = taken
+            return status
+
+        return get
+
+    def setter(self, scalar: Scalar, references: References, buffer: Buffer) -> Call:
+        """Return a call that hands the buffer to the original, and to the shadow what it has too."""
+        numbers = references.tolist()
+        calls: list[Call] = []
+        ours = [k for k, number in enumerate(numbers) if number not in self._alone]
+        if ours:
+            part: Buffer = np.zeros(len(ours), DTYPES[scalar])
+            put = self._original.setter(scalar, references[ours].copy(), part)
+            calls.append(self._while_alive(_handed(put, part, buffer, ours)))
+        pairs = [(k, m) for k, n in enumerate(numbers) for m in self._given(scalar) if m.shown.reference == n]
+        if pairs:
+            calls.append(self._to_shadow(scalar, [match for _, match in pairs], buffer, [k for k, _ in pairs]))
+
+        def call() -> int:
+            status = OK
+            for each in calls:
+                status = max(status, each())
+            return status
+
+        return call
+
+    def _given(self, kind: Scalar) -> list[Match]:
+        return [match for match in self._joined.given if match.shown.scalar == kind]
+
+    def _to_shadow(self, scalar: Scalar, matches: Sequence[Match], source: Buffer, places: Sequence[int]) -> Call:
+        """Return a call that hands some values of a buffer to the shadow."""
+        part: Buffer = np.zeros(len(matches), DTYPES[scalar])
+        put = self._shadow.setter(scalar, _theirs(matches), part)
+        return _handed(self._checked(f"Set{scalar}", put), part, source, places, conversion(matches))
+
+    def _while_alive(self, call: Call) -> Call:
+        """Return the call, which does nothing once the original is lost."""
+
+        def checked() -> int:
+            return OK if self._lost else call()
+
+        return checked
+
+    def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
+        """Set parameters and start values: those of both on both, `shadow.X` on the shadow alone."""
+        theirs: dict[int, Value] = {}
+        for match in self._given(scalar):  # those of the shadow alone come last, and win
+            if match.shown.reference in values:
+                value = values[match.shown.reference]
+                theirs[match.theirs.reference] = match.gain * float(value) + match.bias if scalar == "Real" else value
+        if theirs:
+            self._check(f"Set{scalar}", self._shadow.set_start(theirs, scalar))
+        ours = {reference: value for reference, value in values.items() if reference not in self._alone}
+        return self._original.set_start(ours, scalar) if ours else OK
+
+    def setup_experiment(self, start: float, stop: float) -> int:
+        """Announce the time span [s], to each in whole steps of its own."""
+        begin, end = round(start * 1e9), round(stop * 1e9)
+
+        def last(period: int) -> float:
+            return seconds(begin - (begin - end) // period * period)
+
+        self._check("SetupExperiment", self._shadow.setup_experiment(start, last(self._plan.component.period)))
+        return self._original.setup_experiment(start, last(self._plan.period))
+
+    def enter_initialization(self) -> int:
+        """Enter initialization mode."""
+        if self._joined.told is not None:
+            self._check("SetBoolean", self._shadow.set_start({self._joined.told.reference: True}, "Boolean"))
+        self._check("EnterInitializationMode", self._shadow.enter_initialization())
+        return self._original.enter_initialization()
+
+    def exit_initialization(self) -> int:
+        """Leave initialization mode, and take the initial outputs."""
+        self._check("ExitInitializationMode", self._shadow.exit_initialization())
+        status = self._original.exit_initialization()
+        for get in self._get_original if status <= WARNING else ():
+            status = max(status, get())
+        if status <= WARNING:
+            self._pull_shadow()
+            for values in self._values.values():
+                values.acting[:] = values.original
+        return status
+
+    def _checked(self, function: str, call: Call) -> Call:
+        """Return a call of the shadow whose failure is raised."""
+
+        def checked() -> int:
+            self._check(function, call())
+            return OK
+
+        return checked
+
+    def _check(self, function: str, status: int) -> None:
+        """Raise RunError if a call of the shadow failed."""
+        if status > WARNING:
+            self._shadow.failed(status)
+            said = self._shadow.last_messages()
+            told = f"{self._joined.name}: {self._shadow.outcome(function, status)} at {self._time:.9g} s"
+            raise RunError(told + (f": {said}" if said else ""))
+
+    def failed(self, status: int) -> None:
+        """Note the status of the original that ended the run."""
+        self._original.failed(status)
+
+    def outcome(self, call: str, status: int) -> str:
+        """Say what a call came to that failed, as the original does."""
+        return self._original.outcome(call, status)
+
+    def last_messages(self) -> str:
+        """Return what the original logged last, or nothing."""
+        return self._original.last_messages()
+
+    def close(self) -> None:
+        """Terminate and free both."""
+        self._original.close()
+        self._shadow.close()
+
+
+def _references(numbers: Iterable[int]) -> References:
+    return np.fromiter(numbers, np.uint32)
+
+
+def _theirs(matches: Sequence[Match]) -> References:
+    return _references(match.theirs.reference for match in matches)
+
+
+def _handed(put: Call, part: Buffer, source: Buffer, places: Sequence[int], convert: Convert | None = None) -> Call:
+    """Return a call that gathers values, converts them and hands them over."""
+    index = np.array(places, np.intp)
+
+    def call() -> int:
+        part[:] = source[index] if convert is None else convert(source[index])
+        return put()
+
+    return call
+
+
+def _filled(get: Call, part: Buffer, target: Buffer, places: Sequence[int], convert: Convert | None = None) -> Call:
+    """Return a call that fetches values, converts them and scatters them."""
+    index = np.array(places, np.intp)
+
+    def call() -> int:
+        status = get()
+        target[index] = part if convert is None else convert(part)
+        return status
+
+    return call

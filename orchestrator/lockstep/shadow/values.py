@@ -1,0 +1,79 @@
+"""The values that are handed over, of one type: the original's, the shadow's, the residual, and what acts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW, Joined, Match
+from lockstep.shadow.shadow import Shadow, remaining
+from lockstep.slave import DTYPES, Buffer, Scalar
+
+Convert = Callable[[Buffer], Buffer]
+
+
+class Values:
+    """One row a kind, one column a variable. Only Reals have a residual and are blended; others switch at once."""
+
+    def __init__(self, scalar: Scalar, joined: Joined) -> None:
+        self.scalar = scalar
+        self.matches = [match for match in joined.handed if match.shown.scalar == scalar]
+        count = len(self.matches)
+        bank: Buffer = np.zeros((4, count), DTYPES[scalar])
+        self.acting, self.original, self.shadow, self.residual = bank
+        self.raw: Buffer = np.zeros(count, DTYPES[scalar])  # the shadow's, in its own unit
+        self.offset: Buffer = np.zeros(count, DTYPES[scalar])  # original less shadow at the hand-over
+        self.applied: Buffer = np.zeros(count, DTYPES[scalar])  # what acted in the shadow's last step
+        self._acted, self._times = np.zeros(count), 0  # sum and number since that began
+        self._convert = conversion(self.matches)
+        self.flat = bank.reshape(-1)
+        self.places: dict[int, int] = {}  # in `flat`, by the reference that is shown
+        number = {name: variable.reference for name, variable in joined.variables.items()}
+        for row, prefix in enumerate(("", ORIGINAL, SHADOW, RESIDUAL)):
+            for column, match in enumerate(self.matches):
+                name = f"{prefix}{match.shown.name}"
+                if name in number:
+                    self.places[number[name]] = row * count + column
+
+    def pulled(self) -> None:
+        """Take over what the shadow gave."""
+        self.shadow[:] = self._convert(self.raw)
+
+    def tell_applied(self) -> None:
+        """Make `applied` anew: the mean since it was made last, or of other types the last."""
+        if self.scalar != "Real" or not self._times:
+            self.applied[:] = self.acting
+            return
+        self.applied[:] = self._acted / self._times
+        self._acted[:], self._times = 0.0, 0
+
+    def keep_offset(self) -> None:
+        """Keep what the two differ by at the hand-over."""
+        np.subtract(self.original, self.shadow, self.offset)
+
+    def decide(self, now: int, plan: Shadow) -> None:
+        """Let one of them act, or at first after the hand-over the shadow with the rest of the offset [time in ns]."""
+        real = self.scalar == "Real"
+        if real:
+            np.subtract(self.shadow, self.original, self.residual)
+        over = plan.hand_over
+        left = 0.0 if over is None else remaining(now - over, plan.blend)
+        # at the hand-over shadow + offset is the original, but for rounding
+        if over is None or now < over or (real and left == 1.0):
+            self.acting[:] = self.original
+        elif real and left > 0.0:
+            self.acting[:] = self.shadow + left * self.offset
+        else:
+            self.acting[:] = self.shadow
+        if real:
+            self._acted += self.acting
+            self._times += 1
+
+
+def conversion(matches: Sequence[Match]) -> Convert:
+    """Return what turns values on one side into those on the other."""
+    gain, bias = np.array([m.gain for m in matches]), np.array([m.bias for m in matches])
+    if np.all(gain == 1.0) and not np.any(bias):
+        return lambda values: values
+    return lambda values: gain * values + bias
