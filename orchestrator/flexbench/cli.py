@@ -63,6 +63,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     from flexbench.margins.options import add_margin_options
     from lockstep.check.command import EXIT_CODES, add_check_options
+    from lockstep.faults import HELP
     from lockstep.options import add_run_options, add_timing_options  # imports numpy: after the threads are set
 
     parser = _Parser(
@@ -121,7 +122,8 @@ def _parser() -> argparse.ArgumentParser:
         "run",
         _run,
         "run one system, and leave its signals and metrics",
-        "flexsat run fmus/distributed/slew.ssd --seed 3 --set plant.initial.mrp[1]=1e-6 --stop 200",
+        "flexsat run fmus/distributed/slew.ssd --seed 3 --set plant.initial.mrp[1]=1e-6 --stop 200\n"
+        f"  flexsat run fmus/distributed/fine_pointing.ssd --faults examples/faults/star_tracker_outage.toml\n\n{HELP}",
     )
     add_run_options(run)
     run.add_argument("--seed", type=int, metavar="N", help="seed of plant and sensors")

@@ -10,6 +10,7 @@ from lockstep.check.command import EXIT_CODES, add_check_options, check_as_told
 from lockstep.checkpoint.options import resume_as_told, system_told
 from lockstep.clock import seconds_text
 from lockstep.errors import InputError, RunError, compact
+from lockstep.faults import HELP
 from lockstep.options import add_run_options, add_timing_options, run_as_told, timing_of, with_delays
 from lockstep.schedule import build_schedule
 from lockstep.ssp import load_system
@@ -53,7 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     plain = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="python -m lockstep", description="Simulate systems of FMUs (SSP 1.0).")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    run = commands.add_parser("run", help="simulate a system", epilog=_RUN_EXAMPLE, formatter_class=plain)
+    run = commands.add_parser("run", help="simulate a system", epilog=f"{_RUN_EXAMPLE}\n{HELP}", formatter_class=plain)
     add_run_options(run)
     example = "example:\n  python -m lockstep show vendor.ssp --period 0.01 --period controller=0.1\n"
     show = commands.add_parser("show", help="print components, periods, order", epilog=example, formatter_class=plain)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lockstep.clock import seconds
 from lockstep.errors import RunError, compact
+from lockstep.faults.inject import Faults
 from lockstep.isolated.overlap import BegunStep, Overlapping, interleaved
 from lockstep.layout import Layout
 from lockstep.schedule import Task
@@ -36,8 +37,8 @@ class _Entry:
 class Exchange:
     """The bus and everything bound to it."""
 
-    def __init__(self, layout: Layout, slaves: Mapping[str, Slave], names: Names) -> None:
-        self._layout = layout
+    def __init__(self, layout: Layout, slaves: Mapping[str, Slave], names: Names, faults: Faults | None = None) -> None:
+        self._layout, self._faults = layout, faults
         self._slaves = slaves
         self._names = names
         self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
@@ -47,13 +48,20 @@ class Exchange:
     def phases(self, row: Row) -> list[tuple[Step, ...]]:
         """Return the steps of every tick of the cycle, in order."""
         layout, tasks = self._layout, self._layout.schedule.tasks
+        first = () if self._faults is None else (self._faults.begin_tick,)
         return [
             (
+                *first,
                 *interleaved(layout, tick, [(t, self._step(t, tick)) for t in tasks if t.steps_at(tick)]),
                 *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.recorded else ()),
             )
             for tick in range(layout.cycle)
         ]
+
+    def finish(self) -> None:
+        """Note what ends with the run."""
+        if self._faults is not None:
+            self._faults.finish()
 
     @property
     def bus(self) -> Mapping[Scalar, Buffer]:
@@ -153,6 +161,8 @@ class Exchange:
         length = seconds(task.period * self._layout.schedule.tick)
         end = length if task.continuous else 0.0  # from the step's start to where its outputs are true
         before = [self._bound_set(name, scalar, entries) for scalar, entries in sets.items()]
+        if self._faults is not None:
+            before += self._faults.on_step(name, slave, check)
         after = [self._bound_get(name, scalar, *entry, end) for scalar, entry in gets.items()]
         if isinstance(slave, Overlapping):
 
@@ -190,6 +200,8 @@ class Exchange:
         targets = [entry.target for entry in entries]
         buffer: Buffer = np.zeros(len(targets), DTYPES[scalar])
         call = self._slaves[name].setter(scalar, np.array(targets, np.uint32), buffer)
+        if self._faults is not None:
+            call = self._faults.on_transfer(name, scalar, targets, buffer, call)
         index = np.array([entry.position for entry in entries], np.intp)
         ways = [entry.way for entry in entries]
 

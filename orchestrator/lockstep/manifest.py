@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from lockstep.clock import seconds
+from lockstep.faults.scenario import Scenario
 from lockstep.fmu import Description
 from lockstep.system import Component, System, Value
 
@@ -32,6 +33,7 @@ def describe_run(
     stop_time: int,
     record: Sequence[str],
     record_period: int,
+    faults: Sequence[Scenario] = (),
 ) -> Table:
     """Collect what a run depends on. Times are in seconds."""
     delays = sorted({(c.from_component, c.to_component, c.delay) for c in system.connections})
@@ -64,6 +66,7 @@ def describe_run(
             }
             for c in system.components
         ],
+        **({"faults": [{"path": str(s.path), "sha256": s.sha256, "text": s.text} for s in faults]} if faults else {}),
         "latency": [{"from": start, "to": end, "delay": delay} for start, end, delay in delays],
     }
 

@@ -15,6 +15,9 @@ from lockstep.checkpoint.save import Saver
 from lockstep.clock import seconds
 from lockstep.errors import InputError, RunError
 from lockstep.exchange import Exchange, Step
+from lockstep.faults.inject import Faults
+from lockstep.faults.resolve import resolve
+from lockstep.faults.scenario import Scenario
 from lockstep.folder import check_folder, make_folder
 from lockstep.interrupt import Interrupt, deferred_interrupt
 from lockstep.isolated.start import limits_given, start_slave, wait_until_ready
@@ -56,6 +59,7 @@ def simulate(
     progress: Progress | None = None,
     overwrite: bool = False,
     step_limit: float | str | None = None,
+    faults: Sequence[Scenario] = (),
     pace: float | str | Pacer | None = None,
     checkpoints: Checkpoints | None = None,
     begin: Begin | None = None,
@@ -73,6 +77,7 @@ def simulate(
     progress : called with simulated and final time [s], at most ten times in a second
     overwrite : replace the folder of an earlier run, once the new one has started
     step_limit : wall time that one call of an isolated FMU may take [s]; None: 60
+    faults : what goes wrong when: `lockstep.faults`
     pace : factor of real time that the run must not be ahead of; None or 0: as fast as possible
     checkpoints : when to save the state of everything, in the results folder
     begin : checkpoint to go on from; its overrides hold unless others are given
@@ -90,6 +95,7 @@ def simulate(
     given = dict(begin.checkpoint.run["overrides"] if begin else {}) | dict(overrides or {})
     limits, pacer = limits_given(step_limit), pacer_given(pace)
     plan = Plan(system, stop_time, given, record, record_period)
+    resolved = resolve(faults, plan) if faults else None
     system = plan.system
     first = begin.checkpoint.tick if begin else 0
     saving = checkpoints or Checkpoints()
@@ -117,7 +123,8 @@ def simulate(
             slaves[component.name] = with_adapter(component, slave)
         wait_until_ready(started)
         slaves = with_shadows(system, slaves, events.add)
-        exchange = Exchange(plan.layout, slaves, plan.names)
+        injected = None if resolved is None else Faults(resolved, events.add)
+        exchange = Exchange(plan.layout, slaves, plan.names, injected)
         saver = Saver(request=saving, ticks=ticks, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary)
         try:
             initialize(plan, slaves, exchange, interrupt, begin, temporary)
@@ -131,6 +138,7 @@ def simulate(
             plan.stop_time,
             plan.record,
             plan.layout.record_ticks * system.tick,
+            faults,
         )
         if begin is None:
             make_folder(folder, manifest)
@@ -240,6 +248,7 @@ class _Run:
                 self.saver.save(end, self.folder, recorder, self.events, self.manifest, wall_time)
         self.done = last
         self.events.time = stop
+        self.saver.exchange.finish()
         if self.pacer is not None:
             self.pacer(stop)
         if progress is not None:

@@ -9,6 +9,7 @@ from lockstep.adapter.component import with_replacements
 from lockstep.checkpoint.options import add_checkpoint_options, begin_told, checkpoints_told, print_summary
 from lockstep.clock import nanoseconds, seconds
 from lockstep.errors import InputError, compact
+from lockstep.faults.read import read_scenario
 from lockstep.master import RunSummary, simulate
 from lockstep.pace import pacer_given
 from lockstep.progress import show_progress
@@ -29,6 +30,8 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--replace", action="append", default=[], metavar="C=FMU", help="put an FMU in C's place")
     parser.add_argument("--adapter", action="append", default=[], metavar="FILE",
                         help="TOML file between it and the ports of C; C=FILE if several are replaced")  # fmt: skip
+    parser.add_argument("--faults", action="append", default=[], type=Path, metavar="FILE",
+                        help="scenario of what goes wrong when: see below")  # fmt: skip
     add_shadow_options(parser)
     parser.add_argument("--record", action="append", metavar="PATTERN", help="outputs to record, or all")
     parser.add_argument("--record-period", metavar="S", help="time between two recorded rows in seconds")
@@ -106,6 +109,7 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
             progress=progress,
             overwrite=options.overwrite,
             step_limit=options.step_limit,
+            faults=[read_scenario(path) for path in options.faults],
             pace=pacer,
             checkpoints=checkpoints_told(options),
             begin=begin,

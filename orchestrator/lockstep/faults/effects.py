@@ -1,0 +1,141 @@
+"""What each kind of fault makes of values: arithmetic on small arrays, with the memory that a kind needs."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Values = NDArray[Any]  # one value for each variable of a group, in the type in which they travel
+Array = NDArray[np.float64]
+
+
+class Effect(Protocol):
+    """One fault on variables that are always transferred together."""
+
+    def see(self, tick: int, values: Values) -> None:
+        """Take note of a transfer, in the window or before it."""
+        ...
+
+    def act(self, tick: int, values: Values) -> Values:
+        """Return what the consumer gets in the window, in the type of `values`; called after `see`."""
+        ...
+
+
+class Stuck:
+    """Hold given values, or what was transferred last before the window, or first if nothing was."""
+
+    def __init__(self, begin: int, value: Values | None = None) -> None:
+        self._begin, self._held, self._given = begin, value, value is not None
+
+    def see(self, tick: int, values: Values) -> None:
+        """Keep the last values before the window."""
+        if not self._given and (tick < self._begin or self._held is None):
+            self._held = values.copy()
+
+    def act(self, _tick: int, values: Values) -> Values:
+        """Return the same at each transfer."""
+        return values if self._held is None else self._held.astype(values.dtype)
+
+
+class Delay:
+    """Give what was transferred at least some ticks earlier, or first if nothing was."""
+
+    def __init__(self, ticks: int) -> None:
+        self._ticks = ticks
+        self._history: deque[tuple[int, Values]] = deque()
+
+    def see(self, tick: int, values: Values) -> None:
+        """Keep history, as far back as it can still be asked for."""
+        history = self._history
+        history.append((tick, values.copy()))
+        while len(history) > 1 and history[1][0] <= tick - self._ticks:
+            history.popleft()
+
+    def act(self, _tick: int, _values: Values) -> Values:
+        """Return the oldest that is kept."""
+        return self._history[0][1]
+
+
+class Change:
+    """Apply a function of time and value; what travels as a whole number is rounded to the nearest that fits."""
+
+    def __init__(self, function: Callable[[int, Array], Array]) -> None:
+        self._function = function
+
+    def see(self, tick: int, values: Values) -> None:
+        """Remember nothing."""
+
+    def act(self, tick: int, values: Values) -> Values:
+        """Return the changed values."""
+        changed = self._function(tick, values.astype(np.float64))
+        if values.dtype.kind == "f":
+            return changed
+        limits = np.iinfo(values.dtype)
+        return np.rint(np.clip(changed, limits.min, limits.max)).astype(values.dtype)
+
+
+class SingleSpike:
+    """Add to the first transfer in the window."""
+
+    def __init__(self, begin: int, value: Array) -> None:
+        self._begin, self._change = begin, Change(lambda _tick, values: values + value)
+        self._first: int | None = None
+
+    def see(self, tick: int, _values: Values) -> None:
+        """Note the first transfer."""
+        if self._first is None and tick >= self._begin:
+            self._first = tick
+
+    def act(self, tick: int, values: Values) -> Values:
+        """Add once."""
+        return self._change.act(tick, values) if tick == self._first else values
+
+
+def bias(value: Array) -> Change:
+    """Add."""
+    return Change(lambda _tick, values: values + value)
+
+
+def scale(factor: Array) -> Change:
+    """Multiply."""
+    return Change(lambda _tick, values: values * factor)
+
+
+def quantisation(step: Array) -> Change:
+    """Round to multiples of the step; halves go to the even multiple."""
+    return Change(lambda _tick, values: step * np.rint(values / step))
+
+
+def not_a_number() -> Change:
+    """Give NaN."""
+    return Change(lambda _tick, values: np.full_like(values, np.nan))
+
+
+def noise(deviation: Array, seed: int, names: Sequence[str]) -> Change:
+    """Add normal noise of this standard deviation."""
+    draw = drawn_from(seed, names)
+    return Change(lambda tick, values: values + deviation * draw(tick).standard_normal(len(values)))
+
+
+def random_spikes(value: Array, probability: float, seed: int, names: Sequence[str]) -> Change:
+    """Add to, or take from, each value with this probability."""
+    draw = drawn_from(seed, names)
+
+    def spiked(tick: int, values: Array) -> Array:
+        hit, sign = draw(tick).uniform(size=(2, len(values)))
+        return np.where(hit < probability, values + np.copysign(value, sign - 0.5), values)
+
+    return Change(spiked)
+
+
+def drawn_from(seed: int, names: Sequence[str]) -> Callable[[int], np.random.Generator]:
+    """Return, for each tick, a generator of its own: what is drawn depends on seed, names and tick alone."""
+    digest = hashlib.sha256("\n".join([str(seed), *names]).encode()).digest()
+    key = int.from_bytes(digest[:16], "little")  # the 128 bits of a Philox key
+    # its counter has 256 bits: each tick gets 2**64 draws
+    return lambda tick: np.random.Generator(np.random.Philox(key=key, counter=tick << 64))

@@ -1,0 +1,182 @@
+"""Read a scenario file, or refuse it in one line that names file, fault, key, value and remedy."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, get_args
+
+from lockstep.archive import open_file
+from lockstep.clock import nanoseconds, seconds_text
+from lockstep.errors import InputError, suggestion
+from lockstep.faults.scenario import Fault, Kind, Scenario
+from lockstep.system import Value
+
+KINDS: tuple[Kind, ...] = get_args(Kind)
+_COMMON = ("name", "connection", "parameter", "kind", "from", "to", "at", "duration")
+_AMOUNT = {"stuck": "value", "bias": "value", "scale": "factor", "noise": "deviation", "quantisation": "step",
+           "spike": "value"}  # fmt: skip
+_MORE = {"stuck": ("unit",), "bias": ("unit",), "noise": ("unit", "seed"), "dropout": ("validity", "invalid"),
+         "delay": ("ticks",), "quantisation": ("unit",), "spike": ("unit", "probability", "seed")}  # fmt: skip
+
+
+def read_scenario(path: Path) -> Scenario:
+    """Read a scenario file, or raise InputError."""
+    with open_file(path, None, "faults") as stream:
+        content = stream.read()
+    try:
+        text = content.decode("utf-8")
+        tables = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: is no TOML file: {error}") from None
+    where = path.name
+    for key in tables:
+        if key != "fault":
+            raise InputError(f"{where}: {key}: no such table; a scenario is a list of [[fault]]")
+    entries = tables.get("fault", [])
+    if not (isinstance(entries, list) and entries and all(isinstance(entry, dict) for entry in entries)):
+        raise InputError(f"{where}: holds no fault; write [[fault]] before each")
+    return Scenario(
+        path=path.absolute(),
+        sha256=hashlib.sha256(content).hexdigest(),
+        text=text,
+        faults=tuple(_fault(entry, where, number) for number, entry in enumerate(entries, start=1)),
+    )
+
+
+def _fault(entry: Mapping[str, Any], where: str, number: int) -> Fault:
+    name = entry.get("name", f"fault {number}")
+    place = f"{where}: fault {number}"
+    if not isinstance(name, str) or not name.strip():
+        raise InputError(f"{place}: name = {name!r} must be a text")
+    kind = _kind(entry, place)
+    place += f" ({entry.get('name', kind)})"
+    amount = _AMOUNT.get(kind)
+    allowed = (*_COMMON, *((amount,) if amount else ()), *_MORE.get(kind, ()))
+    for key in entry:
+        if key not in allowed:
+            raise InputError(f"{place}: {key}: no such key of {kind}; there are {', '.join(allowed)}"
+                             f"{suggestion(key, allowed)}")  # fmt: skip
+    if ("connection" in entry) == ("parameter" in entry):
+        raise InputError(f'{place}: write either connection = "component.input" or parameter = "component.parameter"')
+    if "parameter" in entry and kind in ("dropout", "delay"):
+        raise InputError(f"{place}: kind = {kind!r} acts on connections; a parameter can be stuck at a value")
+    values = _amount(entry, amount, kind, place)
+    begin, end = _window(entry, place, lasts=kind != "spike" or "probability" in entry)
+    return Fault(
+        place=place,
+        name=name,
+        kind=kind,
+        begin=begin,
+        end=end,
+        connections=_texts(entry, "connection", place),
+        parameters=_texts(entry, "parameter", place),
+        validity=_texts(entry, "validity", place),
+        amount=values,
+        unit=_unit(entry, place),
+        invalid=_whole(entry, "invalid", 0, -(2**31), place),
+        ticks=_whole(entry, "ticks", None, 1, place) if kind == "delay" else 0,
+        probability=_probability(entry, place),
+        seed=_whole(entry, "seed", 0, 0, place),
+    )
+
+
+def _kind(entry: Mapping[str, Any], place: str) -> Kind:
+    given = entry.get("kind")
+    kind = str(given).lower()  # the usual way to write it is NaN
+    if kind not in KINDS:
+        what = "kind is missing" if given is None else f"kind = {given!r}: no such kind"
+        raise InputError(f"{place}: {what}; there are {', '.join(KINDS)}{suggestion(kind, KINDS)}")
+    return kind
+
+
+def _amount(entry: Mapping[str, Any], key: str | None, kind: Kind, place: str) -> tuple[Value, ...]:
+    if key is None:
+        return ()
+    if key not in entry:
+        needed = kind != "stuck" or "parameter" in entry  # a parameter is stuck anyhow
+        if needed:
+            raise InputError(f"{place}: {key} is missing; {kind} needs it")
+        if "unit" in entry:
+            raise InputError(f"{place}: unit = {entry['unit']!r} needs value beside it")
+        return ()
+    given = entry[key]
+    values = given if isinstance(given, list) else [given]
+    for value in values:
+        plain = isinstance(value, bool) and kind == "stuck"
+        if not plain and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise InputError(f"{place}: {key} = {value!r} must be a number, or a list of numbers")
+        if not math.isfinite(value):
+            raise InputError(f'{place}: {key} = {value!r} must be finite; kind = "nan" makes values that are not')
+        if kind in ("noise", "quantisation") and not value > 0:
+            raise InputError(f"{place}: {key} = {value!r} must be > 0")
+    if not values:
+        raise InputError(f"{place}: {key} = [] is empty; give one number, or one an element")
+    return tuple(values)
+
+
+def _window(entry: Mapping[str, Any], place: str, *, lasts: bool) -> tuple[int, int | None]:
+    """Return begin and end [ns]; a fault that does not last may give its begin alone."""
+    if ("from" in entry) == ("at" in entry):
+        raise InputError(f"{place}: write from, and to unless it lasts to the end of the run; or at and duration")
+    first, last = ("from", "to") if "from" in entry else ("at", "duration")
+    stray = [key for key in ("to", "duration") if key in entry and key != last]
+    if stray:
+        raise InputError(f"{place}: {stray[0]} = {entry[stray[0]]!r} goes with {'from' if stray[0] == 'to' else 'at'}")
+    begin = _time(entry, first, place)
+    if begin < 0:
+        raise InputError(f"{place}: {first} = {entry[first]} must be >= 0 s; a run begins at 0")
+    if last not in entry:
+        if last == "duration" and lasts:
+            raise InputError(f"{place}: at needs duration beside it; or write from, which lasts to the end of the run")
+        return begin, None
+    end = _time(entry, last, place) + (begin if last == "duration" else 0)
+    if end <= begin:
+        told = f"to = {entry['to']} must be > from = {entry['from']}" if last == "to" else "duration must be > 0"
+        raise InputError(f"{place}: {told}: the window ends at {seconds_text(end)} s")
+    return begin, end
+
+
+def _time(entry: Mapping[str, Any], key: str, place: str) -> int:
+    value = entry[key]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{place}: {key} = {value!r} must be a number of seconds, for example 50.0")
+    return nanoseconds(value, f"{place}: {key}")
+
+
+def _texts(entry: Mapping[str, Any], key: str, place: str) -> tuple[str, ...]:
+    given = entry.get(key, [])
+    texts: Sequence[Any] = [given] if isinstance(given, str) else given
+    if not isinstance(texts, list) or not all(isinstance(text, str) and text.strip() for text in texts):
+        raise InputError(f"{place}: {key} = {given!r} must be a text or a list of texts")
+    if key in entry and not texts:
+        raise InputError(f"{place}: {key} = [] is empty; name something")
+    return tuple(text.strip() for text in texts)
+
+
+def _unit(entry: Mapping[str, Any], place: str) -> str | None:
+    unit = entry.get("unit")
+    if unit is not None and not isinstance(unit, str):
+        raise InputError(f'{place}: unit = {unit!r} must be a text, for example "deg/s"')
+    return unit
+
+
+def _whole(entry: Mapping[str, Any], key: str, default: int | None, lowest: int, place: str) -> int:
+    value = entry.get(key, default)
+    if value is None:
+        raise InputError(f"{place}: {key} is missing; {entry['kind']} needs it")
+    if isinstance(value, bool) or not isinstance(value, int) or value < lowest:
+        raise InputError(f"{place}: {key} = {value!r} must be a whole number >= {lowest}")
+    return value
+
+
+def _probability(entry: Mapping[str, Any], place: str) -> float | None:
+    value = entry.get("probability")
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= 1.0:
+        raise InputError(f"{place}: probability = {value!r} must be in (0, 1]")
+    return float(value)

@@ -1,0 +1,282 @@
+"""Resolve scenarios against a plan: what each fault acts on, at which ticks, with which numbers; or refuse by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lockstep.adapter.unit_names import UNITS, gain_between
+from lockstep.clock import seconds, seconds_text
+from lockstep.errors import InputError, compact, suggestion
+from lockstep.faults import effects
+from lockstep.faults.effects import Effect, Values
+from lockstep.faults.scenario import Fault, Scenario
+from lockstep.faults.targets import Target, fed_inputs, tunables
+from lockstep.parameters import parse_value
+from lockstep.plan import Plan
+from lockstep.schedule import Schedule
+from lockstep.slave import DTYPES, Scalar
+from lockstep.system import System, Value
+
+_ARITHMETIC = ("bias", "scale", "noise", "quantisation", "spike", "nan")  # these need numbers
+_ABSOLUTE = ("stuck",)  # amounts that are values and not differences: the unit's offset counts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """One fault on variables of one type of one component that are transferred together, in [begin, end) ticks."""
+
+    component: str
+    scalar: Scalar
+    references: tuple[int, ...]
+    names: tuple[str, ...]  # of the variables
+    begin: int
+    end: int
+    effect: Effect
+    originals: tuple[Value, ...] = ()  # of parameters: what they are set back to
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """One event: a fault begins or ends at this tick."""
+
+    tick: int
+    details: Mapping[str, object]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Resolved:
+    """All faults of a run, in the order in which they act, and their events in the order of time."""
+
+    transfers: tuple[Group, ...]
+    settings: tuple[Group, ...]  # of parameters
+    lines: tuple[Line, ...]
+    tick: int  # [ns]
+
+
+def resolve(scenarios: Sequence[Scenario], plan: Plan) -> Resolved:
+    """Resolve every fault, or raise InputError."""
+    transfers: list[Group] = []
+    settings: list[Group] = []
+    lines: list[Line] = []
+    for fault in (fault for scenario in scenarios for fault in scenario.faults):
+        tick = plan.system.tick
+        begin = -(-fault.begin // tick)
+        if begin >= plan.ticks:
+            told = f"{seconds_text(fault.begin)} s, and the run ends at {seconds_text(plan.stop_time)} s"
+            raise InputError(f"{fault.place}: begins at {told}; choose a window inside the run")
+        end = plan.ticks if fault.end is None else min(plan.ticks, -(-fault.end // tick))
+        window = (begin, end)
+        groups = _of_parameters(fault, plan, window) if fault.parameters else _of_connections(fault, plan, window)
+        (settings if fault.parameters else transfers).extend(groups)
+        lines += _lines(fault, groups)
+    lines.sort(key=lambda line: line.tick)
+    return Resolved(transfers=tuple(transfers), settings=tuple(settings), lines=tuple(lines), tick=plan.system.tick)
+
+
+def _of_connections(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[Group]:
+    system, descriptions = plan.system, plan.descriptions
+    targets = fed_inputs(fault.connections, "connection", fault, system, descriptions)
+    flags = fed_inputs(fault.validity, "validity", fault, system, descriptions)
+    if fault.kind != "dropout":
+        return _groups(fault, targets, _amounts(fault, targets, system), plan, window)
+    named = {flag.name for flag in flags}
+    flags += [t for t in targets if t.scalar == "Boolean" and t.name not in named]
+    if not flags:
+        raise InputError(f'{fault.place}: no validity flag among {compact(t.name for t in targets)}; add validity = '
+                         '"component.input", or hold the values alone with kind = "stuck"')  # fmt: skip
+    text = [flag.name for flag in flags if flag.scalar == "String"]
+    if text:
+        raise InputError(f"{fault.place}: validity: {text[0]} is a String; name a Boolean or a number")
+    named = {flag.name for flag in flags}
+    held = [t for t in targets if t.name not in named]
+    off: list[Value] = [fault.invalid if flag.scalar != "Boolean" else False for flag in flags]
+    invalid = replace(fault, kind="stuck", amount=(0,))
+    return [
+        *_groups(replace(fault, kind="stuck"), held, [], plan, window),
+        *_groups(invalid, flags, off, plan, window),
+    ]
+
+
+def _groups(
+    fault: Fault, targets: Sequence[Target], amounts: Sequence[Value], plan: Plan, window: tuple[int, int]
+) -> list[Group]:
+    """Split by what is transferred together: consumer, type, producer and delay."""
+    together: dict[tuple[str, Scalar, str, int], list[int]] = {}
+    for place, target in enumerate(targets):
+        way = target.connection
+        assert way is not None
+        together.setdefault((target.component, target.scalar, way.from_component, way.delay), []).append(place)
+    groups = []
+    for (consumer, _, producer, delay), places in together.items():
+        mine = [targets[place] for place in places]
+        first = _first_transfer(fault, mine, plan.schedule, (producer, consumer, delay), window)
+        groups.append(_group(fault, mine, [amounts[p] for p in places if amounts], window, first))
+    return groups
+
+
+def _first_transfer(
+    fault: Fault, targets: Sequence[Target], schedule: Schedule, way: tuple[str, str, int], window: tuple[int, int]
+) -> int:
+    producer, reader, delay = schedule.task(way[0]), schedule.task(way[1]), way[2]
+    tick = window[0]
+    while not reader.steps_at(tick) or producer.seen(tick, delay) == producer.seen(tick - reader.period, delay):
+        tick += 1
+    if tick >= window[1]:
+        _refuse_empty(fault, [str(target.connection) for target in targets], tick, window, schedule.tick)
+    return tick
+
+
+def _refuse_empty(fault: Fault, names: Sequence[str], tick: int, window: tuple[int, int], length: int) -> None:
+    begin, end, next_ = (seconds_text(t * length) for t in (*window, tick))
+    others = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    raise InputError(f"{fault.place}: no value of {names[0]}{others} is transferred in [{begin}, {end}) s; "
+                     f"the next is at {next_} s")  # fmt: skip
+
+
+def _of_parameters(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[Group]:
+    targets = tunables(fault, plan.system, plan.descriptions)
+    amounts = _amounts(fault, targets, plan.system)
+    together: dict[tuple[str, Scalar], list[int]] = {}
+    for place, target in enumerate(targets):
+        together.setdefault((target.component, target.scalar), []).append(place)
+    groups = []
+    for (component, _), places in together.items():
+        task = plan.schedule.task(component)
+        first = window[0] + (task.offset - window[0]) % task.period
+        mine = [targets[place] for place in places]
+        if first >= window[1]:
+            _refuse_empty(
+                fault, [f"{t.name} at a step of {component}" for t in mine], first, window, plan.schedule.tick
+            )
+        group = _group(fault, mine, [amounts[p] for p in places if amounts], window, first)
+        groups.append(replace(group, originals=tuple(_original(target, plan) for target in mine)))
+    return groups
+
+
+def _original(target: Target, plan: Plan) -> Value:
+    """Return what a parameter is without the fault."""
+    component, name = plan.system.component(target.component), target.variable.name
+    given = plan.wiring.parameters[target.component].get(name)
+    if given is None and component.adapter is not None:
+        given = component.adapter.parameters.get(name)
+    if given is None:
+        given = target.variable.start
+    if given is None:
+        return "" if target.scalar == "String" else 0
+    return parse_value(given, target.variable, target.name)
+
+
+def _group(
+    fault: Fault, targets: Sequence[Target], amounts: Sequence[Value], window: tuple[int, int], first: int
+) -> Group:
+    begin, end = window
+    if fault.kind == "spike" and fault.probability is None:
+        end = first + 1
+    scalar = targets[0].scalar
+    given: Values | None = np.array(amounts, DTYPES[scalar]) if fault.kind == "stuck" and amounts else None
+    return Group(
+        component=targets[0].component,
+        scalar=scalar,
+        references=tuple(target.variable.reference for target in targets),
+        names=tuple(target.variable.name for target in targets),
+        begin=begin,
+        end=end,
+        effect=_effect(fault, amounts, given, [target.name for target in targets], begin),
+    )
+
+
+def _effect(fault: Fault, amounts: Sequence[Value], given: Values | None, names: Sequence[str], begin: int) -> Effect:
+    if fault.kind == "stuck":
+        return effects.Stuck(begin, given)
+    if fault.kind == "delay":
+        return effects.Delay(fault.ticks)
+    if fault.kind == "nan":
+        return effects.not_a_number()
+    numbers = np.array(amounts, np.float64)
+    match fault.kind:
+        case "bias":
+            return effects.bias(numbers)
+        case "scale":
+            return effects.scale(numbers)
+        case "quantisation":
+            return effects.quantisation(numbers)
+        case "noise":
+            return effects.noise(numbers, fault.seed, names)
+    if fault.probability is None:
+        return effects.SingleSpike(begin, numbers)
+    return effects.random_spikes(numbers, fault.probability, fault.seed, names)
+
+
+def _amounts(fault: Fault, targets: Sequence[Target], system: System) -> list[Value]:
+    """Return one amount for each target in the unit of its FMU, or none where the kind has none."""
+    for target in targets:
+        if target.scalar in ("Boolean", "String") and fault.kind in _ARITHMETIC:
+            raise InputError(f"{fault.place}: {target.name} is {target.variable.type}: {fault.kind} acts on numbers; "
+                             "use stuck, dropout or delay")  # fmt: skip
+        if fault.kind == "nan" and target.scalar != "Real":
+            raise InputError(f"{fault.place}: {target.name} is {target.variable.type}; only a Real can be nan")
+    if not fault.amount:
+        return []
+    given = list(fault.amount) * (len(targets) if len(fault.amount) == 1 else 1)
+    if len(given) != len(targets):
+        there = compact(target.name for target in targets)
+        raise InputError(f"{fault.place}: {len(given)} numbers for {len(targets)} values, {there}; give one, or each")
+    return [_amount(fault, target, value, system) for target, value in zip(targets, given, strict=True)]
+
+
+def _amount(fault: Fault, target: Target, value: Value, system: System) -> Value:
+    if fault.unit is not None:
+        value = _converted(fault, target, float(value), system)
+    if fault.kind not in _ABSOLUTE:
+        return value
+    variable = target.variable
+    if target.connection is not None:  # a broken sensor need not stay in the range that the FMU declares
+        variable = replace(variable, minimum=None, maximum=None)
+    return parse_value(value, variable, f"{fault.place}: {target.name}")
+
+
+def _converted(fault: Fault, target: Target, value: float, system: System) -> float:
+    what = f"{fault.place}: unit = {fault.unit!r}"
+    theirs = target.variable.unit or system.component(target.component).units.get(target.variable.name)
+    if theirs is None:
+        raise InputError(f"{what}: {target.name} has no unit; leave unit out, and give the numbers as it takes them")
+    named = theirs if fault.unit == theirs.name else UNITS.get(str(fault.unit))
+    if named is None:
+        raise InputError(f"{what}: no such unit; {target.name} is in {theirs.name!r}; there are {', '.join(UNITS)}"
+                         f"{suggestion(str(fault.unit), UNITS)}")  # fmt: skip
+    try:
+        gain, bias = gain_between(named, theirs)
+    except ValueError as error:
+        raise InputError(f"{what}: {target.name}: {error}") from None
+    return gain * value + (bias if fault.kind in _ABSOLUTE else 0.0)
+
+
+def _lines(fault: Fault, groups: Sequence[Group]) -> list[Line]:
+    """Return the events of a fault: begin and end, for each component that it acts on."""
+    key = {"stuck": "value", "scale": "factor", "noise": "deviation", "quantisation": "step"}.get(fault.kind, "value")
+    values: dict[str, object] = {}
+    if fault.amount:
+        values[key] = fault.amount[0] if len(fault.amount) == 1 else list(fault.amount)
+    values |= {"unit": fault.unit} if fault.unit is not None else {}
+    values |= {"ticks": fault.ticks} if fault.kind == "delay" else {}
+    values |= {"probability": fault.probability} if fault.probability is not None else {}
+    values |= {"seed": fault.seed} if fault.kind == "noise" or fault.probability is not None else {}
+    values |= {"invalid": fault.invalid} if fault.kind == "dropout" and fault.invalid else {}
+    window: dict[str, object] = {"from": seconds(fault.begin)}
+    window |= {"to": seconds(fault.end)} if fault.end is not None else {}
+    lines = []
+    for component in dict.fromkeys(group.component for group in groups):
+        mine = [group for group in groups if group.component == component]
+        details = {
+            "fault": fault.name,
+            "kind": fault.kind,
+            "component": component,
+            "variables": [name for group in mine for name in group.names],
+            "values": values,
+        }
+        lines.append(Line(tick=mine[0].begin, details={"state": "begin", **details, **window}))
+        lines.append(Line(tick=max(group.end for group in mine), details={"state": "end", **details}))
+    return lines
