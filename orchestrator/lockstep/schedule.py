@@ -171,8 +171,9 @@ def _order(tasks: Sequence[Task], before: Mapping[str, set[str]]) -> list[Task]:
     while len(ordered) < len(tasks):
         free = next((t for t in tasks if t.name not in placed and before[t.name] <= placed), None)
         if free is None:
-            cycle = " -> ".join(_cycle({t.name for t in tasks} - placed, before))
-            raise InputError(f"same-tick connections form a cycle: {cycle}; give one of them a delay of 1 tick or more")
+            members = _cycle({t.name for t in tasks} - placed, before)
+            remedy = f"give one of them a delay of 1 tick or more, such as --delay {members[0]}:{members[1]}=1"
+            raise InputError(f"same-tick connections form a cycle: {' -> '.join(members)}; {remedy}")
         ordered.append(free)
         placed.add(free.name)
     return ordered

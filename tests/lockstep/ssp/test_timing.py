@@ -1,0 +1,190 @@
+"""When components of files of others are stepped: what decides, what is refused, and the command line."""
+
+import zipfile
+from argparse import ArgumentParser
+
+import pytest
+from fmpy.ssp.simulation import simulate_ssp
+
+from lockstep import InputError
+from lockstep.options import add_timing_options, timing_of
+from lockstep.schedule import build_schedule
+from lockstep.timing import Timing
+
+MS = 1_000_000
+
+
+def told(*words):
+    """Return what the options of a command line say."""
+    parser = ArgumentParser()
+    add_timing_options(parser)
+    return timing_of(parser.parse_args(words))
+
+
+@pytest.fixture(scope="session")
+def eager(fmus, tmp_path_factory):
+    """Return the echo with a preferred step of 5 ms and outputs that change at steps alone."""
+    path = tmp_path_factory.mktemp("eager") / "eager.fmu"
+    with zipfile.ZipFile(fmus["echo"]) as source, zipfile.ZipFile(path, "w") as target:
+        for member in source.infolist():
+            content = source.read(member)
+            if member.filename == "modelDescription.xml":
+                text = content.decode().replace(
+                    "<ModelVariables>", '<DefaultExperiment stepSize="0.005"/><ModelVariables>'
+                )
+                content = text.replace('causality="output"><Real', 'causality="output" variability="discrete"><Real')
+                content = text.replace('causality="output">', 'causality="output" variability="discrete">').encode()
+            target.writestr(member, content)
+    return path
+
+
+@pytest.fixture
+def top(ssd, fmus, eager):
+    """Return counter -> eager -> counter's sibling, whose kinds and periods differ."""
+    counter = ssd.component("counter", fmus["counter"], "count output")
+    echo = ssd.component("sub.eager", eager, "u[1] input", "y[1] output")
+    plant = ssd.component("plant", fmus["integrator"], "u input", "x output")
+    wires = ssd.connection("counter.count", "sub.eager/u[1]") + ssd.connection("sub.eager/y[1]", "plant.u")
+    return ssd.system("top", counter + echo + plant, wires.replace('"counter.count', '"counter'))
+
+
+def facts(system):
+    return {c.name: (c.period, c.kind) for c in system.components}, [c.delay for c in system.connections], system.tick
+
+
+def test_what_the_command_line_does_not_say_the_fmus_do(load, top):
+    parts, delays, tick = facts(load(top, told("--period", "counter=0.002", "--period", "plant=0.003")))
+    assert parts == {
+        "counter": (2 * MS, "continuous"),
+        "sub/eager": (5 * MS, "sampled"),
+        "plant": (3 * MS, "continuous"),
+    }
+    assert delays == [1, 0]  # the newest value: true now from a continuous component, of this tick from a sampled one
+    assert tick == MS  # the greatest of which all periods are multiples
+
+
+def test_the_command_line_goes_before_the_fmus(load, top):
+    words = "--period 0.002 --period sub/eager=0.004 --tick 0.001 --continuous sub/eager --sampled counter --delay 3"
+    parts, delays, tick = facts(load(top, told(*words.split())))
+    assert parts == {
+        "counter": (2 * MS, "sampled"),
+        "sub/eager": (4 * MS, "continuous"),
+        "plant": (2 * MS, "continuous"),
+    }
+    assert (delays, tick) == ([3, 3], MS)
+
+
+def test_annotations_go_before_the_fmus_and_hints_of_osp_before_their_steps(load, top):
+    own = 'ssc:Annotation type="lockstep"><x:{} xmlns:x="urn:lockstep:1" {}/></ssc:Annotation>'
+    hint = (
+        'ssc:Annotation type="com.opensimulationplatform"><o:StepSizeHint value="0.02" '
+        'xmlns:o="http://opensimulationplatform.com/SSP/OSPAnnotations"/></ssc:Annotation>'
+    )
+
+    def annotated(text, behind, *entries):
+        head, found, tail = text.partition(behind)
+        assert found
+        end = tail.index("</ssd:Component>" if "Connector" in behind else "</ssd:Connection>")
+        notes = "".join(f"<{entry}" for entry in entries)
+        return f"{head}{found}{tail[:end]}<ssd:Annotations>{notes}</ssd:Annotations>{tail[end:]}"
+
+    text = annotated(top, 'Connector name="count"', own.format("Component", 'period="0.01" offset="0.005"'), hint)
+    text = annotated(text, 'Connector name="u[1]"', hint)
+    text = annotated(text, 'startElement="counter"', own.format("Connection", 'delay="7"'))
+    parts, delays, tick = facts(load(text, told("--period", "plant=0.01")))
+    assert parts == {
+        "counter": (10 * MS, "sampled"),
+        "sub/eager": (20 * MS, "sampled"),
+        "plant": (10 * MS, "continuous"),
+    }
+    assert (delays, tick) == ([7, 0], 5 * MS)
+
+
+REFUSED = [
+    ((), r"^counter: neither the file nor the FMU tells its period; give --period counter=S in seconds, or --period S"),
+    (("--period", "0.001", "--period", "eager=1"), r"^eager: no such component; there are counter, sub/eager, plant"),
+    (("--period", "0.001", "--sampled", "plnt"), r"^plnt: no such component; .*did you mean plant\?"),
+    (("--period", "0"), r"^--period 0: must be > 0 s"),
+    (("--period", "1", "--period", "2"), r"^--period 2: given for all already, as 1; name a component"),
+    (("--period", "0.3 s"), r"^--period: '0\.3 s' is not a number of seconds"),
+    (("--tick", "-1"), r"^--tick -1: must be > 0 s"),
+    (("--delay", "x"), r"^--delay x: write FROM:TO=TICKS"),
+    (("--delay", "1", "--delay", "2"), r"^--delay 2: given for all already"),
+    (("--sampled", "plant", "--continuous", "plant"), r"^--sampled plant: is told to be continuous too; choose one"),
+]
+
+
+@pytest.mark.parametrize(("words", "message"), REFUSED)
+def test_wrong_times_are_refused_in_one_line(load, top, words, message):
+    with pytest.raises(InputError, match=message):
+        load(top, told(*words))
+
+
+def test_an_odd_step_of_an_fmu_is_refused_with_the_remedy(tmp_path, ssd, load, eager):
+    odd = tmp_path / "odd.fmu"
+    with zipfile.ZipFile(eager) as source, zipfile.ZipFile(odd, "w") as target:
+        for member in source.infolist():
+            target.writestr(member, source.read(member).replace(b'stepSize="0.005"', b'stepSize="0.0033333333333"'))
+    with pytest.raises(
+        InputError, match=r"odd: the FMU's step size: 0\.0033333333333 s is not .*; give --period odd=S"
+    ):
+        load(ssd.system("top", ssd.component("odd", odd)), Timing())
+
+
+def test_a_cycle_of_sampled_components_is_printed_with_its_members(ssd, load, eager):
+    parts = "".join(ssd.component(name, eager, "u[1] input", "y[1] output") for name in ("one", "two"))
+    wires = ssd.connection("one.y[1]", "two.u[1]") + ssd.connection("two.y[1]", "one.u[1]")
+    text = ssd.system("top", parts, wires)
+    with pytest.raises(InputError, match=r"cycle: one -> two -> one; .* such as --delay one:two=1$"):
+        build_schedule(load(text, Timing()))
+    build_schedule(load(text, told("--delay", "1")))
+    build_schedule(load(text, told("--continuous", "one")))
+
+
+def test_the_command_line_shows_and_runs_a_system_of_others(tmp_path, ssd, top, cli):
+    path = tmp_path / "foreign.ssd"
+    path.write_text(ssd.document(top))
+    words = ("--period", "0.001", "--delay", "2", "--delay", "counter:sub/eager=5")
+    shown = cli("show", path, *words)
+    assert (shown.returncode, shown.stderr) == (0, "")
+    assert "sub/eager  every 0.001 s from 0 s, sampled, eager.fmu" in shown.stdout
+    assert "counter -> sub/eager: 1 value, delay 5 ticks" in shown.stdout
+    assert "sub/eager -> plant: 1 value, delay 2 ticks" in shown.stdout
+    values = ("--set", "sub/eager.u[2]=1", "--set", "sub/eager.flag=true", "--set", "sub/eager.number=3")
+    done = cli("run", path, *words, *values, "--record", "sub/eager.*", "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "run" / "run.toml").read_text()
+    assert 'from = "counter"\nto = "sub/eager"\ndelay = 5' in text
+    failed = cli("run", path, "--out", tmp_path / "none")
+    assert failed.returncode == 2
+    assert failed.stderr.startswith("lockstep: counter: neither the file nor the FMU tells its period; give --period")
+    assert not (tmp_path / "none").exists()
+
+
+def test_without_annotations_the_values_are_those_of_fmpys_master(tmp_path, ssd, fmus, load, run, pack):
+    """FMPy's simulate_ssp steps all with what is true at the start of a step, as we do by default."""
+    echo = ssd.component("echo", "resources/echo.fmu", "u[1] input", "y[1] output", "number input Integer",
+                         "number_out output Integer")  # fmt: skip
+    link = ssd.connection
+    sub = ssd.system(
+        "sub", echo,
+        link(".u", "echo.u[1]") + link("echo.y[1]", ".y") + link(".n", "echo.number"),
+        ("u input", "y output", "n input Integer"),
+    )  # fmt: skip
+    counter = ssd.component("counter", "resources/counter.fmu", "count output", "steps output Integer")
+    plant = ssd.component("plant", "resources/integrator.fmu", "u input", "x output")
+    wires = link("counter.count", "sub.u") + link("counter.steps", "sub.n") + link("sub.y", "plant.u")
+    text = ssd.system("top", counter + sub + plant, wires)
+    members = {f"resources/{name}.fmu": fmus[name].read_bytes() for name in ("counter", "echo", "integrator")}
+    package = pack(tmp_path / "p.ssp", {"SystemStructure.ssd": ssd.document(text), **members})
+    step = 2.0**-9  # s: sums of it are exact, as FMPy adds them up; and it is a whole number of ns
+    theirs = simulate_ssp(str(package), stop_time=32 * step, step_size=step)
+    for name in ("counter", "echo", "integrator"):
+        text = text.replace(f"resources/{name}.fmu", str(fmus[name]))
+    system = load(text, told("--period", str(step)), stop=33 * step)
+    ours = run(system, overrides={"sub/echo.u[2]": 0, "sub/echo.flag": False})
+    for name, other in (("counter.count", "counter.count"), ("sub/echo.y[1]", "sub.echo.y[1]"),
+                        ("sub/echo.number_out", "sub.echo.number_out"), ("plant.x", "plant.x")):  # fmt: skip
+        assert len(theirs[other]) == 32
+        assert (ours[name][1:] == theirs[other]).all()  # FMPy notes what is true at the end of a step at its start
+    assert ours["plant.x"][-1] > 0
