@@ -22,7 +22,7 @@ from lockstep.ssp_flatten import Settled, Way, refuse_ignored, settle, ways
 from lockstep.ssp_place import place_of
 from lockstep.ssp_reader import open_description, read_tree
 from lockstep.ssp_tree import Branch, Leaf, Place, Setting
-from lockstep.ssp_xml import NS, Element, unique
+from lockstep.ssp_xml import MAIN, NS, Element, unique
 from lockstep.system import Component, Connection, Connector, Feed, Kind, System, SystemInput, Value
 from lockstep.timing import Timing
 from lockstep.transformation import End, Hop, transferred
@@ -45,7 +45,8 @@ def load_system(path: Path | str, timing: Timing | None = None) -> System:
     file = place.archive or place.document
     with open_file(file, None, str(file)) as stream:
         digest = hashlib.sha256(stream.read()).hexdigest()
-    return _Assembly(file, document.root, tree, timing or Timing()).system(digest)
+    named = file if place.archive is None or place.document == Path(MAIN) else Path(f"{file}#{place.document}")
+    return _Assembly(named, document.root, tree, timing or Timing()).system(digest)
 
 
 class _Assembly:

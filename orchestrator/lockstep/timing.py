@@ -17,12 +17,22 @@ start of their steps, then step (Jacobi).
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import gcd
+from typing import Any
 
 from lockstep.clock import nanoseconds, seconds_text
 from lockstep.errors import InputError
 from lockstep.fmu import Description
 from lockstep.ssp_annotations import Told
 from lockstep.system import Kind
+
+
+def timing_of_run(run: Mapping[str, Any]) -> "Timing":
+    """Return the times of a run from its run.toml, with which its system file can be read again."""
+    return Timing(
+        tick=nanoseconds(run["tick"], "tick"),
+        periods={c["name"]: nanoseconds(c["period"], c["name"]) for c in run["component"]},
+        kinds={c["name"]: c["kind"] for c in run["component"]},
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -80,6 +80,7 @@ def test_a_variant_of_a_package_is_named_behind_a_hash(tmp_path, files, pack, ru
         content = {name: archive.read(name) for name in archive.namelist()}
     path = pack(tmp_path / "p" / "inner.ssp", content)
     system = load_system(f"{path}#VarB.ssd", EACH_MS)
+    assert load_system(system.path, EACH_MS) == system
     assert run(system, overrides={"in": 4})["echo.y[1]"][-1] == 12.0
     assert run(load_system(path, EACH_MS), overrides={"in": 4})["echo.y[1]"][-1] == 8.0
 
