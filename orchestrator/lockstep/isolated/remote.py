@@ -22,12 +22,16 @@ from numpy.typing import NDArray
 from lockstep.errors import InputError, RunError
 from lockstep.fmi_log import Log
 from lockstep.fmu import Description
-from lockstep.isolated.memory import PLACE, STEP, TIME, Shared, shared_file
+from lockstep.interrupt import Interrupt
+from lockstep.isolated.memory import ANSWERED, ASKED, PLACE, STEP, TIME, Shared, shared_file
 from lockstep.isolated.messages import pack, read_message, write_all
 from lockstep.isolated.process import Limits, Process
+from lockstep.isolated.spinning import CORES, Spinner, share_cores
 from lockstep.slave import ERROR, OK, Buffer, Scalar, returned
 from lockstep.system import Component, Value
 
+_workers: dict[RemoteSlave, Shared] = {}  # of this process
+_working: set[RemoteSlave] = set()  # those that have something to do
 _LAST_STEP, _LAST_CALLS = 2.0, 10.0  # [s] for a step that nobody waits for any more, and for terminating
 
 Key = tuple[tuple[int, ...], bool, tuple[int, ...]]  # sets, whether to step, gets
@@ -70,10 +74,13 @@ class RemoteSlave:
         self._answers, worker_answers = os.pipe()
         try:
             self._shared = Shared(memory)
+            self._spinner, self._asked = Spinner(self._shared, ANSWERED), 0
             self._process = Process((worker_commands, worker_answers, memory), folder, limits or Limits())
         finally:
             for descriptor in (memory, worker_commands, worker_answers):
                 os.close(descriptor)
+        _workers[self] = self._shared
+        share_cores(_workers.values())
         part = Component(name=self.name, source=component.source, period=1, archive=component.archive)
         start = pickle.dumps((part, replace(description, variables=dict(description.variables)), str(folder)))
         self._send((-len(start)).to_bytes(4, "little", signed=True) + start)
@@ -186,6 +193,7 @@ class RemoteSlave:
         grace = 0.0
         try:
             if not self._broken:
+                self._process.interrupt = Interrupt()  # what comes now is its end anyway
                 self._process.limit = _LAST_STEP
                 self.complete()
                 self._process.limit = _LAST_CALLS
@@ -194,6 +202,8 @@ class RemoteSlave:
         except RunError as error:
             self._log(self.name, ERROR, "isolation", str(error))
         finally:
+            _workers.pop(self, None)
+            share_cores(_workers.values())
             os.close(self._commands)
             self._process.end(grace)
             os.close(self._answers)
@@ -254,6 +264,7 @@ class RemoteSlave:
     def _send(self, content: bytes) -> None:
         self._process.busy_since = monotonic()
         self._flying = True
+        _working.add(self)
         try:
             if len(content) == 4:
                 os.write(self._commands, content)
@@ -261,11 +272,15 @@ class RemoteSlave:
                 write_all(self._commands, content)
         except BrokenPipeError:
             raise self._death() from None
+        self._asked = self._shared.integers[ASKED] = self._asked + 1
 
     def _complete(self) -> dict[str, Any]:
         """Wait for the answer."""
+        if len(_working) < CORES:  # else the master would take the core away from one of them
+            self._spinner.spin(self._asked)
         answer = os.read(self._answers, 1)
         self._flying = False
+        _working.discard(self)
         self._process.busy_since = 0.0
         if answer == b"\0":
             self._fresh = set(self._under_way.gets)
@@ -286,14 +301,17 @@ class RemoteSlave:
         self._fresh = set(self._under_way.gets)
         return dict(told)
 
-    def _death(self) -> RunError:
+    def _death(self) -> RunError | KeyboardInterrupt:
         """Return what ended the process, as an error."""
         self._broken, self._flying = True, False
+        _working.discard(self)
         place = self._shared.integers[PLACE]
         calls = [f"{self._prefix}{call}" for call in self._under_way.calls]
         where = f"in {calls[place - 1]}" if 0 < place <= len(calls) else f"after {calls[-1]}" if calls else "idle"
         said = self._shared.said()
         cause = f"{self._process.how_it_ended()} {where} at {self._time:.9g} s"
+        if self._process.interrupted:
+            return self._process.interrupt.end()
         return RunError(f"{self.name}: {cause}" + (f"; it said: {said}" if said else ""))
 
 

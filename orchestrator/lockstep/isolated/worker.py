@@ -22,8 +22,9 @@ import numpy as np
 
 from lockstep.errors import InputError, RunError
 from lockstep.instance import instantiate
-from lockstep.isolated.memory import PLACE, STEP, TIME, Shared
+from lockstep.isolated.memory import ANSWERED, ASKED, MAY_SPIN, PLACE, STEP, TIME, Shared
 from lockstep.isolated.messages import pack, read_exactly, write_all
+from lockstep.isolated.spinning import Spinner
 from lockstep.slave import FATAL, WARNING, Slave
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
@@ -154,8 +155,12 @@ def main(arguments: list[str]) -> int:
     try:
         first = int.from_bytes(read_exactly(commands, 4), "little", signed=True)
         write_all(answers, worker.open(read_exactly(commands, -first)))
+        words, spin = worker.shared.integers, Spinner(worker.shared, ASKED).spin
+        words[ANSWERED] = count = 1  # messages answered
         read, write, run = os.read, os.write, worker.run
         while True:
+            if words[MAY_SPIN]:
+                spin(count + 1)
             command = read(commands, 4)
             number = int.from_bytes(command, "little", signed=True)
             if number > 0:
@@ -172,6 +177,8 @@ def main(arguments: list[str]) -> int:
                 write(answers, answer)
             else:
                 write_all(answers, answer)
+            count += 1
+            words[ANSWERED] = count
     except (EOFError, BrokenPipeError):
         pass
     finally:
