@@ -103,6 +103,19 @@ def open_batches(folder: Path) -> Iterator[tuple[pa.Schema, Iterator[pa.RecordBa
         yield file.schema_arrow, file.iter_batches()
 
 
+def recorded_rows(folder: Path, enough: int) -> int:
+    """Count the rows of a run, ended or not; stop when there are enough."""
+    count = 0
+    if not enough:
+        return count  # a run of less than a second may have left no file that can be read
+    with open_batches(folder) as (_, batches):
+        for batch in batches:
+            count += len(batch)
+            if count >= enough:
+                break
+    return count
+
+
 def _batches(reader: pa.RecordBatchStreamReader) -> Iterator[pa.RecordBatch]:
     while True:
         try:

@@ -102,14 +102,15 @@ def read_checkpoint(path: Path | str) -> Checkpoint:
     if not path.is_file():
         near = newest_checkpoint(path) or newest_checkpoint(path.parent.parent)
         raise InputError(f"{path}: no such checkpoint; " + (f"there is {near}" if near else "give a .ckpt file"))
+    no_checkpoint = f"{path}: is no checkpoint, or was cut off; give a .ckpt file that a run with --checkpoint left"
     with open_zip(path, f"checkpoint {path}") as archive:
         members = archive.namelist()
         if _HEADER not in members or _ARRAYS not in members:
-            raise InputError(f"{path}: is no checkpoint; give a .ckpt file that a run with --checkpoint left")
+            raise InputError(no_checkpoint)
         try:
             header = json.loads(archive.read(_HEADER))
             if header.get("format") != FORMAT:
-                raise InputError(f"{path}: is no checkpoint; give a .ckpt file that a run with --checkpoint left")
+                raise InputError(no_checkpoint)
             if header["version"] != VERSION:
                 remedy = f"this lockstep reads version {VERSION}; make the checkpoint anew"
                 raise InputError(f"{path}: is a checkpoint of version {header['version']!r}; {remedy}")

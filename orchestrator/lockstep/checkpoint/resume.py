@@ -13,6 +13,7 @@ from lockstep.errors import InputError
 from lockstep.manifest import RUN, goes_on
 from lockstep.master import Progress, RunSummary, simulate
 from lockstep.pace import Pacer
+from lockstep.results import recorded_rows
 from lockstep.system import System
 
 
@@ -62,6 +63,11 @@ def resume(
         As `simulate`.
     """
     checkpoint = resumable(folder)
+    needed = int(checkpoint.header["rows"])
+    rows = recorded_rows(Path(folder), needed)
+    if rows < needed:
+        where = f"{rows} rows recorded, and {checkpoint.path.name} needs {needed}"
+        raise InputError(f"{folder}: has {where}; remove that checkpoint to use an earlier one")
     run, wanted = checkpoint.run, checkpoint.header["checkpoints"]
     return simulate(
         system or system_of(run),

@@ -35,6 +35,8 @@ _CALLS = {
     "setup_experiment": "SetupExperiment",
     "enter_initialization": "EnterInitializationMode",
     "exit_initialization": "ExitInitializationMode",
+    "save_state": "GetFMUstate",
+    "restore_state": "SetFMUstate",
 }
 
 Call = Callable[[], int]

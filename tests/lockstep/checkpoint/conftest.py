@@ -1,0 +1,121 @@
+"""A compiled FMU with a state, a system of three at rates of 3:2 with delays, and its runs."""
+
+import subprocess
+import zipfile
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from lockstep import Component, Connection, System, simulate, write_ssd
+from lockstep.checkpoint.request import Checkpoints
+
+MS = 1_000_000  # [ns]
+HERE = Path(__file__).parent
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-ffp-contract=off", "-shared", "-fPIC")
+
+PORTS = {  # name: type, causality, variability, value reference
+    "u": ("Real", "input", "continuous", 0),
+    "offset": ("Real", "input", "continuous", 1),
+    "gain": ("Real", "parameter", "tunable", 2),
+    "y": ("Real", "output", "continuous", 3),
+    "began": ("Real", "output", "continuous", 4),
+    "sleep": ("Real", "parameter", "fixed", 5),
+    "number": ("Integer", "input", "discrete", 0),
+    "steps": ("Integer", "output", "discrete", 1),
+    "seed": ("Integer", "parameter", "fixed", 2),
+    "sleep_at": ("Integer", "parameter", "fixed", 3),
+    "flag": ("Boolean", "input", "discrete", 0),
+    "odd": ("Boolean", "output", "discrete", 1),
+}
+STARTS = {"gain": "1", "seed": "1"}
+
+
+def wanderer(folder: Path, name: str, *defines: str) -> Path:
+    """Compile the FMU; another name makes another FMU with the same ports."""
+    library = folder / f"{name}.so"
+    subprocess.run(
+        ["gcc", *FLAGS, *(f"-D{define}" for define in defines), f"-I{HEADERS}", "-o", library, HERE / "wanderer.c"],
+        check=True,
+    )
+    able = str("MUTE" not in defines).lower()
+    lines = []
+    for port, (kind, causality, variability, reference) in PORTS.items():
+        start = f' start="{STARTS.get(port, "0" if kind != "Boolean" else "false")}"' if causality != "output" else ""
+        lines.append(
+            f'<ScalarVariable name="{port}" valueReference="{reference}" causality="{causality}"'
+            f' variability="{variability}"><{kind}{start}/></ScalarVariable>'
+        )
+    outputs = [k for k, port in enumerate(PORTS.values(), 1) if port[1] == "output"]
+    unknowns = "".join(f'<Unknown index="{k}"/>' for k in outputs)
+    xml = (
+        f'<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}">'
+        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true"'
+        f' canGetAndSetFMUstate="{able}" canSerializeFMUstate="{able}"/>'
+        f"<ModelVariables>{''.join(lines)}</ModelVariables>"
+        f"<ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns></ModelStructure>"
+        "</fmiModelDescription>"
+    )
+    path = folder / f"{name}.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", xml)
+        archive.write(library, f"binaries/linux64/{name}.so")
+    return path
+
+
+@pytest.fixture(scope="session")
+def fmus(tmp_path_factory):
+    """Return the FMU, the same one by another name, one that cannot save its state, and one that fails to."""
+    folder = tmp_path_factory.mktemp("wanderers")
+    made = {"good": (), "other": (), "mute": ("MUTE",), "complains": ("COMPLAINS",)}
+    return {name: wanderer(folder, name, *defines) for name, defines in made.items()}
+
+
+@pytest.fixture(scope="session")
+def triple(fmus):
+    """Return `a` every 2 ms and `b` every 3 ms, sampled, and `p` every 2 ms, continuous, in a loop with delays."""
+    part = partial(Component, source=fmus["good"], isolated=False)
+    wire = partial(Connection, from_component="a", to_component="b")
+    return System(
+        name="triple",
+        tick=MS,
+        stop_time=60 * MS,
+        components=(
+            part(name="a", period=2 * MS, parameters={"seed": 5, "offset": 0.25, "flag": True}),
+            part(name="b", period=3 * MS, offset=MS, parameters={"seed": 6, "offset": -0.5}),
+            part(name="p", period=2 * MS, kind="continuous",
+                 parameters={"seed": 7, "offset": 0.125, "flag": False, "number": 0}),
+        ),
+        connections=(
+            wire(output="y", input="u"),
+            wire(output="odd", input="flag", delay=3),
+            wire(output="steps", input="number"),
+            Connection(from_component="b", output="y", to_component="p", input="u", delay=4),
+            Connection(from_component="p", output="y", to_component="a", input="u", delay=1, factor=0.5),
+            Connection(from_component="p", output="steps", to_component="a", input="number", delay=7),
+        ),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def triple_ssd(triple, tmp_path):
+    """Return it as a file."""
+    write_ssd(triple, tmp_path / "triple.ssd")
+    return tmp_path / "triple.ssd"
+
+
+@pytest.fixture
+def isolated(triple):
+    """Return it with two of the three in processes of their own."""
+    return replace(triple, components=tuple(replace(c, isolated=c.name != "b") for c in triple.components))
+
+
+@pytest.fixture(scope="session")
+def whole(triple, tmp_path_factory):
+    """Return the results of a run with a checkpoint at each tick of one cycle."""
+    folder = tmp_path_factory.mktemp("whole") / "whole"
+    simulate(triple, folder, checkpoints=Checkpoints(times=[f"0.0{tick}" for tick in range(20, 32)]))
+    return folder
