@@ -60,7 +60,7 @@ def test_the_command_line_branches_without_a_system_file(triple, triple_ssd, tmp
     assert [(e["event"], e["time"]) for e in events] == [("branch", 0.023), ("end", 0.06)]
 
     write_ssd(replace(triple, stop_time=80 * MS), triple_ssd)
-    with pytest.raises(InputError, match="triple.ssd: has changed since the run"):
+    with pytest.raises(InputError, match=r"triple\.ssd: has changed since the run"):
         system_of(read_checkpoint(file).run)
 
 
@@ -127,11 +127,11 @@ def test_what_was_left_out_begins_anew_only_when_told(triple, fmus, tmp_path):
     mute = replace(
         triple, components=tuple(replace(c, source=fmus["mute"]) if c.name == "b" else c for c in triple.components)
     )
-    with pytest.raises(InputError, match="b: cannot save its state .* --checkpoint-without b saves the others"):
+    with pytest.raises(InputError, match=r"b: cannot save its state .* --checkpoint-without b saves the others"):
         simulate(mute, tmp_path / "no", checkpoints=Checkpoints(every="0.01"))
     assert not (tmp_path / "no").exists()
     simulate(mute, tmp_path / "yes", checkpoints=Checkpoints(times=["0.025"], without=["b"]))
-    with pytest.raises(InputError, match="b: t=0.025.ckpt holds no state of it; give --fresh b to begin it anew"):
+    with pytest.raises(InputError, match=r"b: t=0\.025\.ckpt holds no state of it; give --fresh b to begin it anew"):
         branch(mute, tmp_path / "yes", 25, tmp_path / "no")
     branch(mute, tmp_path / "yes", 25, tmp_path / "branch", fresh=("b",))
     mine, full = read_signals(tmp_path / "branch"), read_signals(tmp_path / "yes")

@@ -71,7 +71,7 @@ def test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes(triple, triple_s
 
 
 def test_a_failed_run_without_a_checkpoint_cannot_be_resumed(triple, tmp_path):
-    with pytest.raises(InputError, match="holds no run.toml; give the folder of a run"):
+    with pytest.raises(InputError, match=r"holds no run\.toml; give the folder of a run"):
         resume(tmp_path)
     simulate(triple, tmp_path / "out")
     text = (tmp_path / "out/run.toml").read_text()
@@ -80,7 +80,7 @@ def test_a_failed_run_without_a_checkpoint_cannot_be_resumed(triple, tmp_path):
         resume(tmp_path / "out")
 
 
-def test_a_resumed_run_takes_no_other_options(whole, tmp_path, cli):
+def test_a_resumed_run_takes_no_other_options(tmp_path, cli):
     done = cli("run", "--resume", tmp_path, "--set", "a.gain=2")
     assert (done.returncode, done.stderr) == (
         2,
@@ -108,9 +108,7 @@ def test_rows_that_are_lacking_are_told_before_anything_changes(triple, tmp_path
     text = (out / "run.toml").read_text().replace('"completed"', '"running"')
     (out / "run.toml").write_text(text)
     (out / "signals.parquet").write_bytes((tmp_path / "short/signals.parquet").read_bytes())
-    with pytest.raises(
-        InputError, match=r"out: has 500 rows recorded, and t=1\.1\.ckpt needs 1000; remove that checkpoint"
-    ):
+    with pytest.raises(InputError, match=r"out: has 500 rows recorded, and t=1\.1\.ckpt needs 1000; remove"):
         resume(out, triple)
     assert (out / "run.toml").read_text() == text
     assert sorted(path.name for path in out.iterdir()) == ["checkpoints", "events.jsonl", "run.toml", "signals.parquet"]
