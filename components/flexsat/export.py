@@ -21,6 +21,7 @@ from pythonfmu._version import __version__ as pythonfmu_version
 
 from .archive import write_atomically, zip_bytes
 from .bundle import collect
+from .front import WRAPPER, front_library, front_sources
 from .interfaces.ports import Naming
 from .shells.resources import BUILD_FILE
 
@@ -72,8 +73,9 @@ def build_fmu(
         raise ValueError(f"shell must look like 'package.module:Class', got {shell!r}")
     top, inner = module.split(".", 1)
     sources = collect(module)
+    front = front_sources()
     version = importlib.metadata.version("flexsat")
-    content = _content_hash(sources, resources, (shell, model_name, version, pythonfmu_version, naming))
+    content = _content_hash(sources, resources, front, (shell, model_name, version, pythonfmu_version, naming))
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, content)}}}"
     package, script = f"{top}_{content[:16]}", f"{model_name}_{content[:16]}"
     facts = {"model_name": model_name, "guid": guid, "version": version, "shell": shell, "naming": naming}
@@ -83,6 +85,9 @@ def build_fmu(
     files[BUILD_FILE] = (json.dumps(facts, indent=2) + "\n").encode()
     files[f"{script}.py"] = _SCRIPT.format(package=package, module=inner, name=class_name).encode()
     entries = _built(files, script, (package, script))
+    library = f"binaries/linux64/{model_name}.so"
+    entries[f"binaries/linux64/{WRAPPER}"] = entries.pop(library)
+    entries[library] = front_library()
     entries |= {f"documentation/{name}": page for name, page in (documentation or {}).items()}
     for name, file in (extra or {}).items():
         if name in entries:
@@ -93,9 +98,11 @@ def build_fmu(
     return BuiltFmu(path=out, guid=guid, sha256=hashlib.sha256(archive).hexdigest())
 
 
-def _content_hash(sources: Mapping[str, bytes], resources: Mapping[str, bytes], facts: tuple[str, ...]) -> str:
+def _content_hash(
+    sources: Mapping[str, bytes], resources: Mapping[str, bytes], front: Mapping[str, bytes], facts: tuple[str, ...]
+) -> str:
     digest = hashlib.sha256(json.dumps(facts).encode())
-    for group in (sources, resources):
+    for group in (sources, resources, front):
         for name in sorted(group):
             for part in (name.encode(), group[name]):
                 digest.update(len(part).to_bytes(8, "little") + part)

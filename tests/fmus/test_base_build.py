@@ -89,11 +89,11 @@ def test_the_archive_holds_what_the_shell_imports_and_what_it_was_given(tmp_path
         assert {info.date_time for info in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
     inside = {name.split("/", 2)[2] for name in names if name.startswith("resources/flexsat_")}
-    shells = ("__init__", "base", "model_description", "resources", "state", "values")
+    shells = ("__init__", "base", "direct", "model_description", "resources", "state", "values")
     toys = {"__init__.py", "toys/__init__.py", "toys/counter.py"}
     interfaces = {f"interfaces/{name}.py" for name in ("__init__", "ports", "units")}
     assert inside == toys | interfaces | {f"shells/{name}.py" for name in shells}
-    assert "binaries/linux64/toy.so" in names
+    assert {"binaries/linux64/toy.so", "binaries/linux64/libpythonfmu-export.so"} <= set(names)
     assert not [name for name in names if "__pycache__" in name]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hosting import COMPONENTS, CONFIGURATIONS, HERE, TICK, Row, agreement, joined, ordered
 
+from flexsat.front import front_library
 from lockstep import load_system
 
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -173,12 +174,23 @@ def test_libpython_may_be_loaded_by_the_host_instead_of_preloaded(bench):
     assert loaded.stdout == preloaded.stdout
 
 
-def test_without_libpython_the_library_does_not_load(bench):
-    done = call(bench, single(bench, "plant", ticks=20)[0], ENVIRONMENT)
+def test_the_fmu_finds_libpython_where_the_system_does(bench):
+    lines, _ = single(bench, "plant", ticks=20)
+    found = call(bench, lines, ENVIRONMENT | {"LD_LIBRARY_PATH": str(Path(libpython()).parent)})
+
+    assert found.returncode == 0, found.stderr
+    assert found.stdout == call(bench, lines).stdout
+
+
+def test_without_libpython_the_fmu_says_what_is_missing(bench):
+    """The same library, told to look for a Python that is not there."""
+    lines, _ = single(bench, "plant", ticks=20)
+    Path(lines[1].split()[2]).write_bytes(front_library("libpython0.0.so"))
+    done = call(bench, lines, ENVIRONMENT)
 
     assert done.returncode == 1
-    assert "cannot load the FMU" in done.stderr
-    assert "undefined symbol: _Py_NoneStruct" in done.stderr
+    assert "runs in Python, and there is none in this process nor libpython0.0.so on this machine" in done.stderr
+    assert "cannot instantiate: plant" in done.stderr
 
 
 def test_without_numpy_the_fmu_says_what_is_missing(bench):

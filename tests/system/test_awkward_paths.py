@@ -1,4 +1,4 @@
-"""Runs and checks where the temporary folder's path has letters outside ASCII, which pythonfmu's FMUs cannot take."""
+"""Runs and checks where the temporary folder's path has blanks and letters outside ASCII."""
 
 import os
 import subprocess
@@ -27,13 +27,13 @@ def test_a_run_where_temporary_files_lie_on_a_path_with_umlauts(fmus, tmp_path, 
     assert list(Path(environment["TMPDIR"]).iterdir()) == []
 
 
-def test_a_check_there_blames_the_fmu_once(fmus, environment):
+def test_a_check_there_finds_nothing(fmus, environment):
     script = """
 import sys
 from pathlib import Path
 from lockstep.check.dynamic import dynamic_checks
 found = dynamic_checks(Path(sys.argv[1]), print, only=["dynamic.repeat", "dynamic.resource_location"])
-assert [f.check for f in found if f.status in ("warning", "error")] == ["dynamic.resource_location"], found
+assert {f.status for f in found} == {"pass"}, found
 """
     command = [sys.executable, "-c", script, str(fmus / "distributed" / "sensors.fmu")]
 

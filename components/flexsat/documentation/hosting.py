@@ -13,20 +13,25 @@ What this FMU needs beside itself
 
 1. CPython {OLDEST_PYTHON[0]}.{OLDEST_PYTHON[1]} or newer, 64 bit; the binary uses CPython's stable ABI
    and is not bound to one version.
-   - Linux x86-64: the binary leaves the symbols of Python undefined; they must be in the process before it is loaded.
-     In a host written in Python they are. In any other host, preload the library, globally:
-         LD_PRELOAD=/usr/lib/x86_64-linux-gnu/libpython3.11.so.1 host ...
-     or in the host's code, before the FMU is loaded:
-         dlopen("libpython3.11.so.1.0", RTLD_NOW | RTLD_GLOBAL)
-     "undefined symbol: _Py_NoneStruct" means that this has not been done. Debian: package libpython3.11.
+   - Linux x86-64: the library of Python must be in the process, with its symbols global, before fmi2Instantiate. In a
+     host written in Python it is. In any other host the FMU loads libpython3.11.so.1.0 by itself, the version it was
+     built with, where the system finds it (Debian: package libpython3.11; elsewhere LD_LIBRARY_PATH). Another version
+     has to be preloaded:
+         LD_PRELOAD=/usr/lib/x86_64-linux-gnu/libpython3.13.so.1 host ...
+     or loaded by the host, before the FMU is instantiated:
+         dlopen("libpython3.13.so.1.0", RTLD_NOW | RTLD_GLOBAL)
+     What is missing is told in the host's log, and fmi2Instantiate returns NULL.
      The C++ run-time library of the system (libstdc++.so.6) and glibc 2.32 or newer are needed too.
    - Windows x86-64: the binary imports python3.dll, which must be on PATH, and the Visual C++ run-time library.
      The Windows binary travels along; it has not been tried by the makers of this FMU.
 2. numpy, where that Python finds it: installed for it, or its folder in PYTHONPATH. If the library of Python does not
    find the Python it belongs to by itself, set PYTHONHOME to its prefix.
-3. A folder whose path the host can hand over without percent-encoding, blanks aside. The wrapper (pythonfmu 0.7)
-   decodes %20 and nothing else, and takes file:///path but not file:/path: elsewhere the host crashes in
-   fmi2Instantiate. Hosts that encode, as FMPy does, need an unpacking folder of ASCII letters; others do not.
+On Linux the folder it is unpacked to may have any path but one with the letters %20 in it, and fmuResourceLocation
+may be any URI of it: file:///path, file:/path, percent-encoded or not. The Windows binary is pythonfmu's wrapper alone,
+which decodes %20 and nothing else: unpack to a folder of ASCII letters there.
+
+binaries/linux64 holds two libraries: the one that a host loads, named after the model, and libpythonfmu-export.so, the
+wrapper of pythonfmu 0.7, which the first one loads from the same folder.
 
 Nothing else: no network, no licence server, no other files. The Python package pythonfmu, which calls the model, and
 all sources of the model travel in resources/; nothing needs to be installed for them. The FMU finds them through
@@ -44,7 +49,8 @@ print(result["time"][-1], result["{output}"][-1])
 _PRELOAD = """\
 export OPENBLAS_NUM_THREADS=1
 export PYTHONPATH=/folder/with/numpy                        # only if that Python does not find numpy by itself
-LD_PRELOAD=/usr/lib/x86_64-linux-gnu/libpython3.11.so.1 host plant.fmu
+host plant.fmu                                              # with libpython3.11.so.1.0 where the system finds it, or
+LD_PRELOAD=/usr/lib/x86_64-linux-gnu/libpython3.13.so.1 host plant.fmu
 """
 
 
@@ -56,15 +62,14 @@ def hosting_section(file: str, step: float, stop: float, output: str) -> str:
 <p>With Python {OLDEST_PYTHON[0]}.{OLDEST_PYTHON[1]} or newer and numpy; here with FMPy. No other package is needed:
 {code("pythonfmu")} travels in {code("resources/")}.</p>
 <pre>{example}</pre>
-<p>Unpack it to a folder whose path needs no percent-encoding, blanks aside: the wrapper decodes {code("%20")} and
-nothing else, and a host that encodes other letters, as FMPy does, crashes in {code("fmi2Instantiate")}.</p>
 <h3>In a host without Python</h3>
-<p>The model is Python, and the binary leaves Python's symbols undefined.
-{code("undefined symbol: _Py_NoneStruct")} means that the library of Python is not in the process. Load it before the
-FMU, with its symbols global:</p>
+<p>The model is Python, and the library of Python must be in the process. The FMU loads
+{code("libpython3.11.so.1.0")}, the version it was built with, by itself; another version has to be preloaded, with
+its symbols global:</p>
 <pre>{escape(_PRELOAD)}</pre>
-<p>or, in the host's own code, {code('dlopen("libpython3.11.so.1.0", RTLD_NOW | RTLD_GLOBAL)')}.
-A version other than 3.11 does as well, if numpy is there for it: the binary uses CPython's stable ABI.
+<p>or loaded by the host's own code, {code('dlopen("libpython3.13.so.1.0", RTLD_NOW | RTLD_GLOBAL)')}.
+Any version from 3.11 on does, if numpy is there for it: the binary uses CPython's stable ABI. What is missing is told
+in the host's log, and {code("fmi2Instantiate")} returns NULL.
 <a href="externalDependencies.txt">externalDependencies.txt</a> says it all, with Windows.</p>
 <p>The model description says {code('needsExecutionTool="true"')} for that reason.</p>
 """

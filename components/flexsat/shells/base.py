@@ -29,6 +29,7 @@ from pythonfmu._version import __version__ as pythonfmu_version
 from pythonfmu.enums import Fmi2Status
 
 from ..interfaces.ports import Kind, Naming, Port, PortTable
+from .direct import REFERENCE, DirectAccess
 from .model_description import About, model_description
 from .resources import build_facts, find_resource, leave_search_path, let_go_at_exit
 from .state import restored, sealed, unsealed
@@ -74,7 +75,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         build = build_facts(self.resources)
         self.modelName = str(build.get("model_name", type(self).__name__))
         if "logger" in kwargs:
-            let_go_at_exit(self.resources, self.modelName)
+            let_go_at_exit(self.resources)
         self.guid = str(build.get("guid", type(self).__qualname__))
         self._version = str(build.get("version", type(self).version))
         naming: Naming = "flat" if build.get("naming") == "flat" else "structured"
@@ -84,7 +85,8 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         self._zeros = np.zeros_like(self._outputs)
         self._starting = {port.name for port in self.table if self.table.starts_from(port)}
         self._feeds_on_demand = any(port.on_demand and port.depends_on for port in self.table)
-        self._phase = Phase.INSTANTIATED
+        self._direct = DirectAccess(self.values, self._feeds_on_demand)
+        self._enter(Phase.INSTANTIATED)
         self._started = False  # whether `start` has run with the present parameters and inputs
         self._stale = False  # whether the outputs on demand are older than the state
         self._failure: str | None = None
@@ -139,7 +141,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
 
     def enter_initialization_mode(self) -> None:
         """Begin initialisation."""
-        self._phase = Phase.INITIALIZING
+        self._enter(Phase.INITIALIZING)
 
     def exit_initialization_mode(self) -> None:
         """Start the model; from here on parameters are fixed."""
@@ -147,7 +149,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
             if self._failure is not None:
                 raise Refused(f"not started since: {self._failure}")
             self._prepare()
-            self._phase = Phase.STEPPING
+            self._enter(Phase.STEPPING)
         except BaseException as error:
             self._fail("exitInitializationMode", error)
 
@@ -174,9 +176,10 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
 
     def terminate(self) -> None:
         """End the run; values can still be read."""
-        self._phase = Phase.TERMINATED
+        self._enter(Phase.TERMINATED)
 
-    # Values, called by the wrapper with fresh lists at every step: the two methods for reals are the hot path.
+    # Values, called by the wrapper with fresh lists at every step: the two methods for reals are the hot path where
+    # the wrapper has no library in front of it that copies them.
 
     def get_real(self, vrs: list[int]) -> list[float]:
         """Read reals."""
@@ -217,7 +220,9 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         return self._read_or("boolean", vrs, False)
 
     def get_string(self, vrs: list[int]) -> list[str]:
-        """Read strings."""
+        """Read strings; the library in front of the wrapper asks for one that is no variable."""
+        if vrs == [REFERENCE]:
+            return [self._direct.text()]
         return self._read_or("string", vrs, "")
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
@@ -253,7 +258,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
                 self.start()
                 self.values.restore(saved["values"])
             self.state = restored(self.state, saved["state"])
-            self._phase = Phase[saved["phase"]]
+            self._enter(Phase[saved["phase"]])
             self._started, self._stale = saved["started"], saved["stale"]
             self._failure = None
             self._forget_plans()
@@ -291,6 +296,10 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         return model_description(self.table, about)
 
     # Inside.
+
+    def _enter(self, phase: Phase) -> None:
+        self._phase = phase
+        self._direct.allow(phase in (Phase.STEPPING, Phase.TERMINATED))
 
     def _prepare(self) -> None:
         """Run `start` unless it has run with the present parameters and inputs."""

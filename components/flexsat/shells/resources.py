@@ -12,6 +12,7 @@ from typing import Any
 from urllib.parse import unquote
 
 BUILD_FILE = "build.json"  # written by the export: model name, GUID, version
+WRAPPER = "libpythonfmu-export.so"  # pythonfmu's library; the one named after the model stands in front of it
 
 _libraries: set[Path] = set()  # wrappers of this FMU's instances, to be let go at the end of the process
 
@@ -47,7 +48,7 @@ def leave_search_path(resources: str | None) -> None:
     sys.path_importer_cache.pop(str(resources), None)
 
 
-def let_go_at_exit(resources: str, model_name: str) -> None:
+def let_go_at_exit(resources: str) -> None:
     """See to it that the wrapper's library lets go of its interpreter state once, before the process ends.
 
     pythonfmu 0.7 does it twice: the destructor of a static pointer frees the state, then the library's own destructor
@@ -58,7 +59,7 @@ def let_go_at_exit(resources: str, model_name: str) -> None:
         folder = resource_folder(resources).parent / "binaries" / "linux64"
         if not _libraries:
             atexit.register(_let_go)
-        _libraries.add(folder / f"{model_name}.so")
+        _libraries.add(folder / WRAPPER)
 
 
 def _let_go() -> None:

@@ -6,11 +6,10 @@
  *
  * What an FMU made by pythonfmu needs of a host that is no Python, as tested with this one on Linux:
  *
- * 1. libpython's symbols must be there for all before the FMU's library is loaded, which does not name libpython among
- *    what it needs: plain dlopen fails with "undefined symbol: _Py_NoneStruct". Either start the host with
- *    LD_PRELOAD=LIBPYTHON, or let it dlopen(LIBPYTHON, RTLD_NOW | RTLD_GLOBAL) first, as here when it is named. With
- *    RTLD_LOCAL the symbol stays undefined. LIBPYTHON is LIBDIR/INSTSONAME of Python's sysconfig; Debian's package is
- *    libpython3.11.
+ * 1. libpython's symbols must be there for all before fmi2Instantiate. The FMU loads libpython3.11.so.1.0 by itself
+ *    where the system finds it (LD_LIBRARY_PATH). Or start the host with LD_PRELOAD=LIBPYTHON, or let it
+ *    dlopen(LIBPYTHON, RTLD_NOW | RTLD_GLOBAL) first, as here when it is named. LIBPYTHON is LIBDIR/INSTSONAME of
+ *    Python's sysconfig; Debian's package is libpython3.11.
  * 2. PYTHONHOME=sys.base_prefix of that Python. Without it the interpreter looks for a `python3` on the PATH, and if
  *    that is another one, it takes that one's library: "No module named '_struct'", and no instance.
  * 3. PYTHONPATH=the folder that holds numpy, unless numpy is installed in that Python itself. Without numpy: "No module
