@@ -8,7 +8,7 @@ from typing import Any
 from lockstep.clock import seconds_text
 from lockstep.errors import InputError, compact
 from lockstep.plan import Plan
-from lockstep.system import Connection, Value
+from lockstep.system import Component, Connection, Value
 
 _FRESH = "give the same, or --fresh {name} to begin {name} anew"
 _TIMING = {"period": "period", "offset": "offset"}
@@ -27,12 +27,22 @@ def identity(plan: Plan) -> dict[str, Any]:
                 "period": c.period,
                 "offset": c.offset,
                 "kind": c.kind,
+                **_shadow(c, plan),
                 "parameters": dict(plan.wiring.parameters[c.name]),
             }
             for c in system.components
         },
         "connections": {str(c): [c.from_component, c.to_component, *_way(c)] for c in system.connections},
     }
+
+
+def _shadow(component: Component, plan: Plan) -> dict[str, Any]:
+    """Return which shadow rides along. When it takes over may differ, until it has."""
+    if component.shadow is None:
+        return {}
+    shadow = component.shadow.component
+    adapter = shadow.adapter.sha256 if shadow.adapter else ""
+    return {"shadow": [plan.shadows[shadow.name].sha256, adapter, shadow.period, component.shadow.period]}
 
 
 def _way(connection: Connection) -> list[Any]:
@@ -72,6 +82,8 @@ def _same_component(component: str, its: Mapping[str, Any] | None, mine: Mapping
     if its["adapter"] != mine["adapter"]:
         hashes = f"sha256 {its['adapter'][:12] or 'none'}, not {mine['adapter'][:12] or 'none'}"
         raise InputError(f"{component}: {name} was made with another adapter, {hashes}; {remedy}")
+    if its.get("shadow") != mine.get("shadow"):
+        raise InputError(f"{component}: {name} was made with another shadow, or without; {remedy}")
     for key, word in _TIMING.items():
         if its[key] != mine[key]:
             times = f"{seconds_text(its[key])} s, not {seconds_text(mine[key])} s"

@@ -11,8 +11,10 @@ from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
 from lockstep.clock import nanoseconds
 from lockstep.errors import InputError
+from lockstep.shadow.options import shadow_as_before
 from lockstep.ssp import load_system
 from lockstep.system import System
+from lockstep.timing import timing_of_run
 
 
 def system_of(run: Mapping[str, Any]) -> System:
@@ -26,7 +28,7 @@ def system_of(run: Mapping[str, Any]) -> System:
     told = run["system"]
     if not told["path"]:
         raise InputError(f"system {told['name']}: was made in Python, not read from a file; hand it over to `simulate`")
-    system = load_system(Path(told["path"]))
+    system = load_system(Path(told["path"]), timing_of_run(run))
     if system.sha256 != told["sha256"]:
         hashes = f"sha256 {told['sha256'][:12]} then, {(system.sha256 or '')[:12]} now"
         raise InputError(f"{told['path']}: has changed since the run, {hashes}; put the old one back")
@@ -39,6 +41,8 @@ def system_of(run: Mapping[str, Any]) -> System:
             system = replace_component(system, name, source, None)
         system = system.with_period(name, nanoseconds(entry["period"], f"period of {name}"))
         system = system.with_isolation(name, entry["isolated"])
+        if "shadow" in entry:
+            system = shadow_as_before(system, name, entry["shadow"])
     pairs = Counter((entry["from"], entry["to"]) for entry in run["latency"])
     for entry in run["latency"]:
         if pairs[entry["from"], entry["to"]] == 1:  # several: then they are those of the file

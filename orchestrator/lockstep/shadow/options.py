@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from lockstep.adapter.read import read_adapter
 from lockstep.clock import nanoseconds
@@ -40,6 +42,14 @@ def shadow_as_told(options: argparse.Namespace, system: System) -> System:
         raise InputError(f"--shadow {options.shadow}: write COMPONENT=FMU, for example controller=vendor.fmu")
     adapter = None if options.shadow_adapter is None else read_adapter(options.shadow_adapter)
     return with_shadow(system, match[1], Path(match[2]), adapter, over, blend)
+
+
+def shadow_as_before(system: System, name: str, told: Mapping[str, Any]) -> System:
+    """Return the system with the shadow of an earlier run, as its run.toml tells of it."""
+    adapter = read_adapter(Path(told["adapter"])) if "adapter" in told else None
+    over = nanoseconds(told["hand_over"], "hand-over") if "hand_over" in told else None
+    system = with_shadow(system, name, Path(told["source"]), adapter, over, nanoseconds(told["blend"], "blend"))
+    return isolate(system, told["name"], told["isolated"])
 
 
 def record_as_told(options: argparse.Namespace, system: System) -> list[str] | None:

@@ -188,13 +188,14 @@ def residual_lines(folder: Path) -> list[str]:
     worst = max(found, key=lambda residual: residual.rms)
     share = "" if worst.relative is None else f", {100.0 * worst.relative:.3g} % of the original's"
     end = ride.end if ride.hand_over is None else ride.hand_over
+    unit = f" {worst.unit}" if worst.unit else ""
     lines = [
         f"{ride.manifest['name']} less {ride.component}, {compact(ride.outputs)}, to {end:g} s: residual RMS "
-        f"{total_rms(found):.4g} {worst.unit}, at most {worst.rms:.4g} in {worst.output}{share}"
+        f"{total_rms(found):.4g}{unit}, at most {worst.rms:.4g} in {worst.output}{share}"
     ]
     if step is not None:
         lines.append(
-            f"hand-over at {ride.hand_over:g} s: jump {step.acting:.4g} {worst.unit}, without blending "
+            f"hand-over at {ride.hand_over:g} s: jump {step.acting:.4g}{unit}, without blending "
             f"{step.at_once:.4g}; step to it {step.step:.4g}, steps around up to {step.neighbours:.4g}"
         )
     return lines

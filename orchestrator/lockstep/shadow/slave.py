@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.clock import seconds
-from lockstep.errors import RunError
+from lockstep.clock import seconds, seconds_text
+from lockstep.errors import InputError, RunError
 from lockstep.shadow.ports import SHADOW, Joined, Match
 from lockstep.shadow.shadow import Shadow
 from lockstep.shadow.values import Convert, Values, conversion
-from lockstep.slave import DTYPES, FATAL, OK, SCALARS, WARNING, Buffer, Scalar, Slave
+from lockstep.slave import DTYPES, ERROR, FATAL, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
 from lockstep.system import Value
 
 Call = Callable[[], int]
 Tell = Callable[..., None]
 References = NDArray[np.uint32]
+_PREFIX, _FILE = "shadow-", "shadow.npz"  # of the shadow's files in a saved state, and of our own
 
 
 class ShadowedSlave:
@@ -245,6 +247,52 @@ class ShadowedSlave:
             said = self._shadow.last_messages()
             told = f"{self._joined.name}: {self._shadow.outcome(function, status)} at {self._time:.9g} s"
             raise RunError(told + (f": {said}" if said else ""))
+
+    def save_state(self, folder: str) -> int:
+        """Save the states of both, and what they have given; RunError if the shadow cannot."""
+        if self._lost or not isinstance(self._original, Stateful):
+            return ERROR
+        inner = Path(folder, "shadow")
+        inner.mkdir()
+        saved = self._shadow.save_state(str(inner)) if isinstance(self._shadow, Stateful) else ERROR
+        self._check("GetFMUstate", saved)
+        for file in inner.iterdir():
+            file.rename(Path(folder, f"{_PREFIX}{file.name}"))
+        inner.rmdir()
+        over = self._plan.hand_over if self._handed_over else None
+        done = np.array([round(self._time * 1e9), -1 if over is None else over, self._plan.blend], np.int64)
+        arrays = [array for values in self._values.values() for array in values.memory()]
+        np.savez(Path(folder, _FILE), done, *(a.astype(str) if a.dtype == object else a for a in arrays))
+        return self._original.save_state(folder)
+
+    def restore_state(self, folder: str) -> int:
+        """Take what a folder holds; InputError if the hand-over would have to be another than it was."""
+        if not isinstance(self._original, Stateful):
+            return ERROR
+        inner = Path(folder, "shadow")
+        inner.mkdir()
+        for file in Path(folder).glob(f"{_PREFIX}*"):
+            file.rename(inner / file.name.removeprefix(_PREFIX))
+        taken = self._shadow.restore_state(str(inner)) if isinstance(self._shadow, Stateful) else ERROR
+        self._check("SetFMUstate", taken)
+        with np.load(Path(folder, _FILE), allow_pickle=False) as saved:
+            done, *arrays = (saved[name] for name in saved.files)
+        memory = [array for values in self._values.values() for array in values.memory()]
+        for array, content in zip(memory, arrays, strict=True):
+            array[...] = content
+        self._go_on(*done.tolist())
+        return self._original.restore_state(folder)
+
+    def _go_on(self, now: int, over: int, blend: int) -> None:
+        """Take up the plan where it stood [ns]."""
+        self._time, self._handed_over = seconds(now), over >= 0
+        mine, name = self._plan.hand_over, self._joined.name
+        if over >= 0 and (over, blend) != (mine, self._plan.blend):
+            told = f"--hand-over {seconds_text(over)} --blend {seconds_text(blend)}"
+            raise InputError(f"{name}: had taken over before the checkpoint; give {told} as it was")
+        if over < 0 and mine is not None and mine <= now:
+            times = f"hand-over {seconds_text(mine)} s: lies before the checkpoint, whose last step is"
+            raise InputError(f"{times} {seconds_text(now)} s; choose a later one")
 
     def failed(self, status: int) -> None:
         """Note the status of the original that ended the run."""

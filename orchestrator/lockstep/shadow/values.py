@@ -25,7 +25,7 @@ class Values:
         self.raw: Buffer = np.zeros(count, DTYPES[scalar])  # the shadow's, in its own unit
         self.offset: Buffer = np.zeros(count, DTYPES[scalar])  # original less shadow at the hand-over
         self.applied: Buffer = np.zeros(count, DTYPES[scalar])  # what acted in the shadow's last step
-        self._acted, self._times = np.zeros(count), 0  # sum and number since that began
+        self._acted, self._times = np.zeros(count), np.zeros(1)  # sum and number since that began
         self._convert = conversion(self.matches)
         self.flat = bank.reshape(-1)
         self.places: dict[int, int] = {}  # in `flat`, by the reference that is shown
@@ -42,11 +42,15 @@ class Values:
 
     def tell_applied(self) -> None:
         """Make `applied` anew: the mean since it was made last, or of other types the last."""
-        if self.scalar != "Real" or not self._times:
+        if self.scalar != "Real" or not self._times[0]:
             self.applied[:] = self.acting
             return
         self.applied[:] = self._acted / self._times
-        self._acted[:], self._times = 0.0, 0
+        self._acted[:] = self._times[:] = 0.0
+
+    def memory(self) -> list[Buffer]:
+        """Return all that has to be the same where a run goes on."""
+        return [self.flat, self.raw, self.offset, self.applied, self._acted, self._times] if self.matches else []
 
     def keep_offset(self) -> None:
         """Keep what the two differ by at the hand-over."""
@@ -58,7 +62,7 @@ class Values:
         if real:
             np.subtract(self.shadow, self.original, self.residual)
         over = plan.hand_over
-        left = 0.0 if over is None else remaining(now - over, plan.blend)
+        left = 1.0 if over is None or now < over else remaining(now - over, plan.blend)
         # at the hand-over shadow + offset is the original, but for rounding
         if over is None or now < over or (real and left == 1.0):
             self.acting[:] = self.original
@@ -68,7 +72,7 @@ class Values:
             self.acting[:] = self.shadow
         if real:
             self._acted += self.acting
-            self._times += 1
+            self._times += 1.0
 
 
 def conversion(matches: Sequence[Match]) -> Convert:
