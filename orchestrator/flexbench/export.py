@@ -101,6 +101,10 @@ def _write_parquet(folder: Path, names: list[str] | None, file: Path) -> None:
 def _write_hdf5(folder: Path, names: list[str] | None, file: Path) -> None:
     """Write a netCDF-4 file, which is HDF5: arrays with named dimensions and attributes."""
     dataset = load_dataset(folder, names)
+    # a component of a nested system is named by its path, and HDF5 takes a slash for a group
+    dataset = dataset.rename(
+        {str(n): str(n).replace("/", ".") for n in (*dataset.variables, *dataset.dims) if "/" in str(n)}
+    )
     packed = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in dataset.data_vars}
     dataset.to_netcdf(file, engine="h5netcdf", encoding=packed)
 

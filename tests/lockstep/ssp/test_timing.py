@@ -3,9 +3,11 @@
 import zipfile
 from argparse import ArgumentParser
 
+import h5py
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 
+from flexbench.export import export_run
 from lockstep import InputError
 from lockstep.options import add_timing_options, timing_of
 from lockstep.schedule import build_schedule
@@ -155,6 +157,9 @@ def test_the_command_line_shows_and_runs_a_system_of_others(tmp_path, ssd, top, 
     assert done.returncode == 0, done.stderr
     text = (tmp_path / "run" / "run.toml").read_text()
     assert 'from = "counter"\nto = "sub/eager"\ndelay = 5' in text
+    export_run(tmp_path / "run", "hdf5", tmp_path / "run.h5", None)
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert "sub.eager.y" in file  # a slash would make a group of it
     failed = cli("run", path, "--out", tmp_path / "none")
     assert failed.returncode == 2
     assert failed.stderr.startswith("lockstep: counter: neither the file nor the FMU tells its period; give --period")
