@@ -164,7 +164,9 @@ def dependencies(subject: Subject) -> Verdict:
         _needs_python(subject, "it", len(python), text, notes)
     for name, inner in _inner_fmus(subject):
         if symbols := _of_python(inner.undefined):
-            _needs_python(subject, f"the FMU inside, {name},", len(symbols), text, notes)
+            beside = name.startswith(f"binaries/{_ELF_PLATFORM}/")
+            who = f"{PurePosixPath(name).name} beside it" if beside else f"the FMU inside, {name},"
+            _needs_python(subject, who, len(symbols), text, notes)
     if other and not lost:  # a library that is not there may offer them
         notes.error(f"symbols that nothing it needs offers: {compact(other, 6)}")
     assert subject.model is not None
@@ -210,7 +212,7 @@ def _of_python(symbols: Iterable[str]) -> list[str]:
 
 
 def _inner_fmus(subject: Subject) -> Iterator[tuple[str, Library]]:
-    """Yield the libraries of other FMUs that travel in this one, as in a container."""
+    """Yield the other libraries that travel in this FMU and offer FMI: a wrapper's, or an FMU's as in a container."""
     for name in sorted(subject.names - {binary_name(subject, _ELF_PLATFORM)}):
         if name.endswith(SUFFIXES[_ELF_PLATFORM]):
             with suppress(ValueError):  # a library of another platform, or damaged: only the main one is ours to judge

@@ -58,14 +58,20 @@ def test_a_library_that_needs_python_in_its_host(
     assert "needs libpython in the host (1 symbols" in told(findings["static.dependencies"])
 
 
-def test_an_fmu_inside_that_needs_python(make: Make, found: Find, compiled: Compile) -> None:
-    """A container needs what its parts need, although its own library does not show it."""
-    inner = "resources/plant/binaries/linux64/plant.so"
+@pytest.mark.parametrize(
+    ("inner", "who"),
+    [
+        ("resources/plant/binaries/linux64/plant.so", "the FMU inside, resources/plant/binaries/linux64/plant.so,"),
+        ("binaries/linux64/wrapper.so", "wrapper.so beside it"),
+    ],
+)
+def test_an_inner_library_that_needs_python(make: Make, found: Find, compiled: Compile, inner: str, who: str) -> None:
+    """A container needs what its parts need, and a library what it loads, although they do not show it."""
     silent = found(make({inner: compiled(code=PYTHON)}))
     harmless = found(make({inner: compiled(), "resources/extension.so": b"no library"}))
 
     assert bad(silent) == {"static.dependencies": "warning"}
-    assert f"the FMU inside, {inner}, needs libpython" in told(silent["static.dependencies"])
+    assert f"{who} needs libpython" in told(silent["static.dependencies"])
     assert bad(harmless) == {}
 
 
