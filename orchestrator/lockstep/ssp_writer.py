@@ -14,7 +14,7 @@ from lockstep.fmu import read_description
 from lockstep.parameters import parse_value, settable
 from lockstep.ssp_xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV
 from lockstep.system import Component, Connection, Connector, System, Value
-from lockstep.transformation import End, Entry, convert
+from lockstep.transformation import End, Entry, Table, convert
 from lockstep.units import BASES, Unit, known_unit
 
 PARAMETER_SET = "initialValues"  # of every component: ecos applies the sets of one name, which its user gives
@@ -37,13 +37,13 @@ def write_ssd(system: System, path: Path | str) -> None:
         attrib={"version": "1.0", "name": system.name},
         nsmap={"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP, "osp": OSP},
     )
-    top = _add(root, SSD, "System", name=system.name)
-    elements = _add(top, SSD, "Elements")
+    top = add(root, SSD, "System", name=system.name)
+    elements = add(top, SSD, "Elements")
     enumerations: dict[tuple[tuple[str, int], ...], str] = {}
     for component in system.components:
         _write_component(elements, component, _connectors(component, system.connections), path.parent, enumerations)
     if system.connections:
-        connections = _add(top, SSD, "Connections")
+        connections = add(top, SSD, "Connections")
         for connection in system.connections:
             _write_connection(connections, connection if not connection.via else _at_once(connection, system))
     timing = {"tick": seconds_text(system.tick)}
@@ -51,16 +51,16 @@ def write_ssd(system: System, path: Path | str) -> None:
         timing["recordPeriod"] = seconds_text(system.record_period)
     own = _annotate(top, "System", **timing)
     for pattern in system.record:
-        _add(own, LOCKSTEP, "Record", pattern=pattern)
+        add(own, LOCKSTEP, "Record", pattern=pattern)
     if enumerations:
-        group = _add(root, SSD, "Enumerations")
+        group = add(root, SSD, "Enumerations")
         for items, name in enumerations.items():
-            enumeration = _add(group, SSC, "Enumeration", name=name)
+            enumeration = add(group, SSC, "Enumeration", name=name)
             for item, number in items:
-                _add(enumeration, SSC, "Item", name=item, value=str(number))
-    _write_units(root, SSD, {u.name: u for c in system.components for u in c.units.values()})
+                add(enumeration, SSC, "Item", name=item, value=str(number))
+    write_units(root, SSD, {u.name: u for c in system.components for u in c.units.values()})
     if system.stop_time is not None:
-        _add(root, SSD, "DefaultExperiment", startTime="0", stopTime=seconds_text(system.stop_time))
+        add(root, SSD, "DefaultExperiment", startTime="0", stopTime=seconds_text(system.stop_time))
     etree.ElementTree(root).write(str(path), xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
@@ -74,7 +74,7 @@ def _write_component(
     source = component.source
     if component.archive is None:
         source = Path(os.path.relpath(source.absolute(), folder))
-    element = _add(
+    element = add(
         parent,
         SSD,
         "Component",
@@ -85,37 +85,37 @@ def _write_component(
     )
     listed = list(ports)
     if listed:
-        connectors = _add(element, SSD, "Connectors")
+        connectors = add(element, SSD, "Connectors")
         for port in listed:
-            connector = _add(connectors, SSD, "Connector", name=port.name, kind=port.kind)
+            connector = add(connectors, SSD, "Connector", name=port.name, kind=port.kind)
             if port.type == "Enumeration" and port.items:
                 items = tuple(port.items.items())
                 name = enumerations.setdefault(items, f"Enumeration{len(enumerations) + 1}")
-                _add(connector, SSC, "Enumeration", name=name)
+                add(connector, SSC, "Enumeration", name=name)
             elif port.type not in (None, "Enumeration"):
                 unit = component.units.get(port.name) if port.type == "Real" else None
-                _add(connector, SSC, port.type, **({"unit": unit.name} if unit else {}))
+                add(connector, SSC, port.type, **({"unit": unit.name} if unit else {}))
     if component.parameters:
-        bindings = _add(element, SSD, "ParameterBindings")
-        values = _add(_add(bindings, SSD, "ParameterBinding"), SSD, "ParameterValues")
-        parameters = _add(_add(values, SSV, "ParameterSet", version="1.0", name=PARAMETER_SET), SSV, "Parameters")
+        bindings = add(element, SSD, "ParameterBindings")
+        values = add(add(bindings, SSD, "ParameterBinding"), SSD, "ParameterValues")
+        parameters = add(add(values, SSV, "ParameterSet", version="1.0", name=PARAMETER_SET), SSV, "Parameters")
         description = read_description(component)  # a value is written in its declared type, whatever it was given as
         for name, value in component.parameters.items():
             what = f"{component.name}.{name}"
             variable = replace(settable(component.name, name, description), minimum=None, maximum=None)
-            kind, text = _literal(parse_value(value, variable, what), variable.items)
-            parameter = _add(_add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text)
+            kind, text = literal(parse_value(value, variable, what), variable.items)
+            parameter = add(add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text)
             if kind == "Real" and name in component.units:
                 parameter.set("unit", component.units[name].name)
         used = {u.name: u for n, u in component.units.items() if n in component.parameters}
-        _write_units(parameters.getparent(), SSV, used)
+        write_units(parameters.getparent(), SSV, used)
     timing = {"period": seconds_text(component.period), "offset": seconds_text(component.offset)}
     if component.isolated is not None:
         timing["isolated"] = str(component.isolated).lower()
     own = _annotate(element, "Component", **timing, kind=component.kind)
     # how libcosim and ecos are told of a component's own step
-    other = _add(own.getparent().getparent(), SSC, "Annotation", type="com.opensimulationplatform")
-    _add(other, OSP, "StepSizeHint", value=seconds_text(component.period))
+    other = add(own.getparent().getparent(), SSC, "Annotation", type="com.opensimulationplatform")
+    add(other, OSP, "StepSizeHint", value=seconds_text(component.period))
 
 
 def _connectors(component: Component, connections: Iterable[Connection]) -> list[Connector]:
@@ -161,7 +161,7 @@ def _at_once(connection: Connection, system: System) -> Connection:
 
 
 def _write_connection(parent: etree._Element, connection: Connection) -> None:
-    element = _add(
+    element = add(
         parent,
         SSD,
         "Connection",
@@ -172,22 +172,28 @@ def _write_connection(parent: etree._Element, connection: Connection) -> None:
     )
     if not connection.convert_units:
         element.set("suppressUnitConversion", "true")
-    if (connection.factor, connection.offset) != (1.0, 0.0):
-        _add(element, SSC, "LinearTransformation", factor=repr(connection.factor), offset=repr(connection.offset))
-    if connection.table is not None:
-        table = _add(element, SSC, f"{connection.table.kind}MappingTransformation")
-        for given, result in connection.table.entries:
-            _add(table, SSC, "MapEntry", source=_text(given), target=_text(result))
+    write_transformation(element, connection.factor, connection.offset, connection.table)
     if connection.delay:
         _annotate(element, "Connection", delay=str(connection.delay))
 
 
-def _write_units(parent: etree._Element | None, namespace: str, units: Mapping[str, Unit]) -> None:
+def write_transformation(element: etree._Element, factor: float, offset: float, table: Table | None) -> None:
+    """Write what happens on a connection or at an entry of a parameter mapping, if anything does."""
+    if (factor, offset) != (1.0, 0.0):
+        add(element, SSC, "LinearTransformation", factor=repr(factor), offset=repr(offset))
+    if table is not None:
+        entries = add(element, SSC, f"{table.kind}MappingTransformation")
+        for given, result in table.entries:
+            add(entries, SSC, "MapEntry", source=_text(given), target=_text(result))
+
+
+def write_units(parent: etree._Element | None, namespace: str, units: Mapping[str, Unit]) -> None:
+    """Define units, if there are any, in a system or in a parameter set."""
     if parent is None or not units:
         return
-    group = _add(parent, namespace, "Units")
+    group = add(parent, namespace, "Units")
     for unit in units.values():
-        base = _add(_add(group, SSC, "Unit", name=unit.name), SSC, "BaseUnit")
+        base = add(add(group, SSC, "Unit", name=unit.name), SSC, "BaseUnit")
         for symbol, exponent in zip(BASES, unit.exponents or (), strict=False):
             if exponent:
                 base.set(symbol, str(exponent))
@@ -196,7 +202,8 @@ def _write_units(parent: etree._Element | None, namespace: str, units: Mapping[s
             base.set("offset", repr(unit.offset))
 
 
-def _literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
+def literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
+    """Return type and text of a value; `items` are those of its type, if that is an Enumeration."""
     for item, number in items.items():
         if number == value:
             return "Enumeration", item
@@ -215,9 +222,10 @@ def _text(entry: Entry) -> str:
 
 
 def _annotate(parent: etree._Element, tag: str, **attributes: str) -> etree._Element:
-    holder = _add(_add(parent, SSD, "Annotations"), SSC, "Annotation", type=ANNOTATION)
-    return _add(holder, LOCKSTEP, tag, **attributes)
+    holder = add(add(parent, SSD, "Annotations"), SSC, "Annotation", type=ANNOTATION)
+    return add(holder, LOCKSTEP, tag, **attributes)
 
 
-def _add(parent: etree._Element, namespace: str, tag: str, **attributes: str) -> etree._Element:
+def add(parent: etree._Element, namespace: str, tag: str, **attributes: str) -> etree._Element:
+    """Add an element below another one."""
     return etree.SubElement(parent, f"{{{namespace}}}{tag}", attrib=attributes)
