@@ -58,6 +58,11 @@ class Exchange:
             for tick in range(layout.cycle)
         ]
 
+    @property
+    def faults(self) -> Faults | None:
+        """What goes wrong in the run."""
+        return self._faults
+
     def finish(self) -> None:
         """Note what ends with the run."""
         if self._faults is not None:

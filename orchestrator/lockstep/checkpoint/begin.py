@@ -79,11 +79,26 @@ class Begin:
                 (place / file).write_bytes(content)
             exchange.check(name, "SetFMUstate", time, slave.restore_state(str(place)))
         restore_bus(checkpoint, plan, exchange, exchange.present, self.fresh)
+        self._restore_faults(slaves, exchange)
         for name, values in changes(checkpoint.header["identity"], plan, self.fresh, checkpoint.path.name).items():
             for scalar, part in _by_type(plan, name, values).items():
                 exchange.check(name, f"Set{scalar}", time, slaves[name].set_start(part, scalar))
         for name in old:
             exchange.fetch_present(name)
+
+    def _restore_faults(self, slaves: Mapping[str, Slave], exchange: Exchange) -> None:
+        """Take up the faults of the run again, or undo for a branch what they had made of parameters."""
+        tick, saved = self.checkpoint.tick, self.checkpoint.header["faults"]
+        if self.again:
+            if exchange.faults is not None:
+                exchange.faults.go_on(saved, tick)
+            return
+        for name, scalar, reference, _, original in saved["altered"] if saved else ():
+            if name not in self.fresh:
+                status = slaves[name].set_start({reference: original}, scalar)
+                exchange.check(name, f"Set{scalar}", seconds(self.checkpoint.time), status)
+        if exchange.faults is not None:
+            exchange.faults.begin_at(tick)
 
 
 def _by_type(plan: Plan, name: str, values: Mapping[str, Value]) -> dict[Scalar, dict[int, Value]]:

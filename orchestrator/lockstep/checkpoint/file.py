@@ -28,7 +28,7 @@ FOLDER = "checkpoints"  # in a results folder
 WAITING = "rows/waiting"  # among the arrays: rows that were not yet on disk
 FORMAT, VERSION = "lockstep checkpoint", 1
 _HEADER, _ARRAYS, _STATES = "header.json", "arrays.npz", "states"
-_NEEDED = {"tick", "time", "identity", "run", "outputs", "rows", "events", "wall_time"}
+_NEEDED = {"tick", "time", "identity", "run", "outputs", "rows", "events", "faults", "wall_time"}
 _NAME = re.compile(r"t=(\d+(?:\.\d+)?)\.ckpt")
 
 Arrays = Mapping[str, NDArray[Any]]

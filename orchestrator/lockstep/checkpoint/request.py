@@ -9,6 +9,7 @@ from lockstep.clock import nanoseconds, seconds_text
 from lockstep.errors import InputError, compact
 from lockstep.plan import Plan
 from lockstep.schedule import whole_ticks
+from lockstep.system import Component
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,10 +51,17 @@ class Checkpoints:
     def _refuse_mute(self, plan: Plan) -> None:
         for name in self.without:
             plan.system.component(name)
-        mute = [c.name for c in plan.system.components if not plan.descriptions[c.name].saves_state]
+        mute = [c.name for c in plan.system.components if not _saves_state(c, plan)]
         left = [name for name in mute if name not in self.without]
         if left:
             raise InputError(
                 f"{compact(left)}: cannot save its state (canGetAndSetFMUstate, canSerializeFMUstate), so there can be "
                 f"no checkpoint; --checkpoint-without {left[0]} saves the others, and a branch begins {left[0]} anew"
             )
+
+
+def _saves_state(component: Component, plan: Plan) -> bool:
+    shadow = component.shadow
+    if shadow is not None and not plan.shadows[shadow.component.name].saves_state:
+        return False
+    return plan.descriptions[component.name].saves_state

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from lockstep.checkpoint.begin import Begin
 from lockstep.checkpoint.file import Checkpoint, newest_checkpoint, read_checkpoint
 from lockstep.checkpoint.repeat import system_of
 from lockstep.checkpoint.request import Checkpoints
 from lockstep.errors import InputError
+from lockstep.faults.read import read_scenario
+from lockstep.faults.scenario import Scenario
 from lockstep.manifest import RUN, goes_on
 from lockstep.master import Progress, RunSummary, simulate
 from lockstep.pace import Pacer
@@ -78,7 +82,16 @@ def resume(
         record_period=run["record_period"],
         progress=progress,
         step_limit=step_limit,
+        faults=[_scenario(entry) for entry in run.get("faults", [])],
         pace=pace,
         checkpoints=Checkpoints(times=wanted["times"], every=wanted["every"], without=wanted["without"]),
         begin=Begin(checkpoint=checkpoint, again=True),
     )
+
+
+def _scenario(told: Mapping[str, Any]) -> Scenario:
+    scenario = read_scenario(Path(told["path"]))
+    if scenario.sha256 != told["sha256"]:
+        hashes = f"sha256 {told['sha256'][:12]} then, {scenario.sha256[:12]} now"
+        raise InputError(f"{told['path']}: has changed since the run, {hashes}; put the old one back")
+    return scenario

@@ -72,6 +72,7 @@ class Saver:
             "outputs": outputs,
             "rows": kept.written,
             "events": events.saved(),
+            "faults": None if self.exchange.faults is None else self.exchange.faults.saved(),
             "checkpoints": {
                 "times": [str(time) for time in self.request.times],
                 "every": None if self.request.every is None else str(self.request.every),

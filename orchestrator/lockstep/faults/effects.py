@@ -25,6 +25,14 @@ class Effect(Protocol):
         """Return what the consumer gets in the window, in the type of `values`; called after `see`."""
         ...
 
+    def saved(self) -> Any:
+        """Return all that is remembered, as JSON takes it."""
+        ...
+
+    def restore(self, saved: Any) -> None:
+        """Remember what was saved."""
+        ...
+
 
 class Stuck:
     """Hold given values, or what was transferred last before the window, or first if nothing was."""
@@ -40,6 +48,14 @@ class Stuck:
     def act(self, _tick: int, values: Values) -> Values:
         """Return the same at each transfer."""
         return values if self._held is None else self._held.astype(values.dtype)
+
+    def saved(self) -> Any:
+        """Return what is held."""
+        return None if self._held is None else _packed(self._held)
+
+    def restore(self, saved: Any) -> None:
+        """Hold it."""
+        self._held = None if saved is None else _unpacked(saved)
 
 
 class Delay:
@@ -60,6 +76,14 @@ class Delay:
         """Return the oldest that is kept."""
         return self._history[0][1]
 
+    def saved(self) -> Any:
+        """Return the history."""
+        return [[tick, _packed(values)] for tick, values in self._history]
+
+    def restore(self, saved: Any) -> None:
+        """Take it up."""
+        self._history = deque((tick, _unpacked(values)) for tick, values in saved)
+
 
 class Change:
     """Apply a function of time and value; what travels as a whole number is rounded to the nearest that fits."""
@@ -78,6 +102,13 @@ class Change:
         limits = np.iinfo(values.dtype)
         return np.rint(np.clip(changed, limits.min, limits.max)).astype(values.dtype)
 
+    def saved(self) -> Any:
+        """Return nothing."""
+        return None
+
+    def restore(self, saved: Any) -> None:
+        """Do nothing."""
+
 
 class SingleSpike:
     """Add to the first transfer in the window."""
@@ -94,6 +125,23 @@ class SingleSpike:
     def act(self, tick: int, values: Values) -> Values:
         """Add once."""
         return self._change.act(tick, values) if tick == self._first else values
+
+    def saved(self) -> Any:
+        """Return when that was."""
+        return self._first
+
+    def restore(self, saved: Any) -> None:
+        """Note it."""
+        self._first = saved
+
+
+def _packed(values: Values) -> list[Any]:
+    return [values.dtype.str, values.tolist()]
+
+
+def _unpacked(saved: Any) -> Values:
+    values: Values = np.array(saved[1], saved[0])
+    return values
 
 
 def bias(value: Array) -> Change:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -32,6 +32,7 @@ class Faults:
         self._waiting = list(reversed(resolved.lines))  # the next one last
         self._tick = 0
         self._settings: dict[str, list[Step]] = {}
+        self._present: dict[tuple[str, Scalar], dict[int, Value]] = {}  # parameters, by reference
 
     def begin_tick(self, time: float) -> None:
         """Take the time of a tick, and write the events that belong to it. Called before all else in a tick."""
@@ -44,6 +45,34 @@ class Faults:
         """Write that what acts to the end of the run ends with it."""
         while self._waiting:
             self._note("fault", **self._waiting.pop().details)
+
+    def saved(self) -> dict[str, Any]:
+        """Return what the faults remember, and which parameters are not what they are without them; for JSON."""
+        groups = (*self._resolved.transfers, *self._resolved.settings)
+        altered = [
+            [group.component, group.scalar, reference, name, original]
+            for group in self._resolved.settings
+            for reference, name, original in zip(group.references, group.names, group.originals, strict=True)
+            if self._present.get((group.component, group.scalar), {}).get(reference, original) != original
+        ]
+        present = [[*key, [list(item) for item in values.items()]] for key, values in self._present.items()]
+        return {"memory": [group.effect.saved() for group in groups], "altered": altered, "present": present}
+
+    def go_on(self, saved: Mapping[str, Any], tick: int) -> None:
+        """Take up what the same faults remembered before a tick. Events before it have been written."""
+        groups = (*self._resolved.transfers, *self._resolved.settings)
+        for group, memory in zip(groups, saved["memory"], strict=True):
+            group.effect.restore(memory)
+        self._present = {(name, scalar): dict(items) for name, scalar, items in saved["present"]}
+        self._waiting = [line for line in self._waiting if line.tick >= tick]
+
+    def begin_at(self, tick: int) -> None:
+        """Begin at a tick: what ended before it is not told, and what acts there begins there."""
+        ended = [line.details for line in self._waiting if line.details["state"] == "end" and line.tick <= tick]
+        keys = [(details["fault"], details["component"]) for details in ended]
+        self._waiting = [
+            line for line in self._waiting if (line.details["fault"], line.details["component"]) not in keys
+        ]
 
     def on_transfer(self, name: str, scalar: Scalar, targets: Sequence[int], buffer: Buffer, call: Call) -> Call:
         """Return a call that alters a component's inputs in the buffer, then sets them by `call`.
@@ -83,7 +112,7 @@ class Faults:
 
     def _setting(self, name: str, scalar: Scalar, groups: Sequence[Group], slave: Slave, check: Check) -> Step:
         originals = {r: v for group in groups for r, v in zip(group.references, group.originals, strict=True)}
-        present = dict(originals)
+        present = self._present.setdefault((name, scalar), dict(originals))
         last = max(group.end for group in groups)
 
         def setting(time: float) -> None:

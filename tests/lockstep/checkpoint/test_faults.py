@@ -1,0 +1,119 @@
+"""Faults and checkpoints: what a fault remembers goes on, and a branch begins without what they had done."""
+
+import json
+
+import numpy as np
+import pytest
+
+from lockstep import InputError, read_signals, simulate
+from lockstep.checkpoint.begin import Begin
+from lockstep.checkpoint.file import read_checkpoint
+from lockstep.checkpoint.request import Checkpoints
+from lockstep.checkpoint.resume import resume
+from lockstep.faults.read import read_scenario
+
+SCENARIO = """
+[[fault]]
+name = "held"
+connection = "a.u"
+kind = "stuck"
+from = 0.012
+to = 0.045
+
+[[fault]]
+name = "late"
+connection = "b.u"
+kind = "delay"
+ticks = 9
+from = 0.0
+to = 0.05
+
+[[fault]]
+name = "once"
+connection = "p.u"
+kind = "spike"
+value = 5.0
+from = 0.02
+
+[[fault]]
+name = "noisy"
+connection = "p.u"
+kind = "noise"
+deviation = 0.5
+from = 0.01
+to = 0.055
+
+[[fault]]
+name = "strong"
+parameter = "b.gain"
+kind = "scale"
+factor = 3.0
+from = 0.02
+to = 0.04
+
+[[fault]]
+name = "early"
+connection = "a.number"
+kind = "stuck"
+value = 4
+from = 0.004
+to = 0.008
+"""
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory):
+    path = tmp_path_factory.mktemp("faults") / "faults.toml"
+    path.write_text(SCENARIO)
+    return path
+
+
+@pytest.fixture
+def faulty(triple, scenario, tmp_path):
+    """Return the results of a run with faults and checkpoints at some times."""
+    wanted = Checkpoints(times=["0.022", "0.031"])
+    simulate(triple, tmp_path / "faulty", faults=[read_scenario(scenario)], checkpoints=wanted)
+    return tmp_path / "faulty"
+
+
+def faults_told(folder):
+    lines = map(json.loads, (folder / "events.jsonl").read_text().splitlines())
+    return [(e["time"], e["state"], e["fault"]) for e in lines if e["event"] == "fault"]
+
+
+@pytest.mark.parametrize("tick", [22, 31])
+def test_a_resumed_run_has_its_faults(triple, faulty, tick):
+    signals, told = (faulty / "signals.parquet").read_bytes(), faults_told(faulty)
+    for later in range(tick + 1, 32):
+        (faulty / f"checkpoints/t=0.0{later}.ckpt").unlink(missing_ok=True)
+    (faulty / "run.toml").write_text((faulty / "run.toml").read_text().replace('"completed"', '"running"', 1))
+    resume(faulty, triple)
+    assert (faulty / "signals.parquet").read_bytes() == signals
+    assert faults_told(faulty) == told
+    assert len(told) == 12
+
+
+def test_a_branch_has_the_faults_that_it_is_given(triple, faulty, scenario, tmp_path):
+    begin = Begin(checkpoint=read_checkpoint(faulty / "checkpoints/t=0.031.ckpt"))
+    simulate(triple, tmp_path / "without", begin=begin)  # the gain of b was three times as much
+    simulate(triple, tmp_path / "told", begin=begin, overrides={"b.gain": 1.0})
+    simulate(triple, tmp_path / "three", begin=begin, overrides={"b.gain": 3.0})
+    without, told, three = (read_signals(tmp_path / name)["b.y"] for name in ("without", "told", "three"))
+    np.testing.assert_array_equal(without, told)
+    assert without[-1] != three[-1]
+    simulate(triple, tmp_path / "with", begin=begin, faults=[read_scenario(scenario)])
+    assert faults_told(tmp_path / "without") == []
+    before = {"held", "late", "noisy", "strong"}  # these act at 31 ms; the others are over
+    assert {name for time, state, name in faults_told(tmp_path / "with") if (time, state) == (0.031, "begin")} == before
+    assert {name for _, state, name in faults_told(tmp_path / "with") if state == "end"} == before
+
+
+def test_a_scenario_that_has_changed_is_refused(triple, tmp_path):
+    mine = tmp_path / "mine.toml"
+    mine.write_text(SCENARIO)
+    simulate(triple, tmp_path / "out", faults=[read_scenario(mine)], checkpoints=Checkpoints(times=["0.02"]))
+    run = (tmp_path / "out/run.toml").read_text().replace('"completed"', '"failed"', 1)
+    (tmp_path / "out/run.toml").write_text(run)
+    mine.write_text(SCENARIO.replace("5.0", "6.0"))
+    with pytest.raises(InputError, match=r"mine\.toml: has changed since the run, sha256 .* put the old one back"):
+        resume(tmp_path / "out", triple)
