@@ -1,7 +1,7 @@
 """Running instances of FMI 2.0 co-simulation FMUs."""
 
 from collections.abc import Callable, Mapping
-from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_void_p
+from ctypes import byref, c_double, c_int, c_void_p
 from functools import partial
 from pathlib import Path
 
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from lockstep.fmi_library import Library, not_instantiated
 from lockstep.fmi_log import Log, Messages, take_message
+from lockstep.fmi_scalars import Scalars
 from lockstep.fmi_state import restore_state, save_state
 from lockstep.fmu import Description
-from lockstep.slave import DISCARD, DTYPES, ERROR, FATAL, WARNING, Buffer, Scalar, returned
+from lockstep.slave import DISCARD, ERROR, FATAL, WARNING, Buffer, Scalar, returned
 from lockstep.system import Component, Value
 
 _LOGGER = fmi2.fmi2CallbackLoggerTYPE(take_message)
@@ -29,11 +30,11 @@ class Fmi2Slave:
         self.name = component.name
         self._status = 0
         self._alive = self._stepping = False
-        self._kept: list[object] = []  # what the library holds addresses of
         self._messages = Messages(component.name, log)
         self._library = Library(component, description, folder, fmi2.FMU2Slave)
         self._fmu, self._function = self._library.fmu, self._library.function
         self._instantiate()
+        self._values = Scalars(self._function, "fmi2", self._fmu.component)
         self.do_step: Callable[[float, float, int], int] = partial(
             self._function("fmi2DoStep", c_void_p, c_double, c_double, c_int), self._fmu.component
         )
@@ -54,50 +55,15 @@ class Fmi2Slave:
 
     def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return fmi2Get<scalar> with its arguments bound."""
-        if scalar == "String":
-            return self._text_getter(references, buffer)
-        return self._exchange(f"fmi2Get{scalar}", references, buffer)
+        return self._values.getter(scalar, references, buffer)
 
     def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return fmi2Set<scalar> with its arguments bound."""
-        if scalar == "String":
-            return self._text_setter(references, buffer)
-        return self._exchange(f"fmi2Set{scalar}", references, buffer)
-
-    def _exchange(self, name: str, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
-        if not (references.flags.c_contiguous and buffer.flags.c_contiguous and len(references) == len(buffer)):
-            raise ValueError(f"{self.name}: {name} needs contiguous buffers of one length")
-        self._kept += [references, buffer]
-        function = self._function(name, c_void_p, c_void_p, c_size_t, c_void_p)
-        # instances of the ctypes are handed over as they are; Python integers would be converted at each call
-        address, values = c_void_p(references.ctypes.data), c_void_p(buffer.ctypes.data)
-        return partial(function, c_void_p(self._fmu.component), address, c_size_t(len(references)), values)
-
-    def _text_getter(self, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
-        function = self._function("fmi2GetString", c_void_p, c_void_p, c_size_t, c_void_p)
-        texts = (c_char_p * len(references))()
-
-        def get() -> int:
-            status = function(self._fmu.component, references.ctypes.data, len(references), byref(texts))
-            if status <= WARNING:
-                buffer[:] = [(text or b"").decode("utf-8", "replace") for text in texts]
-            return status
-
-        return get
-
-    def _text_setter(self, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
-        function = self._function("fmi2SetString", c_void_p, c_void_p, c_size_t, c_void_p)
-
-        def put() -> int:
-            texts = (c_char_p * len(references))(*(str(text).encode() for text in buffer))
-            return function(self._fmu.component, references.ctypes.data, len(references), byref(texts))
-
-        return put
+        return self._values.setter(scalar, references, buffer)
 
     def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
         """Set parameters and start values of one type by value reference."""
-        buffer: Buffer = np.array(list(values.values()), DTYPES[scalar])
-        return self.setter(scalar, np.fromiter(values, np.uint32), buffer)()
+        return self._values.set(values, scalar)
 
     def setup_experiment(self, start: float, stop: float) -> int:
         """Announce the time span, without a tolerance."""

@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
+from lockstep.fmi1 import Fmi1Slave
 from lockstep.fmi2 import Fmi2Slave
+from lockstep.fmi3 import Fmi3Slave
 from lockstep.fmi_log import Log
 from lockstep.fmu import Description
 from lockstep.slave import Slave
@@ -11,4 +13,9 @@ from lockstep.system import Component
 
 def instantiate(component: Component, description: Description, folder: Path, log: Log) -> Slave:
     """Unpack the FMU of a component into a folder, load and instantiate it, or raise RunError."""
+    match description.version:
+        case "1.0":
+            return Fmi1Slave(component, description, folder, log)
+        case "3.0":
+            return Fmi3Slave(component, description, folder, log)
     return Fmi2Slave(component, description, folder, log)

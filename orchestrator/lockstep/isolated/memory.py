@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import mmap
 import os
+from typing import Any
 
 import numpy as np
 
+from lockstep.isolated.texts import RAW
 from lockstep.slave import DTYPES, Buffer, Scalar
 
 SIZE = 2**28  # bytes of address space; pages that nobody touches take no memory
@@ -34,14 +36,14 @@ class Shared:
     def allocate(self, scalar: Scalar, count: int) -> int:
         """Return the offset of a new region for so many values of a type."""
         offset = self._free
-        self._free += -(-count * np.dtype(DTYPES[scalar]).itemsize // _ALIGNMENT) * _ALIGNMENT
+        self._free += -(-count * _dtype(scalar).itemsize // _ALIGNMENT) * _ALIGNMENT
         if self._free > SIZE:
             raise MemoryError(f"more than {SIZE} bytes of values are exchanged with one component")
         return offset
 
     def region(self, scalar: Scalar, count: int, offset: int) -> Buffer:
         """Return a region as an array of shape (count,)."""
-        values: Buffer = np.frombuffer(self._map, DTYPES[scalar], count, offset)
+        values: Buffer = np.frombuffer(self._map, _dtype(scalar), count, offset)
         return values
 
     def say(self, text: str) -> None:
@@ -54,6 +56,10 @@ class Shared:
         """Return the message that was left, or nothing."""
         length = min(max(0, self.integers[WORDS]), TEXT_SIZE)
         return self._map[TEXT : TEXT + length].decode("utf-8", "replace")
+
+
+def _dtype(scalar: Scalar) -> np.dtype[Any]:
+    return RAW if scalar == "String" else np.dtype(DTYPES[scalar])
 
 
 def shared_file() -> int:

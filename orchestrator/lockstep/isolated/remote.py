@@ -27,6 +27,7 @@ from lockstep.isolated.memory import ANSWERED, ASKED, PLACE, STEP, TIME, Shared,
 from lockstep.isolated.messages import pack, read_message, write_all
 from lockstep.isolated.process import Limits, Process
 from lockstep.isolated.spinning import CORES, Spinner, share_cores
+from lockstep.isolated.texts import RAW, first_encode, then_decode
 from lockstep.slave import ERROR, OK, Buffer, Scalar, returned
 from lockstep.system import Component, Value
 
@@ -95,6 +96,9 @@ class RemoteSlave:
 
     def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return a call that waits for the step and copies what it gave."""
+        if buffer.dtype == object:
+            raw = np.zeros(len(references), RAW)
+            return then_decode(self.getter(scalar, references, raw), raw, buffer)
         port, region = self._port("get", scalar, references)
 
         def get() -> int:
@@ -113,6 +117,9 @@ class RemoteSlave:
 
     def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return a call that copies the values to where the next step finds them."""
+        if buffer.dtype == object:
+            raw = np.zeros(len(references), RAW)
+            return first_encode(buffer, raw, self.setter(scalar, references, raw), self._refuse)
         port, region = self._port("set", scalar, references)
         pending = self._pending
 
@@ -126,6 +133,9 @@ class RemoteSlave:
             return OK
 
         return put
+
+    def _refuse(self, reason: str) -> int:
+        raise RunError(f"{self.name}: {reason}")
 
     @property
     def do_step(self) -> Callable[[float, float, int], int]:

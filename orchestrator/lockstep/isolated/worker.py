@@ -25,7 +25,8 @@ from lockstep.instance import instantiate
 from lockstep.isolated.memory import ANSWERED, ASKED, MAY_SPIN, PLACE, STEP, TIME, Shared
 from lockstep.isolated.messages import pack, read_exactly, write_all
 from lockstep.isolated.spinning import Spinner
-from lockstep.slave import FATAL, WARNING, Slave
+from lockstep.isolated.texts import first_decode, then_encode
+from lockstep.slave import ERROR, FATAL, WARNING, Slave
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 _MOST_MESSAGES = 1001  # one more than the events list, so that they can say that there were more
@@ -110,7 +111,15 @@ class Worker:
                 references = np.array(told["references"], np.uint32)
                 region = self.shared.region(told["scalar"], len(references), told["offset"])
                 bind = self.slave.getter if told["kind"] == "get" else self.slave.setter  # type: ignore[union-attr]
-                self.ports.append(bind(told["scalar"], references, region))
+                if told["scalar"] == "String":
+                    texts = np.full(len(references), "", np.object_)
+                    call = bind(told["scalar"], references, texts)
+                    if told["kind"] == "get":
+                        self.ports.append(then_encode(call, texts, region, self._refuse))
+                    else:
+                        self.ports.append(first_decode(region, texts, call))
+                else:
+                    self.ports.append(bind(told["scalar"], references, region))
                 self.calls.append(f"{told['kind'].capitalize()}{told['scalar']}")
                 return b"\0"
             case "program":
@@ -132,6 +141,10 @@ class Worker:
         assert self.slave is not None
         call = f"Set{arguments[1]}" if ask == "set_start" else _CALLS.get(ask, ask)
         return self.slave.outcome(call, status)
+
+    def _refuse(self, reason: str) -> int:
+        self.log("", ERROR, "isolation", reason)
+        return ERROR
 
     def _note(self, status: int) -> None:
         assert self.slave is not None

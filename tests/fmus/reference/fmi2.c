@@ -1,0 +1,189 @@
+/* FMI 2.0 co-simulation around the model, with a state that can be saved. */
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2Functions.h"
+#include "model.h"
+
+typedef struct {
+    State state;
+    const fmi2CallbackFunctions *callbacks;
+    char name[256];
+    bool stepping, ended;
+} Instance;
+
+static fmi2Status say(Instance *it, fmi2Status status, const char *text) {
+    it->callbacks->logger(it->callbacks->componentEnvironment, it->name, status, "logStatusError", "%s", text);
+    return status;
+}
+
+/* Turn file:///a%20b into /a b. */
+static void decoded(const char *uri, char *path, size_t size) {
+    if (!strncmp(uri, "file://", 7)) uri += 7;
+    size_t n = 0;
+    for (unsigned byte; *uri && n + 1 < size; n++) {
+        if (*uri == '%' && sscanf(uri + 1, "%2x", &byte) == 1) {
+            path[n] = (char)byte;
+            uri += 3;
+        } else {
+            path[n] = *uri++;
+        }
+    }
+    path[n] = 0;
+}
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, fmi2String resources,
+                              const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
+    (void)visible; (void)logging;
+    char path[4096];
+    Instance *it = calloc(1, sizeof(Instance));
+    it->callbacks = callbacks;
+    it->state.values = DEFAULTS;
+    snprintf(it->name, sizeof it->name, "%s", name);
+    decoded(resources, path, sizeof path);
+    const char *wrong = type != fmi2CoSimulation || strcmp(token, TOKEN) ? "wrong GUID" : model_open(&it->state, path);
+    if (!wrong) return it;
+    say(it, fmi2Error, wrong);
+    free(it);
+    return NULL;
+}
+
+void fmi2FreeInstance(fmi2Component c) { free(c); }
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String names[]) {
+    (void)c; (void)on; (void)n; (void)names;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean t, fmi2Real tolerance, fmi2Real start, fmi2Boolean s,
+                               fmi2Real stop) {
+    (void)t; (void)tolerance; (void)s; (void)stop;
+    ((Instance *)c)->state.time = start;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    model_initialise(&((Instance *)c)->state);
+    ((Instance *)c)->stepping = true;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Terminate(fmi2Component c) {
+    if (!((Instance *)c)->stepping) return say(c, fmi2Error, "terminated without a step");
+    ((Instance *)c)->stepping = false;
+    return say(c, fmi2Warning, "terminated");
+}
+
+fmi2Status fmi2Reset(fmi2Component c) {
+    Instance *it = c;
+    it->state = (State){.values = DEFAULTS};
+    it->stepping = it->ended = false;
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set) {
+    (void)no_set;
+    Instance *it = c;
+    const char *message = "";
+    it->state.time = time;
+    Outcome outcome = model_step(&it->state, step, &message);
+    it->state.steps++;
+    if (outcome == FAILED) return say(it, fmi2Error, message);
+    if (outcome == BROKEN) return say(it, fmi2Fatal, message);
+    it->ended = outcome == END;
+    return outcome == DONE ? fmi2OK : fmi2Discard;
+}
+
+#define ACCESS(NAME, TYPE, KIND)                                                                                      \
+    fmi2Status fmi2Get##NAME(fmi2Component c, const fmi2ValueReference r[], size_t n, TYPE v[]) {                     \
+        for (size_t k = 0; k < n; k++) {                                                                              \
+            if (r[k] >= COUNT || VARIABLES[r[k]].kind != KIND) return say(c, fmi2Error, "no such variable");          \
+            v[k] = *(TYPE *)((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset);                        \
+        }                                                                                                             \
+        return fmi2OK;                                                                                                \
+    }                                                                                                                 \
+    fmi2Status fmi2Set##NAME(fmi2Component c, const fmi2ValueReference r[], size_t n, const TYPE v[]) {               \
+        for (size_t k = 0; k < n; k++) {                                                                              \
+            if (r[k] >= COUNT || VARIABLES[r[k]].kind != KIND) return say(c, fmi2Error, "no such variable");          \
+            *(TYPE *)((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset) = v[k];                        \
+        }                                                                                                             \
+        return fmi2OK;                                                                                                \
+    }
+
+ACCESS(Real, fmi2Real, FLOAT64)
+ACCESS(Integer, fmi2Integer, INT32)
+ACCESS(Boolean, fmi2Boolean, BOOLEAN)
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2String v[]) {
+    for (size_t k = 0; k < n; k++) {
+        if (r[k] >= COUNT || VARIABLES[r[k]].kind != STRING) return say(c, fmi2Error, "no such variable");
+        v[k] = (char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2String v[]) {
+    for (size_t k = 0; k < n; k++) {
+        if (r[k] >= COUNT || VARIABLES[r[k]].kind != STRING) return say(c, fmi2Error, "no such variable");
+        if (strlen(v[k]) >= TEXT) return say(c, fmi2Error, "the text is too long");
+        strcpy((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset, v[k]);
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
+    if (kind != fmi2Terminated) return fmi2Discard;
+    *value = ((Instance *)c)->ended;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    if (!*state) *state = malloc(sizeof(State));
+    memcpy(*state, &((Instance *)c)->state, sizeof(State));
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+    memcpy(&((Instance *)c)->state, state, sizeof(State));
+    return fmi2OK;
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    (void)c;
+    free(*state);
+    *state = NULL;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+    (void)c; (void)state;
+    *size = sizeof(State);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+    if (size < sizeof(State)) return say(c, fmi2Error, "too few bytes");
+    memcpy(bytes, state, sizeof(State));
+    return fmi2OK;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    if (size != sizeof(State)) return say(c, fmi2Error, "not a state of this model");
+    if (!*state) *state = malloc(sizeof(State));
+    memcpy(*state, bytes, sizeof(State));
+    return fmi2OK;
+}
+
+/* What FMI asks for and these models do not have. */
+fmi2Status refused(fmi2Component c) { return say(c, fmi2Error, "this function is not implemented"); }
+#pragma GCC diagnostic ignored "-Wattribute-alias"
+#define REFUSE(NAME) extern fmi2##NAME##TYPE fmi2##NAME __attribute__((alias("refused")));
+REFUSE(GetDirectionalDerivative) REFUSE(SetRealInputDerivatives) REFUSE(GetRealOutputDerivatives) REFUSE(CancelStep)
+REFUSE(GetStatus) REFUSE(GetRealStatus) REFUSE(GetIntegerStatus) REFUSE(GetStringStatus)

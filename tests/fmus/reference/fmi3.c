@@ -1,0 +1,203 @@
+/* FMI 3.0 co-simulation around the model: no event mode, no early return, state that can be saved. */
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi3Functions.h"
+#include "model.h"
+
+typedef struct {
+    State state;
+    fmi3LogMessageCallback log;
+    fmi3InstanceEnvironment environment;
+    bool stepping;
+    fmi3String texts[COUNT * 8]; /* what a call handed out */
+} Instance;
+
+static fmi3Status say(Instance *it, fmi3Status status, const char *text) {
+    if (it->log) it->log(it->environment, status, "logStatusError", text);
+    return status;
+}
+
+const char *fmi3GetVersion(void) { return fmi3Version; }
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                         fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early,
+                                         const fmi3ValueReference required[], size_t count,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback update) {
+    (void)name; (void)visible; (void)logging; (void)required; (void)count; (void)update;
+    Instance *it = calloc(1, sizeof(Instance));
+    it->log = log;
+    it->environment = environment;
+    it->state.values = DEFAULTS;
+    const char *wrong = strcmp(token, TOKEN) ? "wrong instantiation token"
+                        : events || early   ? "event mode and early return are not for this model"
+                                            : model_open(&it->state, resources);
+    if (!wrong) return it;
+    say(it, fmi3Error, wrong);
+    free(it);
+    return NULL;
+}
+
+void fmi3FreeInstance(fmi3Instance c) { free(c); }
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String names[]) {
+    (void)c; (void)on; (void)n; (void)names;
+    return fmi3OK;
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t, fmi3Float64 tolerance, fmi3Float64 start,
+                                       fmi3Boolean s, fmi3Float64 stop) {
+    (void)t; (void)tolerance; (void)s; (void)stop;
+    ((Instance *)c)->state.time = start;
+    return fmi3OK;
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+    model_initialise(&((Instance *)c)->state);
+    ((Instance *)c)->stepping = true;
+    return fmi3OK;
+}
+
+fmi3Status fmi3Terminate(fmi3Instance c) {
+    if (!((Instance *)c)->stepping) return say(c, fmi3Error, "terminated without a step");
+    ((Instance *)c)->stepping = false;
+    return say(c, fmi3Warning, "terminated");
+}
+
+fmi3Status fmi3Reset(fmi3Instance c) {
+    Instance *it = c;
+    it->state = (State){.values = DEFAULTS};
+    it->stepping = false;
+    return fmi3OK;
+}
+
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_set, fmi3Boolean *event,
+                      fmi3Boolean *end, fmi3Boolean *early, fmi3Float64 *reached) {
+    (void)no_set;
+    Instance *it = c;
+    const char *message = "";
+    *event = *end = *early = false;
+    it->state.time = time;
+    Outcome outcome = model_step(&it->state, step, &message);
+    it->state.steps++;
+    *reached = outcome == EARLY ? time + step / 2 : time + step;
+    if (outcome == FAILED) return say(it, fmi3Error, message);
+    if (outcome == BROKEN) return say(it, fmi3Fatal, message);
+    *event = outcome == EVENT;
+    *end = outcome == END;
+    *early = outcome == EARLY;
+    return fmi3OK;
+}
+
+#define ACCESS(NAME, TYPE, KIND)                                                                                      \
+    fmi3Status fmi3Get##NAME(fmi3Instance c, const fmi3ValueReference r[], size_t n, TYPE v[], size_t total) {        \
+        size_t at = 0;                                                                                                \
+        for (size_t k = 0; k < n; at += VARIABLES[r[k++]].count) {                                                    \
+            if (r[k] >= COUNT || VARIABLES[r[k]].kind != KIND) return say(c, fmi3Error, "no such variable");          \
+            const char *from = (char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset;                       \
+            if (at + VARIABLES[r[k]].count > total) return say(c, fmi3Error, "too few values");                       \
+            memcpy(v + at, from, VARIABLES[r[k]].count * sizeof(TYPE));                                               \
+        }                                                                                                             \
+        return at == total ? fmi3OK : say(c, fmi3Error, "too many values");                                           \
+    }                                                                                                                 \
+    fmi3Status fmi3Set##NAME(fmi3Instance c, const fmi3ValueReference r[], size_t n, const TYPE v[], size_t total) {  \
+        size_t at = 0;                                                                                                \
+        for (size_t k = 0; k < n; at += VARIABLES[r[k++]].count) {                                                    \
+            if (r[k] >= COUNT || VARIABLES[r[k]].kind != KIND) return say(c, fmi3Error, "no such variable");          \
+            char *to = (char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset;                               \
+            if (at + VARIABLES[r[k]].count > total) return say(c, fmi3Error, "too few values");                       \
+            memcpy(to, v + at, VARIABLES[r[k]].count * sizeof(TYPE));                                                 \
+        }                                                                                                             \
+        return at == total ? fmi3OK : say(c, fmi3Error, "too many values");                                           \
+    }
+
+ACCESS(Float32, fmi3Float32, FLOAT32)
+ACCESS(Float64, fmi3Float64, FLOAT64)
+ACCESS(Int8, fmi3Int8, INT8)
+ACCESS(Int16, fmi3Int16, INT16)
+ACCESS(Int32, fmi3Int32, INT32)
+ACCESS(Int64, fmi3Int64, INT64)
+ACCESS(UInt8, fmi3UInt8, UINT8)
+ACCESS(UInt16, fmi3UInt16, UINT16)
+ACCESS(UInt32, fmi3UInt32, UINT32)
+ACCESS(UInt64, fmi3UInt64, UINT64)
+ACCESS(Boolean, fmi3Boolean, BOOLEAN)
+
+fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3String v[], size_t total) {
+    size_t at = 0;
+    for (size_t k = 0; k < n; k++) {
+        if (r[k] >= COUNT || VARIABLES[r[k]].kind != STRING) return say(c, fmi3Error, "no such variable");
+        Text *from = (Text *)((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset);
+        for (size_t e = 0; e < VARIABLES[r[k]].count && at < total; e++) v[at++] = from[e];
+    }
+    return at == total ? fmi3OK : say(c, fmi3Error, "too many values");
+}
+
+fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3String v[], size_t total) {
+    size_t at = 0;
+    for (size_t k = 0; k < n; k++) {
+        if (r[k] >= COUNT || VARIABLES[r[k]].kind != STRING) return say(c, fmi3Error, "no such variable");
+        Text *to = (Text *)((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset);
+        for (size_t e = 0; e < VARIABLES[r[k]].count && at < total; e++, at++) {
+            if (strlen(v[at]) >= TEXT) return say(c, fmi3Error, "the text is too long");
+            strcpy(to[e], v[at]);
+        }
+    }
+    return at == total ? fmi3OK : say(c, fmi3Error, "too many values");
+}
+
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
+    if (!*state) *state = malloc(sizeof(State));
+    memcpy(*state, &((Instance *)c)->state, sizeof(State));
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
+    memcpy(&((Instance *)c)->state, state, sizeof(State));
+    return fmi3OK;
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
+    (void)c;
+    free(*state);
+    *state = NULL;
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
+    (void)c; (void)state;
+    *size = sizeof(State);
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
+    if (size < sizeof(State)) return say(c, fmi3Error, "too few bytes");
+    memcpy(bytes, state, sizeof(State));
+    return fmi3OK;
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
+    if (size != sizeof(State)) return say(c, fmi3Error, "not a state of this model");
+    if (!*state) *state = malloc(sizeof(State));
+    memcpy(*state, bytes, sizeof(State));
+    return fmi3OK;
+}
+
+/* What FMI asks for and these models do not have. */
+fmi3Status refused(fmi3Instance c) { return say(c, fmi3Error, "this function is not implemented"); }
+#pragma GCC diagnostic ignored "-Wattribute-alias"
+#define REFUSE(NAME) extern fmi3##NAME##TYPE fmi3##NAME __attribute__((alias("refused")));
+REFUSE(InstantiateModelExchange) REFUSE(InstantiateScheduledExecution) REFUSE(EnterEventMode)
+REFUSE(GetBinary) REFUSE(SetBinary) REFUSE(GetClock) REFUSE(SetClock)
+REFUSE(GetNumberOfVariableDependencies) REFUSE(GetVariableDependencies)
+REFUSE(GetDirectionalDerivative) REFUSE(GetAdjointDerivative)
+REFUSE(EnterConfigurationMode) REFUSE(ExitConfigurationMode)
+REFUSE(GetIntervalDecimal) REFUSE(GetIntervalFraction) REFUSE(GetShiftDecimal) REFUSE(GetShiftFraction)
+REFUSE(SetIntervalDecimal) REFUSE(SetIntervalFraction) REFUSE(SetShiftDecimal) REFUSE(SetShiftFraction)
+REFUSE(EvaluateDiscreteStates) REFUSE(UpdateDiscreteStates) REFUSE(EnterContinuousTimeMode)
+REFUSE(CompletedIntegratorStep) REFUSE(SetTime) REFUSE(SetContinuousStates) REFUSE(GetContinuousStateDerivatives)
+REFUSE(GetEventIndicators) REFUSE(GetContinuousStates) REFUSE(GetNominalsOfContinuousStates)
+REFUSE(GetNumberOfEventIndicators) REFUSE(GetNumberOfContinuousStates) REFUSE(EnterStepMode)
+REFUSE(GetOutputDerivatives) REFUSE(ActivateModelPartition)
