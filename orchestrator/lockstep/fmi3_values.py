@@ -127,7 +127,7 @@ class Arrays:
         straight = isinstance(places, slice) and isinstance(elements, slice) and len(buffer) == part.size
         if straight and buffer.dtype == _NATIVE[part.kind] and buffer.flags.c_contiguous:
             return self._with(function, buffer)  # as the FMU has them: nothing to move
-        values = np.zeros(part.size, _NATIVE[part.kind])
+        values: NDArray[Any] = np.zeros(part.size, _NATIVE[part.kind])
         call = self._with(function, values)
 
         def get() -> int:
