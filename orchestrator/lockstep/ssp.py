@@ -17,7 +17,7 @@ from lockstep.archive import open_file
 from lockstep.clock import nanoseconds
 from lockstep.errors import InputError
 from lockstep.fmu import Description, Variable, read_description
-from lockstep.ssp_annotations import annotation
+from lockstep.ssp_annotations import annotation, master_step
 from lockstep.ssp_flatten import Settled, Way, refuse_ignored, settle, ways
 from lockstep.ssp_place import place_of
 from lockstep.ssp_reader import open_description, read_tree
@@ -57,6 +57,7 @@ class _Assembly:
         unique((child.path for branch in tree.branches() for child in branch.children.values()), f"{path}: element ")
         self.leaves = {leaf.path: leaf for leaf in tree.leaves()}
         self.own = annotation(root.find("ssd:System", NS), "System", "the system", ("tick", "recordPeriod"))
+        self.step = master_step(root)
         self.asked: dict[str, Description] = {}
 
     def system(self, digest: str) -> System:
@@ -122,7 +123,8 @@ class _Assembly:
         return None if stop is None else nanoseconds(stop, "stopTime")
 
     def _component(self, leaf: Leaf, values: Mapping[str, tuple[Value, Unit | None]]) -> Component:
-        name, told = leaf.path, leaf.told
+        name = leaf.path
+        told = leaf.told if leaf.told.hint is not None else replace(leaf.told, hint=self.step)
         asked = self.describe(leaf) if self.timing.needs_description(name, told) else None
         declared = {port.name: port.unit for port in leaf.ports.values() if port.unit is not None}
         return Component(

@@ -1,4 +1,4 @@
-"""Annotations of SSP elements: our own of the type `lockstep`, and the step size that OSP's tools leave."""
+"""Annotations of SSP elements: our own of the type `lockstep`, and the steps that OSP's tools and OMSimulator leave."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -52,6 +52,16 @@ def component_told(element: Element, name: str) -> Told:
         ours=True,
         hint=hint,
     )
+
+
+def master_step(root: Element) -> int | None:
+    """Return the step that OMSimulator's or OSP's master is told to make [ns], None if nothing is told."""
+    for place in ("ssd:System", "ssd:DefaultExperiment"):
+        for tag, attribute in (("FixedStepMaster", "stepSize"), ("FixedStepAlgorithm", "baseStepSize")):
+            for found in root.iterfind(f"{place}/ssd:Annotations/ssc:Annotation//{{*}}{tag}", NS):
+                if found.get(attribute):
+                    return nanoseconds(found.get(attribute), f"{tag} {attribute}")
+    return None
 
 
 def connection_delay(element: Element, name: str) -> int | None:

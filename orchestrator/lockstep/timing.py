@@ -3,7 +3,7 @@
 Asked in this order, until one answers:
 
 - period: the command line for this component, the command line for all, the file's annotation, the StepSizeHint of
-  the Open Simulation Platform, the FMU's default step size;
+  the Open Simulation Platform, the step of its master or of OMSimulator's in the file, the FMU's default step size;
 - kind: the command line, the file's annotation, the FMU: with discrete outputs alone it is sampled, so that its
   outputs hold from the start of the step on; otherwise continuous: FMI has outputs true at the end of a step;
 - delay of a connection: the command line, the file's annotation, the newest value there is: that of the same tick from

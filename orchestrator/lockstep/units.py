@@ -44,10 +44,22 @@ def conversion(source: Unit | None, target: Unit | None, relative: bool = False)
             return 1.0, 0.0
         raise ValueError(f"units '{source.name}' and '{target.name}' cannot be compared without base units")
     if source.exponents != target.exponents:
+        if _same_but_rad(source, target):
+            return 1.0, 0.0
         raise ValueError(f"unit {describe(source)} does not convert to {describe(target)}")
     gain = source.factor / target.factor
     bias = 0.0 if relative else (source.offset - target.offset) / target.factor
     return gain, bias
+
+
+def _same_but_rad(one: Unit, other: Unit) -> bool:
+    """Tell whether two units of one name differ in the exponent of rad alone: some tools write rad as 1.
+
+    Between units of different names it counts, or Hz would become rad/s without a factor.
+    """
+    mine, its = one.exponents or (), other.exponents or ()
+    equal = (one.name, one.factor, one.offset) == (other.name, other.factor, other.offset)
+    return equal and mine[: len(BASES) - 1] == its[: len(BASES) - 1]
 
 
 def describe(unit: Unit) -> str:

@@ -93,6 +93,20 @@ def test_a_value_in_another_unit_than_the_connector_declares(load, ssd, fmus, ru
     assert seen["angle.radians_seen"][-1] == pytest.approx(pi / 2, rel=1e-15)
 
 
+def test_a_radian_may_be_written_as_1_but_only_under_its_own_name(tmp_path, load, ssd, fmus, run):
+    """OMSimulator writes rad without its base unit. Between Hz and rad/s the rad counts: a factor is missing there."""
+    angle = ssd.component("angle", fmus["angle"], inner=ssd.bindings(ssd.binding(source="p.ssv")))
+    system = ssd.system("top", angle)
+    values = ssd.values(("radians", "Real", 2.5, "rad"), ("kelvin", "Real", 1.0), ("free", "Real", 1.0))
+    (tmp_path / "p.ssv").write_text(values.replace('<ssc:BaseUnit rad="1"/>', "<ssc:BaseUnit/>"))
+    assert run(load(system))["angle.radians_seen"][-1] == 2.5
+    (tmp_path / "p.ssv").write_text(
+        values.replace('<ssc:BaseUnit rad="1"/>', "<ssc:BaseUnit/>").replace('"rad"', '"turn"')
+    )
+    with pytest.raises(InputError, match=r"angle\.radians: unit 'turn' \[1\] does not convert to 'rad' \[rad\]"):
+        run(load(system))
+
+
 def test_a_value_for_a_connector_of_a_system_goes_its_ways(load, ssd, fmus, run):
     angle = ssd.component("angle", fmus["angle"], "radians input", "kelvin input", "free input")
     link = ssd.connection

@@ -102,6 +102,22 @@ def test_annotations_go_before_the_fmus_and_hints_of_osp_before_their_steps(load
     assert (delays, tick) == ([7, 0], 5 * MS)
 
 
+@pytest.mark.parametrize(
+    "step",
+    [
+        '<Annotations xmlns="urn:o"><Information><FixedStepMaster stepSize="0.008000"/></Information>'
+        "</Annotations>",  # as OMSimulator writes it
+        '<Algorithm xmlns="urn:o"><FixedStepAlgorithm baseStepSize="8e-3"/></Algorithm>',  # OSP
+    ],
+)
+def test_the_step_of_another_master_goes_before_those_of_the_fmus(load, top, step):
+    note = f'<ssd:Annotations><ssc:Annotation type="other">{step}</ssc:Annotation></ssd:Annotations>'
+    text = top.replace("</ssd:System>", f"{note}</ssd:System>")
+    parts, _, tick = facts(load(text, told("--period", "plant=0.004")))
+    assert [period for period, _ in parts.values()] == [8 * MS, 8 * MS, 4 * MS]
+    assert tick == 4 * MS
+
+
 REFUSED = [
     ((), r"^counter: neither the file nor the FMU tells its period; give --period counter=S in seconds, or --period S"),
     (("--period", "0.001", "--period", "eager=1"), r"^eager: no such component; there are counter, sub/eager, plant"),
