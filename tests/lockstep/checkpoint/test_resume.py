@@ -121,7 +121,7 @@ def changed(path, target, **header):
         for name in old.namelist():
             content = old.read(name)
             if name == "header.json":
-                content = json.dumps({k: v for k, v in (json.loads(content) | header).items() if v is not None})
+                content = json.dumps({k: v for k, v in (json.loads(content) | header).items() if v != "absent"})
             new.writestr(name, content)
 
 
@@ -140,7 +140,10 @@ BROKEN = {
     "flipped": (flipped, "not a readable zip file .*Bad CRC"),
     "later version": (lambda p, t: changed(p, t, version=2), "is a checkpoint of version 2; this lockstep reads ver"),
     "other format": (lambda p, t: changed(p, t, format="a game"), "is no checkpoint, or was cut off; give"),
-    "no tick": (lambda p, t: changed(p, t, tick=None), "is a damaged checkpoint .its header lacks tick.; use another"),
+    "no tick": (
+        lambda p, t: changed(p, t, tick="absent"),
+        "is a damaged checkpoint .its header lacks tick.; use another",
+    ),
     "text": (lambda _, t: t.write_text("hello"), "not a readable zip file"),
     "nothing": (lambda _, __: None, "no such checkpoint; there is .*t=0.031.ckpt"),
 }
