@@ -65,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     from lockstep.check.command import EXIT_CODES, add_check_options
     from lockstep.faults import HELP
     from lockstep.options import add_run_options, add_timing_options  # imports numpy: after the threads are set
+    from lockstep.probe_latency_command import EXAMPLE, TEXT, add_latency_options, probe_as_told
 
     parser = _Parser(
         prog="flexsat", description="Co-simulation bench for the attitude control of large flexible spacecraft."
@@ -236,6 +237,10 @@ def _parser() -> argparse.ArgumentParser:
         "waterfall", _waterfall, "deformation over wheel speed, from a sweep of short runs, over the Campbell diagram",
         "flexsat waterfall fmus/distributed/fine_pointing_open_loop.ssd --points 24 --stop 20",
     ))  # fmt: skip
+
+    latency = add("probe-latency", probe_as_told, TEXT, "")
+    latency.epilog = EXAMPLE.format("flexsat probe-latency")
+    add_latency_options(latency)
 
     timeline = add(
         "timeline",

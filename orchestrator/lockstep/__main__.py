@@ -1,4 +1,4 @@
-"""Command line: `python -m lockstep run SYSTEM`, `show SYSTEM` and `check FMU`."""
+"""Command line: `python -m lockstep run SYSTEM`, `show SYSTEM`, `check FMU` and `probe-latency FMU`."""
 
 import argparse
 import sys
@@ -12,6 +12,7 @@ from lockstep.clock import seconds_text
 from lockstep.errors import InputError, RunError, compact
 from lockstep.faults import HELP
 from lockstep.options import add_run_options, add_timing_options, run_as_told, timing_of, with_delays
+from lockstep.probe_latency_command import EXAMPLE, TEXT, add_latency_options, probe_as_told
 from lockstep.schedule import build_schedule
 from lockstep.ssp import load_system
 from lockstep.system import System
@@ -63,6 +64,14 @@ def _parser() -> argparse.ArgumentParser:
     example = f"{EXIT_CODES}\nexample:\n  python -m lockstep check vendor.fmu --html report.html --strict\n"
     check = commands.add_parser("check", help="accept or refuse FMUs", epilog=example, formatter_class=plain)
     add_check_options(check)
+    latency = commands.add_parser(
+        "probe-latency",
+        help=TEXT,
+        description=TEXT,
+        epilog=EXAMPLE.format("python -m lockstep probe-latency"),
+        formatter_class=plain,
+    )
+    add_latency_options(latency)
     return parser
 
 
@@ -81,7 +90,12 @@ def _show(options: argparse.Namespace) -> int:
     return 0
 
 
-_COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {"run": _run, "show": _show, "check": check_as_told}
+_COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
+    "run": _run,
+    "show": _show,
+    "check": check_as_told,
+    "probe-latency": probe_as_told,
+}
 
 
 def describe(system: System) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_void_p
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint32, c_void_p
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -171,7 +171,12 @@ class Instance:
     # Life cycle.
 
     def initialise(self) -> None:
-        """Set up the experiment without an end, and initialise."""
+        """Set start values, set up the experiment without an end, and initialise."""
+        for kind, reference, value in self.experiment.starts:
+            kept: Any = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}[kind]
+            text = str(value).encode() if kind == "String" else value if kind == "Real" else int(value)
+            where = byref(c_uint32(reference)), 1, byref(kept(text))
+            self.demand(f"fmi2Set{kind}", *where, types=(c_void_p, c_size_t, c_void_p))
         start = self.experiment.start_time
         types = (c_int, c_double, c_double, c_int, c_double)
         self.demand("fmi2SetupExperiment", 0, 0.0, start, 0, 0.0, types=types)

@@ -55,6 +55,7 @@ class Experiment:
     outputs: tuple[Port, ...]
     stimulated: bool = True  # false leaves every input at its start value
     directory: str = "elsewhere"  # or "unpacked": the only working directory in which it runs
+    starts: tuple[tuple[str, int, float | str], ...] = ()  # type, value reference, value: set before initialisation
 
     def as_json(self) -> dict[str, Any]:
         """Return what `from_json` reads."""
@@ -69,7 +70,8 @@ class Experiment:
                 Port(**{**port, "feeds": None if port["feeds"] is None else tuple(port["feeds"])})
                 for port in made[name]
             )
-        return cls(**{**made, "categories": tuple(made["categories"])})
+        starts = tuple((str(kind), int(reference), value) for kind, reference, value in made["starts"])
+        return cls(**{**made, "categories": tuple(made["categories"]), "starts": starts})
 
     def of_kind(self, side: str, kind: str) -> tuple[Port, ...]:
         """Return the inputs or outputs of one type, in the order of the file."""

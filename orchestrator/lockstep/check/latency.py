@@ -25,7 +25,7 @@ from lockstep.check.drive import FATAL, WARNING, Failed, Instance
 from lockstep.check.experiment import PERIOD, Port
 from lockstep.check.latency_report import Response, base_name, folded, judged
 from lockstep.check.probe import Task, Verdict
-from lockstep.check.probes_state import get_state, set_state
+from lockstep.check.probes_state import free_state, get_state, set_state
 from lockstep.check.trajectory import Trajectory, unlike
 
 MOMENT = 100  # the first changed step: one in which what samples every 2, 4, 5, 10, 20, 25, 50 or 100 steps samples
@@ -76,6 +76,15 @@ class Bench:
         self.instance.run(0, self.moment)
         self._state = get_state(self.instance) if self.task.options["state"] else None
 
+    def advance(self, moment: int) -> None:
+        """Go on to a later moment."""
+        if self._state is not None:
+            instance = self.rewind()
+            instance.run(self.moment, moment)
+            free_state(instance, self._state)
+            self._state = get_state(instance)
+        self.moment = moment
+
     def watch(self, change: Change, steps: int, short: bool = False) -> tuple[Trajectory, Trajectory]:
         """Return the outputs before any step, and after each of some steps, or after one short one."""
         instance = self.rewind()
@@ -98,18 +107,18 @@ def latency(task: Task) -> Verdict:
     steps = task.options["steps"]
     bench = Bench(task, moment=min(MOMENT, steps // 2), window=min(WINDOW, steps))
     began = time.monotonic()
-    base, shortened = _bases(bench, [])
+    base, shortened = bases(bench, [])
     each = time.monotonic() - began
-    changes = _changes(bench.instance)
+    changes = changes_of(bench.instance)
     if each * len(changes) > task.options["seconds"]:
-        changes = _grouped(changes)
+        changes = grouped(changes)
     deadline = began + task.options["seconds"]
     responses, broken, late = [], [], 0
     # what a flag such as `valid` gates answers only while the flag is up: so once more with every flag turned over
     flags = [part for change in changes.values() for part in change if bench.instance.write[part[0]][3] == "Boolean"]
     for context in ([], flags) if flags else ([],):
         try:
-            about = (base, shortened) if not context else _bases(bench, context)
+            about = (base, shortened) if not context else bases(bench, context)
         except Failed:
             bench.renew()
             break
@@ -127,13 +136,14 @@ def latency(task: Task) -> Verdict:
     return judged(task, responses, broken, late, bench.window)
 
 
-def _bases(bench: Bench, context: Change) -> tuple[Any, Any]:
+def bases(bench: Bench, context: Change) -> tuple[Any, Any]:
     """Return the outputs without the change; also those after a short step, for an FMU that makes one."""
     any_step = bench.task.experiment.any_step
     return bench.watch(context, bench.window), bench.watch(context, 1, short=True) if any_step else None
 
 
-def _changes(instance: Instance) -> dict[tuple[str, ...], Change]:
+def changes_of(instance: Instance) -> dict[tuple[str, ...], Change]:
+    """Return a change of each input that can be changed, by its name alone."""
     found: dict[tuple[str, ...], Change] = {}
     for setter, (_, _, _, kind) in enumerate(instance.write):
         for column, port in enumerate(instance.experiment.of_kind("inputs", kind)):
@@ -153,7 +163,8 @@ def _amount(port: Port) -> float:
     return -port.nudge if port.start - margin >= port.minimum else 0.0
 
 
-def _grouped(changes: dict[tuple[str, ...], Change]) -> dict[tuple[str, ...], Change]:
+def grouped(changes: dict[tuple[str, ...], Change]) -> dict[tuple[str, ...], Change]:
+    """Return one change of each array instead."""
     groups: defaultdict[str, list[str]] = defaultdict(list)
     parts: defaultdict[str, Change] = defaultdict(list)
     for (name,), change in changes.items():
@@ -178,7 +189,7 @@ def _response(
     else:
         _, brief = bench.watch(context + change, 1, short=True)
         sure = _sure(bench, change, context, brief, shortened[1], short=True)
-        feedthrough &= _lasting(after[:1], base[1][:1], brief, shortened[1]) & sure
+        feedthrough &= lasting(after[:1], base[1][:1], brief, shortened[1]) & sure
     return Response(inputs=inputs, first=first, direct=direct, feedthrough=feedthrough | direct, sure=sure)
 
 
@@ -196,7 +207,7 @@ def _sure(
     return sure
 
 
-def _lasting(full: Trajectory, full_base: Trajectory, brief: Trajectory, brief_base: Trajectory) -> NDArray[np.bool_]:
+def lasting(full: Trajectory, full_base: Trajectory, brief: Trajectory, brief_base: Trajectory) -> NDArray[np.bool_]:
     """Tell which answers do not vanish with the step."""
     with np.errstate(all="ignore"):
         whole = np.abs(full.reals - full_base.reals)[0]
