@@ -1,7 +1,8 @@
 """Read an SSD and every SSD that it refers to into one tree of systems and components."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import count
 
 from lockstep.clock import nanoseconds
 from lockstep.errors import InputError, compact, suggestion
@@ -28,6 +29,7 @@ from lockstep.ssp_xml import (
 from lockstep.units import Unit
 
 _FMU = "application/x-fmu-sharedlibrary"
+_MOST, _DEEPEST = 10_000, 60  # elements of all documents; levels: an archive may hold itself
 _SSD, _SSP = "application/x-ssp-definition", "application/x-ssp-package"
 
 
@@ -40,13 +42,21 @@ class Document:
     units: Mapping[str, Unit]
     enumerations: Mapping[str, Mapping[str, int]]
     opened: tuple[str, ...]  # this document and those that lead to it: none of them may come again
+    elements: Iterator[int]  # counts those of all documents
 
 
-def open_description(place: Place, opened: tuple[str, ...] = (), name: str = "") -> Document:
-    """Parse and validate an SSD, that of the component `name` if one is given, or raise InputError."""
+def open_description(place: Place, outer: Document | None = None, name: str = "") -> Document:
+    """Parse and validate an SSD, that of the component `name` of another document if given, or raise InputError."""
     root = parse(place.read(name or str(place)), str(place), DESCRIPTION)
     units, enumerations = read_units(root, str(place)), read_enumerations(root, str(place))
-    return Document(place=place, root=root, units=units, enumerations=enumerations, opened=(*opened, str(place)))
+    return Document(
+        place=place,
+        root=root,
+        units=units,
+        enumerations=enumerations,
+        opened=(*(outer.opened if outer else ()), str(place)),
+        elements=outer.elements if outer else count(1),
+    )
 
 
 def read_tree(document: Document) -> Branch:
@@ -78,6 +88,9 @@ def _system(element: Element, document: Document, path: str, level: int) -> Bran
 
 
 def _element(element: Element, document: Document, path: str, level: int) -> Leaf | Branch:
+    if next(document.elements) > _MOST or level > _DEEPEST:
+        limits = f"more than {_MOST} elements or {_DEEPEST} levels"
+        raise InputError(f"{path[:60]}: {limits}; systems that refer to systems may multiply without end")
     match local_name(element):
         case "System":
             return _system(element, document, path, level)
@@ -125,7 +138,7 @@ def _referred(element: Element, document: Document, path: str, level: int) -> Br
         else:
             place = file
         _refuse_again(str(place), document.opened, path)
-        inner = open_description(place, document.opened, path)
+        inner = open_description(place, document, path)
         system = inner.root.find("ssd:System", NS)
         branch = _system(system, inner, path, level)
         place = file

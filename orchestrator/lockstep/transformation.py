@@ -6,6 +6,7 @@ units first, then applies at most one transformation. Connections through connec
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Literal
 
 from lockstep.errors import InputError, RunError, compact, suggestion
@@ -110,6 +111,8 @@ def _linear(source: End, target: End, hops: Sequence[Hop], what: str) -> tuple[f
             gain, bias = rate * gain, rate * bias + shift
             following = following or unit
         gain, bias, unit = hop.factor * gain, hop.factor * bias + hop.offset, following
+    if not (isfinite(gain) and isfinite(bias)):
+        raise InputError(f"{what}: its factors and offsets come to {gain:g} and {bias:g}; they must be finite")
     return gain, bias
 
 

@@ -175,6 +175,7 @@ REFUSED = [
     ("counter.steps", "echo.number", "Integer 1 2 1 3", r"IntegerMappingTransformation maps 1 twice"),
     ("counter.steps", "echo.number", "Enumeration on 1", r"no enumeration item on; there are none"),
     ("counter.count", "echo.number", "", r"connects Real to Integer; types must be equal"),
+    ("counter.count", "echo.u[1]", "linear INF", r"its factors and offsets come to inf and nan; they must be finite"),
 ]
 
 

@@ -166,6 +166,16 @@ def test_nothing_outside_an_unpacked_package_is_opened(tmp_path, files):
         load_system(description, EACH_MS)
 
 
+def test_systems_that_multiply_are_refused(tmp_path, ssd, fmus):
+    """Each description holds the next one ten times: 10^7 components in seven files of a kilobyte."""
+    (tmp_path / "d7.ssd").write_text(ssd.document(ssd.system("s", ssd.component("echo", fmus["echo"]))))
+    for level in range(7):
+        parts = "".join(ssd.component(f"p{k}", f"d{level + 1}.ssd", type=SSD) for k in range(10))
+        (tmp_path / f"d{level}.ssd").write_text(ssd.document(ssd.system("s", parts)))
+    with pytest.raises(InputError, match=r"^p\d/p.*: more than 10000 elements or 60 levels; systems that refer"):
+        load_system(tmp_path / "d0.ssd", EACH_MS)
+
+
 BOMB = "".join(f'<!ENTITY a{k} "{f"&a{k - 1};" * 10 if k else "ha"}">' for k in range(12))
 
 
