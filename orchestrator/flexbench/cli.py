@@ -62,6 +62,7 @@ def _parser() -> argparse.ArgumentParser:
         add_waterfall_options,
     )
     from flexbench.margins.options import add_margin_options
+    from lockstep.adapter.write import WRITE_EXAMPLE, add_write_options
     from lockstep.check.command import EXIT_CODES, add_check_options
     from lockstep.faults import HELP
     from lockstep.options import add_run_options, add_timing_options  # imports numpy: after the threads are set
@@ -118,6 +119,10 @@ def _parser() -> argparse.ArgumentParser:
     adapting.add_argument("--adapter", type=Path, required=True, metavar="FILE", help="TOML file to check")
     adapting.add_argument("--like", metavar="NAME", help="controller:centralised or controller:distributed "
                           "(default: the one that the adapter fits)")  # fmt: skip
+
+    add_write_options(add(
+        "write-ssp", _write_ssp, "write a system with a foreign FMU in it as standard SSP", f"flexsat {WRITE_EXAMPLE}",
+    ))  # fmt: skip
 
     run = add(
         "run",
@@ -293,6 +298,12 @@ def _check_adapter(options: argparse.Namespace) -> int:
     from . import adapting
 
     return adapting.check(options)
+
+
+def _write_ssp(options: argparse.Namespace) -> int:
+    from lockstep.adapter.write import write_as_told
+
+    return write_as_told(options)
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from lockstep.adapter.write import WRITE_EXAMPLE, add_write_options, write_as_told
 from lockstep.check.command import EXIT_CODES, add_check_options, check_as_told
 from lockstep.checkpoint.options import resume_as_told, system_told
 from lockstep.clock import seconds_text
@@ -61,6 +62,10 @@ def _parser() -> argparse.ArgumentParser:
     show = commands.add_parser("show", help="print components, periods, order", epilog=example, formatter_class=plain)
     show.add_argument("system", type=Path, help="a .ssd file, an unpacked SSP folder, or a .ssp archive")
     add_timing_options(show)
+    example = f"example:\n  python -m lockstep {WRITE_EXAMPLE}\n"
+    write = commands.add_parser("write-ssp", help="write a system with a foreign FMU in it as standard SSP",
+                                epilog=example, formatter_class=plain)  # fmt: skip
+    add_write_options(write)
     example = f"{EXIT_CODES}\nexample:\n  python -m lockstep check vendor.fmu --html report.html --strict\n"
     check = commands.add_parser("check", help="accept or refuse FMUs", epilog=example, formatter_class=plain)
     add_check_options(check)
@@ -91,6 +96,7 @@ def _show(options: argparse.Namespace) -> int:
 
 
 _COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
+    "write-ssp": write_as_told,
     "run": _run,
     "show": _show,
     "check": check_as_told,

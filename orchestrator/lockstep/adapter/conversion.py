@@ -23,36 +23,52 @@ Map = Callable[[Array], Array]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conversion:
-    """`to_theirs` takes (n,) of ours to (m,) of theirs, `to_ours` back; n and m differ for attitudes only."""
+    """`to_theirs` takes (n,) of ours to (m,) of theirs, `to_ours` back; n and m differ for attitudes only.
+
+    `matrix`, (m, n), and `rest`, (m,), say the same as matrix @ ours + rest; None where that is not linear.
+    """
 
     to_theirs: Map
     to_ours: Map
+    matrix: Array | None = None
+    rest: Array | None = None
 
 
 def convert(entry: Entry, ours: int, theirs: int, gain: Sequence[float], bias: Sequence[float]) -> Conversion:
     """Return the arithmetic of an entry. `gain` and `bias` turn our unit into theirs, element by element of theirs."""
     there: list[Map] = []
     back: list[Map] = []
+    matrix: Array | None = np.eye(ours)
 
     def then(forward: Map, backward: Map) -> None:
         there.append(forward)
         back.insert(0, backward)
 
     if entry.attitude is not None:
-        then(*_attitude(entry, ours))
+        attitude = _attitude(entry, ours)
+        then(*attitude)
+        linear = (ours, theirs) == (4, 4)  # an MRP is no linear function of anything
+        matrix = np.column_stack([attitude[0](column) for column in np.eye(4)]) if linear else None
     if entry.frame is not None:
         frame = np.array(entry.frame)
         then(lambda vector: frame @ vector, lambda vector: frame.T @ vector)
+        matrix = None if matrix is None else frame @ matrix
     if entry.order is not None:
         order = np.array(entry.order) - 1
         undo = np.argsort(order)
         then(lambda vector: vector[order], lambda vector: vector[undo])
+        matrix = None if matrix is None else matrix[order]
     # scale * sign * (gain x + bias) + offset, as one product and one sum
     factor = np.broadcast_to(np.array(entry.scale) * np.array(entry.sign), theirs)
     total, rest = factor * np.array(gain), factor * np.array(bias) + np.array(entry.offset)
     if np.any(total != 1.0) or np.any(rest):
         then(lambda vector: total * vector + rest, lambda vector: (vector - rest) / total)
-    return Conversion(to_theirs=_chain(there), to_ours=_chain(back))
+    return Conversion(
+        to_theirs=_chain(there),
+        to_ours=_chain(back),
+        matrix=None if matrix is None else total[:, np.newaxis] * matrix,
+        rest=None if matrix is None else np.broadcast_to(rest, theirs),
+    )
 
 
 def flag(entry: Entry) -> Conversion:
