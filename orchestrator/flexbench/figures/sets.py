@@ -16,10 +16,12 @@ from flexsat.build import Designs
 from flexsat.monolith import PORTS, port_values
 from flexsat.parameters import ConfigurationName
 from lockstep import Signals
+from lockstep.faults.windows import fault_windows
 
 from .architecture import architecture_diagram
 from .campbell import campbell_diagram
 from .drawing import save_figure, svg_text
+from .faults import shade_faults
 from .fine_pointing import fine_pointing_comparison
 from .modes import mode_shapes
 from .slew import slew_comparison
@@ -95,14 +97,25 @@ def save_figures(drawn: Drawn, folder: Path) -> list[Path]:
 
 def _slew(group: Mapping[tuple[ConfigurationName, bool], Run]) -> Figure:
     runs = {name: run for (name, _), run in group.items()}
-    return slew_comparison(
+    figure = slew_comparison(
         {name: run.signals() for name, run in runs.items()}, {name: run.design for name, run in runs.items()}
     )
+    return _shaded(figure, group)
 
 
 def _fine_pointing(group: Mapping[tuple[ConfigurationName, bool], Run]) -> Figure:
     closed, opened = (_signals(group, open_loop=loop) for loop in (False, True))
-    return fine_pointing_comparison(closed, opened)
+    return _shaded(fine_pointing_comparison(closed, opened), group)
+
+
+def _shaded(figure: Figure, group: Mapping[tuple[ConfigurationName, bool], Run]) -> Figure:
+    """Shade when faults acted, with the names of the configurations if they had others."""
+    windows = [(name, fault_windows(run.folder)) for (name, _), run in group.items()]
+    told = [[(window.name, window.begin, window.end) for window in found] for _, found in windows]
+    if all(one == told[0] for one in told):
+        return shade_faults(figure, windows[0][1])
+    named = [replace(window, name=f"{name}: {window.name}") for name, found in windows for window in found]
+    return shade_faults(figure, named)
 
 
 def _signals(

@@ -163,5 +163,7 @@ def _marks(result: Result) -> Iterator[dict[str, Any]]:
         if kind in ("start", "end", "log") or count >= MOST_MARKS:
             continue
         count += 1
-        text = str(event.get("name") or event.get("component") or kind)
+        text = str(event.get("name") or event.get("component") or kind) + (
+            " ends" if event.get("state") == "end" else ""
+        )
         yield {"time": float(event.get("time", 0.0)), "text": text[:24], "kind": kind}

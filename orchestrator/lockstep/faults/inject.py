@@ -69,9 +69,9 @@ class Faults:
     def begin_at(self, tick: int) -> None:
         """Begin at a tick: what ended before it is not told, and what acts there begins there."""
         ended = [line.details for line in self._waiting if line.details["state"] == "end" and line.tick <= tick]
-        keys = [(details["fault"], details["component"]) for details in ended]
+        keys = [(details["name"], details["component"]) for details in ended]
         self._waiting = [
-            line for line in self._waiting if (line.details["fault"], line.details["component"]) not in keys
+            line for line in self._waiting if (line.details["name"], line.details["component"]) not in keys
         ]
 
     def on_transfer(self, name: str, scalar: Scalar, targets: Sequence[int], buffer: Buffer, call: Call) -> Call:

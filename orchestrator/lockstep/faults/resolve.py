@@ -271,7 +271,7 @@ def _lines(fault: Fault, groups: Sequence[Group]) -> list[Line]:
     for component in dict.fromkeys(group.component for group in groups):
         mine = [group for group in groups if group.component == component]
         details = {
-            "fault": fault.name,
+            "name": fault.name,
             "kind": fault.kind,
             "component": component,
             "variables": [name for group in mine for name in group.names],

@@ -78,7 +78,7 @@ def faulty(triple, scenario, tmp_path):
 
 def faults_told(folder):
     lines = map(json.loads, (folder / "events.jsonl").read_text().splitlines())
-    return [(e["time"], e["state"], e["fault"]) for e in lines if e["event"] == "fault"]
+    return [(e["time"], e["state"], e["name"]) for e in lines if e["event"] == "fault"]
 
 
 @pytest.mark.parametrize("tick", [22, 31, 39])  # the last: a parameter has to be set back in the next tick

@@ -179,11 +179,11 @@ def test_every_kind_gives_the_sequence_that_it_should(bench_ssd, scenario, cli, 
     faults = [event for event in events(out) if event["event"] == "fault"]
     assert len(faults) == 20
     assert [fault["time"] for fault in faults] == sorted(fault["time"] for fault in faults)
-    what = {"kind": "stuck", "component": "echo", "variables": ["u[1]"], "fault": "stuck at what was last",
+    what = {"kind": "stuck", "component": "echo", "variables": ["u[1]"], "name": "stuck at what was last",
             "values": {}, "event": "fault"}  # fmt: skip
     assert faults[0] == {**what, "time": 0.01, "state": "begin", "from": 0.01, "to": 0.013}
     assert faults[1] == {**what, "time": 0.013, "state": "end"}
-    assert (faults[2]["time"], faults[2]["from"], faults[2]["fault"]) == (0.02, 0.0195, "fault 2")
+    assert (faults[2]["time"], faults[2]["from"], faults[2]["name"]) == (0.02, 0.0195, "fault 2")
     assert faults[6]["values"] == {"factor": -0.5}
     spike = [fault for fault in faults if fault["kind"] == "spike"]
     assert [(fault["state"], fault["time"]) for fault in spike] == [("begin", 0.07), ("end", 0.071)]

@@ -1,0 +1,59 @@
+"""Read from a run's events when which fault acted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from lockstep.manifest import EVENTS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaultWindow:
+    """One fault on one component, as it acted. Without an end the run ended before it did."""
+
+    name: str
+    kind: str
+    component: str
+    variables: tuple[str, ...]
+    begin: float  # [s]
+    end: float | None
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+
+def fault_windows(folder: Path) -> list[FaultWindow]:
+    """Return the faults of a run in the order in which they began; none for a folder without events."""
+    path = folder / EVENTS
+    if not path.is_file():
+        return []
+    begun: list[dict[str, Any]] = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            event = json.loads(line)
+        except ValueError:  # a killed run may leave half a line at the end
+            continue
+        if event.get("event") != "fault":
+            continue
+        if event["state"] == "begin":
+            begun.append(event)
+            continue
+        same = ("name", "kind", "component", "variables")
+        for open_ in begun:
+            if "end" not in open_ and all(open_[key] == event[key] for key in same):
+                open_["end"] = event["time"]
+                break
+    return [
+        FaultWindow(
+            name=event["name"],
+            kind=event["kind"],
+            component=event["component"],
+            variables=tuple(event["variables"]),
+            begin=event["time"],
+            end=event.get("end"),
+            values=event["values"],
+        )
+        for event in begun
+    ]
