@@ -100,7 +100,10 @@ class Change:
         if values.dtype.kind == "f":
             return changed
         limits = np.iinfo(values.dtype)
-        return np.rint(np.clip(changed, limits.min, limits.max)).astype(values.dtype)
+        high = float(limits.max)
+        if high > limits.max:  # of 64 bits: the nearest double is already too large
+            high = np.nextafter(high, 0.0)
+        return np.rint(np.clip(changed, limits.min, high)).astype(values.dtype)
 
     def saved(self) -> Any:
         """Return nothing."""

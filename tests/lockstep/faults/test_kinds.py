@@ -303,3 +303,33 @@ to = 0.025
     expected[10:20] *= 3.0
     expected[15:25] *= 3.5
     np.testing.assert_array_equal(isolated["gain.y"], expected)
+
+
+def test_behind_an_adapter_faults_are_on_our_ports_and_on_parameters_of_theirs(
+    bench_ssd, toys, scenario, cli, tmp_path
+):
+    (tmp_path / "theirs.toml").write_text(
+        '[[input]]\nours = "u"\ntheirs = "u"\nsign = -1\n\n[[output]]\nours = "y"\ntheirs = "y"\n\n'
+        '[[output]]\nours = "bad"\ntheirs = "bad"\n\n[parameters]\nshift = 5\n'
+    )
+    text = """
+[[fault]]
+connection = "gain.u"
+kind = "bias"
+value = 100.0
+from = 0.01
+to = 0.02
+
+[[fault]]
+parameter = "gain.shift"
+kind = "scale"
+factor = -1.0
+from = 0.015
+to = 0.025
+"""
+    replaced = ("--replace", f"gain={toys / 'toy_gain.fmu'}", "--adapter", tmp_path / "theirs.toml")
+    signals = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--stop", "0.03", *replaced)
+    expected = 5.0 - 2.0 * CLEAN[:30]
+    expected[10:20] -= 200.0
+    expected[15:25] -= 10.0
+    np.testing.assert_array_equal(signals["gain.y"], expected)

@@ -1,0 +1,49 @@
+"""Arithmetic of faults on values that no toy FMU has."""
+
+import numpy as np
+import pytest
+
+from lockstep.faults import effects
+
+
+@pytest.mark.parametrize("kind", [np.int32, np.int64, np.uint64])
+def test_whole_numbers_are_rounded_and_stay_in_the_range_of_their_type(kind):
+    values = np.array([0, 7, np.iinfo(kind).max], kind)
+
+    assert effects.bias(np.array([0.6, 0.4, 0.0])).act(0, values)[:2].tolist() == [1, 7]
+    limit = effects.scale(np.array([1.0, 1e30, 2.0])).act(0, values)
+    assert limit.dtype == kind
+    assert limit.tolist()[0] == 0
+    assert all(0 <= np.iinfo(kind).max - value < 4096 for value in limit.tolist()[1:])  # the last double that fits
+
+
+def test_texts_can_be_held_and_delayed():
+    first, second, third = (np.array([text], np.object_) for text in ("a", "b", "c"))
+    stuck, delay = effects.Stuck(1), effects.Delay(2)
+    for tick, values in enumerate((first, second, third)):
+        stuck.see(tick, values)
+        delay.see(tick, values)
+
+    assert stuck.act(2, third).tolist() == ["a"]
+    assert delay.act(2, third).tolist() == ["a"]
+
+
+def test_a_delay_keeps_no_more_history_than_it_can_be_asked_for():
+    delay = effects.Delay(3)
+    for tick in range(0, 100, 2):
+        delay.see(tick, np.array([float(tick)]))
+        assert delay.act(tick, np.zeros(1))[0] == max(0, tick - 4)  # transfers are 2 ticks apart
+
+    assert len(delay.saved()) == 3
+
+
+def test_draws_of_ticks_and_names_have_nothing_in_common():
+    ticks = np.array([effects.drawn_from(1, ["a"])(tick).standard_normal() for tick in range(2000)])
+    other = np.array([effects.drawn_from(1, ["b"])(tick).standard_normal() for tick in range(2000)])
+    bound = 4.0 / np.sqrt(2000)  # four standard deviations of each of these numbers
+
+    assert abs(ticks.mean()) < bound
+    assert abs(ticks.std() - 1.0) < bound
+    assert abs(np.corrcoef(ticks[1:], ticks[:-1])[0, 1]) < bound
+    assert abs(np.corrcoef(ticks, other)[0, 1]) < bound
+    assert effects.drawn_from(1, ["a"])(1999).standard_normal() == ticks[-1]
