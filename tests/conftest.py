@@ -1,6 +1,44 @@
-"""One BLAS thread a process, before numpy is imported: the tests run side by side, and the matrices are small."""
+"""One BLAS thread a process, before numpy is imported: the tests run side by side, and the matrices are small.
 
+Also the FMUs in C that several folders of tests use.
+"""
+
+import importlib.util
 import os
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
+
+import pytest  # noqa: E402
+
+_REFERENCE = Path(__file__).parent / "fmus" / "reference" / "build.py"
+
+
+@pytest.fixture(scope="session")
+def reference() -> Any:
+    """Return the module that knows the FMUs of tests/fmus/reference."""
+    spec = importlib.util.spec_from_file_location("reference_fmus", _REFERENCE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def reference_fmu(tmp_path_factory: pytest.TempPathFactory, reference: Any) -> Callable[[str, str], Path]:
+    """Return a function that compiles a reference FMU once: by model (`integrator`, ...) and version (`3.0`)."""
+    if shutil.which("gcc") is None:
+        pytest.skip("the reference FMUs are compiled with gcc")
+    folder = tmp_path_factory.mktemp("reference")
+
+    def built(model: str, version: str) -> Path:
+        path = folder / version / model / f"{model}.fmu"
+        return path if path.exists() else reference.build(model, version, path.parent)
+
+    return built

@@ -47,5 +47,5 @@ def take_message(environment: int | None, name: bytes | None, status: int, categ
     with suppress(Exception):
         found = _instances.get(environment or 0)
         if found is None:  # an FMU that does not hand the environment through
-            found = next(each for each in _instances.values() if each.is_of(name))
+            found = max((each for each in _instances.values() if each.is_of(name)), key=lambda each: each.environment)
         found.take(status, (category or b"").decode("utf-8", "replace"), message.decode("utf-8", "replace").strip())

@@ -84,7 +84,7 @@ def resolve_override(
     if not dot:
         raise InputError(f"{key}: write component.parameter, for example {system.components[0].name}.{key}")
     description = descriptions[system.component(component).name]
-    elements = [v for v in description.variables if re.fullmatch(re.escape(name) + r"\[\d+\]", v)]
+    elements = [v for v in description.variables if re.fullmatch(re.escape(name) + r"\[\d+(,\d+)*\]", v)]
     single = name in description.variables or not elements
     if single:
         elements = [name]
@@ -112,7 +112,7 @@ def parse_value(value: Value, variable: Variable, what: str) -> Value:
     """Convert a value or its text to the declared type of a variable, or raise InputError."""
     if hasattr(value, "item"):
         value = cast(Value, value.item())  # a numpy scalar
-    wrong = InputError(f"{what}: {value!r} is not of its type {variable.type}")
+    wrong = InputError(f"{what}: {value!r} is not of its type {variable.native or variable.type}")
     parsed: Value
     match variable.type:
         case "String":
@@ -131,7 +131,7 @@ def parse_value(value: Value, variable: Variable, what: str) -> Value:
             if isinstance(value, bool):
                 raise wrong
             try:
-                parsed = float(value) if variable.type == "Real" else _whole(value)
+                parsed = float(value) if variable.type == "Real" else _whole(value, variable)
             except ValueError:
                 raise wrong from None
         case _:
@@ -152,7 +152,7 @@ def _item(value: Value, variable: Variable, what: str) -> int:
         return items[value]
     wrong = f"{what}: {value!r} is no item of its Enumeration; there are {compact(items)}"
     try:
-        number = _whole(value)
+        number = _whole(value, variable)
     except ValueError:
         raise InputError(wrong + suggestion(str(value), items)) from None
     if isinstance(value, bool) or (items and number not in items.values()):
@@ -160,10 +160,11 @@ def _item(value: Value, variable: Variable, what: str) -> int:
     return number
 
 
-def _whole(value: str | float | int) -> int:
+def _whole(value: str | float | int, variable: Variable) -> int:
     if isinstance(value, float) and not value.is_integer():
         raise ValueError
     whole = int(value)
-    if not -(2**31) <= whole < 2**31:  # fmi2Integer
+    low, high = variable.limits
+    if not low <= whole <= high:
         raise ValueError
     return whole

@@ -19,7 +19,10 @@ STREAM = "signals.arrows"  # of one that runs or was killed
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Signals:
-    """Recorded signals by name `component.variable`, with the time [s] at which each row is true."""
+    """Recorded signals by name `component.variable`, with the time [s] at which each row is true.
+
+    A column is float64; a 64-bit integer of FMI 3.0 is int64 or uint64, and a text an object.
+    """
 
     time: NDArray[np.float64]
     columns: Mapping[str, NDArray[np.float64]]
@@ -41,9 +44,10 @@ class Signals:
 
 
 def elements_of(name: str, names: Mapping[str, object] | Sequence[str]) -> list[str]:
-    """Return `name[1]`, `name[2]`, ... as far as they are among the names, sorted by index."""
-    rule = re.compile(re.escape(name) + r"\[(\d+)\]")
-    found = [(int(match[1]), other) for other in names if (match := rule.fullmatch(other))]
+    """Return `name[1]`, `name[2]`, ... or `name[1,1]`, ... as far as they are among the names, sorted by index."""
+    rule = re.compile(re.escape(name) + r"\[(\d+(?:,\d+)*)\]")
+    matches = ((rule.fullmatch(other), other) for other in names)
+    found = [(tuple(map(int, match[1].split(","))), other) for match, other in matches if match]
     return [other for _, other in sorted(found)]
 
 

@@ -1,0 +1,169 @@
+"""The reference FMUs of FMI 1.0, 2.0 and 3.0 through the master: against closed forms and against simulate_fmu."""
+
+import json
+
+import numpy as np
+import pytest
+from fmpy.simulation import simulate_fmu
+from numpy.testing import assert_allclose, assert_array_equal
+
+from lockstep import Component, RunError, System, read_signals, simulate
+
+STEP = 7_812_500  # [ns]: 2^-7 s, which FMPy adds up without rounding
+TICKS = 256
+STOP = TICKS * STEP
+VERSIONS = ("1.0", "2.0", "3.0")
+U, X0, RATE = 2.0, 3.0, 0.5
+NUMBERS = {"Float64_in": -1.5e300, "Int32_in": -(2**31), "Boolean_in": True, "Enumeration_in": 7}
+OLDER = {"Float64": "Real", "Int32": "Integer"}
+
+
+def started(version):
+    """Return the start values of the feedthrough by this version's names of its types."""
+    texts = {"String_in": "drehen um 90°"}
+    given = NUMBERS if version == "3.0" else {OLDER.get(k[:-3], k[:-3]) + "_in": v for k, v in NUMBERS.items()}
+    return given | texts | ({"Enumeration_in": 2} if version == "1.0" else {})  # whose items count from 1
+
+
+def _zero(name, place):
+    return "" if name == "words" else place > 0 if name == "flags" else 0
+
+
+@pytest.fixture(scope="module", params=[(v, i) for v in VERSIONS for i in (False, True)],
+                ids=[f"{v}-{i}" for v in VERSIONS for i in ("inside", "isolated")])  # fmt: skip
+def run(request, reference_fmu, tmp_path_factory):
+    """Return version and signals of all models side by side, unpacked where a path has a blank and an umlaut."""
+    version, isolated = request.param
+    folder = tmp_path_factory.mktemp("runs")
+    values = {"integrator": {"u": U, "x0": X0}, "feedthrough": started(version), "ball": {}, "resource": {}}
+    if version == "1.0":
+        values.pop("resource")
+    if version == "3.0":
+        described = {"vector": (3,), "matrix": (2, 3), "narrow": (2,), "whole": (2,), "flags": (2,), "words": (2,)}
+        for name, shape in described.items():
+            for index in np.ndindex(shape):
+                label = f"{name}_in[{','.join(str(k + 1) for k in index)}]"
+                values["feedthrough"][label] = _zero(name, sum(index))
+        for kind in ("Float32", "Int8", "Int16", "Int64", "UInt8", "UInt16", "UInt32", "UInt64"):
+            values["feedthrough"][f"{kind}_in"] = 0
+    parts = tuple(
+        Component(
+            name=model,
+            source=reference_fmu(model, version),
+            period=STEP,
+            kind="sampled" if model in ("feedthrough", "resource") else "continuous",
+            parameters=given,
+            isolated=isolated,
+        )
+        for model, given in values.items()
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        (folder / "ein Ördner").mkdir()
+        patch.setenv("TMPDIR", str(folder / "ein Ördner"))
+        patch.setattr("tempfile.tempdir", None)
+        simulate(System(name="models", tick=STEP, stop_time=STOP, components=parts), folder / "out")
+    assert list((folder / "ein Ördner").iterdir()) == []
+    events = [json.loads(line) for line in (folder / "out" / "events.jsonl").read_text().splitlines()]
+    assert sum(event.get("message") == "terminated" for event in events) == (2 if version == "1.0" else 4) + (
+        version == "1.0"
+    )
+    return version, read_signals(folder / "out")
+
+
+def theirs(reference_fmu, model, version, **start):
+    """Return what FMPy's own master makes of a model."""
+    return simulate_fmu(
+        str(reference_fmu(model, version)),
+        fmi_type="CoSimulation",
+        stop_time=STOP / 1e9,
+        step_size=STEP / 1e9,
+        output_interval=STEP / 1e9,
+        start_values=start,
+        logger=lambda *_: None,
+    )
+
+
+def test_an_integrator_is_its_closed_form(run, reference_fmu):
+    version, signals = run
+    level = U / RATE
+    few = TICKS * 2.0**-52 * level  # one rounding a step, and what it adds decays
+
+    assert_allclose(signals["integrator.x"], level + (X0 - level) * np.exp(-RATE * signals.time), atol=few)
+    assert_array_equal(signals["integrator.x"], theirs(reference_fmu, "integrator", version, u=U, x0=X0)["x"][:TICKS])
+
+
+def test_a_ball_bounces_when_it_has_to(run, reference_fmu):
+    version, signals = run
+    h0, g, e, time = 1.0, 9.81, 0.7, signals.time
+    speed = np.sqrt(2.0 * g * h0) * e ** np.arange(10)  # before each bounce
+    bounces = np.cumsum(np.concatenate([[speed[0] / g], 2.0 * speed[1:] / g]))
+    passed = np.searchsorted(bounces, time)
+
+    assert_array_equal(signals["ball.bounces"], passed)
+    assert passed[-1] == 4
+    since = time - bounces[passed - 1]
+    height = since * (speed[passed] - 0.5 * g * since)
+    first = passed == 0
+    height[first] = h0 - 0.5 * g * time[first] ** 2
+    # the ball restarts from the rounded end of each step: 256 of them, times of a second, speeds of 5 m/s
+    assert_allclose(signals["ball.h"], height, atol=1e-12)
+    assert_allclose(signals["ball.last_bounce"][~first], bounces[passed - 1][~first], atol=1e-12)
+    assert_array_equal(signals["ball.h"], theirs(reference_fmu, "ball", version)["h"][:TICKS])
+
+
+def test_a_feedthrough_hands_on_every_type(run, reference_fmu):
+    version, signals = run
+    given = started(version)
+    for name, value in given.items():
+        column = signals[f"feedthrough.{name.removesuffix('_in')}_out"]
+        assert column.tolist() == [value] * TICKS, name
+    numbers = {name: value for name, value in given.items() if isinstance(value, int | float)}
+    result = theirs(reference_fmu, "feedthrough", version, **numbers)
+    for name, value in numbers.items():
+        if name.removesuffix("_in") + "_out" in result.dtype.names:
+            assert result[name.removesuffix("_in") + "_out"][-1] == value
+
+
+def test_an_fmu_finds_its_resources(run, reference, reference_fmu):
+    version, signals = run
+    if version == "1.0":
+        pytest.skip("FMI 1.0 hands over no place of resources")
+    assert signals["resource.count"][-1] == len(reference.NUMBERS)
+    assert_array_equal(signals["resource.number"], np.resize(reference.NUMBERS, TICKS))
+    assert_array_equal(theirs(reference_fmu, "resource", version)["number"][1 : TICKS + 1], signals["resource.number"])
+
+
+MESSAGES = {
+    ("2.0", 0): "stair: fmi2DoStep returned fmi2Discard, asking for the end, at 0.078125 s",
+    ("3.0", 0): "stair: fmi3DoStep asked for the end at 0.078125 s",
+    ("1.0", 0): "stair: fmiDoStep returned fmiDiscard at 0.078125 s",
+    ("3.0", 1): "stair: fmi3DoStep returned early, having reached 0.03515625 s, which is not allowed, at 0.03125 s",
+    ("3.0", 2): "stair: fmi3DoStep asked for event mode, which is not used, at 0.03125 s",
+    ("3.0", 3): "stair.height: is nan at 0.03125 s; every exchanged value must be finite",
+    ("3.0", 4): "stair: fmi3DoStep returned fmi3Error at 0.03125 s: the stair has a broken step",
+    ("3.0", 5): "stair: fmi3DoStep returned fmi3Fatal at 0.03125 s: the stair fell down",
+    ("3.0", 6): "stair: crashed with SIGSEGV in fmi3DoStep at 0.03125 s",
+    ("2.0", 5): "stair: fmi2DoStep returned fmi2Fatal at 0.03125 s: the stair fell down",
+}
+
+
+@pytest.mark.parametrize("isolated", [False, True], ids=["inside", "isolated"])
+@pytest.mark.parametrize(("version", "mode"), MESSAGES, ids=lambda value: str(value))
+def test_a_stair_ends_or_breaks_in_one_line_with_its_steps_kept(reference_fmu, tmp_path, version, mode, isolated):
+    if mode == 6 and not isolated:
+        pytest.skip("it would end this process")
+    stair = Component(
+        name="stair",
+        source=reference_fmu("stair", version),
+        period=STEP,
+        parameters={"mode": mode, "at": 5 if mode else -1},
+        isolated=isolated,
+    )
+    with pytest.raises(RunError) as caught:
+        simulate(System(name="s", tick=STEP, stop_time=STOP, components=(stair,)), tmp_path / "out")
+
+    assert str(caught.value) == MESSAGES[version, mode]
+    signals = read_signals(tmp_path / "out")
+    assert signals["stair.counter"].tolist() == list(range(1, 5 if mode else 11))
+    log = (tmp_path / "out" / "events.jsonl").read_text()
+    assert ('"terminated"' in log) == (mode < 4)  # neither after an error nor after fatal; a crash leaves nobody
