@@ -85,6 +85,8 @@ class Measurements:
     encoder_angle: Array  # (n,) [rad]
     star_tracker_mrp: Array  # (3,)
     star_tracker_valid: bool | NDArray[np.bool_]  # a new sample; a shell gives a view, shape ()
+    applied_torque: Array | None = None  # (n,) [N.m], commanded in the step before by whoever was in control
+    applied_valid: bool | NDArray[np.bool_] = False  # applied_torque is given; else it was our own
 
 
 @dataclass(slots=True)
@@ -92,7 +94,7 @@ class ControllerState:
     """Everything the controller remembers between steps."""
 
     estimate: Array  # (s,) at the time of the last measurement
-    history: Array  # (q + 1, n): torques commanded, the latest first [N.m]
+    history: Array  # (q + 1, n): torques commanded, by us or whoever was in control, the latest first [N.m]
     jitter: Array  # (4, n): harmonic jitter expected over the coming period
     since_star_tracker: int  # steps
     count: int  # steps done
@@ -242,6 +244,8 @@ def step(
     """
     matrices, parameters = controller.matrices, controller.parameters
     history, innovation = state.history, controller.no_innovation
+    if measured.applied_valid and measured.applied_torque is not None and state.count:
+        history[0] = measured.applied_torque
     if state.count >= controller.correct_at:
         if state.count > controller.correct_at:
             stack = np.concatenate([state.estimate, history.ravel(), state.jitter.ravel()])

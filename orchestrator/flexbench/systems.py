@@ -75,6 +75,9 @@ def build_system(designs: Designs, scenario: ScenarioName, folder: Path) -> Syst
     name: ConfigurationName = designs.corrected.config.name
     rates: Rates = designs.corrected.config.rates
     starts = {component: dict(ports) for component, ports in scenario_parameters(scenario).items()}
+    applied = {p.name: p for p in PORTS["controller"](designs.corrected.controller)}["applied.wheel.torque"]
+    # nobody else is in control; a controller that rides along as a shadow is told what was applied
+    starts["controller"] |= {"applied.wheel.torque": (0.0,) * applied.length, "applied.valid": False}
     starts["plant"] |= {"external.force": (0.0, 0.0, 0.0), "external.torque": (0.0, 0.0, 0.0)}
     flat = scalar_overrides(starts)
     components = []

@@ -1,5 +1,7 @@
 """The flight controller against a step-by-step simulation of its linear model on a grid of 1 ms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -141,6 +143,29 @@ def test_open_loop_estimates_and_commands_nothing(centralised, flight):
     scale = np.abs(theirs).max(axis=0)
     assert np.all(np.abs(ours - theirs) < SAME * scale + 1e-15 * scale.max())
     assert np.abs(ours[-1, :-6]).max() > 0.0
+
+
+@pytest.mark.parametrize("delays", [(0.0, 0.0), (0.005, 0.012)])
+def test_who_rides_along_and_is_told_what_acts_estimates_as_who_is_in_control(centralised, flight, delays):
+    no_limits = {"torque_limit": 1e9, "speed_band": 1e9}
+    given = flight(centralised, measurement_delay=delays[0], actuation_delay=delays[1], **no_limits)
+    design = centralised.controller
+    softer = Controller(replace(design, feedback=0.8 * design.feedback), given)
+    flying = Controller(design, given)
+    rng, acted = np.random.default_rng(4), np.zeros(flying.wheels)
+    states = [subject.init(c, np.zeros(3), 1.0) for c in (flying, softer, softer)]
+    for k in range(60):
+        seen = measurements(centralised, 1e-8 * rng.standard_normal(36 + flying.wheels + 3), k % 20 == 0)
+        told = replace(seen, applied_torque=acted, applied_valid=True)
+        _, in_control = subject.step(flying, states[0], 5e-3 * k, seen)
+        _, riding = subject.step(softer, states[1], 5e-3 * k, told)
+        _, untold = subject.step(softer, states[2], 5e-3 * k, replace(told, applied_valid=False))
+        acted = in_control.torque
+        np.testing.assert_array_equal(riding.estimate, in_control.estimate)
+        # no slew: feedback alone; sums of 60 terms that cancel to a hundredth of the largest
+        assert_allclose(riding.torque, 0.8 * acted, rtol=1e-12, atol=1e-14 * np.max(np.abs(acted)))
+    assert np.max(np.abs(acted)) > 0.0
+    assert np.max(np.abs(untold.torque - riding.torque)) > 1e-3 * np.max(np.abs(acted))
 
 
 def test_fine_sensor_uses_its_gain(centralised, flight):

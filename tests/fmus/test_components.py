@@ -381,6 +381,7 @@ def test_the_feedthrough_of_the_controller_is_as_declared(fmus, name):
         "star_tracker.mrp": 1e-8,
         "command.rotation": 1e-3,
         "command.start_time": -1.0,
+        "applied.wheel.torque": 1e-2,
     }
     # With smoothed guidance the reference is a function of the command and the time, but its modes stay at rest; with
     # time-optimal guidance it is the state of a model, which moves a step later than its torque.

@@ -16,6 +16,9 @@ CONTROLLER = ComponentText(
         " bang-coast-bang within slew.authority of torque and speed band, its torque shaped by a three-tap filter"
         " with zeros at the dominant mode. The shaped torque leads the start time by about 0.15 s, so the command"
         " must come before; it may change until the slew begins. A rotation of zero is no slew.",
+        "The filter predicts with the torque it commanded itself, unless applied.valid is true: then with"
+        " applied.wheel.torque, what whoever was in control commanded in the step before. So it may ride along beside"
+        " another controller, and its torque differs by the control law alone.",
         "Known delays of measurement and actuation, whole milliseconds up to 20, are bridged by propagating the"
         " estimate with the torques already commanded. It carries a model of one spacecraft: a controller for the"
         " other layout of wheels is another FMU.",

@@ -101,7 +101,9 @@ def _measure(table: PortTable, time: Array) -> dict[str, Array]:
         "encoder.speed": nominal + _waves(time, len(nominal), 1e-3, 1.0),
         "encoder.angle": np.round(nominal * time[:, None], 6),
         "star_tracker.mrp": _waves(time, 3, 1e-7, 0.5),
+        "applied.wheel.torque": _waves(time, len(nominal), 1e-2, 1.0),
         "star_tracker.valid": valid,
+        "applied.valid": (time > 0.5 * time[-1]).astype(np.float64),  # at first its own torque, then another's
     }
 
 

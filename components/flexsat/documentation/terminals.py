@@ -51,6 +51,8 @@ TERMINALS = (
              ports=("external.force", "external.torque")),
     Terminal(name="command", description="slew command to the controller", matching="bus",
              ports=("command.rotation", "command.start_time")),
+    Terminal(name="applied", description="torque commanded by whoever is in control, to a controller that rides along",
+             matching="bus", ports=("applied.wheel.torque", "applied.valid")),
     Terminal(name="motion", description="motion and deformation of the plant, for recording", matching="bus",
              ports=("attitude.mrp", "rate", "velocity", "modal.displacement", "modal.velocity", "rms_deformation",
                     "angular_momentum", "energy")),

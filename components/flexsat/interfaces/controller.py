@@ -16,6 +16,7 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
     measured = (
         "gyro.rate", "accelerometer.acceleration", "encoder.speed", "star_tracker.mrp", "star_tracker.valid",
     )  # fmt: skip
+    measured += ("applied.wheel.torque", "applied.valid")
     commanded = ("command.rotation", "command.start_time")
     deviation = "wheel speed less the nominal one, inertial, about its axis"
     return (
@@ -33,8 +34,12 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
              description="rotation vector to turn by from the attitude zero; may change until the slew begins"),
         Port(name="command.start_time", causality="input", unit="s", start=5.0, variability="discrete",
              description="when the slew begins"),
+        Port(name="applied.wheel.torque", causality="input", unit="N.m", size=n, variability="discrete",
+             description="motor torque commanded in the step before by whoever was in control, about the wheel's axis"),
         Port(name="star_tracker.valid", causality="input", kind="boolean",
              description="true if star_tracker.mrp is a new sample"),
+        Port(name="applied.valid", causality="input", kind="boolean",
+             description="true if applied.wheel.torque is given; else the estimator takes its own torque for it"),
         Port(name="wheel.torque", causality="output", unit="N.m", size=n, variability="discrete",
              depends_on=(*measured, *commanded), description="commanded motor torque, about the wheel's axis"),
         Port(name="reference.mrp", causality="output", unit="1", size=3, variability="discrete",

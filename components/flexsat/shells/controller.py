@@ -33,7 +33,7 @@ class Controller(SiSlave):
         self._rotation, self._start_time = self.view("command.rotation"), self.view("command.start_time")
         self.state = controller.init(self._controller, self._rotation.copy(), float(self._start_time))
         names = ("gyro.rate", "accelerometer.acceleration", "encoder.speed", "encoder.angle", "star_tracker.mrp",
-                 "star_tracker.valid")  # fmt: skip
+                 "star_tracker.valid", "applied.wheel.torque", "applied.valid")  # fmt: skip
         # views: what the master writes is what the controller sees
         self._measured = controller.Measurements(*(self.view(name) for name in names))
         self._torque, self._feed_forward = self.view("wheel.torque"), self.view("reference.torque")

@@ -28,6 +28,7 @@ def signal_ranges(design: Design) -> dict[str, Range]:
     ranges: dict[str, Range] = {
         "wheel.torque": torque,
         "reference.torque": torque,
+        "applied.wheel.torque": torque,
         "wheel.speed": speed,
         "encoder.speed": speed,
         "reference.wheel.speed": band,

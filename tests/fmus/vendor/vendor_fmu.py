@@ -151,6 +151,8 @@ sign = -1
         ("encoder.angle", "encoder.angle[*]"),
         ("command.rotation", "command.rotation[*]"),
         ("command.start_time", "command.start_time"),
+        ("applied.wheel.torque", "applied.wheel.torque[*]"),
+        ("applied.valid", "applied.valid"),
     )
 )
 
