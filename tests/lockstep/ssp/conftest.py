@@ -1,7 +1,9 @@
 """Write system structure descriptions as other tools do: no annotations of ours, connectors of systems, mappings."""
 
+import os
 import zipfile
 from dataclasses import replace
+from multiprocessing import Pipe
 from pathlib import Path
 from urllib.parse import quote
 
@@ -140,15 +142,33 @@ def load(tmp_path, ssd):
 
 @pytest.fixture
 def run(tmp_path):
-    """Return a function that simulates a system in this process and returns its signals by name."""
+    """Return a function that simulates a system and returns its signals by name.
 
-    def run_here(system, **options):
+    It does so in a fork of this process: all FMUs of a system share it, which is quick, and several copies of one
+    toy, which pythonfmu's wrapper may leave damaged, harm nobody.
+    """
+
+    def run_in_fork(system, **options):
         parts = tuple(replace(c, isolated=False) for c in system.components)
         folder = tmp_path / f"run{len(list(tmp_path.glob('run*')))}"
-        simulate(replace(system, components=parts), folder, record=("all",), **options)
+        here, there = Pipe()
+        child = os.fork()
+        if child == 0:
+            try:
+                simulate(replace(system, components=parts), folder, record=("all",), **options)
+                there.send(None)
+            except BaseException as error:
+                there.send(error)
+            finally:
+                os._exit(0)
+        there.close()
+        failure = here.recv()  # EOFError if the child was killed
+        os.waitpid(child, 0)
+        if failure is not None:
+            raise failure
         return read_signals(folder).columns
 
-    return run_here
+    return run_in_fork
 
 
 @pytest.fixture(scope="session")

@@ -167,13 +167,14 @@ def test_nothing_outside_an_unpacked_package_is_opened(tmp_path, files):
 
 
 def test_systems_that_multiply_are_refused(tmp_path, ssd, fmus):
-    """Each description holds the next one ten times: 10^7 components in seven files of a kilobyte."""
-    (tmp_path / "d7.ssd").write_text(ssd.document(ssd.system("s", ssd.component("echo", fmus["echo"]))))
-    for level in range(7):
-        parts = "".join(ssd.component(f"p{k}", f"d{level + 1}.ssd", type=SSD) for k in range(10))
-        (tmp_path / f"d{level}.ssd").write_text(ssd.document(ssd.system("s", parts)))
-    with pytest.raises(InputError, match=r"^p\d/p.*: more than 10000 elements or 60 levels; systems that refer"):
-        load_system(tmp_path / "d0.ssd", EACH_MS)
+    """Each system holds the next one ten times: 10^8 components in a file of some kilobytes."""
+    text = ssd.system("last", ssd.component("echo", fmus["echo"]), id_="s8")
+    for level in range(7, 0, -1):
+        parts = "".join(ssd.component(f"p{k}", "", type=SSD) for k in range(10))
+        text = ssd.system(f"at{level}", parts.replace('source=""', f'source="#s{level + 1}"') + text, id_=f"s{level}")
+    (tmp_path / "many.ssd").write_text(ssd.document(ssd.system("top", text)))
+    with pytest.raises(InputError, match=r"^at1/p0/p0/.*: more than 10000 elements or 60 levels; systems that refer"):
+        load_system(tmp_path / "many.ssd", EACH_MS)
 
 
 BOMB = "".join(f'<!ENTITY a{k} "{f"&a{k - 1};" * 10 if k else "ha"}">' for k in range(12))

@@ -169,7 +169,8 @@ def test_the_command_line_shows_and_runs_a_system_of_others(tmp_path, ssd, top, 
     assert "counter -> sub/eager: 1 value, delay 5 ticks" in shown.stdout
     assert "sub/eager -> plant: 1 value, delay 2 ticks" in shown.stdout
     values = ("--set", "sub/eager.u[2]=1", "--set", "sub/eager.flag=true", "--set", "sub/eager.number=3")
-    done = cli("run", path, *words, *values, "--record", "sub/eager.*", "--out", tmp_path / "run")
+    shared = [word for name in ("counter", "sub/eager", "plant") for word in ("--share-process", name)]
+    done = cli("run", path, *words, *values, *shared, "--record", "sub/eager.*", "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr
     text = (tmp_path / "run" / "run.toml").read_text()
     assert 'from = "counter"\nto = "sub/eager"\ndelay = 5' in text
