@@ -38,6 +38,7 @@ class ParameterFile:
     name: str  # of the files, without suffix
     values: dict[str, tuple[Value, Unit | None]]
     mapping: tuple[Entry, ...] = ()
+    set_name: str = PARAMETER_SET
 
 
 def package(system: System, files: Sequence[ParameterFile]) -> bytes:
@@ -84,7 +85,7 @@ def _bind(component: etree._Element, file: ParameterFile) -> None:
 
 def _values(file: ParameterFile) -> bytes:
     root = etree.Element(
-        f"{{{SSV}}}ParameterSet", attrib={"version": "1.0", "name": PARAMETER_SET}, nsmap={"ssv": SSV, "ssc": SSC}
+        f"{{{SSV}}}ParameterSet", attrib={"version": "1.0", "name": file.set_name}, nsmap={"ssv": SSV, "ssc": SSC}
     )
     parameters = add(root, SSV, "Parameters")
     for name, (value, unit) in file.values.items():

@@ -13,7 +13,7 @@ from lockstep.fmu import Description, Variable, read_description
 from lockstep.parameters import component_parameters
 from lockstep.selection import matching
 from lockstep.system import Component, Connection, Connector, System, Value
-from lockstep.transformation import End, convert
+from lockstep.transformation import End, convert, family
 from lockstep.units import Unit, conversion, known_unit
 
 _TWICE = "has a transformation already, and a connection has one"
@@ -27,7 +27,20 @@ class Mapped:
     value: Value
     unit: Unit | None
     theirs: str
+    type: str  # of theirs
     pair: Pair
+
+    @property
+    def resolved(self) -> Value:
+        """What it is there."""
+        if family(self.type) == "Real":
+            return self.pair.factor * float(self.value) + self.pair.offset
+        whole = int(self.value)
+        if self.pair.table is None:
+            whole = int(self.pair.factor * whole + self.pair.offset)
+        else:
+            whole = int(dict(self.pair.table.entries).get(whole, whole))
+        return bool(whole) if self.type == "Boolean" else whole
 
 
 @dataclass(slots=True, kw_only=True)
@@ -149,7 +162,14 @@ class _Translation:
             if connection is not None:
                 self._connect(connection, their, pair, place)
             elif our.name in self.given:
-                mapped = Mapped(ours=our.name, value=self.given[our.name], unit=our.unit, theirs=their.name, pair=pair)
+                mapped = Mapped(
+                    ours=our.name,
+                    value=self.given[our.name],
+                    unit=our.unit,
+                    theirs=their.name,
+                    type=their.type,
+                    pair=pair,
+                )
                 self.result.mapped.append(mapped)
 
     def _from_source(self, bound: Bound, component: str, array: str) -> None:

@@ -89,18 +89,23 @@ def standard_package(system: System, sources: Mapping[str, tuple[str, str]]) -> 
 
 
 def _files(plain: Plain) -> list[ParameterFile]:
-    given = {one.ours: (one.value, one.unit) for one in plain.mapped}
+    """Return all values by names of theirs, and those of ours by names of ours with the mapping.
+
+    Later bindings win, so the second file is the one to edit. The first has what it comes to, for tools that read no
+    mapping, as libcosim and ecos: they apply the set of the usual name.
+    """
+    name = plain.component
+    resolved = plain.values | {one.theirs: one.resolved for one in plain.mapped}
     return [
         ParameterFile(
-            component=plain.component,
-            name=f"{plain.component}_ours",
-            values=given,
-            mapping=tuple(_entry(one) for one in plain.mapped),
+            component=name, name=f"{name}_theirs", values={key: (value, None) for key, value in resolved.items()}
         ),
         ParameterFile(
-            component=plain.component,
-            name=f"{plain.component}_theirs",
-            values={name: (value, None) for name, value in plain.values.items()},
+            component=name,
+            name=f"{name}_ours",
+            set_name="valuesOfOurs",
+            values={one.ours: (one.value, one.unit) for one in plain.mapped},
+            mapping=tuple(_entry(one) for one in plain.mapped),
         ),
     ]
 
