@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from lockstep.archive import unpacking_place
-from lockstep.check.experiment import Experiment, Port, read_experiment
+from lockstep.check.experiment import Experiment, Port, read_experiment, read_other_experiment
 from lockstep.check.isolation import Laboratory
 from lockstep.check.latency_measure import PROGRESS, RESULT
 from lockstep.errors import InputError, RunError, compact, suggestion
@@ -76,6 +76,7 @@ class Report:
     window: int  # steps watched after a change
     amounts: Mapping[str, float]  # by input that was changed
     inputs: tuple[str, ...]
+    texts: tuple[str, ...]  # of these: Strings, which are not changed
     outputs: tuple[str, ...]
     pairs: tuple[Pair, ...]  # those that answer, and those that claim to; the others are silent as they say
     unmoved: tuple[str, ...]  # inputs that nothing answered to
@@ -94,7 +95,7 @@ def probe_latency(path: Path, settings: Settings, report: Callable[[Path], None]
 
     Parameters
     ----------
-    path : an FMI 2.0 co-simulation FMU
+    path : a co-simulation FMU of FMI 1.0, 2.0 or 3.0
     settings : how
     report : called once with the file in which the progress is told
 
@@ -113,12 +114,17 @@ def probe_latency(path: Path, settings: Settings, report: Callable[[Path], None]
         limit = settings.seconds + 60.0
         laboratory = Laboratory(archive=path.resolve(), work=Path(folder), time_limit=limit)
         try:
-            experiment = read_experiment(laboratory.unpack())
+            folder_of_fmu = laboratory.unpack()
+            experiment = (
+                read_experiment(folder_of_fmu)
+                if description.version == "2.0"
+                else read_other_experiment(folder_of_fmu, description)
+            )
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
         experiment = _set_up(path, experiment, description, settings)
         report(laboratory.results / PROGRESS)
-        options: dict[str, Any] = {"steps": settings.steps, "seconds": settings.seconds}
+        options: dict[str, Any] = {"steps": settings.steps, "seconds": settings.seconds, "archive": str(path.resolve())}
         verdict = laboratory.run("latency_measure:measure", experiment, **options)
         if verdict.status == "error":
             raise RunError(f"{path}: {verdict.message}")
@@ -210,6 +216,7 @@ def _report(
         window=found["window"],
         amounts=found["amounts"],
         inputs=tuple(port.name for port in experiment.inputs),
+        texts=tuple(port.name for port in experiment.inputs if port.kind == "String"),
         outputs=tuple(port.name for port in experiment.outputs),
         pairs=pairs,
         unmoved=tuple(name for name in tried if name not in moved),

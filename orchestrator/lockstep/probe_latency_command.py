@@ -25,7 +25,7 @@ example:
 def add_latency_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of `probe-latency`."""
     parser.add_argument(
-        "fmu", type=Path, help="an FMI 2.0 co-simulation FMU of any maker; runs in a process of its own"
+        "fmu", type=Path, help="a co-simulation FMU of any maker and version of FMI; runs in a process of its own"
     )
     parser.add_argument("--step", metavar="S", help="its step in seconds (default: what it recommends, or 0.001)")
     parser.add_argument("--steps", type=int, default=104, metavar="N",

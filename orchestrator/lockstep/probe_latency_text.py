@@ -39,6 +39,8 @@ def as_lines(report: Report, width: int) -> list[str]:
     if report.untried:
         lines.append(f"inputs not tried for lack of time: {report.untried}; --time-limit gives more")
     lines += [f"not to be changed: {line}" for line in report.refused]
+    if report.texts:
+        lines.append(f"Strings are not changed: {compact(report.texts)}")
     if report.unmoved:
         lines.append(f"nothing answered to: {compact(report.unmoved)}; other values (--set, --amplitude) may excite it")
     if report.restless:

@@ -15,6 +15,7 @@ from fmpy.model_description import read_model_description
 from numpy.typing import NDArray
 
 from lockstep.errors import InputError
+from lockstep.fmu import Description, Variable
 
 KINDS = ("Real", "Integer", "Boolean", "String")
 PERIOD = 37  # steps after which the stimulus repeats; no divisor of usual sampling periods
@@ -56,6 +57,7 @@ class Experiment:
     stimulated: bool = True  # false leaves every input at its start value
     directory: str = "elsewhere"  # or "unpacked": the only working directory in which it runs
     starts: tuple[tuple[str, int, float | str], ...] = ()  # type, value reference, value: set before initialisation
+    fmi: str = "2.0"  # the others are driven as the master does, see `slave_instance`
 
     def as_json(self) -> dict[str, Any]:
         """Return what `from_json` reads."""
@@ -125,6 +127,70 @@ def read_experiment(folder: Path) -> Experiment:
         return _experiment(model, interface)
     except (ValueError, TypeError, OverflowError) as error:
         raise InputError(f"bad model description: {error}") from None
+
+
+def read_other_experiment(folder: Path, description: Description) -> Experiment:
+    """Read how to drive an unpacked FMU of FMI 1.0 or 3.0; arrays element by element, named as in the description."""
+    model = read_model_description(str(folder / "modelDescription.xml"), validate=False)
+    names: dict[int, list[str]] = {}  # of the elements, by value reference of their variable
+    for variable in description.variables.values():
+        names.setdefault(variable.array if description.version == "3.0" else variable.reference, []).append(
+            variable.name
+        )
+    feeds: dict[str, tuple[str, ...] | None] = {}
+    for unknown in model.outputs:
+        fed = unknown.dependencies
+        told = None if fed is None else tuple(n for v in fed for n in names.get(v.valueReference, ()))
+        feeds |= dict.fromkeys(names.get(unknown.variable.valueReference, ()), told)
+    default = model.defaultExperiment
+    step, start = (_number(getattr(default, name, None), math.nan) for name in ("stepSize", "startTime"))
+    usable = math.isfinite(step) and step > 0.0
+    ports = {
+        side: tuple(
+            _other_port(v, feeds.get(v.name))
+            for v in description.variables.values()
+            if v.causality == side and v.scalar
+        )
+        for side in ("input", "output")
+    }
+    return Experiment(
+        identifier=description.identifier,
+        guid=description.guid,
+        step=step if usable else DEFAULT_STEP,
+        step_source="default experiment" if usable else "no step recommended",
+        start_time=start if math.isfinite(start) else 0.0,
+        any_step=bool(getattr(model.coSimulation, "canHandleVariableCommunicationStepSize", False)),
+        once_per_process=description.once_per_process,
+        saves_state=False,  # of no use to those who drive it as the master does
+        serialises_state=False,
+        categories=(),
+        inputs=ports["input"],
+        outputs=ports["output"],
+        fmi=description.version,
+    )
+
+
+def _other_port(variable: Variable, feeds: tuple[str, ...] | None) -> Port:
+    kind = {"Int64": "Integer", "UInt64": "Integer"}.get(str(variable.scalar), str(variable.scalar))
+    if kind == "String":
+        return Port(name=variable.name, kind=kind, reference=variable.reference, feeds=feeds)
+    low, high = (float(limit) for limit in variable.limits) if kind == "Integer" else (-math.inf, math.inf)
+    low = low if variable.minimum is None else variable.minimum
+    high = high if variable.maximum is None else variable.maximum
+    start = min(max(_number(variable.start, 0.0), low), high)
+    real = kind == "Real"
+    nudge = 0.01 * (high - low) if math.isfinite(high - low) else 1e-3 * max(abs(start), 1.0)
+    return Port(
+        name=variable.name,
+        kind=kind,
+        reference=variable.reference,
+        start=start,
+        minimum=low,
+        maximum=high,
+        nudge=nudge if real else 1.0,
+        swings=real and variable.variability == "continuous",
+        feeds=feeds,
+    )
 
 
 def _experiment(model: Any, interface: Any) -> Experiment:

@@ -2,6 +2,7 @@
 
 import json
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,9 @@ from lockstep import InputError, RunError
 from lockstep.__main__ import main
 from lockstep.probe_latency import Settings, probe_latency
 
-sys.path.insert(0, str(Path(__file__).parent))
-from delays_fmu import DELAYS, OUTPUTS, TRUE, build_delays
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2] / "fmus")]
+import reference.build as reference  # noqa: E402
+from delays_fmu import DELAYS, OUTPUTS, TRUE, build_delays  # noqa: E402
 
 ANY_STEP = 'canHandleVariableCommunicationStepSize="true"'
 STATE = 'canGetAndSetFMUstate="true"'
@@ -87,6 +89,48 @@ def test_a_value_may_silence_an_answer_and_an_amplitude_wake_one(good):
     # by default an input changes by a thousandth: not enough for a quantiser of 1/64
     (pair,) = probe_latency(good, Settings(steps=12)).of("not excited")
     assert (pair.output, pair.input) == ("coarse", "u")
+
+
+def reference_fmu(folder, model, version, dependencies):
+    """Return a reference FMU with dependencies of its outputs, by the name that XML has for them."""
+    path = reference.build(model, version, folder)
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    text = members["modelDescription.xml"].decode()
+    for old, new in dependencies.items():
+        assert old in text
+        text = text.replace(old, new)
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in (members | {"modelDescription.xml": text.encode()}).items():
+            archive.writestr(name, content)
+    return path
+
+
+def test_fmi_3_array_by_array(tmp_path):
+    """The model hands every input to an output; of two outputs the claims are wrong."""
+    place = {v.name: k for k, v in enumerate(reference.variables_of("feedthrough", "3.0"))}
+    vector, flags = (f'<Output valueReference="{place[name]}"' for name in ("vector_out", "flags_out"))
+    told = {f"{vector}/>": f'{vector} dependencies=""/>', f"{flags}/>": f'{flags} dependencies="{place["flags_in"]}"/>'}
+    report = probe_latency(reference_fmu(tmp_path, "feedthrough", "3.0", told), Settings(steps=3, seconds=600.0))
+
+    assert dict(fed(report)) == {
+        name: name.replace("_out", "_in") for name in report.outputs if not name.startswith(("Str", "wor"))
+    }
+    assert set(delays(report).values()) == {(0, 0)}
+    assert {pair.output for pair in report.of("contradicted")} == {f"vector_out[{k}]" for k in (1, 2, 3)}
+    # by a diagonal: a maker of FMI 3.0 claims for whole arrays
+    assert {pair.output: pair.input for pair in report.of("agrees")} == {
+        f"flags_out[{k}]": f"flags_in[{k}]" for k in (1, 2)
+    }
+    assert "String_in" in report.texts
+
+
+@pytest.mark.parametrize("version", ["1.0", "3.0"])
+def test_an_integral_is_no_feedthrough_in_fmi_3_and_not_to_be_told_in_fmi_1(tmp_path, version):
+    report = probe_latency(reference.build("integrator", version, tmp_path), Settings(steps=3, starts={"rate": "2"}))
+
+    assert delays(report) == {("x", "u"): (0, 0)}
+    assert fed(report) == ({("x", "u")} if version == "1.0" else set())  # FMI 1.0 does not say that it takes any step
 
 
 def test_outputs_that_differ_without_a_cause_are_named(tmp_path):
