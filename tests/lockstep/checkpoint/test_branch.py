@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from lockstep import InputError, RunError, read_signals, simulate, write_ssd
+from lockstep.adapter.component import replace_component
+from lockstep.adapter.read import read_adapter
 from lockstep.checkpoint.begin import Begin
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.repeat import system_of
@@ -214,3 +216,46 @@ def test_checkpoints_at_both_ends(triple, whole, tmp_path):
 def test_saving_changes_nothing(triple, whole, tmp_path):
     simulate(triple, tmp_path / "plain")
     assert (tmp_path / "plain/signals.parquet").read_bytes() == (whole / "signals.parquet").read_bytes()
+
+
+ADAPTER = """
+[[input]]
+ours = "u"
+theirs = "u"
+scale = 2.0
+hold = "flag"
+
+[[input]]
+ours = "number"
+theirs = "number"
+
+[[input]]
+ours = "flag"
+theirs = "flag"
+
+[[output]]
+ours = ["y", "steps", "began"]
+theirs = ["y", "steps", "began"]
+
+[[output]]
+ours = "odd"
+theirs = "odd"
+
+[constants]
+offset = -0.5
+"""
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_an_adapter_keeps_what_it_holds(triple, fmus, tmp_path, apart):
+    (tmp_path / "b.toml").write_text(ADAPTER)
+    system = replace_component(triple, "b", fmus["other"], read_adapter(tmp_path / "b.toml"))
+    system = system.with_isolation("b", apart)
+    simulate(system, tmp_path / "whole", checkpoints=Checkpoints(times=["0.03"]))
+    states = read_checkpoint(tmp_path / "whole/checkpoints/t=0.03.ckpt").states
+    assert sorted(states["b"]) == ["adapter.npz", "fmu"]
+    branch(system, tmp_path / "whole", 30, tmp_path / "branch")
+    assert_rest_is_equal(tmp_path / "branch", tmp_path / "whole")
+    other = replace_component(triple, "b", fmus["other"], None)
+    with pytest.raises(InputError, match=r"b: .* was made with another adapter, sha256 .*, not none; .* --fresh b"):
+        branch(other, tmp_path / "whole", 30, tmp_path / "no")
