@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 from fmpy.ssp.ssd import read_ssd
 from lxml import etree
+from pyssp_standard.ssm import SSM
+from pyssp_standard.ssp import SSP
+from pyssp_standard.ssv import SSV
 
 from lockstep import Component, Connection, InputError, System, load_system, read_signals, simulate, write_ssd
 from lockstep.__main__ import main
 from lockstep.adapter.component import with_replacements
 from lockstep.adapter.write import standard_package
-from lockstep.ssp_xml import SSM, SSV
 
 SOURCE = Path(__file__).parents[2] / "bench" / "wide.c"  # y = u / 2 + 1, value references 0 to WIDTH - 1 and on
 SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
@@ -170,7 +172,7 @@ def test_every_value_has_its_place(package):
     assert len(ways) == 6
 
 
-def test_it_is_standard_ssp_in_other_hands(package):
+def test_it_is_standard_ssp_in_other_hands(package, tmp_path):
     with zipfile.ZipFile(package) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
     assert {Path(name).name for name in files} == {
@@ -182,15 +184,18 @@ def test_it_is_standard_ssp_in_other_hands(package):
         if not name.endswith(".fmu"):
             schema = SCHEMAS / f"SystemStructure{schemas[name[-3:]]}.xsd"
             etree.XMLSchema(etree.parse(schema)).assertValid(etree.fromstring(content))
-    mapping = etree.fromstring(files["resources/controller_ours.ssm"])
-    entries = mapping.findall(f"{{{SSM}}}MappingEntry")
-    assert [(e.get("source"), e.get("target")) for e in entries] == [
-        (f"target[{k + 1}]", f"goal[{k}]") for k in range(3)
-    ]
-    values = etree.fromstring(files["resources/controller_ours.ssv"]).iter(f"{{{SSV}}}Real")
-    assert [(float(v.get("value")), v.get("unit")) for v in values] == [
-        (0.1, "rad/s"), (0.2, "rad/s"), (0.1 * 3, "rad/s")
-    ]  # fmt: skip
+    with zipfile.ZipFile(package) as archive:
+        archive.extractall(tmp_path)
+    with SSM(tmp_path / "resources" / "controller_ours.ssm") as mapping:
+        mapping.__check_compliance__()
+        assert [(e.source, e.target) for e in mapping.mappings] == [
+            (f"target[{k + 1}]", f"goal[{k}]") for k in range(3)
+        ]
+    with SSV(tmp_path / "resources" / "controller_ours.ssv") as values:
+        values.__check_compliance__()
+        assert [p["name"] for p in values.parameters] == [f"target[{k}]" for k in (1, 2, 3)]
+    with SSP(package) as independent:
+        assert len(independent.resources) == 5
     read = read_ssd(str(package))
     controller = next(element for element in read.system.elements if element.name == "controller")
     assert [b.source for b in controller.parameterBindings] == [
