@@ -71,7 +71,7 @@ class Arrays:
     def _settable(self) -> dict[int, list[Variable]]:
         found: dict[int, dict[int, Variable]] = {}
         for variable in self._variables.values():
-            if variable.causality in ("input", "parameter"):
+            if variable.settable:
                 found.setdefault(variable.array, {})[variable.element] = variable
         return {handle: [members[k] for k in sorted(members)] for handle, members in found.items()}
 

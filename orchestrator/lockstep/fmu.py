@@ -66,11 +66,19 @@ class Variable:
     maximum: float | None = None
     description: str = ""
     variability: str = "continuous"
+    initial: str = ""  # exact, approx or calculated
     items: Mapping[str, int] = field(default_factory=dict, hash=False)  # of an Enumeration, value by name
     native: str = ""  # the type as FMI 3.0 names it: Float32, UInt8, ...
     array: int = 0
     element: int = 0  # its place in the array, from 0, the last index running fastest
     start: str | None = None  # as written in the model description
+
+    @property
+    def settable(self) -> bool:
+        """Tell whether a value may be given before initialization."""
+        if self.causality in ("output", "local"):
+            return self.initial in ("exact", "approx") and self.variability != "constant"
+        return self.causality in ("parameter", "input")
 
     @property
     def scalar(self) -> Scalar | None:
@@ -226,6 +234,7 @@ def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, An
         "maximum": maximum,
         "description": variable.description or "",
         "variability": variable.variability or ("continuous" if kind == "Real" else "discrete"),
+        "initial": variable.initial or "",
         "items": {item.name: int(item.value) for item in declared.items} if declared else {},
     }
 

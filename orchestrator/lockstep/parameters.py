@@ -34,10 +34,9 @@ def settable(component: str, name: str, description: Description) -> Variable:
     variable = description.variables.get(name)
     if variable is None:
         raise InputError(description.lacks(component, name, "parameter"))
-    if variable.causality not in ("parameter", "input"):
-        raise InputError(
-            f"{component}.{name}: is the FMU's {variable.causality}; only parameters and inputs can be set"
-        )
+    if not variable.settable:
+        what = f"{component}.{name}: is the FMU's {variable.causality}"
+        raise InputError(f"{what}; only parameters and inputs can be set, and what has initial exact or approx")
     return variable
 
 

@@ -26,7 +26,7 @@ from lockstep.ssp_xml import MAIN, NS, Element, unique
 from lockstep.system import Component, Connection, Connector, Feed, Kind, System, SystemInput, Value
 from lockstep.timing import Timing
 from lockstep.transformation import End, Hop, transferred
-from lockstep.units import Unit, checked_conversion, known_unit
+from lockstep.units import Unit, known_unit
 
 
 def load_system(path: Path | str, timing: Timing | None = None) -> System:
@@ -102,7 +102,7 @@ class _Assembly:
         if self.own is not None:
             return True
         variable = self.describe(leaf).variables.get(name)
-        return variable is not None and variable.causality in ("parameter", "input", "structuralParameter")
+        return variable is not None and variable.settable
 
     def _tick(self, components: tuple[Component, ...]) -> int:
         tick = self.timing.tick_of(self.tree.tick, (t for c in components for t in (c.period, c.offset)))
@@ -191,9 +191,8 @@ class _Assembly:
             value, unit = setting.value, setting.unit
             if unit is None or port is None or not isinstance(value, float):
                 return value, unit
-            if declared is not None:
-                gain, bias = checked_conversion(unit, declared, False, what)
-                return gain * value + bias, declared
+            if declared == unit:
+                return value, unit
             hops = (Hop(),)  # `Component.units` would take it for the unit of the connector
         variable = self.describe(leaf).variables.get(name)
         if variable is None:

@@ -168,6 +168,30 @@ def test_files_lie_beside_the_system_or_inside_the_component(tmp_path, load, ssd
     assert parameters(system) == {"u[1]": 1.5, "u[2]": 20.0}
 
 
+def test_initial_values_of_outputs_can_be_set_where_the_fmu_allows_it(tmp_path, load, ssd, fmus, run):
+    free = tmp_path / "free.fmu"
+    with zipfile.ZipFile(fmus["integrator"]) as source, zipfile.ZipFile(free, "w") as target:
+        for member in source.infolist():
+            old, new = b'name="clock" valueReference="2" causality="output">', b' initial="exact">'
+            content = source.read(member)
+            assert member.filename != "modelDescription.xml" or old in content
+            head, found, tail = content.partition(old)
+            if found:
+                content = head + found[:-1] + new + tail.replace(b"<Real/>", b'<Real start="0"/>', 1)
+            target.writestr(member, content)
+    values = ssd.bindings(ssd.binding(ssd.values(("clock", "Real", 7.5), ("x", "Real", 3.0))))
+    system = load(ssd.system("top", ssd.component("plant", free, inner=values)))
+    assert parameters(system, "plant") == {"clock": 7.5}
+    assert system.ignored == ("x (inline)",)  # calculated by the FMU
+    clock = run(system, overrides={"plant.u": 0})["plant.clock"]
+    assert clock[0] == 7.5
+    assert run(system, overrides={"plant.u": 0, "plant.clock": 2})["plant.clock"][0] == 2.0
+    with pytest.raises(
+        InputError, match=r"plant\.x: is the FMU's output; only parameters and inputs can be set, and what"
+    ):
+        run(system, overrides={"plant.u": 0, "plant.x": 2})
+
+
 def test_values_that_nothing_takes_are_left_out_and_listed(load, ssd, echo):
     values = ssd.values(("u[1]", "Real", 1), ("u[7]", "Real", 1), ("y[1]", "Real", 1))
     system = load(ssd.system("top", echo(ssd.binding(values))))
