@@ -80,7 +80,8 @@ def simulate(
     faults : what goes wrong when: `lockstep.faults`
     pace : factor of real time that the run must not be ahead of; None or 0: as fast as possible
     checkpoints : when to save the state of everything, in the results folder
-    begin : checkpoint to go on from; its overrides hold unless others are given
+    begin : checkpoint to go on from; the overrides, stop time and recording of its run hold unless others are given
+        (the recording only where no component begins anew)
 
     Raises
     ------
@@ -92,9 +93,12 @@ def simulate(
         After Ctrl-C, with the folder closed in the same way.
     """
     folder = Path(folder).absolute()
-    given = dict(begin.checkpoint.run["overrides"] if begin else {}) | dict(overrides or {})
     limits, pacer = limits_given(step_limit), pacer_given(pace)
-    plan = Plan(system, stop_time, given, record, record_period)
+    given = dict(overrides or {})
+    if begin is None:
+        plan = Plan(system, stop_time, given, record, record_period)
+    else:
+        plan, given = begin.plan(system, stop_time, given, record, record_period)
     resolved = resolve(faults, plan) if faults else None
     system = plan.system
     first = begin.checkpoint.tick if begin else 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,10 +14,11 @@ from lockstep.errors import InputError
 from lockstep.exchange import Exchange
 from lockstep.folder import make_folder
 from lockstep.manifest import write_manifest
+from lockstep.parameters import Override
 from lockstep.plan import Plan
 from lockstep.recorder import Kept
 from lockstep.slave import Scalar, Slave, Stateful
-from lockstep.system import Value
+from lockstep.system import System, Value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,6 +51,23 @@ class Begin:
         if "branch" in before:
             manifest["branch"] = before["branch"]
         write_manifest(folder, manifest)
+
+    def plan(
+        self,
+        system: System,
+        stop_time: float | str | None,
+        overrides: Mapping[str, Override],
+        record: Sequence[str] | None,
+        record_period: float | str | None = None,
+    ) -> tuple[Plan, dict[str, Override]]:
+        """Return the run, with what held in the one of the checkpoint unless other is given; and all its overrides."""
+        before = self.checkpoint.run
+        given = {**before["overrides"], **overrides}
+        if not self.fresh:  # another FMU may not have what was recorded
+            record = before["record"] if record is None else record
+            record_period = before["record_period"] if record_period is None else record_period
+        stop = before["stop_time"] if stop_time is None else stop_time
+        return Plan(system, stop, given, record, record_period), given
 
     def check(self, plan: Plan) -> None:
         """Refuse by name, before any FMU is started, a run that cannot go on from this checkpoint."""
