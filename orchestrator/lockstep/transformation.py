@@ -128,6 +128,11 @@ def _discrete(source: End, target: End, hops: Sequence[Hop], what: str) -> Funct
             steps.append(_lookup(hop.table, items, leads_to, what))
         elif not hop.plain:
             steps.append(_whole(hop, kind, following, what))
+        elif items and leads_to and dict(items) != dict(leads_to):
+            raise InputError(
+                f"{what}: connects Enumerations of {_items(items)} and of {_items(leads_to)}; "
+                "an EnumerationMappingTransformation says how they map"
+            )
         if family(following) != kind:
             if hop.table is None:
                 raise InputError(
@@ -146,6 +151,10 @@ def _discrete(source: End, target: End, hops: Sequence[Hop], what: str) -> Funct
         return value
 
     return composed
+
+
+def _items(items: Mapping[str, int]) -> str:
+    return compact(f"{name} = {number}" for name, number in items.items())
 
 
 def _as(kind: str) -> Function:

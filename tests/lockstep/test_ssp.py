@@ -9,6 +9,7 @@ import pytest
 from lxml import etree
 
 from lockstep import Component, Connection, InputError, System, Unit, load_system, write_ssd
+from lockstep.transformation import Table
 
 MS = 1_000_000
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureDescription.xsd"
@@ -31,7 +32,12 @@ def rich(loop):
     return replace(
         loop,
         components=(replace(counter, parameters=values, units={"gain": celsius}), replace(echo, offset=2 * MS), plant),
-        connections=(replace(loop.connections[0], factor=2.5, offset=-1.0, convert_units=False), *loop.connections[1:]),
+        connections=(
+            replace(loop.connections[0], factor=2.5, offset=-1.0, convert_units=False),
+            replace(loop.connections[1], table=Table(kind="Boolean", entries=((True, False), (False, True)))),
+            replace(loop.connections[2], table=Table(kind="Integer", entries=((1, -1), (2, 7)))),
+            loop.connections[3],
+        ),
         record=("plant.*", "echo.y[1]"),
         record_period=2 * MS,
         tick=500_000,
