@@ -6,6 +6,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from lxml import etree
+from pyssp_standard.ssd import SSD
 
 from lockstep import Component, Connection, InputError, RunError, System, load_system, write_ssd
 
@@ -253,6 +254,9 @@ def test_what_was_flattened_can_be_written_and_is_valid(load, ssd, fmus, run, tm
     system = load(top, enumerations=ENUMERATIONS)
     write_ssd(system, tmp_path / "written.ssd")
     etree.XMLSchema(etree.parse(SCHEMA)).assertValid(etree.parse(tmp_path / "written.ssd"))
+    with SSD(tmp_path / "written.ssd") as theirs:  # an independent reader
+        assert not theirs.check_connections()
+        assert sorted(c.end_element for c in theirs.connections()) == ["b", "sub/c"]
     again = load_system(tmp_path / "written.ssd")
     assert [c.name for c in again.components] == ["a", "b", "sub/c", "sub/d"]
     assert not any(c.via for c in again.connections)
