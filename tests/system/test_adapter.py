@@ -18,6 +18,7 @@ from lockstep.adapter.verdict import check_adapter
 
 VENDOR = Path(__file__).parents[1] / "fmus" / "vendor"
 sys.path.append(str(VENDOR))
+from vendor3_fmu import ADAPTER3, vendor3_fmu  # noqa: E402
 from vendor_fmu import ADAPTER, FOREIGN_ADAPTER, foreign_fmu, vendor_fmu  # noqa: E402
 
 sys.path.remove(str(VENDOR))
@@ -28,11 +29,13 @@ SYSTEM = Path("centralised", "fine_pointing.ssd")
 
 @pytest.fixture(scope="module")
 def vendor(tmp_path_factory):
-    """Return a folder with the controller with units, without units, and its adapter."""
+    """Return a folder with the controller with units, without units, and as FMI 3.0, and their adapters."""
     folder = tmp_path_factory.mktemp("vendor")
     vendor_fmu(folder)
     vendor_fmu(folder / "bare", units=False)
+    vendor3_fmu(folder / "three")
     (folder / "vendor.toml").write_text(ADAPTER)
+    (folder / "three" / "vendor.toml").write_text(ADAPTER3)
     return folder
 
 
@@ -50,9 +53,10 @@ def replaced(flexsat, fmus, tmp_path):
     return run
 
 
-def test_a_foreign_controller_holds_the_attitude_with_its_own_step(vendor, replaced):
+@pytest.mark.parametrize("variant", ["", "three"], ids=["FMI 2.0", "FMI 3.0"])
+def test_a_foreign_controller_holds_the_attitude_with_its_own_step(vendor, replaced, variant):
     tuned = ("--set", "controller.kp=0.15", "--set", "controller.kd=0.5")  # settles within the test
-    run, manifest = replaced(vendor / "vendor.fmu", vendor / "vendor.toml", *tuned, stop=12)
+    run, manifest = replaced(vendor / variant / "vendor.fmu", vendor / variant / "vendor.toml", *tuned, stop=12)
     error = np.linalg.norm(run["plant.attitude.mrp"], axis=1)
     torque = run["controller.wheel.torque"]
 
@@ -63,7 +67,7 @@ def test_a_foreign_controller_holds_the_attitude_with_its_own_step(vendor, repla
     component = next(c for c in manifest["component"] if c["name"] == "controller")
     assert (component["period"], component["model"]) == (0.01, "vendor")
     assert component["parameters"] == {"kp": 0.15, "kd": 0.5}
-    assert component["adapter"] == str(vendor / "vendor.toml")
+    assert component["adapter"] == str(vendor / variant / "vendor.toml")
     assert component["stands_for"].endswith("controller.fmu")
 
 
@@ -143,8 +147,25 @@ def excitation():
             'wrong: missing unit, mN.m for N.m: output 1 (TauCmd[*]): write unit = "mN.m"',
         ),
         (PERMUTED, "vendor.fmu", "wrong: permuted or reversed axes of rate: x for z, y for x, z for y"),
+        (ADAPTER3, "three/vendor.fmu", "right: every turn and rate is opposed on its own axis"),
+        (
+            ADAPTER3.replace('"first"', '"last"'),
+            "three/vendor.fmu",
+            'wrong: wrong quaternion order: input 1 (q_IB[*]): write scalar = "first"',
+        ),
     ],
-    ids=["right", "undeclared", "sign", "order", "inverse", "rate-unit", "torque-unit", "permuted"],
+    ids=[
+        "right",
+        "undeclared",
+        "sign",
+        "order",
+        "inverse",
+        "rate-unit",
+        "torque-unit",
+        "permuted",
+        "right-3",
+        "order-3",
+    ],
 )
 def test_a_wrong_convention_is_told_by_name(vendor, tmp_path, excitation, adapter, fmu, told):
     (tmp_path / "vendor.toml").write_text(adapter)
@@ -172,9 +193,10 @@ def test_a_controller_that_cannot_be_judged_is_refused_in_one_line(vendor, tmp_p
     assert "fmi2DoStep failed with status 3: the step must be 10 ms" in capsys.readouterr().err
 
 
-def test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide(vendor, tmp_path, excitation, capsys):
-    path = tmp_path / "draft.toml"
-    assert main(["adapt", str(vendor / "vendor.fmu"), "--like", "controller:centralised", "--out", str(path)]) == 0
+@pytest.mark.parametrize("variant", ["", "three"], ids=["FMI 2.0", "FMI 3.0"])
+def test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide(vendor, tmp_path, excitation, capsys, variant):
+    path, fmu = tmp_path / "draft.toml", vendor / variant / "vendor.fmu"
+    assert main(["adapt", str(fmu), "--like", "controller:centralised", "--out", str(path)]) == 0
     undecided = capsys.readouterr().err
     for doubt in ("q_IB[*]: direction", "w_meas[*]: ours: it takes 3 of our 23", "q_ok: true", "Mode: no port of ours"):
         assert f"undecided: {doubt}" in undecided
@@ -189,7 +211,7 @@ def test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide(vendor, 
         text = text.replace(draft, decided)
     path.write_text(text)
 
-    assert check_adapter(vendor / "vendor.fmu", read_adapter(path), excitation).right
+    assert check_adapter(fmu, read_adapter(path), excitation).right
 
 
 def test_a_draft_tells_units_that_nobody_declared(vendor, capsys):

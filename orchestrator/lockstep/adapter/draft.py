@@ -11,10 +11,8 @@ from pathlib import Path
 
 from lockstep.adapter.bind import Ports
 from lockstep.adapter.unit_names import UNITS, gain_between
-from lockstep.check.model import Model, Scalar, number
-from lockstep.check.subject import open_subject
-from lockstep.errors import InputError
-from lockstep.fmu import Variable
+from lockstep.fmu import Variable, read_description
+from lockstep.system import Component
 
 # words by which makers call the same quantity
 _SYNONYMS = (
@@ -37,7 +35,7 @@ class _Array:
 
     pattern: str
     base: int
-    members: tuple[Scalar, ...]
+    members: tuple[Variable, ...]
 
     @property
     def words(self) -> set[str]:
@@ -54,27 +52,25 @@ def draft_adapter(fmu: Path, ours: Ports, needed: Iterable[str], component: str)
     needed : outputs of it that the system reads
     component : how it is called
     """
-    model = open_subject(fmu).model
-    if model is None:
-        raise InputError(f"{fmu}: has no readable model description; see `check`")
+    theirs = read_description(Component(name=component, source=fmu, period=1))
     doubts: list[str] = []
     lines = [f"# Draft: {fmu.name} in the place of {component}. Look up every line marked UNDECIDED."]
-    step = number((model.experiment or {}).get("stepSize", "0"))
+    step = _number(theirs.step_size)
     if step > 0.0:
         lines.append(f"step = {step:.9g}")
     else:
         doubts.append("step: the FMU recommends none; ours is kept")
-    inputs, outputs = (_arrays([v for v in model.variables if v.causality == c]) for c in ("input", "output"))
+    inputs, outputs = (_arrays([v for v in theirs.variables.values() if v.causality == c]) for c in ("input", "output"))
     wanted = [(name, group) for name, group in _ports(ours, "output") if set(needed) & {v.name for v in group}]
-    taken = _match(wanted, outputs, model)
+    taken = _match(wanted, outputs)
     ignored = [array.pattern for array in outputs if array not in [a for _, _, a in taken]]
     lines.append(f"ignore = {json.dumps(ignored)}")
     doubts += [f"{name}: needed of it, and no output of the FMU is like it" for name, _ in wanted
                if name not in [n for n, _, _ in taken]]  # fmt: skip
-    fed = _match(_ports(ours, "input"), inputs, model)
+    fed = _match(_ports(ours, "input"), inputs)
     for direction, pairs in (("input", fed), ("output", taken)):
         for name, group, array in pairs:
-            lines += ["", *_entry(direction, name, group, array, model, doubts)]
+            lines += ["", *_entry(direction, name, group, array, doubts)]
     loose = [v for array in inputs if array not in [a for _, _, a in fed] for v in array.members]
     if loose:
         lines += ["", "[constants]  # UNDECIDED: nothing of ours is like these; their start values"]
@@ -83,9 +79,7 @@ def draft_adapter(fmu: Path, ours: Ports, needed: Iterable[str], component: str)
     return "\n".join(lines) + "\n", doubts
 
 
-def _entry(
-    direction: str, name: str, group: Sequence[Variable], array: _Array, model: Model, doubts: list[str]
-) -> list[str]:
+def _entry(direction: str, name: str, group: Sequence[Variable], array: _Array, doubts: list[str]) -> list[str]:
     first, count = array.members[0], len(array.members)
     attitude = _is_attitude(name) and count in (3, 4)
     part = name if attitude or len(group) == count else f"{name}[1..{count}]"
@@ -102,7 +96,7 @@ def _entry(
     if attitude:
         lines.append(f'attitude = "{"quaternion" if count == 4 else "mrp"}"')
         if count == 4:
-            starts = [number(v.start or "0") for v in array.members]
+            starts = [_number(v.start) for v in array.members]
             lines.append(f'scalar = "{"first" if starts[0] == 1.0 else "last"}"')
             if starts not in ([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]):
                 doubt("scalar", "its start values do not tell where the scalar stands")
@@ -113,7 +107,7 @@ def _entry(
         lines.append("true = 1")
         doubt("true", "which number means valid?") if first.type != "Boolean" else None
         return lines
-    unit, mine = model.unit_named(first.unit), group[0].unit
+    unit, mine = first.unit, group[0].unit
     if mine is not None and mine.name != "1":
         if unit is None:
             lines.append(f"unit = {json.dumps(mine.name)}")
@@ -124,11 +118,11 @@ def _entry(
 
 
 def _match(
-    ports: Sequence[tuple[str, list[Variable]]], arrays: Sequence[_Array], model: Model
+    ports: Sequence[tuple[str, list[Variable]]], arrays: Sequence[_Array]
 ) -> list[tuple[str, list[Variable], _Array]]:
     """Pair ports of ours with arrays of theirs, the best pairs first, each once."""
     scored = sorted(
-        ((_likeness(name, group, array, model), -i, -k) for i, (name, group) in enumerate(ports)
+        ((_likeness(name, group, array), -i, -k) for i, (name, group) in enumerate(ports)
          for k, array in enumerate(arrays)),
         reverse=True,
     )  # fmt: skip
@@ -139,7 +133,7 @@ def _match(
     return [(*ports[i], arrays[k]) for i, k in sorted(found.items())]
 
 
-def _likeness(name: str, group: Sequence[Variable], array: _Array, model: Model) -> float:
+def _likeness(name: str, group: Sequence[Variable], array: _Array) -> float:
     """Return how alike a port and an array are; 0 if one cannot serve the other."""
     first, count = array.members[0], len(array.members)
     attitude = _is_attitude(name)
@@ -147,7 +141,7 @@ def _likeness(name: str, group: Sequence[Variable], array: _Array, model: Model)
         return 0.0
     if count != len(group) and not (attitude and count == 4) and not 1 < count < len(group):
         return 0.0
-    unit = model.unit_named(first.unit)
+    unit = first.unit
     score = 2.0 * len(_words(name) & array.words) + (1.0 if count == len(group) or (attitude and count == 4) else 0.0)
     if group[0].type == "Real" and first.type == "Real" and unit is not None and not attitude:
         try:
@@ -172,9 +166,9 @@ def _ports(ours: Ports, causality: str) -> list[tuple[str, list[Variable]]]:
     return list(groups.items())
 
 
-def _arrays(variables: Iterable[Scalar]) -> list[_Array]:
+def _arrays(variables: Iterable[Variable]) -> list[_Array]:
     """Group variables whose names differ in their last number only, and count on by one."""
-    groups: dict[str, dict[int, Scalar]] = defaultdict(dict)
+    groups: dict[str, dict[int, Variable]] = defaultdict(dict)
     for variable in variables:
         parts = re.fullmatch(r"(.*?)(\d+)(\D*)", variable.name)
         if parts is None:
@@ -197,10 +191,18 @@ def _words(name: str) -> set[str]:
     return {_MEANING.get(part.lower(), part.lower()) for part in parts}
 
 
-def _start(variable: Scalar) -> str:
+def _start(variable: Variable) -> str:
     if variable.type == "Boolean":
         return "true" if variable.start in ("true", "1") else "false"
     if variable.type == "String":
         return json.dumps(variable.start or "")
-    value = number(variable.start or "0")
+    value = _number(variable.start)
     return repr(value) if variable.type == "Real" else str(int(value))
+
+
+def _number(text: str | None) -> float:
+    """Read a number; 0 for none, and for what is none."""
+    try:
+        return float(text or 0.0)
+    except ValueError:
+        return 0.0

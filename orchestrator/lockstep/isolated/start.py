@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lockstep.errors import InputError
 from lockstep.fmi_log import Log
-from lockstep.fmu import Description
+from lockstep.fmu import Description, read_description
 from lockstep.instance import instantiate
 from lockstep.isolated.process import Limits
 from lockstep.isolated.remote import RemoteSlave
@@ -18,6 +18,8 @@ from lockstep.system import Component
 
 def start_slave(component: Component, description: Description, folder: Path, log: Log, limits: Limits) -> Slave:
     """Load and instantiate the FMU of a component, or begin to where it is isolated."""
+    if component.adapter is not None:
+        description = read_description(component)  # what is shown has ports of ours
     if component.isolated:
         return RemoteSlave(component, description, folder, log, limits)
     return instantiate(component, description, folder, log)

@@ -3,17 +3,13 @@
    Inputs: scalar-first quaternion that takes body to inertial components, rate in deg/s, an integer validity flag
    (3 is valid), a mode (it commands nothing but in mode 2), wheel speeds in rpm, which it only reports on.
    Outputs: wheel torque in mN.m, a status word. All arrays count from 0, the step is 10 ms and no other, and there
-   is one instance in the life of a process. The law is a PD on attitude and rate; the last valid attitude is held. */
+   is one instance in the life of a process. */
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi2Functions.h"
-
-#define STEP 0.01
-#define WHEELS 6
-#define DEGREE 0.017453292519943295
+#include "law.h"
 
 enum { Q = 0, OMEGA = 4, SPEED = 7, TORQUE = 13, KP = 19, KD = 20, LIMIT = 21, REALS = 22 };
 enum { VALID, MODE, STATUS, INTEGERS };
@@ -28,30 +24,10 @@ typedef struct {
     double angle[3]; /* the last valid attitude, body from inertial [rad] */
 } Instance;
 
-static const double AXIS[WHEELS][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
-static const double INERTIA[3] = {217.7e3, 217.7e3, 435.4e3}; /* [kg.m2] */
-
 static fmi2Status say(Instance *instance, const char *text) {
     instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, fmi2Error, "logStatusError",
                                "%s", text);
     return fmi2Error;
-}
-
-static void control(Instance *it) {
-    double *q = it->real + Q, side = q[0] < 0 ? -1 : 1, body[3];
-    if (it->integer[VALID] == 3) {
-        for (int k = 0; k < 3; k++) it->angle[k] = -2 * side * q[1 + k];
-    }
-    for (int k = 0; k < 3; k++) {
-        body[k] = -INERTIA[k] * (it->real[KP] * it->angle[k] + it->real[KD] * it->real[OMEGA + k] * DEGREE);
-    }
-    for (int w = 0; w < WHEELS; w++) {
-        double torque = 0; /* of each pair of opposite wheels, one half */
-        for (int k = 0; k < 3; k++) torque -= 0.5 * AXIS[w][k] * body[k];
-        torque = fmax(-it->real[LIMIT], fmin(it->real[LIMIT], 1e3 * torque));
-        it->real[TORQUE + w] = it->integer[MODE] == 2 ? torque : 0;
-    }
-    it->integer[STATUS]++;
 }
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
@@ -95,7 +71,10 @@ fmi2Status fmi2Reset(fmi2Component c) { return say(c, "reset is not implemented"
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set) {
     (void)time; (void)no_set;
     if (fabs(step - STEP) > 1e-9) return say(c, "the step must be 10 ms");
-    control(c);
+    Instance *it = c;
+    Gains gains = {it->real[KP], it->real[KD], it->real[LIMIT]};
+    control(&gains, it->real + Q, it->real + OMEGA, it->integer[VALID], it->integer[MODE], it->angle, it->real + TORQUE);
+    it->integer[STATUS]++;
     return fmi2OK;
 }
 

@@ -1,0 +1,62 @@
+"""Compile the foreign controller as FMI 3.0. Its adapter is that of FMI 2.0, but arrays count from 1 in the master."""
+
+from __future__ import annotations
+
+import subprocess
+import zipfile
+from pathlib import Path
+
+import fmpy
+from vendor_fmu import ADAPTER, FLAGS, GUID, HEADERS, HERE, UNITS
+
+ADAPTER3 = ADAPTER.replace("index_base = 0\n", "")
+
+_ROWS = (  # name, type, causality, elements, unit, start
+    ("q_IB", "Float64", "input", 4, "", "1 0 0 0"),
+    ("w_meas", "Float32", "input", 3, "deg/s", "0"),
+    ("whl_n", "Float64", "input", 6, "rpm", "0"),
+    ("TauCmd", "Float64", "output", 6, "mN.m", ""),
+    ("kp", "Float64", "parameter", 0, "", "0.02"),
+    ("kd", "Float64", "parameter", 0, "", "0.2"),
+    ("tau_max", "Float64", "parameter", 0, "mN.m", "4400"),
+    ("q_ok", "Int8", "input", 0, "", "0"),
+    ("Mode", "UInt8", "input", 0, "", "0"),
+    ("StatusWord", "UInt64", "output", 0, "", ""),
+)
+
+
+def vendor3_fmu(folder: Path) -> Path:
+    """Compile and zip the controller; return its path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    library, path = folder / "vendor.so", folder / "vendor.fmu"
+    subprocess.run(
+        ["gcc", *FLAGS, f'-DTOKEN="{GUID}"', f"-I{HEADERS}", "-o", library, HERE / "vendor3.c", "-lm"], check=True
+    )
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", _description())
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/vendor.so")
+    return path
+
+
+def _description() -> str:
+    rows, outputs = [], ""
+    for reference, (name, kind, causality, count, unit, start) in enumerate(_ROWS):
+        variability = "fixed" if causality == "parameter" else "discrete"
+        more = (f' unit="{unit}"' if unit else "") + (f' start="{start}"' if start else "")
+        inner = f'<Dimension start="{count}"/>' if count else ""
+        rows.append(
+            f'    <{kind} name="{name}" valueReference="{reference}" causality="{causality}" '
+            f'variability="{variability}"{more}>{inner}</{kind}>'
+        )
+        if causality == "output":
+            outputs += f'<Output valueReference="{reference}"/>'
+    outputs += outputs.replace("Output", "InitialUnknown")
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        f'<fmiModelDescription fmiVersion="3.0" modelName="vendor" instantiationToken="{GUID}">\n'
+        '  <CoSimulation modelIdentifier="vendor" canBeInstantiatedOnlyOncePerProcess="true" '
+        f'fixedInternalStepSize="0.01"/>{UNITS}\n  <DefaultExperiment stepSize="0.01"/>\n  <ModelVariables>\n'
+        + "\n".join(rows)
+        + '\n    <Float64 name="time" valueReference="99" causality="independent" variability="continuous"/>\n'
+        f"  </ModelVariables>\n  <ModelStructure>{outputs}</ModelStructure>\n</fmiModelDescription>\n"
+    )
