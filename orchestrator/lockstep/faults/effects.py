@@ -185,8 +185,15 @@ def random_spikes(value: Array, probability: float, seed: int, names: Sequence[s
 
 
 def drawn_from(seed: int, names: Sequence[str]) -> Callable[[int], np.random.Generator]:
-    """Return, for each tick, a generator of its own: what is drawn depends on seed, names and tick alone."""
+    """Return what sets a generator to a tick: what is drawn then depends on seed, names and tick alone."""
     digest = hashlib.sha256("\n".join([str(seed), *names]).encode()).digest()
-    key = int.from_bytes(digest[:16], "little")  # the 128 bits of a Philox key
-    # its counter has 256 bits: each tick gets 2**64 draws
-    return lambda tick: np.random.Generator(np.random.Philox(key=key, counter=tick << 64))
+    bits = np.random.Philox(key=np.frombuffer(digest[:16], np.uint64))
+    generator, state = np.random.Generator(bits), bits.state
+
+    def at(tick: int) -> np.random.Generator:
+        # a counter of four words, the lowest first: each tick has 2**64 blocks. A third of the time of a new generator
+        state["state"]["counter"] = np.array([0, tick, 0, 0], np.uint64)
+        bits.state = state
+        return generator
+
+    return at
