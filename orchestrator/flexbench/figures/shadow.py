@@ -13,42 +13,60 @@ from flexsat.parameters import ARCSECOND
 from lockstep import Signals
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW
 
-from .drawing import STYLE, WIDTH, draw_line, draw_noisy, make_logarithmic, span_runs
+from .drawing import STYLE, WIDTH, draw_line, draw_noisy, span_runs
 
+CLOSE = 0.5  # s either side of the hand-over
 # Okabe and Ito (2008): blue, vermillion, bluish green, black
 LINES = {"original": "#0072B2", "shadow": "#D55E00", "acting": "#000000", "residual": "#009E73"}
 
 
 def shadow_figure(signals: Signals, found: Study) -> Figure:
-    """Draw the output that differs most, the residuals' size over all, and the pointing error."""
+    """Draw the output that differs most, also close to the hand-over, the size of the residual, the pointing error."""
     ride = found.ride
     worst = max(found.residuals, key=lambda residual: residual.rms).output
+    unit = found.residuals[0].unit
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
-        top, middle, bottom = figure.subplots(3, 1, sharex=True)
-        for kind, prefix, width in (("original", ORIGINAL, 0.9), ("shadow", SHADOW, 0.7), ("acting", "", 0.5)):
-            draw_line(top, signals.time, signals[ride.name(prefix, worst)], kind,
-                      {"color": LINES[kind], "linewidth": width})  # fmt: skip
-        unit = found.residuals[0].unit
-        top.set(title=f"{worst}, which differs most", ylabel=f"[{unit}]")
+        figure = Figure(figsize=(WIDTH, 6.8), layout="constrained")
+        panels = figure.subplot_mosaic([["torque", "close"], ["residual", "residual"], ["error", "error"]])
+        for name in ("torque", "close"):
+            _draw_torque(panels[name], signals, found, worst, _close_to_it(found) if name == "close" else None)
+            panels[name].set(ylabel=f"[{unit}]")
+        panels["torque"].set(title=f"{worst}, which differs most")
+        panels["close"].set(title="Before and after the hand-over" if ride.hand_over is not None else "The last second")
         size = np.linalg.norm(ride.matrix(signals, RESIDUAL), axis=1) / np.sqrt(len(ride.outputs))
-        draw_noisy(middle, signals.time, size, "residual", {"color": LINES["residual"], "linewidth": 1.2})
-        middle.set(title="Residual: shadow less original, RMS over the outputs", ylabel=f"[{unit}]")
+        draw_noisy(panels["residual"], signals.time, size, "residual", {"color": LINES["residual"], "linewidth": 1.2})
+        panels["residual"].set(title="Residual: shadow less original, RMS over the outputs", ylabel=f"[{unit}]")
         error = histories.pointing_error(signals) / ARCSECOND
-        draw_noisy(bottom, signals.time, error, "pointing error", {"color": LINES["acting"], "linewidth": 1.2})
-        make_logarithmic(bottom)
-        bottom.set(title="Pointing error", ylabel="[arcsec]", xlabel="time [s]")
-        for axes in (top, middle, bottom):
+        draw_noisy(panels["error"], signals.time, error, "pointing error", {"color": LINES["acting"], "linewidth": 1.2})
+        panels["error"].set(title="Pointing error", ylabel="[arcsec]", xlabel="time [s]")
+        for name, axes in panels.items():
             _mark(axes, found)
-        top.legend(loc="upper right", ncols=4)
-        span_runs(bottom, [signals])
+            if name != "close":
+                span_runs(axes, [signals])
+        figure.legend(*panels["close"].get_legend_handles_labels(), loc="outside upper center", ncols=4)
     return figure
+
+
+def _close_to_it(found: Study) -> tuple[float, float]:
+    """Return the time to look at closely [s]: a little before the hand-over until the difference has half passed."""
+    ride = found.ride
+    if ride.hand_over is None:
+        return max(0.0, ride.end - 1.0), ride.end
+    return max(0.0, ride.hand_over - CLOSE), min(ride.end, ride.hand_over + max(CLOSE, min(0.6 * ride.blend, 2.0)))
+
+
+def _draw_torque(axes: Axes, signals: Signals, found: Study, output: str, span: tuple[float, float] | None) -> None:
+    rows = slice(None) if span is None else slice(*np.searchsorted(signals.time, span))
+    for kind, prefix, width in (("original", ORIGINAL, 0.9), ("shadow", SHADOW, 0.7), ("acting", "", 0.5)):
+        values = signals[found.ride.name(prefix, output)][rows]
+        draw_line(axes, signals.time[rows], values, kind, {"color": LINES[kind], "linewidth": width})
+    if span is not None:
+        axes.set_xlim(*span)
 
 
 def _mark(axes: Axes, found: Study) -> None:
     ride = found.ride
     if ride.hand_over is not None:
-        axes.axvspan(
-            ride.hand_over, min(ride.hand_over + ride.blend, ride.end), color="0.85", linewidth=0.0, zorder=0.5
-        )
+        end = min(ride.hand_over + ride.blend, ride.end)
+        axes.axvspan(ride.hand_over, end, color="0.85", linewidth=0.0, zorder=0.5)
         axes.axvline(ride.hand_over, color="0.3", linewidth=0.9, linestyle="--", label="hand-over")

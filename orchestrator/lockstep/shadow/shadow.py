@@ -1,12 +1,15 @@
 """Which FMU rides along beside a component, what it may take over, and how: frozen values and one law.
 
-At the hand-over T the difference between the two is kept, d = original(T) - shadow(T), and from then on
+At the hand-over T the difference d = original(T) - shadow(T) is kept, and m, the mean difference of late: what is left,
+d - m, is mostly noise of that one sample. From then on
 
-    acting(t) = shadow(t) + w((t - T) / blend) d,    w(x) = 1 - 10 x^3 + 15 x^4 - 6 x^5 for 0 <= x <= 1, then 0
+    acting(t) = shadow(t) + w((t - T) / blend) m + w((t - T) / short) (d - m)
+    w(x) = 1 - 10 x^3 + 15 x^4 - 6 x^5 for 0 <= x <= 1, then 0;    short = 10 steps of the slower one, at most blend
 
-so that acting(T) = original(T), and the offset begins and ends with zero slope and curvature, which excites a flexible
-structure least. After T the original is in no loop: stability is that of the shadow's loop alone, with w d as a
-disturbance that passes.
+so that acting(T) = original(T). What the two differ by for long, such as an integral that has drifted, passes in the
+time told, and one sample's noise does not act as a torque for seconds. Both begin and end with zero slope and
+curvature, which excites a flexible structure least. After T the original is in no loop: stability is that of the
+shadow's loop alone, with a disturbance that passes. m forgets with half of blend as its time constant.
 """
 
 from __future__ import annotations
@@ -42,6 +45,11 @@ class Shadow:
             raise InputError(f"hand-over {seconds_text(self.hand_over)} s must be >= 0 s")
         if self.blend < 0:
             raise InputError(f"blend {seconds_text(self.blend)} s must be >= 0 s; 0 switches at once")
+
+
+def short(plan: Shadow) -> int:
+    """Return how long the difference of one sample takes to pass [ns]."""
+    return min(plan.blend, 10 * max(plan.period, plan.component.period))
 
 
 def remaining(elapsed: int, blend: int) -> float:

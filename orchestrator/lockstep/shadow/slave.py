@@ -38,7 +38,7 @@ class ShadowedSlave:
         self._seen = {(match.shown.scalar, match.shown.reference): match for match in joined.seen}
         self._kept: dict[tuple[Scalar, bytes], Buffer] = {}  # what getters gave last
         self._original_step, self._shadow_step = original.do_step, shadow.do_step
-        self._values = {scalar: Values(scalar, joined) for scalar in SCALARS}
+        self._values = {scalar: Values(scalar, joined, plan) for scalar in SCALARS}
         self._get_original: list[Call] = []
         self._get_shadow: list[Call] = []
         self._put_applied: list[Callable[[], object]] = []
@@ -78,7 +78,7 @@ class ShadowedSlave:
         if plan.hand_over is not None and now >= plan.hand_over and not self._handed_over:
             self._hand_over(now)
         for values in self._values.values():
-            values.decide(now, plan)
+            values.decide(now)
         return status
 
     def _step_original(self, time: float, now: int, new: int) -> int:
@@ -119,6 +119,7 @@ class ShadowedSlave:
             blend=seconds(self._plan.blend),
             outputs=[match.shown.name for match in reals.matches],
             offset=reals.offset.tolist(),
+            mean_offset=reals.mean.tolist(),
         )
 
     def getter(self, scalar: Scalar, references: References, buffer: Buffer) -> Call:

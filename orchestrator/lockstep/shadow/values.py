@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import gcd
 
 import numpy as np
 
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW, Joined, Match
-from lockstep.shadow.shadow import Shadow, remaining
+from lockstep.shadow.shadow import Shadow, remaining, short
 from lockstep.slave import DTYPES, Buffer, Scalar
 
 Convert = Callable[[Buffer], Buffer]
@@ -16,14 +17,17 @@ Convert = Callable[[Buffer], Buffer]
 class Values:
     """One row a kind, one column a variable. Only Reals have a residual and are blended; others switch at once."""
 
-    def __init__(self, scalar: Scalar, joined: Joined) -> None:
-        self.scalar = scalar
+    def __init__(self, scalar: Scalar, joined: Joined, plan: Shadow) -> None:
+        self.scalar, self._plan = scalar, plan
+        step = gcd(plan.period, plan.component.period)
+        self._weight = min(1.0, 2.0 * step / max(step, plan.blend))
         self.matches = [match for match in joined.handed if match.shown.scalar == scalar]
         count = len(self.matches)
         bank: Buffer = np.zeros((4, count), DTYPES[scalar])
         self.acting, self.original, self.shadow, self.residual = bank
         self.raw: Buffer = np.zeros(count, DTYPES[scalar])  # the shadow's, in its own unit
         self.offset: Buffer = np.zeros(count, DTYPES[scalar])  # original less shadow at the hand-over
+        self.mean, self._count = np.zeros(count), np.zeros(1)  # of original less shadow until then, of how many
         self.applied: Buffer = np.zeros(count, DTYPES[scalar])  # what acted in the shadow's last step
         self._acted, self._times = np.zeros(count), np.zeros(1)  # sum and number since that began
         self._convert = conversion(self.matches)
@@ -50,29 +54,37 @@ class Values:
 
     def memory(self) -> list[Buffer]:
         """Return all that has to be the same where a run goes on."""
-        return [self.flat, self.raw, self.offset, self.applied, self._acted, self._times] if self.matches else []
+        own = [self.flat, self.raw, self.offset, self.mean, self._count, self.applied, self._acted, self._times]
+        return own if self.matches else []
 
     def keep_offset(self) -> None:
         """Keep what the two differ by at the hand-over."""
         np.subtract(self.original, self.shadow, self.offset)
 
-    def decide(self, now: int, plan: Shadow) -> None:
-        """Let one of them act, or at first after the hand-over the shadow with the rest of the offset [time in ns]."""
-        real = self.scalar == "Real"
+    def decide(self, now: int) -> None:
+        """Let one of them act, or at first after the hand-over the shadow with what is left of the difference [ns]."""
+        plan, real = self._plan, self.scalar == "Real"
+        over = plan.hand_over
         if real:
             np.subtract(self.shadow, self.original, self.residual)
-        over = plan.hand_over
-        left = 1.0 if over is None or now < over else remaining(now - over, plan.blend)
-        # at the hand-over shadow + offset is the original, but for rounding
-        if over is None or now < over or (real and left == 1.0):
+        # at the hand-over itself shadow + difference is the original, but for rounding
+        if over is None or now < over or (real and now == over and plan.blend > 0):
             self.acting[:] = self.original
-        elif real and left > 0.0:
-            self.acting[:] = self.shadow + left * self.offset
+        elif real and now < over + plan.blend:
+            slow, fast = remaining(now - over, plan.blend), remaining(now - over, short(plan))
+            self.acting[:] = self.shadow + (slow * self.mean + fast * (self.offset - self.mean))
         else:
             self.acting[:] = self.shadow
         if real:
+            if over is not None and now < over:
+                self._follow()
             self._acted += self.acting
             self._times += 1.0
+
+    def _follow(self) -> None:
+        """Take the present difference into the mean; the first ones count alike."""
+        self._count += 1.0
+        self.mean -= max(self._weight, 1.0 / self._count[0]) * (self.residual + self.mean)
 
 
 def conversion(matches: Sequence[Match]) -> Convert:

@@ -3,13 +3,17 @@
 import json
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lockstep import Component, Connection, System, read_signals, write_ssd
 from lockstep.__main__ import main
-from lockstep.shadow.shadow import remaining
+from lockstep.fmu import Variable
+from lockstep.shadow.ports import Joined, Match
+from lockstep.shadow.shadow import Shadow, remaining
+from lockstep.shadow.values import Values
 
 MS = 1_000_000
 SLOWER = """\
@@ -56,7 +60,10 @@ def test_the_shadow_takes_over_at_its_own_rate_without_a_jump(loop_ssd, toys, tm
     run = read_signals(tmp_path / "out")
     tick = np.arange(10)
     original, shadow = tick + 1.0, 3.0 * (tick // 2 + 1)
-    x = np.clip((tick - 4) / 5, 0, 1)
+    mean, weight = 0.0, 2 * 0.001 / 0.005
+    for k in range(4):  # of the differences until then, the first of them equally
+        mean += max(weight, 1 / (k + 1)) * (original[k] - shadow[k] - mean)
+    x = np.clip((tick - 4) / 5, 0, 1)  # ten steps are more than the blend: both parts pass together
     expected = np.where(tick < 4, original, shadow + (1 - 10 * x**3 + 15 * x**4 - 6 * x**5) * (5.0 - 9.0))
 
     np.testing.assert_array_equal(run["counter.original.count"], original)
@@ -76,7 +83,37 @@ def test_the_shadow_takes_over_at_its_own_rate_without_a_jump(loop_ssd, toys, tm
         ["count"],
         [-4.0],
     )
+    assert event["mean_offset"] == pytest.approx([mean], rel=1e-14)
     assert "hand-over at 0.004 s: jump 0, without blending 4; step to it 1" in " ".join(done.stdout.split())
+
+
+def test_noise_of_the_last_sample_passes_soon_and_what_lasts_passes_slowly():
+    name, ms = "y", MS
+    plan = Shadow(
+        component=Component(name="shadow", source=Path("x.fmu"), period=2 * ms), period=ms, outputs=(name,),
+        hand_over=400 * ms, blend=200 * ms,
+    )  # fmt: skip
+    port = Variable(name=name, reference=0, type="Real", causality="output")
+    joined = Joined(name="shadow", variables={name: port}, given=(), handed=(Match(shown=port, theirs=port),), seen=(),
+                    applied=(), told=None)  # fmt: skip
+    values, acting = Values("Real", joined, plan), []
+    for k in range(700):
+        values.original[:] = 1.0 + (0.5 if k == 400 else 0.0)  # with a spike when the shadow takes over
+        values.raw[:] = 3.0
+        values.pulled()
+        if k == 400:
+            values.keep_offset()
+        values.decide(k * ms)
+        acting.append(values.acting[0])
+    acting = np.array(acting)
+
+    assert np.all(acting[:400] == 1.0)
+    assert acting[400] == 1.5
+    assert values.mean[0] == pytest.approx(-2.0)
+    np.testing.assert_allclose(acting[420:600], 3.0 - 2.0 * np.array([remaining(k, 200) for k in range(20, 200)]))
+    assert 1.0 < acting[410] < 1.3  # half of the spike
+    assert np.all(acting[600:] == 3.0)
+    assert np.max(np.abs(np.diff(acting[400:]))) < 0.05
 
 
 def test_the_offset_passes_smoothly():
