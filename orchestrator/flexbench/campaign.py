@@ -20,6 +20,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from lockstep import RunError, load_system, simulate
+from lockstep.checkpoint.begin import Begin
+from lockstep.checkpoint.file import read_checkpoint
+from lockstep.checkpoint.repeat import system_of
 
 from .runs import read_run, write_metrics
 
@@ -29,14 +32,17 @@ class Job:
     """One simulation of one of our systems, and where its results go.
 
     `record` as in `simulate`. Without `metrics` the run may be short: the paper's metrics need more than 150 s.
+    With a checkpoint the run begins there; without a system it is that of the checkpoint.
     """
 
-    system: Path
+    system: Path | None
     folder: Path
     overrides: Mapping[str, Any] = field(default_factory=dict)
     stop_time: float | None = None
     record: Sequence[str] | None = None
     metrics: bool = True
+    checkpoint: Path | None = None
+    fresh: tuple[str, ...] = ()  # components that begin anew at the checkpoint
 
     @property
     def title(self) -> str:
@@ -85,14 +91,22 @@ def run_job(job: Job) -> Finished:
         if _reports is not None:
             _reports.put((job.title, simulated, stop))
 
+    begin = None if job.checkpoint is None else Begin(checkpoint=read_checkpoint(job.checkpoint), fresh=job.fresh)
+    if job.system is not None:
+        system = load_system(job.system)
+    elif begin is not None:
+        system = system_of(begin.checkpoint.run)
+    else:
+        raise ValueError(f"{job.title}: neither a system nor a checkpoint")
     summary = simulate(
-        load_system(job.system),
+        system,
         job.folder,
         stop_time=job.stop_time,
         overrides=dict(job.overrides),
         record=job.record,
         progress=progress,
         overwrite=True,
+        begin=begin,
     )
     metrics = write_metrics(read_run(job.folder)) if job.metrics else {}
     return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)

@@ -61,6 +61,7 @@ def _parser() -> argparse.ArgumentParser:
         add_spectra_options,
         add_waterfall_options,
     )
+    from flexbench.branch_options import BRANCH_EXAMPLE, add_branch_options
     from flexbench.margins.options import add_margin_options
     from lockstep.adapter.write import WRITE_EXAMPLE, add_write_options
     from lockstep.check.command import EXIT_CODES, add_check_options
@@ -149,6 +150,10 @@ def _parser() -> argparse.ArgumentParser:
                        help="results folder (default: results/paper)")  # fmt: skip
     paper.add_argument("--fmus", type=Path, default=FMUS, metavar="DIR", help="folder of the FMUs (default: fmus)")
     paper.add_argument("--jobs", type=int, metavar="N", help="processes at once (default: one a core)")
+
+    add_branch_options(add(
+        "branch", _branch, "go on from one checkpoint many times, each time with other values", BRANCH_EXAMPLE,
+    ))  # fmt: skip
 
     figures = add(
         "figures",
@@ -322,6 +327,12 @@ def _equivalence(options: argparse.Namespace) -> int:
     from . import commands
 
     return commands.equivalence(options)
+
+
+def _branch(options: argparse.Namespace) -> int:
+    from . import branch
+
+    return branch.command(options)
 
 
 def _figures(options: argparse.Namespace) -> int:
