@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lockstep.errors import InputError, RunError
+    from lockstep.faults.read import read_scenario
     from lockstep.master import RunSummary, simulate
     from lockstep.results import Signals, read_signals
     from lockstep.ssp import load_system
@@ -27,6 +28,7 @@ __all__ = [
     "System",
     "Unit",
     "load_system",
+    "read_scenario",
     "read_signals",
     "simulate",
     "write_ssd",
@@ -34,6 +36,7 @@ __all__ = [
 
 _HOMES = {
     "errors": ("InputError", "RunError"),
+    "faults.read": ("read_scenario",),
     "master": ("RunSummary", "simulate"),
     "results": ("Signals", "read_signals"),
     "ssp": ("load_system",),

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lockstep import load_system, read_signals
-from lockstep.faults.read import read_scenario
+from lockstep import load_system, read_scenario, read_signals
 from lockstep.faults.resolve import resolve
 from lockstep.plan import Plan
 

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lockstep import InputError
-from lockstep.faults.read import read_scenario
+from lockstep import InputError, read_scenario
 from lockstep.faults.resolve import resolve
 from lockstep.plan import Plan
 
