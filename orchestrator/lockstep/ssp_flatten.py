@@ -1,14 +1,15 @@
 """Flatten a tree of systems: the ways from component to component, and the values that reach their variables.
 
 Which end of a connection gives follows from the kinds of the connectors, not from the order in the file: outputs of
-elements and inputs of the enclosing system give. A connector of a system passes on what it gets.
+elements and inputs of the enclosing system give. A connector of a system passes on what it gets, and so does an entry
+of a signal dictionary to all who refer to it.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from lockstep.errors import InputError, compact, suggestion
-from lockstep.ssp_tree import Branch, End, Leaf, Place, Port, Setting, Wire
+from lockstep.ssp_tree import Branch, Bus, End, Leaf, Place, Port, Setting, Wire
 from lockstep.transformation import Hop
 
 
@@ -40,6 +41,10 @@ class _Feed:
     wire: Wire
 
 
+def _key(owner: Leaf | Bus | Branch) -> str:
+    return owner.key if isinstance(owner, Bus) else owner.path
+
+
 def _text(place: Place) -> str:
     return f"{place[0]}.{place[1]}" if place[0] else place[1]
 
@@ -54,11 +59,11 @@ def ways(tree: Branch) -> tuple[list[Way], list[Way]]:
     """
     feeds: dict[Place, _Feed] = {}
     ports: dict[Place, Port] = {}
-    owners: dict[str, Leaf | Branch] = {}
+    owners: dict[str, Leaf | Bus | Branch] = {}
     inputs: list[Place] = []
     for branch in tree.branches():
         owners[branch.path] = branch
-        owners |= {child.path: child for child in branch.children.values()}
+        owners |= {_key(child): child for child in branch.children.values()}
         for wire in branch.wires:
             source, target = _directed(wire, branch)
             first = feeds.setdefault(target, _Feed(source=source, wire=wire))
@@ -68,24 +73,29 @@ def ways(tree: Branch) -> tuple[list[Way], list[Way]]:
                 )
             if isinstance(owners[target[0]], Leaf):
                 inputs.append(target)
-    for path, owner in owners.items():
-        ports |= {(path, name): port for name, port in owner.ports.items()}
+    for key, owner in owners.items():
+        found_ports = owner.entries if isinstance(owner, Bus) else owner.ports
+        ports |= {(key, name): port for name, port in found_ports.items()}
     found = [_traced(target, feeds, ports) for target in inputs]
     return (
         [way for way in found if isinstance(owners[way.start[0]], Leaf)],
-        [way for way in found if isinstance(owners[way.start[0]], Branch)],
+        [way for way in found if not isinstance(owners[way.start[0]], Leaf)],
     )
 
 
 def _directed(wire: Wire, branch: Branch) -> tuple[Place, Place]:
     """Return source and target of a connection inside `branch`."""
 
-    def place(end: End) -> tuple[Place, bool]:
+    def place(end: End) -> tuple[Place, bool | None]:
         owner = branch if end[0] is None else branch.children[end[0]]
         gives = owner.ports[end[1]].gives
-        return (owner.path, end[1]), (not gives if end[0] is None else gives)
+        return (_key(owner), end[1]), (not gives if end[0] is None and gives is not None else gives)
 
     (start, start_gives), (end, end_gives) = place(wire.start), place(wire.end)
+    if start_gives is None and end_gives is None:
+        raise InputError(f"{wire.what}: both ends may give values; give one of them the kind input or output")
+    start_gives = not end_gives if start_gives is None else start_gives
+    end_gives = not start_gives if end_gives is None else end_gives
     if start_gives == end_gives:
         side = "give" if start_gives else "take"
         raise InputError(f"{wire.what}: both ends {side} values; connect an output to an input")
@@ -137,8 +147,10 @@ def settle(tree: Branch, has: Callable[[Leaf, str], bool]) -> Settled:
 
 
 def _settle(
-    node: Leaf | Branch, values: dict[Place, Setting], ignored: list[Setting], has: Callable[[Leaf, str], bool]
+    node: Leaf | Bus | Branch, values: dict[Place, Setting], ignored: list[Setting], has: Callable[[Leaf, str], bool]
 ) -> None:
+    if isinstance(node, Bus):
+        return
     if isinstance(node, Branch):
         for child in node.children.values():
             _settle(child, values, ignored, has)
@@ -149,10 +161,12 @@ def _settle(
             ignored.append(setting)
 
 
-def _meant(node: Leaf | Branch, name: str, has: Callable[[Leaf, str], bool]) -> Iterator[Place]:
+def _meant(node: Leaf | Bus | Branch, name: str, has: Callable[[Leaf, str], bool]) -> Iterator[Place]:
     if isinstance(node, Leaf):
         if has(node, name):
             yield node.path, name
+        return
+    if isinstance(node, Bus):
         return
     if name in node.ports:
         yield node.path, name

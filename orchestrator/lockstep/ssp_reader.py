@@ -1,15 +1,16 @@
 """Read an SSD and every SSD that it refers to into one tree of systems and components."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import count
 
 from lockstep.clock import nanoseconds
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.ssp_annotations import annotation, component_told, connection_delay
 from lockstep.ssp_bindings import Base, read_bindings
+from lockstep.ssp_dictionary import Dictionary, bus, read_dictionaries
 from lockstep.ssp_place import Place
-from lockstep.ssp_tree import Branch, End, Leaf, Port, Wire, joined, with_more
+from lockstep.ssp_tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
 from lockstep.ssp_xml import (
     DESCRIPTION,
     MAIN,
@@ -43,6 +44,7 @@ class Document:
     enumerations: Mapping[str, Mapping[str, int]]
     opened: tuple[str, ...]  # this document and those that lead to it: none of them may come again
     elements: Iterator[int]  # counts those of all documents
+    dictionaries: Mapping[str, Dictionary] = field(default_factory=dict)  # of the system at hand and those around it
 
 
 def open_description(place: Place, outer: Document | None = None, name: str = "") -> Document:
@@ -69,6 +71,8 @@ def read_tree(document: Document) -> Branch:
 def _system(element: Element, document: Document, path: str, level: int) -> Branch:
     name = path or "the system"
     own = annotation(element, "System", name, ("tick", "recordPeriod"))
+    defined = read_dictionaries(element, document.place, path, _port)
+    document = replace(document, dictionaries={**document.dictionaries, **defined})
     elements = element.findall("ssd:Elements/*", NS)
     unique((str(child.get("name")) for child in elements), f"{name}: element ")
     children = {
@@ -87,7 +91,7 @@ def _system(element: Element, document: Document, path: str, level: int) -> Bran
     )
 
 
-def _element(element: Element, document: Document, path: str, level: int) -> Leaf | Branch:
+def _element(element: Element, document: Document, path: str, level: int) -> Leaf | Bus | Branch:
     if next(document.elements) > _MOST or level > _DEEPEST:
         limits = f"more than {_MOST} elements or {_DEEPEST} levels"
         raise InputError(f"{path[:60]}: {limits}; systems that refer to systems may multiply without end")
@@ -101,7 +105,7 @@ def _element(element: Element, document: Document, path: str, level: int) -> Lea
             if kind in (_SSD, _SSP):
                 return _referred(element, document, path, level)
             raise InputError(f"{path}: type {kind} is not supported; use {_FMU}, {_SSD} or {_SSP}")
-    raise InputError(f"{path}: a {local_name(element)} is not supported; connect the elements themselves")
+    return bus(path, str(element.get("dictionary")), _ports(element, document, path), document.dictionaries)
 
 
 def _fmu(element: Element, document: Document, path: str, level: int) -> Leaf:
@@ -171,19 +175,23 @@ def _base(document: Document, component: Place | None, inside: bool) -> Base:
 def _ports(element: Element, document: Document, name: str) -> dict[str, Port]:
     entries = element.findall("ssd:Connectors/ssd:Connector", NS)
     unique((str(entry.get("name")) for entry in entries), f"{name}: connector ")
-    return {str(entry.get("name")): _port(entry, document, f"{name}.{entry.get('name')}") for entry in entries}
+    return {
+        str(e.get("name")): _port(e, document.units, document.enumerations, f"{name}.{e.get('name')}") for e in entries
+    }
 
 
-def _port(element: Element, document: Document, what: str) -> Port:
+def _port(
+    element: Element, units: Mapping[str, Unit], enumerations: Mapping[str, Mapping[str, int]], what: str
+) -> Port:
     kind = next((child for child in element if child.tag.startswith(f"{{{SSC}}}")), None)
     type_name = None if kind is None else local_name(kind)
     unit = None if kind is None or kind.get("unit") is None else str(kind.get("unit"))
     return Port(
         name=str(element.get("name")),
-        kind=str(element.get("kind")),
+        kind=element.get("kind", "inout"),  # entries of dictionaries have none
         type=type_name,
-        unit=None if unit is None else unit_named(unit, document.units, what),
-        items=items_of(kind, document.enumerations, what) if type_name == "Enumeration" else {},
+        unit=None if unit is None else unit_named(unit, units, what),
+        items=items_of(kind, enumerations, what) if type_name == "Enumeration" else {},
     )
 
 
@@ -192,11 +200,11 @@ def _wire(element: Element, branch: Branch) -> Wire:
     end: End = (element.get("endElement"), str(element.get("endConnector")))
     what = f"{_shown(start, branch)} -> {_shown(end, branch)}"
     for name, connector in (start, end):
-        port = _found(name, connector, branch, what)
+        owner, port = _found(name, connector, branch, what)
         if port.type is not None and port.type not in TYPES:
             raise InputError(f"{what}: type {port.type} cannot be connected; use one of {', '.join(TYPES)}")
-        if port.kind == "inout":
-            raise InputError(f"{what}: kind inout is for signal dictionaries, which are not supported")
+        if port.kind == "inout" and not isinstance(owner, Bus):
+            raise InputError(f"{what}: kind inout is for signal dictionaries; use input or output")
     return Wire(start=start, end=end, hop=read_hop(element), delay=connection_delay(element, what), what=what)
 
 
@@ -206,12 +214,12 @@ def _shown(end: End, branch: Branch) -> str:
     return f"{path}.{connector}" if path else connector
 
 
-def _found(name: str | None, connector: str, branch: Branch, what: str) -> Port:
-    owner: Leaf | Branch | None = branch if name is None else branch.children.get(name)
+def _found(name: str | None, connector: str, branch: Branch, what: str) -> tuple[Leaf | Bus | Branch, Port]:
+    owner: Leaf | Bus | Branch | None = branch if name is None else branch.children.get(name)
     if owner is None:
         there = branch.children
         raise InputError(f"{what}: {name}: no such component; there are {compact(there)}{suggestion(str(name), there)}")
     if connector not in owner.ports:
         near = compact(owner.ports) + suggestion(connector, owner.ports)
         raise InputError(f"{what}: {owner.path or 'the system'} declares no connector {connector}; it declares {near}")
-    return owner.ports[connector]
+    return owner, owner.ports[connector]

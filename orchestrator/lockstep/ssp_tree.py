@@ -24,9 +24,9 @@ class Port:
     items: Mapping[str, int] = field(default_factory=dict)
 
     @property
-    def gives(self) -> bool:
-        """Tell whether values leave an element through it."""
-        return self.kind in ("output", "calculatedParameter")
+    def gives(self) -> bool | None:
+        """Tell whether values leave an element through it; None: both may be."""
+        return None if self.kind == "inout" else self.kind in ("output", "calculatedParameter")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,12 +65,22 @@ class Leaf:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Bus:
+    """A reference to a signal dictionary: all with one key share its entries."""
+
+    path: str
+    key: str
+    ports: Mapping[str, Port]
+    entries: Mapping[str, Port]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Branch:
     """A system, or a component that refers to one. `tick` is what an annotation of ours tells [ns]."""
 
     path: str
     ports: Mapping[str, Port]
-    children: Mapping[str, "Leaf | Branch"]
+    children: Mapping[str, "Leaf | Bus | Branch"]
     wires: tuple[Wire, ...]
     settings: tuple[Setting, ...] = ()
     tick: int | None = None
@@ -80,7 +90,7 @@ class Branch:
         for child in self.children.values():
             if isinstance(child, Leaf):
                 yield child
-            else:
+            elif isinstance(child, Branch):
                 yield from child.leaves()
 
     def branches(self) -> Iterator["Branch"]:

@@ -17,6 +17,7 @@ SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSM = "http://ssp-standard.org/SSP1/SystemStructureParameterMapping"
+SSB = "http://ssp-standard.org/SSP1/SystemStructureSignalDictionary"
 LOCKSTEP = "urn:lockstep:1"
 ANNOTATION = "lockstep"
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
@@ -24,8 +25,9 @@ MAIN = "SystemStructure.ssd"  # of a folder or an archive
 DESCRIPTION = "SystemStructureDescription.xsd"
 PARAMETERS = "SystemStructureParameterValues.xsd"
 MAPPING = "SystemStructureParameterMapping.xsd"
+DICTIONARY = "SystemStructureSignalDictionary.xsd"
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
-NS = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "ssm": SSM, "lockstep": LOCKSTEP, "osp": OSP}
+NS = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "ssm": SSM, "ssb": SSB, "lockstep": LOCKSTEP, "osp": OSP}
 
 Element = Any  # lxml declares no types
 
@@ -64,7 +66,7 @@ def _schema(name: str) -> etree.XMLSchema:
 
 
 def _short(text: str) -> str:
-    for namespace in (SSD, SSC, SSV, SSM):
+    for namespace in (SSD, SSC, SSV, SSM, SSB):
         text = text.replace(f"{{{namespace}}}", "")
     return text
 

@@ -22,6 +22,7 @@ SPACES = " ".join(
         ("ssc", "Common"),
         ("ssv", "ParameterValues"),
         ("ssm", "ParameterMapping"),
+        ("ssb", "SignalDictionary"),
     )
 )
 UNITS = """<ssd:Units>
@@ -53,6 +54,20 @@ class Text:
         elements = f"<ssd:Elements>{elements}</ssd:Elements>" if elements else ""
         more = f' id="{id_}"' if id_ else ""
         return f'<ssd:System name="{name}"{more}>{ports}{bindings}{elements}{wires}</ssd:System>'
+
+    def dictionary(self, *entries):
+        """Return a signal dictionary; entries are texts such as `angle Real unit=rad`."""
+        found = ""
+        for name, type_, *attributes in (entry.split() for entry in entries):
+            more = "".join(f' {key}="{value}"' for key, value in (a.split("=") for a in attributes))
+            found += f'<ssb:DictionaryEntry name="{name}"><ssc:{type_}{more}/></ssb:DictionaryEntry>'
+        units = UNITS.replace("ssd:", "ssb:")
+        return f'<ssb:SignalDictionary {SPACES} version="1.0">{found}{units}</ssb:SignalDictionary>'
+
+    def reference(self, name, dictionary, *connectors):
+        ports = self.connectors(*connectors)
+        tag = "ssd:SignalDictionaryReference"
+        return f'<{tag} name="{name}" dictionary="{dictionary}">{ports}</{tag}>'
 
     def connection(self, start, end, inner="", **attributes):
         ends = ""
