@@ -27,7 +27,7 @@ def add_check_options(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="FMU",
-        help="FMI 2.0 co-simulation FMUs of any maker; several are also loaded side by side",
+        help="co-simulation FMUs of any maker (FMI 1.0 and 3.0: fewer checks); several are also loaded side by side",
     )
     parser.add_argument("--static", action="store_true", help="only look at the file; do not run it")
     parser.add_argument("--strict", action="store_true", help="warnings fail too")

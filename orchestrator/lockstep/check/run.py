@@ -12,6 +12,7 @@ from lockstep.check.contract import Contract
 from lockstep.check.contract_findings import contract_findings
 from lockstep.check.dynamic import dynamic_checks
 from lockstep.check.finding import Finding
+from lockstep.check.other_versions import other_version_checks, version_of
 from lockstep.check.report import FmuReport
 from lockstep.check.static import static_checks
 from lockstep.check.subject import Subject, open_subject, unreadable
@@ -46,9 +47,11 @@ def check_fmu(
     """
     started = perf_counter()
     subject = open_subject(path)
-    findings = static_checks(subject, report)
-    if dynamic:
-        findings += _dynamic(path, findings, report, others)
+    if version_of(subject):
+        findings = other_version_checks(subject, dynamic, report)
+    else:
+        findings = static_checks(subject, report)
+        findings += _dynamic(path, findings, report, others) if dynamic else []
     compared = _contract(subject, contracts, like)
     for finding in compared:
         report(finding)
@@ -57,7 +60,7 @@ def check_fmu(
         file=str(path),
         sha256=subject.sha256,
         model=said.get("modelName", ""),
-        guid=said.get("guid", ""),
+        guid=said.get("guid") or said.get("instantiationToken", ""),
         tool=said.get("generationTool", ""),
         checked=datetime.now(UTC).isoformat(timespec="seconds"),
         host=f"{PLATFORM}, Python {platform.python_version()}, FMPy {VERSION}",

@@ -239,7 +239,8 @@ def _description1(model: str, variables: list[Variable], more: str) -> str:
     for k, v in enumerate(variables):
         parameter = v.causality == "parameter"
         kind = _OLDER.get(v.kind, v.kind)
-        start = f" start={quoteattr(_text(v))}" if parameter or v.causality == "input" else ""
+        text = "1" if kind == "Enumeration" else _text(v)  # items count from 1
+        start = f" start={quoteattr(text)}" if parameter or v.causality == "input" else ""
         told = _attributes(declaredType="Mode") if kind == "Enumeration" else ""
         rows.append(
             "<ScalarVariable"

@@ -1,0 +1,85 @@
+"""Checks of FMUs of FMI 1.0 and 3.0: what FMPy says of them, and a few steps in a process of their own.
+
+The checks that know the rules of FMI 2.0 line by line are for that version only, and the report says so.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from lockstep.check.archive_checks import archive, documentation, hygiene, licence
+from lockstep.check.finding import Finding, Group, Status
+from lockstep.check.subject import Subject
+from lockstep.clock import nanoseconds, seconds_text
+from lockstep.errors import InputError, RunError
+from lockstep.fmu import PLATFORMS, Description, read_description, validation_problems
+from lockstep.master import simulate
+from lockstep.parameters import parse_value
+from lockstep.system import Component, System
+
+_STEPS, _STEP = 20, 10_000_000  # [ns], for an FMU that recommends none
+_ONLY_2 = "units, structure, names, capabilities, state, repetition and the ports of a contract"
+
+Report = Callable[[Finding], None]
+
+
+def version_of(subject: Subject) -> str:
+    """Return the version of FMI, if it is one of those that are checked here; else nothing."""
+    said = "" if subject.model is None else subject.model.attributes.get("fmiVersion", "")[:3]
+    return said if said in PLATFORMS and said != "2.0" else ""
+
+
+def other_version_checks(subject: Subject, dynamic: bool, report: Report) -> list[Finding]:
+    """Check an FMU of FMI 1.0 or 3.0; `report` is called with each finding as it comes."""
+    version, found = version_of(subject), []
+
+    def note(name: str, title: str, status: Status, message: str, details: tuple[str, ...] = ()) -> None:
+        group: Group = "dynamic" if name.startswith("dynamic") else "static"
+        add(Finding(check=name, group=group, title=title, status=status, message=message, details=details))
+
+    def add(finding: Finding) -> None:
+        found.append(finding)
+        report(finding)
+
+    for check in (archive, hygiene):
+        add(check(subject))
+    component = Component(name="checked", source=subject.path.absolute(), period=1, isolated=True)
+    kind = f"an FMI {version} co-simulation FMU that the master can take"
+    description: Description | None = None
+    try:
+        description = read_description(component)
+    except InputError as error:
+        note("static.kind", kind, "error", str(error).removeprefix("checked: "))
+    if description is not None:
+        note("static.kind", kind, "pass", f"{description.model}, {len(description.variables)} scalars")
+        problems = [" ".join(problem.split()) for problem in validation_problems(subject.path)]
+        said = problems[0] if problems else "no objection"
+        fmpy = "FMPy's validate_fmu, schema included, has no objection"
+        note("static.fmpy", fmpy, "error" if problems else "pass", said, tuple(problems[1:]))
+        if dynamic:
+            note("dynamic.run", "it instantiates, initialises, steps and terminates", *_run(component, description))
+    for check in (documentation, licence):
+        add(check(subject))
+    told = f"{_ONLY_2} are checked for FMI 2.0 only; this is FMI {version}. Its delays: probe-latency"
+    note("static.scope", "how far the checks go", "info", told)
+    return found
+
+
+def _run(component: Component, description: Description) -> tuple[Status, str]:
+    """Step an FMU at its start values, and say what came of it."""
+    try:
+        step = nanoseconds(description.step_size, "step size") if description.step_size else _STEP
+        given = {
+            v.name: parse_value(v.start, v, v.name)
+            for v in description.variables.values()
+            if v.causality == "input" and v.scalar is not None and v.start is not None
+        }
+        part = Component(name="checked", source=component.source, period=step, isolated=True, parameters=given)
+        system = System(name="check", tick=step, components=(part,), stop_time=_STEPS * step)
+        with tempfile.TemporaryDirectory() as folder:
+            simulate(system, Path(folder, "run"))
+    except (InputError, RunError) as error:
+        return "error", str(error).removeprefix("checked: ")
+    return "pass", f"{_STEPS} steps of {seconds_text(step)} s in a process of its own, every output finite"
