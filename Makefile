@@ -19,6 +19,7 @@ test: $(VENV)/installed-dev
 bench: $(VENV)/installed-dev
 	$(BIN)/python tests/bench/speed.py
 	$(BIN)/python tests/bench/isolation.py
+	$(BIN)/python tests/bench/scaling.py
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check
