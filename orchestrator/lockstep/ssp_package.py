@@ -31,6 +31,10 @@ def package_entries(path: Path) -> dict[str, bytes]:
         source = element.get("source")
         if source is None or ":" in source.partition("/")[0]:  # inline, or a URI with a scheme
             continue
+        if element.get("sourceBase", "SSD") != "SSD":  # inside a component
+            continue
+        if element.get("type") in ("application/x-ssp-definition", "application/x-ssp-package"):
+            raise InputError(f"{path}: {element.get('name')}: refers to another system; pack it by hand, or flatten it")
         file = (path.parent / unquote(source)).resolve()
         if file not in places:
             places[file] = _free_name(file.name, set(places.values()))

@@ -68,6 +68,15 @@ def test_what_cannot_be_read_is_named(loop_ssd, tmp_path):
         package_entries(tmp_path / "moved" / "s.ssd")
 
 
+def test_a_system_that_refers_to_another_is_not_packed_without_it(loop_ssd):
+    text = loop_ssd.read_text()
+    loop_ssd.write_text(
+        text.replace('type="application/x-fmu-sharedlibrary"', 'type="application/x-ssp-definition"', 1)
+    )
+    with pytest.raises(InputError, match=r"loop\.ssd: counter: refers to another system; pack it by hand, or flatten"):
+        package_entries(loop_ssd)
+
+
 def test_meta_data_is_valid_and_names_the_bytes():
     content = b"the package"
     written = srmd_bytes(
