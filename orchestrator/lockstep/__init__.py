@@ -8,6 +8,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lockstep.checkpoint.begin import Begin
+    from lockstep.checkpoint.file import Checkpoint, read_checkpoint
+    from lockstep.checkpoint.request import Checkpoints
+    from lockstep.checkpoint.resume import resume
     from lockstep.errors import InputError, RunError
     from lockstep.faults.read import read_scenario
     from lockstep.master import RunSummary, simulate
@@ -18,6 +22,9 @@ if TYPE_CHECKING:
     from lockstep.units import Unit
 
 __all__ = [
+    "Begin",
+    "Checkpoint",
+    "Checkpoints",
     "Component",
     "Connection",
     "Connector",
@@ -28,13 +35,19 @@ __all__ = [
     "System",
     "Unit",
     "load_system",
+    "read_checkpoint",
     "read_scenario",
     "read_signals",
+    "resume",
     "simulate",
     "write_ssd",
 ]
 
 _HOMES = {
+    "checkpoint.begin": ("Begin",),
+    "checkpoint.file": ("Checkpoint", "read_checkpoint"),
+    "checkpoint.request": ("Checkpoints",),
+    "checkpoint.resume": ("resume",),
     "errors": ("InputError", "RunError"),
     "faults.read": ("read_scenario",),
     "master": ("RunSummary", "simulate"),

@@ -23,6 +23,12 @@ _RUN_EXAMPLE = """example:
       --set plant.mass=120 --set plant.initial.mrp=0,0,0.1 --record 'plant.*' --record-period 0.005 \\
       --delay controller:plant=2
 
+saved every minute, and gone on with after a kill, or from a checkpoint with another value; at the pace of the clock:
+  python -m lockstep run orbit.ssd --out results/slew --checkpoint-every 60 --pace 1
+  python -m lockstep run --resume results/slew
+  python -m lockstep run --from results/slew/checkpoints/t=120.ckpt --out results/other --set plant.drag=0.2
+  What the run of the checkpoint was holds on: overrides, stop time, recording; but faults are those given anew.
+
 a system file of others, which tells no periods and delays:
   python -m lockstep run vendor.ssp --period 0.001 --period aocs/controller=0.01 --stop 60 --set command=0
   The period is that of --period, of the file, or the step size that the FMU prefers; the tick is what all periods are

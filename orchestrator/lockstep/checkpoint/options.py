@@ -31,7 +31,8 @@ def add_checkpoint_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--resume", type=Path, metavar="RESULTS",
                         help="go on with a run that was killed, from its newest checkpoint; no SYSTEM")  # fmt: skip
     parser.add_argument("--from", dest="begin", type=Path, metavar="CHECKPOINT",
-                        help="begin at a checkpoint, with results of its own; SYSTEM may be left out")  # fmt: skip
+                        help="begin at a checkpoint, with results of its own; SYSTEM may be left out, "
+                             "faults are those given here")  # fmt: skip
     parser.add_argument("--fresh", action="append", default=[], metavar="C",
                         help="let component C begin anew there: another FMU, or other fixed parameters")  # fmt: skip
     parser.add_argument("--pace", metavar="X", help="not faster than X times real time (default: as fast as possible)")

@@ -1,6 +1,7 @@
 """Runs that were killed and go on: the same bytes as if they had not been; and files that are no checkpoints."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -23,11 +24,15 @@ def events(folder):
     return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
 
 
-def start(triple_ssd, out):
+def start(triple_ssd, out, environment):
     """Start a run at the pace of the clock, and return it once a checkpoint is there and rows are on disk."""
     options = ("--stop", "4.1", "--checkpoint-every", "0.55", "--pace", "4", "--share-process", "a", "--isolate", "p")
     process = subprocess.Popen(
-        [*COMMAND, triple_ssd, "--out", out, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*COMMAND, triple_ssd, "--out", out, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
     )
     deadline = time.monotonic() + 60.0
     while not (out / "checkpoints/t=1.1.ckpt").exists():
@@ -40,7 +45,10 @@ def start(triple_ssd, out):
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes(triple, triple_ssd, tmp_path, cli, how):
     out = tmp_path / "out"
-    process = start(triple_ssd, out)
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    environment = os.environ | {"TMPDIR": str(temporary)}
+    process = start(triple_ssd, out, environment)
     if how == signal.SIGKILL:
         with pytest.raises(InputError, match="its run still goes on; end it before it is resumed"):
             resume(out)
@@ -53,13 +61,18 @@ def test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes(triple, triple_s
     newest = newest_checkpoint(out)
     (out / "checkpoints/.t=9.ckpt.partial").write_text("half of one")  # was being written
 
-    done = cli("run", "--resume", out)
+    left = list(temporary.iterdir())
+    assert len(left) == (1 if how == signal.SIGKILL else 0)
+
+    done = cli("run", "--resume", out, env=environment)
 
     assert done.returncode == 0, done.stderr
     at = read_checkpoint(newest).time / 1e9
     simulate(triple, tmp_path / "whole", stop_time=4.1)
     assert (out / "signals.parquet").read_bytes() == (tmp_path / "whole/signals.parquet").read_bytes()
     assert sorted(path.name for path in out.iterdir()) == ["checkpoints", "events.jsonl", "run.toml", "signals.parquet"]
+    cleaned = [event["folder"] for event in events(out) if event["event"] == "cleaned"]
+    assert (cleaned, list(temporary.iterdir())) == ([str(path) for path in left], [])
     told = [(event["event"], event["time"]) for event in events(out) if event["event"] != "cleaned"]
     every = [("checkpoint", t) for t in (0.55, 1.1, 1.65, 2.2, 2.75, 3.3, 3.85)]
     before = [event for event in every if event[1] <= at]
