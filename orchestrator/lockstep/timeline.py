@@ -40,6 +40,54 @@ class Step:
     reads: tuple[Read, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Route:
+    """What one component hands to another through connections of one delay.
+
+    Attributes
+    ----------
+    producer, consumer : components
+    delay : latency contract [ticks]
+    ports : in the order of the file, arrays folded: `wheel.torque[6]`, or `speed[6] -> omega[6]` where names differ
+    """
+
+    producer: str
+    consumer: str
+    delay: int
+    ports: tuple[str, ...]
+
+    def __str__(self) -> str:
+        contract = "same tick" if self.delay == 0 else f"delay {self.delay} tick{'s' * (self.delay > 1)}"
+        return f"{self.producer} -> {self.consumer} ({contract}): {', '.join(self.ports)}"
+
+
+def routes(system: System) -> list[Route]:
+    """Return what travels between the components of a system."""
+    found: dict[tuple[str, str, int], dict[tuple[str, str], tuple[set[str], set[str]]]] = {}
+    for c in system.connections:
+        arrays = c.output.partition("[")[0], c.input.partition("[")[0]
+        ports = found.setdefault((c.from_component, c.to_component, c.delay), {})
+        outputs, inputs = ports.setdefault(arrays, (set(), set()))
+        outputs.add(c.output)
+        inputs.add(c.input)
+    return [
+        Route(
+            producer=producer,
+            consumer=consumer,
+            delay=delay,
+            ports=tuple(_port(arrays, *map(len, ends)) for arrays, ends in ports.items()),
+        )
+        for (producer, consumer, delay), ports in found.items()
+    ]
+
+
+def _port(arrays: tuple[str, str], outputs: int, inputs: int) -> str:
+    output, entry = (
+        f"{name}[{count}]" if count > 1 else name for name, count in zip(arrays, (outputs, inputs), strict=True)
+    )
+    return output if output == entry else f"{output} -> {entry}"
+
+
 def timeline(system: System, ticks: int) -> list[Step]:
     """Return every step of the first `ticks` ticks in the order in which the master does them.
 
@@ -81,7 +129,7 @@ def _read(producer: Task, tick: int, delay: int, count: int, length: int) -> Rea
 
 
 def timeline_lines(system: System, ticks: int) -> list[str]:
-    """Return the timeline as text: a line a step, with what it reads and of which time."""
+    """Return the timeline as text: a line a step, with what it reads and of which time; then which ports travel."""
     lines = [f"{system.name}: the first {ticks} ticks of {seconds_text(system.tick)} s, in the order of the master"]
     width = max(len(component.name) for component in system.components)
     steps = timeline(system, ticks)
@@ -94,7 +142,8 @@ def timeline_lines(system: System, ticks: int) -> list[str]:
         lines.append(
             f"  {time:14}{step.component:{width}}  reads {reads}; outputs {kind} {seconds_text(when)} s".rstrip()
         )
-    return lines
+    travelling = routes(system)
+    return [*lines, "what travels:" * bool(travelling), *(f"  {route}" for route in travelling)]
 
 
 def _told(read: Read) -> str:

@@ -1,12 +1,13 @@
-"""Draw a timeline: a lane a component, a box a step, an arrow for what travels from one to another."""
+"""Draw a timeline: a lane a component, a box a step, an arrow for what travels, and below which ports those are."""
 
 from html import escape
 
 from lockstep.clock import seconds_text
 from lockstep.system import System
-from lockstep.timeline import Step, timeline
+from lockstep.timeline import Step, routes, timeline
 
-WIDTH, LANE, LEFT, TOP, RIGHT = 960, 78, 120, 46, 24  # [px]
+WIDTH, LANE, LEFT, TOP, RIGHT, LINE = 960, 78, 120, 46, 24, 18  # [px]
+LONGEST = 150  # letters of a line under the picture
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # Okabe and Ito: safe for all eyes
 
 
@@ -20,7 +21,9 @@ def timeline_svg(system: System, ticks: int) -> str:
     lanes = list(dict.fromkeys(step.component for step in steps))
     span = ticks * system.tick
     scale = (WIDTH - LEFT - RIGHT) / span
-    height = TOP + LANE * len(lanes) + 30
+    travelling = routes(system)
+    height = TOP + LANE * len(lanes) + 30 + LINE * len(travelling)
+    bottom = TOP + LANE * len(lanes)
 
     def x(time: int) -> float:
         return LEFT + time * scale
@@ -38,7 +41,6 @@ def timeline_svg(system: System, ticks: int) -> str:
     ]
     for tick in range(ticks + 1):
         time = tick * system.tick
-        bottom = height - 30
         parts.append(f'<line x1="{x(time):.1f}" y1="{TOP - 12}" x2="{x(time):.1f}" y2="{bottom}" stroke="#ccc"/>')
         parts.append(f'<text x="{x(time):.1f}" y="{TOP - 18}" text-anchor="middle">{seconds_text(time)} s</text>')
     width = 0.16 * system.tick * scale  # of a sampled step
@@ -57,8 +59,18 @@ def timeline_svg(system: System, ticks: int) -> str:
         for read in step.reads:
             parts.append(_arrow(step, read.producer, x(read.since), x(step.start), lanes, colour[read.producer], width))
     caption = "narrow box: sampled step, its outputs hold from there; wide box: continuous step, true at its end"
-    parts.append(f'<text x="{LEFT}" y="{height - 10}" fill="#555">{caption}</text></svg>')
+    parts.append(f'<text x="{LEFT}" y="{bottom + 20}" fill="#555">{caption}</text>')
+    for number, route in enumerate(travelling, start=1):
+        parts.append(
+            f'<text x="8" y="{bottom + 20 + LINE * number}" fill="{colour.get(route.producer, "#555")}">'
+            f"<title>{escape(str(route))}</title>{escape(_shortened(str(route)))}</text>"
+        )
+    parts.append("</svg>")
     return "\n".join(parts) + "\n"
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 4]} ..."
 
 
 def _arrow(step: Step, producer: str, start: float, end: float, lanes: list[str], colour: str, width: float) -> str:

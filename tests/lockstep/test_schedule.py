@@ -1,5 +1,6 @@
 """Orders, versions and refusals of the schedule, from its definitions alone."""
 
+import itertools
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,26 @@ def test_a_cycle_is_refused_with_the_cycle_printed():
     wires = [connection("a", "b"), connection("b", "c"), connection("c", "a"), connection("a", "outside")]
     with pytest.raises(InputError, match=r"cycle: (a -> b -> c -> a|b -> c -> a -> b|c -> a -> b -> c); give one"):
         build_schedule(system(parts, wires))
+
+
+@pytest.mark.parametrize(
+    ("wires", "members"),
+    [
+        (["ab", "ba", "bc", "cd", "da"], ["ab", "abcd"]),  # a short cycle within a long one
+        (["ab", "bc", "cb", "ca"], ["abc", "bc"]),
+        (["xa", "ab", "bc", "ca", "cy", "yz"], ["abc"]),  # a source, and those that wait for the cycle
+        (["ab", "ba", "bc", "cd", "dc"], ["ab", "cd"]),  # one after the other
+    ],
+)
+def test_what_is_printed_is_a_cycle_however_they_are_nested(wires, members):
+    parts = [component(name) for name in "zyxdcba"]
+    connections = [connection(*ends) for ends in wires]
+    with pytest.raises(InputError) as refused:
+        build_schedule(system(parts, connections))
+    printed = str(refused.value).partition("cycle: ")[2].partition(";")[0].split(" -> ")
+    assert printed[0] == printed[-1]
+    assert {a + b for a, b in itertools.pairwise(printed)} <= set(wires)
+    assert "".join(sorted(printed[1:])) in members
 
 
 def test_one_delay_breaks_a_cycle():

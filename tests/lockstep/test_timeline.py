@@ -1,12 +1,13 @@
 """The timeline against the schedule worked out by hand, and against what a run really delivers."""
 
 from dataclasses import replace
+from html import escape
 from xml.etree import ElementTree
 
 import pytest
 
 from lockstep import InputError, read_signals, simulate
-from lockstep.timeline import timeline, timeline_lines
+from lockstep.timeline import routes, timeline, timeline_lines
 from lockstep.timeline_svg import timeline_svg
 
 MS = 1_000_000
@@ -68,6 +69,19 @@ def test_the_lines_tell_component_source_and_time(loop):
     assert "3 from counter of 0 s (same tick)" in text
     assert "1 from counter initial (delay 2)" in text
     assert "outputs true at 0.003 s" in text
+
+
+def test_the_ports_that_travel_are_named_with_their_contract(loop):
+    twice = replace(loop.connections[0], output="steps", input="u[2]")
+    system = replace(loop, connections=(*loop.connections, twice, replace(twice, output="steps", input="u[3]")))
+
+    lines = timeline_lines(system, 2)
+
+    assert lines[lines.index("what travels:") + 1 :] == [
+        "  counter -> echo (same tick): count -> u, even -> flag, steps -> number, steps -> u[2]",
+        "  counter -> plant (delay 2 ticks): count -> u",
+    ]
+    assert all(f"{escape(str(route))}</title>" in timeline_svg(system, 2) for route in routes(system))
 
 
 def test_the_picture_has_a_box_a_step_and_an_arrow_a_read(loop):
