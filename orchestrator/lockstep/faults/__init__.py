@@ -24,6 +24,7 @@ of their component in the window, and set back after it.
   nan           not a number; the master lets it pass to the consumer, whose own reaction decides what happens then
 
 Values are numbers, or lists with one an element, in the units of the consumer's FMU; unit = "deg/s" gives another.
+Where something is stuck they may also be true, false, a text, or the name of an Enumeration's item.
 
 A fault acts on the values that are transferred at times t with from <= t < to. A value that the consumer already
 holds stays until the next transfer: faults on what a controller of 5 ms commands begin and end with its steps. A

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 Values = NDArray[Any]  # one value for each variable of a group, in the type in which they travel
 Array = NDArray[np.float64]
+Function = Callable[[int, Array], Array]  # of a tick and the values
+Limits = tuple[Array, Array]  # the smallest and largest values that fit
 
 
 class Effect(Protocol):
@@ -86,10 +88,11 @@ class Delay:
 
 
 class Change:
-    """Apply a function of time and value; what travels as a whole number is rounded to the nearest that fits."""
+    """Apply a function of time and values; whole numbers are rounded to the nearest in the range of their type."""
 
-    def __init__(self, function: Callable[[int, Array], Array]) -> None:
+    def __init__(self, function: Function, limits: Limits | None = None) -> None:
         self._function = function
+        self._low, self._high = limits or (np.empty(0), np.empty(0))  # of Reals nothing is clipped
 
     def see(self, tick: int, values: Values) -> None:
         """Remember nothing."""
@@ -99,11 +102,7 @@ class Change:
         changed = self._function(tick, values.astype(np.float64))
         if values.dtype.kind == "f":
             return changed
-        limits = np.iinfo(values.dtype)
-        high = float(limits.max)
-        if high > limits.max:  # of 64 bits: the nearest double is already too large
-            high = np.nextafter(high, 0.0)
-        return np.rint(np.clip(changed, limits.min, high)).astype(values.dtype)
+        return np.rint(np.clip(changed, self._low, self._high)).astype(values.dtype)
 
     def saved(self) -> Any:
         """Return nothing."""
@@ -114,10 +113,10 @@ class Change:
 
 
 class SingleSpike:
-    """Add to the first transfer in the window."""
+    """Change the first transfer in the window."""
 
-    def __init__(self, begin: int, value: Array) -> None:
-        self._begin, self._change = begin, Change(lambda _tick, values: values + value)
+    def __init__(self, begin: int, change: Change) -> None:
+        self._begin, self._change = begin, change
         self._first: int | None = None
 
     def see(self, tick: int, _values: Values) -> None:
@@ -126,7 +125,7 @@ class SingleSpike:
             self._first = tick
 
     def act(self, tick: int, values: Values) -> Values:
-        """Add once."""
+        """Change once."""
         return self._change.act(tick, values) if tick == self._first else values
 
     def saved(self) -> Any:
@@ -147,33 +146,33 @@ def _unpacked(saved: Any) -> Values:
     return values
 
 
-def bias(value: Array) -> Change:
+def bias(value: Array) -> Function:
     """Add."""
-    return Change(lambda _tick, values: values + value)
+    return lambda _tick, values: values + value
 
 
-def scale(factor: Array) -> Change:
+def scale(factor: Array) -> Function:
     """Multiply."""
-    return Change(lambda _tick, values: values * factor)
+    return lambda _tick, values: values * factor
 
 
-def quantisation(step: Array) -> Change:
+def quantisation(step: Array) -> Function:
     """Round to multiples of the step; halves go to the even multiple."""
-    return Change(lambda _tick, values: step * np.rint(values / step))
+    return lambda _tick, values: step * np.rint(values / step)
 
 
-def not_a_number() -> Change:
+def not_a_number() -> Function:
     """Give NaN."""
-    return Change(lambda _tick, values: np.full_like(values, np.nan))
+    return lambda _tick, values: np.full_like(values, np.nan)
 
 
-def noise(deviation: Array, seed: int, names: Sequence[str]) -> Change:
+def noise(deviation: Array, seed: int, names: Sequence[str]) -> Function:
     """Add normal noise of this standard deviation."""
     draw = drawn_from(seed, names)
-    return Change(lambda tick, values: values + deviation * draw(tick).standard_normal(len(values)))
+    return lambda tick, values: values + deviation * draw(tick).standard_normal(len(values))
 
 
-def random_spikes(value: Array, probability: float, seed: int, names: Sequence[str]) -> Change:
+def random_spikes(value: Array, probability: float, seed: int, names: Sequence[str]) -> Function:
     """Add to, or take from, each value with this probability."""
     draw = drawn_from(seed, names)
 
@@ -181,7 +180,14 @@ def random_spikes(value: Array, probability: float, seed: int, names: Sequence[s
         hit, sign = draw(tick).uniform(size=(2, len(values)))
         return np.where(hit < probability, values + np.copysign(value, sign - 0.5), values)
 
-    return Change(spiked)
+    return spiked
+
+
+def limits_of(lowest: Sequence[int], highest: Sequence[int]) -> Limits:
+    """Return ranges of integers as doubles inside them: the nearest to those of 64 bits is too large."""
+    low, high = (np.array(numbers, np.float64) for numbers in (lowest, highest))
+    outside = [value > exact for value, exact in zip(high.tolist(), highest, strict=True)]
+    return low, np.where(outside, np.nextafter(high, 0.0), high)
 
 
 def drawn_from(seed: int, names: Sequence[str]) -> Callable[[int], np.random.Generator]:

@@ -106,8 +106,9 @@ def _amount(entry: Mapping[str, Any], key: str | None, kind: Kind, place: str) -
     given = entry[key]
     values = given if isinstance(given, list) else [given]
     for value in values:
-        plain = isinstance(value, bool) and kind == "stuck"
-        if not plain and (isinstance(value, bool) or not isinstance(value, int | float)):
+        if kind == "stuck" and isinstance(value, bool | str):
+            continue
+        if isinstance(value, bool) or not isinstance(value, int | float):
             raise InputError(f"{place}: {key} = {value!r} must be a number, or a list of numbers")
         if not math.isfinite(value):
             raise InputError(f'{place}: {key} = {value!r} must be finite; kind = "nan" makes values that are not')

@@ -11,7 +11,7 @@ from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.clock import seconds, seconds_text
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.faults import effects
-from lockstep.faults.effects import Effect, Values
+from lockstep.faults.effects import Effect
 from lockstep.faults.scenario import Fault, Scenario
 from lockstep.faults.targets import Target, fed_inputs, tunables
 from lockstep.parameters import parse_value
@@ -92,12 +92,9 @@ def _of_connections(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[G
         raise InputError(f"{fault.place}: validity: {text[0]} is a String; name a Boolean or a number")
     named = {flag.name for flag in flags}
     held = [t for t in targets if t.name not in named]
-    off: list[Value] = [fault.invalid if flag.scalar != "Boolean" else False for flag in flags]
-    invalid = replace(fault, kind="stuck", amount=(0,))
-    return [
-        *_groups(replace(fault, kind="stuck"), held, [], plan, window),
-        *_groups(invalid, flags, off, plan, window),
-    ]
+    stuck = replace(fault, kind="stuck")
+    off = [_amount(stuck, flag, False if flag.scalar == "Boolean" else fault.invalid, system) for flag in flags]
+    return [*_groups(stuck, held, [], plan, window), *_groups(stuck, flags, off, plan, window)]
 
 
 def _groups(
@@ -173,41 +170,48 @@ def _group(
     fault: Fault, targets: Sequence[Target], amounts: Sequence[Value], window: tuple[int, int], first: int
 ) -> Group:
     begin, end = window
-    if fault.kind == "spike" and fault.probability is None:
-        end = first + 1
-    scalar = targets[0].scalar
-    given: Values | None = np.array(amounts, DTYPES[scalar]) if fault.kind == "stuck" and amounts else None
     return Group(
         component=targets[0].component,
-        scalar=scalar,
+        scalar=targets[0].scalar,
         references=tuple(target.variable.reference for target in targets),
         names=tuple(target.variable.name for target in targets),
         begin=begin,
-        end=end,
-        effect=_effect(fault, amounts, given, [target.name for target in targets], begin),
+        end=first + 1 if _once(fault) else end,
+        effect=_effect(fault, targets, amounts, begin),
     )
 
 
-def _effect(fault: Fault, amounts: Sequence[Value], given: Values | None, names: Sequence[str], begin: int) -> Effect:
+def _effect(fault: Fault, targets: Sequence[Target], amounts: Sequence[Value], begin: int) -> Effect:
+    scalar = targets[0].scalar
     if fault.kind == "stuck":
-        return effects.Stuck(begin, given)
+        return effects.Stuck(begin, np.array(amounts, DTYPES[scalar]) if amounts else None)
     if fault.kind == "delay":
         return effects.Delay(fault.ticks)
-    if fault.kind == "nan":
-        return effects.not_a_number()
+    limits = None
+    if scalar != "Real":
+        limits = effects.limits_of(*zip(*(target.variable.limits for target in targets), strict=True))
     numbers = np.array(amounts, np.float64)
+    change = effects.Change(_function(fault, numbers, [target.name for target in targets]), limits)
+    return effects.SingleSpike(begin, change) if _once(fault) else change
+
+
+def _once(fault: Fault) -> bool:
+    return fault.kind == "spike" and fault.probability is None
+
+
+def _function(fault: Fault, numbers: effects.Array, names: Sequence[str]) -> effects.Function:
     match fault.kind:
-        case "bias":
-            return effects.bias(numbers)
+        case "nan":
+            return effects.not_a_number()
         case "scale":
             return effects.scale(numbers)
         case "quantisation":
             return effects.quantisation(numbers)
         case "noise":
             return effects.noise(numbers, fault.seed, names)
-    if fault.probability is None:
-        return effects.SingleSpike(begin, numbers)
-    return effects.random_spikes(numbers, fault.probability, fault.seed, names)
+        case "spike" if fault.probability is not None:
+            return effects.random_spikes(numbers, fault.probability, fault.seed, names)
+    return effects.bias(numbers)  # also that of a single spike
 
 
 def _amounts(fault: Fault, targets: Sequence[Target], system: System) -> list[Value]:
@@ -229,6 +233,8 @@ def _amounts(fault: Fault, targets: Sequence[Target], system: System) -> list[Va
 
 def _amount(fault: Fault, target: Target, value: Value, system: System) -> Value:
     if fault.unit is not None:
+        if isinstance(value, str):
+            raise InputError(f"{fault.place}: value = {value!r} is a text, and unit = {fault.unit!r} is for numbers")
         value = _converted(fault, target, float(value), system)
     if fault.kind not in _ABSOLUTE:
         return value

@@ -8,13 +8,16 @@ from lockstep.faults import effects
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64, np.uint64])
 def test_whole_numbers_are_rounded_and_stay_in_the_range_of_their_type(kind):
-    values = np.array([0, 7, np.iinfo(kind).max], kind)
+    info = np.iinfo(kind)
+    values = np.array([0, 7, info.max], kind)
+    limits = effects.limits_of([int(info.min)] * 3, [int(info.max)] * 3)
 
-    assert effects.bias(np.array([0.6, 0.4, 0.0])).act(0, values)[:2].tolist() == [1, 7]
-    limit = effects.scale(np.array([1.0, 1e30, 2.0])).act(0, values)
-    assert limit.dtype == kind
-    assert limit.tolist()[0] == 0
-    assert all(0 <= np.iinfo(kind).max - value < 4096 for value in limit.tolist()[1:])  # the last double that fits
+    added = effects.Change(effects.bias(np.array([0.6, 0.4, 0.0])), limits).act(0, values)
+    assert (added.dtype, added[:2].tolist()) == (kind, [1, 7])
+    scaled = effects.Change(effects.scale(np.array([1.0, 1e30, 2.0])), limits).act(0, values).tolist()
+    assert scaled[0] == 0
+    assert all(0 <= info.max - value < 4096 for value in scaled[1:])  # the last double that fits
+    assert effects.Change(effects.bias(np.full(3, -1e30)), limits).act(0, values).tolist() == [info.min] * 3
 
 
 def test_texts_can_be_held_and_delayed():
