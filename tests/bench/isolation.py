@@ -2,8 +2,8 @@
 
 `python tests/bench/isolation.py [STEPS]`. All inputs are set and all outputs fetched at each step. Both ways take turns
 in short blocks, and single steps are told: the quickest tenth, the median and the slowest tenth, so that one sees what
-else the machine does. The aim is below 60 us more. Nothing passes or fails here. First each component is isolated alone,
-then all three of a system, stepped in turn; at last two isolated ones, one after the other and side by side.
+else the machine does. The aim is below 60 us more. Nothing passes or fails here. First each component is isolated
+alone, then all of a system, stepped in turn; at last two isolated ones, one after the other and side by side.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Time of a tick over the number of signals and of components, of our master, libcosim and ecos on the same systems.
 
-`make bench`, or `python tests/bench/scaling.py [TICKS]`. The components are rings of small compiled FMUs, whose own
+`make bench`, or `python tests/bench/scaling.py [ROUNDS]`. The components are rings of small compiled FMUs, whose own
 cost is next to nothing: two of them that exchange 10 to 10,000 signals, and 2 to 100 that give ten each to the next
-one. The masters take turns on each system, and the quickest of three rounds counts, so that what else the machine does
-disturbs little. Below each table stands a line through the sizes, at which each counts alike, and the exponent by which
-the time grows over the larger sizes: 1 is linear. One signal is recorded. `setup` is all that a run of ours does before
-its first tick and after its last. nan: the master did not get that far within half a minute and 6 GB. Nothing passes or
-fails here.
+one. The masters take turns on each system, and the quickest round counts. Told are the time on the clock and, in
+brackets, the processor time of all threads, which what else the machine does disturbs less. Below each table stands a
+line through the processor times, at which each size counts alike, and the exponent by which they grow over the larger
+sizes: 1 is linear. One signal is recorded. `setup` is all that a run of ours does before its first tick and after its
+last. nan: the master did not get that far within half a minute and 6 GB. Nothing passes or fails here.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import sys
 import tempfile
 import zipfile
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -37,37 +37,36 @@ TICK = 1_000_000  # [ns]
 SIGNALS = (10, 100, 1000, 3000, 10_000)  # of two components together
 COMPONENTS = (2, 5, 10, 20, 50, 100)
 WIDTH = 10  # signals from each component to the next, where the number of components varies
-ROUNDS = 3
 LONGEST, MEMORY = 30, 6 * 2**30  # [s], bytes for another master
 
 OTHERS = {
     "libcosim": """
 import os, sys
-from time import perf_counter
+from time import perf_counter, process_time
 from libcosimpy.CosimExecution import CosimExecution
 from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
 log_output_level(CosimLogLevel.ERROR)
 execution = CosimExecution.from_ssp_file(ssp_path=sys.argv[1], step_size=1_000_000)
 execution.step()  # initialises, which is not counted
-started = perf_counter()
+started, worked = perf_counter(), process_time()
 for _ in range(int(sys.argv[2])):
     assert execution.step()
-print(perf_counter() - started)
+print(perf_counter() - started, process_time() - worked)
 sys.stdout.flush()
 os._exit(0)  # libcosim frees the FMUs after the interpreter is gone
 """,
     "ecos": """
 import sys
-from time import perf_counter
+from time import perf_counter, process_time
 from ecospy.EcosSimulation import EcosSimulation
 with EcosSimulation(step_size=1e-3, ssp_path=sys.argv[1]) as simulation:
     assert simulation.init()
-    started = perf_counter()
+    started, worked = perf_counter(), process_time()
     for _ in range(int(sys.argv[2])):
         simulation.step()
-    told = perf_counter() - started
+    told = perf_counter() - started, process_time() - worked
     simulation.terminate()
-print(told)
+print(*told)
 """,
 }
 
@@ -120,21 +119,34 @@ def write_ring(folder: Path, count: int, width: int) -> Path:
     return folder / "ring.ssp"
 
 
-def ours(package: Path, ticks: int) -> tuple[float, float]:
-    """Return what a tick takes, and all the rest of a run [s]."""
-    started = perf_counter()
-    summary = simulate(load_system(package), package.parent / "run", stop_time=ticks * TICK / 1e9, overwrite=True)
-    return summary.wall_time / ticks, perf_counter() - started - summary.wall_time
+def ours(package: Path, ticks: int) -> tuple[float, float, float]:
+    """Return what a tick takes on the clock and of the processor, and all the rest of a run on the clock [s]."""
+    marks: list[tuple[float, float, float]] = []
+
+    def mark(time: float, _stop: float) -> None:
+        marks.append((time, perf_counter(), process_time()))
+
+    started, system = perf_counter(), load_system(package)
+    summary = simulate(system, package.parent / "run", stop_time=ticks * TICK / 1e9, overwrite=True, progress=mark)
+    rest = perf_counter() - started - summary.wall_time
+    if len(marks) < 4:  # every 0.1 s there is one, and one at the end
+        return ours(package, 4 * ticks)
+    (first, clock, work), (last, clock_last, work_last) = marks[0], marks[-1]
+    done = (last - first) / TICK * 1e9
+    return (clock_last - clock) / done, (work_last - work) / done, rest
 
 
-def other(name: str, package: Path, ticks: int) -> float:
-    """Return what a tick takes in another master [s], NaN if it cannot run the system within the limits."""
+def other(name: str, package: Path, ticks: int) -> tuple[float, float]:
+    """Return the same two of another master, NaN if it cannot run the system within the limits."""
     command = [sys.executable, "-c", OTHERS[name], str(package), str(ticks)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=LONGEST, preexec_fn=_limit)
     except subprocess.TimeoutExpired:
-        return math.nan
-    return float(done.stdout.split()[-1]) / ticks if done.returncode == 0 else math.nan
+        return math.nan, math.nan
+    if done.returncode != 0:
+        return math.nan, math.nan
+    clock, work = done.stdout.split()[-2:]
+    return float(clock) / ticks, float(work) / ticks
 
 
 def _limit() -> None:
@@ -142,32 +154,33 @@ def _limit() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
-def measured(package: Path, ticks: int) -> dict[str, float]:
-    """Return the quickest round of each master [s]."""
-    times: dict[str, list[float]] = {"setup": [], "lockstep": [], **{name: [] for name in OTHERS}}
-    for _ in range(ROUNDS):
-        tick, setup = ours(package, ticks)
-        times["lockstep"].append(tick)
-        times["setup"].append(setup)
+def measured(package: Path, ticks: int, rounds: int) -> dict[str, tuple[float, float]]:
+    """Return the quickest round of each master: on the clock and of the processor [s]."""
+    times: dict[str, list[tuple[float, float]]] = {name: [] for name in ("setup", "lockstep", *OTHERS)}
+    for _ in range(rounds):
+        clock, work, setup = ours(package, ticks)
+        times["lockstep"].append((clock, work))
+        times["setup"].append((setup, setup))
         for name in OTHERS:
-            gone = times[name] and math.isnan(times[name][-1])
-            times[name].append(math.nan if gone else other(name, package, ticks))
-    return {name: min(found) for name, found in times.items()}
+            gone = times[name] and math.isnan(times[name][-1][0])
+            times[name].append((math.nan, math.nan) if gone else other(name, package, max(100, ticks // 10)))
+    return {name: (min(clock for clock, _ in found), min(work for _, work in found)) for name, found in times.items()}
 
 
-def table(title: str, sizes: tuple[int, ...], found: list[dict[str, float]]) -> None:
+def table(title: str, sizes: tuple[int, ...], found: list[dict[str, tuple[float, float]]]) -> None:
     """Print one series, and how it grows."""
     masters = ("lockstep", *OTHERS)
-    print(f"\n{title}")
+    print(f"\n{title}, us a tick")
     print(
-        f"{'':>10}" + "".join(f"{name:>12}" for name in masters) + f"{'of libcosim':>14}{'of ecos':>10}{'setup, s':>11}"
+        f"{'':>8}" + "".join(f"{name:>20}" for name in masters) + f"{'of libcosim':>14}{'of ecos':>9}{'setup, s':>10}"
     )
     for size, row in zip(sizes, found, strict=True):
-        ratios = [row["lockstep"] / row[name] for name in OTHERS]
-        print(f"{size:10}" + "".join(f"{row[name] * 1e6:12.1f}" for name in masters)
-              + f"{ratios[0]:14.3f}{ratios[1]:10.3f}{row['setup']:11.2f}", flush=True)  # fmt: skip
+        cells = (f"{row[name][0] * 1e6:.1f} ({row[name][1] * 1e6:.1f})" for name in masters)
+        ratios = [row["lockstep"][0] / row[name][0] for name in OTHERS]
+        print(f"{size:8}" + "".join(f"{cell:>20}" for cell in cells)
+              + f"{ratios[0]:14.2f}{ratios[1]:9.2f}{row['setup'][0]:10.2f}")  # fmt: skip
     for name in (*masters, "setup"):
-        y = np.array([row[name] for row in found])
+        y = np.array([row[name][1] for row in found])
         there = np.isfinite(y)
         x, y = np.array(sizes, float)[there], y[there]
         if len(y) < 3:
@@ -176,25 +189,25 @@ def table(title: str, sizes: tuple[int, ...], found: list[dict[str, float]]) -> 
         off = np.max(np.abs((base + slope * x) / y - 1.0))
         exponent = np.log(y[-1] / y[-3]) / np.log(x[-1] / x[-3])
         print(f"{name:9}{base * 1e6:12.3g} us + {slope * 1e6:9.3g} us each, at most {off:.0%} off; "
-              f"from {x[-3]:.0f} to {x[-1]:.0f} with exponent {exponent:.2f}")  # fmt: skip
+              f"from {x[-3]:.0f} to {x[-1]:.0f} with exponent {exponent:.2f}", flush=True)  # fmt: skip
 
 
-def main(ticks: int) -> None:
+def main(rounds: int) -> None:
     """Measure and print the tables."""
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as temporary:
         series = {
-            "signals of two components together, us a tick": (SIGNALS, [(2, size // 2) for size in SIGNALS]),
-            f"components in a ring, {WIDTH} signals each, us a tick": (COMPONENTS, [(n, WIDTH) for n in COMPONENTS]),
+            "signals of two components together": (SIGNALS, [(2, size // 2) for size in SIGNALS]),
+            f"components in a ring, {WIDTH} signals each": (COMPONENTS, [(n, WIDTH) for n in COMPONENTS]),
         }
         for title, (sizes, rings) in series.items():
             found = []
             for count, width in rings:
                 folder = Path(temporary, f"{count}x{width}")
-                fewer = min(ticks, max(100, 10**6 // (count * width)))  # of the widest: ecos takes 50 ms each
-                found.append(measured(write_ring(folder, count, width), fewer))
+                ticks = max(1000, 10**6 // (count * (width + 50)))
+                found.append(measured(write_ring(folder, count, width), ticks, rounds))
                 shutil.rmtree(folder)
             table(title, sizes, found)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 3)
