@@ -47,6 +47,7 @@ def taken_over(flexsat, fmus, softer, tmp_path_factory):
     done = flexsat(
         "run", fmus / SYSTEM, "--stop", 1, "--out", out, "--record", "all", "--record-period", "0.005",
         "--shadow", f"controller={softer}", "--hand-over", "0.5", "--blend", "0.2",
+        "--checkpoint", "0.6",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return out
@@ -137,6 +138,17 @@ def test_it_takes_over_without_a_jump(taken_over):
     (event,) = [event for event in events if event["event"] == "hand-over"]
     assert event["time"] == 0.5
     np.testing.assert_array_equal(event["offset"], original[at] - shadow[at])
+
+
+def test_a_run_goes_on_in_the_middle_of_the_blend_bitwise(taken_over, flexsat, tmp_path):
+    done = flexsat("run", "--from", taken_over / "checkpoints" / "t=0.6.ckpt", "--out", tmp_path / "branch")
+    assert done.returncode == 0, done.stderr
+    whole, branch = read_signals(taken_over), read_signals(tmp_path / "branch")
+    rows = whole.time >= 0.6 - 1e-9
+
+    assert len(branch.time) == np.count_nonzero(rows) == 80
+    for name, values in whole.columns.items():
+        np.testing.assert_array_equal(branch[name], values[rows], err_msg=name)
 
 
 def test_the_report_tells_residuals_and_the_loop_before_and_after(taken_over, capsys):
