@@ -38,9 +38,9 @@ class Place:
         parts = urlsplit(source)
         if parts.scheme not in ("", "file") or parts.netloc:
             raise InputError(f"{name}: source {source} is not a file; copy it beside the system file")
-        if not parts.path:
-            raise InputError(f"{name}: source {source!r} names no file; give the path of one")
         path, fragment = unquote(parts.path), unquote(parts.fragment)
+        if not path or "\0" in path:
+            raise InputError(f"{name}: source {source!r} names no file; give the path of one")
         if self.archive is not None:
             inside = normpath((PurePosixPath(self.document.as_posix()).parent / path).as_posix())
             if not is_inside(inside):

@@ -152,6 +152,8 @@ REFUSALS = [
     ),
     ('name="echo"', 'name="counter"', r"the system: element counter: declared twice"),
     ('name="u[1]" kind', 'name="flag" kind', r"echo: connector flag: declared twice"),
+    ('source="', 'source="a%00.fmu" description="', r"counter: source 'a%00\.fmu' names no file"),
+    ('source="', 'source="http://[1" description="', r"'http://\[1' is not a valid value of the atomic type"),
     ('source="', 'source="" description="', r"counter: source '' names no file"),
 ]
 
