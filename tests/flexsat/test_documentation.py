@@ -82,6 +82,13 @@ def test_the_page_has_all_words_of_the_text(centralised, component):
     assert len(text.equations) >= 4
 
 
+def test_the_page_tells_which_parameters_may_change_in_a_run(centralised):
+    plant, controller = (page_of(centralised, name).decode() for name in ("plant", "controller"))
+    assert "Real[6], tunable" in plant
+    assert "Those that are tunable may be set at any time" in plant
+    assert "All are fixed: set them before initialisation ends." in controller
+
+
 def test_pictures_repeat_and_tell_components_and_layouts_apart(centralised, distributed, component):
     pictures = draw(centralised.spacecraft, centralised.config, component)
 

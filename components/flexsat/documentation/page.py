@@ -54,8 +54,7 @@ def page(
         "Timing": _paragraphs(text.timing),
         "Inputs": _wide(port_table(table, "input")),
         "Outputs": _wide(port_table(table, "output")),
-        "Parameters": "<p>All are fixed: set them before initialisation ends.</p>\n"
-        + _wide(port_table(table, "parameter")),
+        "Parameters": f"<p>{_when(table)}</p>\n" + _wide(port_table(table, "parameter")),
         "Units": unit_table(table),
         "Terminals": _terminals(table),
         "State": _paragraphs(text.state),
@@ -107,6 +106,13 @@ def _equation(equation: Equation) -> str:
         f"<p class='equation'>{equation.formula}</p>\n"
         f"<p>{escape(equation.meaning)}. <span class='source'>[{escape(equation.source)}]</span></p>\n"
     )
+
+
+def _when(table: PortTable) -> str:
+    """Tell when parameters may be set."""
+    if any(port.variability == "tunable" for port in table):
+        return "Those that are tunable may be set at any time, all others before initialisation ends."
+    return "All are fixed: set them before initialisation ends."
 
 
 def _naming(table: PortTable) -> str:

@@ -85,7 +85,7 @@ def _row(table: PortTable, port: Port) -> dict[str, str]:
         description += "; computed when it is read"
     if port.period_parameter is not None:
         description += f"; changes every {port_name(table, port.period_parameter)}"
-    variability = "" if port.causality == "parameter" else f", {port.variability}"
+    variability = "" if port.variability == "fixed" else f", {port.variability}"
     return {
         "name": code(name_range(table, port)),
         "value references": str(span.start) if span.start == last else f"{span.start}…{last}",
