@@ -1,6 +1,7 @@
 """The options of a run on a command line: what they are, what their texts mean, and the run they ask for."""
 
 import argparse
+import re
 from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -93,7 +94,7 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
     system = with_periods(with_delays(system, options.delay), options.period)
     system = shadow_as_told(options, system)
     system = with_isolation(system, options.isolate, options.share_process)
-    folder = options.out or Path("results", system.name)
+    folder = options.out or Path("results", folder_name(system.name))
     if options.stop is not None:
         nanoseconds(options.stop, "--stop")
     begin, pacer = begin_told(options), pacer_given(options.pace)
@@ -120,6 +121,11 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
     if any(component.shadow for component in system.components):
         print("\n".join(residual_lines(summary.folder)))
     return summary
+
+
+def folder_name(name: str) -> str:
+    """Return the name of a system as one of a folder: a file of others may call it anything."""
+    return re.sub(r"[^\w.,+=@ -]", "_", name).strip(". ") or "system"
 
 
 def with_delays(system: System, texts: Iterable[str]) -> System:

@@ -9,7 +9,7 @@ from fmpy.ssp.simulation import simulate_ssp
 
 from flexbench.export import export_run
 from lockstep import InputError
-from lockstep.options import add_timing_options, timing_of
+from lockstep.options import add_timing_options, folder_name, timing_of
 from lockstep.schedule import build_schedule
 from lockstep.timing import Timing
 
@@ -157,6 +157,20 @@ def test_a_cycle_of_sampled_components_is_printed_with_its_members(ssd, load, ea
         build_schedule(load(text, Timing()))
     build_schedule(load(text, told("--delay", "1")))
     build_schedule(load(text, told("--continuous", "one")))
+
+
+@pytest.mark.parametrize(
+    ("name", "folder"),
+    [
+        ("slew-1 (a)", "slew-1 _a_"),
+        ("../../etc/x", "_.._etc_x"),
+        ("..", "system"),
+        ("/a", "_a"),
+        ("Übung 3", "Übung 3"),
+    ],
+)
+def test_results_stay_below_their_folder_whatever_a_system_is_called(name, folder):
+    assert folder_name(name) == folder
 
 
 def test_the_command_line_shows_and_runs_a_system_of_others(tmp_path, ssd, top, cli):
