@@ -228,7 +228,8 @@ def test_sections_are_composed_and_may_decline(monkeypatch):
     def declines(_):
         raise InputError("too short")
 
-    told = {"good": lambda _: [Heading(2, "Good"), Paragraph("fine")], "short": declines, "absent": None}
+    told = {"good": lambda _: [Heading(2, "Good"), Paragraph("fine")], "short": declines, "absent": None,
+            "silent": lambda _: []}  # fmt: skip
     monkeypatch.setattr(sections, "STUDIES", tuple((name.title(), name) for name in told))
     monkeypatch.setattr(sections, "section_of", told.get)
 

@@ -38,11 +38,12 @@ def study_sections(results: Sequence[Result]) -> list[tuple[str, list[Block]]]:
             continue
         blocks: list[Block] = []
         for result in ours:
-            if len(ours) > 1:
+            told = _told(section, result.run) if result.run is not None else []
+            if told and len(ours) > 1:
                 blocks.append(Heading(3, result.name))
-            if result.run is not None:
-                blocks += _told(section, result.run)
-        found.append((title, blocks))
+            blocks += told
+        if blocks:
+            found.append((title, blocks))
     return found
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from flexsat.archive import write_atomically
-from lockstep.shadow.residual import total_rms
+from lockstep.shadow.residual import has_shadow, total_rms
 
 from ..document import Block, Heading, Paragraph, Picture, Table
 from ..runs import Run
@@ -65,9 +65,10 @@ def summary(found: Study) -> list[str]:
     ]
     if found.jump is not None:
         told.append(
-            f"It took over at {ride.hand_over:g} s with a jump of {found.jump.acting:.3g} {unit}; the {ride.blend:g} s"
-            f" in which the difference passes kept off one of {found.jump.at_once:.4g} {unit}. The step to the"
-            f" hand-over is {found.jump.step:.4g} {unit}, those within 1 s of it are up to {found.jump.neighbours:.4g}."
+            f"It took over at {ride.hand_over:g} s with a jump of {found.jump.acting:.3g} {unit}; a switch would have"
+            f" jumped by {found.jump.at_once:.4g} {unit}, and this difference passed within {ride.blend:g} s. The step"
+            f" to the hand-over is {found.jump.step:.4g} {unit}, those within 1 s of it are up to"
+            f" {found.jump.neighbours:.4g}."
         )
     if ride.hand_over is not None and found.after is None:
         told.append("The run ends before the difference has passed: nothing to compare with.")
@@ -99,13 +100,15 @@ def write_study(found: Study, run: Run) -> Path:
 
 
 def section(run: Run) -> list[Block]:
-    """Return what a report shows.
+    """Return what a report shows; nothing for a run without a shadow.
 
     Raises
     ------
     InputError
-        If no shadow rode along, or a signal was not recorded.
+        If the run is too short, or a signal was not recorded.
     """
+    if not has_shadow(run.folder):
+        return []
     from ..figures.drawing import svg_text
     from ..figures.shadow import shadow_figure
 

@@ -79,6 +79,20 @@ class Jump:
     neighbours: float  # up to 1 s before and after
 
 
+def has_shadow(folder: Path) -> bool:
+    """Tell whether a shadow rode along in a run."""
+    return _shadowed(folder) is not None
+
+
+def _shadowed(folder: Path) -> dict[str, Any] | None:
+    """Return the component of a run that had a shadow, as run.toml tells of it."""
+    path = folder / RUN
+    if not path.is_file():
+        raise InputError(f"{folder}: holds no {RUN}; give the folder of a run")
+    components = tomllib.loads(path.read_text(encoding="utf-8")).get("component", [])
+    return next((component for component in components if "shadow" in component), None)
+
+
 def read_ride(folder: Path) -> tuple[Ride, Signals]:
     """Read which shadow rode along, and what was recorded of it and of the component.
 
@@ -87,11 +101,7 @@ def read_ride(folder: Path) -> tuple[Ride, Signals]:
     InputError
         If the run had none, was too short to tell, or did not record what is needed.
     """
-    path = folder / RUN
-    if not path.is_file():
-        raise InputError(f"{folder}: holds no {RUN}; give the folder of a run")
-    manifest = tomllib.loads(path.read_text(encoding="utf-8"))
-    component = next((found for found in manifest.get("component", []) if "shadow" in found), None)
+    component = _shadowed(folder)
     if component is None:
         raise InputError(f"{folder}: no shadow rode along in this run; run with --shadow COMPONENT=FMU")
     shadow, name = component["shadow"], component["name"]
