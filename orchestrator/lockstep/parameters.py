@@ -81,7 +81,9 @@ def resolve_override(
     """Resolve an override; the name of an array takes a sequence, its values separated by commas, or one for all."""
     component, dot, name = key.partition(".")
     if not dot:
-        raise InputError(f"{key}: write component.parameter, for example {system.components[0].name}.{key}")
+        inputs = [one.name for one in system.inputs]
+        more = f"; inputs of the system are {compact(inputs)}{suggestion(key, inputs)}" if inputs else ""
+        raise InputError(f"{key}: write component.parameter, for example {system.components[0].name}.{key}{more}")
     description = descriptions[system.component(component).name]
     elements = [v for v in description.variables if re.fullmatch(re.escape(name) + r"\[\d+(,\d+)*\]", v)]
     single = name in description.variables or not elements
