@@ -11,9 +11,12 @@ from lockstep import InputError, RunError
 from lockstep.__main__ import main
 from lockstep.probe_latency import Settings, probe_latency
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2] / "fmus")]
+FMUS = Path(__file__).parents[2] / "fmus"
+sys.path[:0] = [str(Path(__file__).parent), str(FMUS), str(FMUS / "vendor")]
 import reference.build as reference  # noqa: E402
 from delays_fmu import DELAYS, OUTPUTS, TRUE, build_delays  # noqa: E402
+from vendor3_fmu import vendor3_fmu  # noqa: E402
+from vendor_fmu import vendor_fmu  # noqa: E402
 
 ANY_STEP = 'canHandleVariableCommunicationStepSize="true"'
 STATE = 'canGetAndSetFMUstate="true"'
@@ -131,6 +134,21 @@ def test_an_integral_is_no_feedthrough_in_fmi_3_and_not_to_be_told_in_fmi_1(tmp_
 
     assert delays(report) == {("x", "u"): (0, 0)}
     assert fed(report) == ({("x", "u")} if version == "1.0" else set())  # FMI 1.0 does not say that it takes any step
+
+
+@pytest.mark.parametrize("build", [vendor_fmu, vendor3_fmu], ids=["FMI 2.0", "FMI 3.0"])
+def test_a_vendor_stand_in_answers_at_once_while_flag_and_mode_allow_it(tmp_path, build):
+    """It takes no attitude while q_ok is not 3."""
+    fmu = build(tmp_path)
+    first = "q_IB[0]" if build is vendor_fmu else "q_IB[1]"
+    awake = {first: "1", "Mode": "2", "q_ok": "3"}
+
+    found = probe_latency(fmu, Settings(steps=5, starts=awake, amplitude=0.01))
+    assert set(delays(found).values()) == {(0, 0)}
+    answering = {(output.partition("[")[0], name.partition("[")[0]) for output, name in fed(found)}
+    assert answering == {("TauCmd", "q_IB"), ("TauCmd", "w_meas")}
+    blind = fed(probe_latency(fmu, Settings(steps=5, starts=awake | {"q_ok": "0"}, amplitude=0.01)))
+    assert {name.partition("[")[0] for _, name in blind} == {"w_meas"}
 
 
 def test_outputs_that_differ_without_a_cause_are_named(tmp_path):
