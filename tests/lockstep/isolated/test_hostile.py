@@ -20,7 +20,7 @@ IN_STEP = "in fmi2DoStep at 0.05 s"
 # defect: the line that the user sees, after the component's name
 ENDED = {
     "CRASHES": f"crashed with SIGSEGV {IN_STEP}",
-    "HANGS": f"no answer within 2 s {IN_STEP}",
+    "HANGS": f"no answer within 5 s {IN_STEP}",
     "EXITS": f"ended its process with exit code 3 {IN_STEP}",
     "EXITS_QUIETLY": f"ended its process with exit code 0 {IN_STEP}",
     "EATS_MEMORY": "GB of memory " + IN_STEP,
@@ -42,7 +42,7 @@ def found(folder, good, pair, runs):
     cases = {}
     for defect in (*ENDED, *SURVIVED):
         system = pair(folder / defect, good, bad_fmu(folder / defect / "fmu", defect))
-        arguments = ("run", system, "--out", folder / defect / "out", "--step-limit", "2")
+        arguments = ("run", system, "--out", folder / defect / "out", "--step-limit", "5")
         cases[defect] = (folder / defect, arguments)
     return runs(cases)
 

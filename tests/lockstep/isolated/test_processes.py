@@ -36,11 +36,11 @@ def test_two_step_side_by_side_where_no_connection_orders_them(runs, pair, waiti
     told = runs(
         {
             "later": (later, ("run", pair(later, waiting, waiting, delay=1), "--out", later / "out")),
-            "now": (now, ("run", pair(now, waiting, waiting), "--out", now / "out", "--step-limit", "1")),
+            "now": (now, ("run", pair(now, waiting, waiting), "--out", now / "out", "--step-limit", "5")),
         }
     )
     assert (told["later"]["code"], told["later"]["lines"]) == (0, [])  # one after the other would wait for ever
-    assert told["now"]["lines"] == ["lockstep: a: no answer within 1 s in fmi2DoStep at 0 s"]  # b needs its output
+    assert told["now"]["lines"] == ["lockstep: a: no answer within 5 s in fmi2DoStep at 0 s"]  # b needs its output
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
