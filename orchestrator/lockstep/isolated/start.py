@@ -18,8 +18,8 @@ from lockstep.system import Component
 
 def start_slave(component: Component, description: Description, folder: Path, log: Log, limits: Limits) -> Slave:
     """Load and instantiate the FMU of a component, or begin to where it is isolated."""
-    if component.adapter is not None:
-        description = read_description(component)  # what is shown has ports of ours
+    if component.adapter is not None or component.shadow is not None:
+        description = read_description(component)  # what is shown has ports of ours, or of the shadow too
     if component.isolated:
         return RemoteSlave(component, description, folder, log, limits)
     return instantiate(component, description, folder, log)

@@ -108,9 +108,8 @@ class ShadowedSlave:
 
     def _hand_over(self, now: int) -> None:
         self._handed_over = True
-        for values in self._values.values():
-            values.keep_offset()
         reals = self._values["Real"]
+        reals.keep_offset()
         self._tell(
             "hand-over",
             name="hand-over",

@@ -58,7 +58,7 @@ class Values:
         return own if self.matches else []
 
     def keep_offset(self) -> None:
-        """Keep what the two differ by at the hand-over."""
+        """Keep what the two differ by at the hand-over; of Reals."""
         np.subtract(self.original, self.shadow, self.offset)
 
     def decide(self, now: int) -> None:
