@@ -18,7 +18,19 @@ def shared():
 
 
 @pytest.fixture
-def machine(monkeypatch):
+def pressure(monkeypatch, tmp_path):
+    """Return a function that says for what share of time processes wait for cores [%]."""
+    monkeypatch.setattr(spinning, "_PRESSURE", tmp_path / "cpu")
+
+    def say(share):
+        (tmp_path / "cpu").write_text(f"some avg10={share} avg60=0.00 avg300=0.00 total=1\nfull avg10=0.00\n")
+
+    say("0.00")
+    return say
+
+
+@pytest.fixture
+def machine(monkeypatch, pressure):  # noqa: ARG001
     """Return a clock that goes on by `look` with each look at it, and notes how often the core was offered."""
 
     class Machine:
@@ -91,6 +103,23 @@ def test_who_was_away_from_the_core_sleeps_for_longer_and_longer(shared, machine
     machine.now += 10.0  # calm
     spinner.spin(10)
     assert spinner._until - machine.now == pytest.approx(0.01)
+
+
+def test_nobody_spins_where_processes_wait_for_cores(shared, machine, pressure):
+    spinner = Spinner(shared, ASKED)
+    pressure("85.31")
+    for _ in range(20):
+        assert spins(spinner, machine) == 0
+        machine.now += 0.1
+    pressure("1.50")
+    machine.now += 2.0
+    assert spins(spinner, machine) > 1000
+
+
+@pytest.mark.parametrize("text", [None, "", "some avg10=", "some avg10=x"])
+def test_a_kernel_that_does_not_say_is_not_asked(shared, machine, tmp_path, text):
+    (tmp_path / "cpu").unlink() if text is None else (tmp_path / "cpu").write_text(text)
+    assert spins(Spinner(shared, ASKED), machine) > 1000
 
 
 @pytest.mark.parametrize(("cores", "may"), [(1, 0), (2, 0), (3, 1)])
