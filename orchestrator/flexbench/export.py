@@ -90,8 +90,8 @@ def _write_parquet(folder: Path, names: list[str] | None, file: Path) -> None:
     manifest, text = read_manifest(folder)
     fields = [pa.field("time", pa.float64(), metadata={"unit": "s", "description": "time at which the row is true"})]
     fields += [
-        pa.field(name, pa.float64(), metadata={"unit": signals.units[name], "description": signals.descriptions[name]})
-        for name in signals.columns
+        pa.field(name, kind, metadata={"unit": signals.units[name], "description": signals.descriptions[name]})
+        for name, kind in ((name, pa.array(values).type) for name, values in signals.columns.items())
     ]
     about = {key: str(value) for key, value in run_attributes(manifest, text).items()}
     schema = pa.schema(fields, metadata=about)

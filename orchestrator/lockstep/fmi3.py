@@ -110,7 +110,8 @@ class Fmi3Slave:
 
     def save_state(self, folder: str) -> int:
         """Serialise the state into a folder, with what the arrays hold that can be set."""
-        arrays = {str(handle): values for handle, values in self._values.present.items() if values.dtype != object}
+        present = self._values.present.items()
+        arrays = {str(handle): v.astype(str) if v.dtype == object else v for handle, v in present}
         np.savez(Path(folder, _SETS), allow_pickle=False, **arrays)
         return save_state(self._function, "fmi3", self._fmu.component, folder)
 

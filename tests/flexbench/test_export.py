@@ -16,7 +16,9 @@ from numpy.testing import assert_array_equal
 import flexbench
 from flexbench.dataset import dimension_of
 from flexbench.export import SUFFIXES, export_run
-from lockstep import InputError
+from flexbench.report.gather import gather
+from lockstep import Component, InputError, System, simulate
+from lockstep.fmu import read_description
 from lockstep.manifest import to_toml
 
 ROWS = 50
@@ -204,3 +206,27 @@ def test_names_that_matlab_cannot_take_are_refused_or_changed(tmp_path, run):
                 export_run(folder, "mat")
         else:
             assert "der_x_" in mat4py.loadmat(str(export_run(folder, "mat")))["signals"]["a"]
+
+
+def test_texts_and_wide_integers_leave_as_they_are(reference_fmu, tmp_path):
+    values = {"UInt64_in": 2**64 - 1, "String_in": "größer", "whole_in[1]": -(2**63)}
+    fmu = read_description(Component(name="one", source=reference_fmu("feedthrough", "3.0"), period=1))
+    texts = {v.name: "" for v in fmu.variables.values() if v.causality == "input" and v.type == "String"}
+    flags = {v.name: False for v in fmu.variables.values() if v.causality == "input" and v.type == "Boolean"}
+    given = {v.name: 0 for v in fmu.variables.values() if v.causality == "input"} | texts | flags | values
+    part = Component(
+        name="one", source=reference_fmu("feedthrough", "3.0"), period=10**7, parameters=given, isolated=False
+    )
+    simulate(System(name="s", tick=10**7, stop_time=3 * 10**7, components=(part,)), tmp_path / "run")
+
+    export_run(tmp_path / "run", "parquet", tmp_path / "out.parquet")
+    export_run(tmp_path / "run", "csv", tmp_path / "out.csv")
+
+    table = pq.read_table(tmp_path / "out.parquet")
+    assert table["one.UInt64_out"].to_pylist() == [2**64 - 1] * 3
+    assert table["one.whole_out[1]"].to_pylist() == [-(2**63)] * 3
+    assert table["one.String_out"].to_pylist() == ["größer"] * 3
+    assert "18446744073709551615" in (tmp_path / "out.csv").read_text()
+    drawn = gather([tmp_path / "run"])[0].signals()  # what a report draws
+    assert "one.String_out" not in drawn
+    assert drawn["one.UInt64_out"].dtype == np.float64

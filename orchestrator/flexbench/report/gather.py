@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from flexbench.dataset import read_manifest
 from flexbench.metrics import SETTLED_FROM
@@ -29,8 +31,10 @@ class Result:
     run: Run | None  # None for a system that is not ours
 
     def signals(self) -> Signals:
-        """Return what was recorded; large, so nobody keeps it."""
-        return read_signals(self.folder)
+        """Return the numbers that were recorded; large, so nobody keeps it. Texts cannot be drawn."""
+        found = read_signals(self.folder)
+        numbers = {name: np.asarray(v, np.float64) for name, v in found.columns.items() if v.dtype != object}
+        return replace(found, columns=numbers)
 
     def metrics(self) -> Mapping[str, float]:
         """Return the run's metrics in SI; nothing for a short run and for a system that is not ours."""

@@ -8,6 +8,9 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from lockstep import Component, Connection, InputError, RunError, System, read_signals, simulate
+from lockstep.checkpoint.begin import Begin
+from lockstep.checkpoint.file import read_checkpoint
+from lockstep.checkpoint.request import Checkpoints
 from lockstep.fmu import read_description
 
 STEP = 10_000_000  # [ns]
@@ -116,6 +119,24 @@ def test_elements_of_an_array_are_set_one_by_one(two, reference_fmu, tmp_path, i
     assert signals["two.vector_out"].tolist() == [[-0.25, 2000.0, -8.0]] * 5  # mm of m
     assert signals["two.matrix_out"].tolist() == [[9.0, 9.0, 9.0, 3.0, 9.0, -9.0]] * 5
     assert signals["two.words_out"].tolist() == [["", "zwei Worte"]] * 5
+
+
+def test_a_run_branches_from_a_checkpoint_bitwise_with_arrays_set_in_part(two, reference_fmu, tmp_path):
+    """What an array's other elements are is part of the state: they are sent along with the one that is fed."""
+    ball = Component(name="ball", source=reference_fmu("ball", "3.0"), period=STEP, kind="continuous", isolated=True)
+    fed = Connection(from_component="ball", output="h", to_component="two", input="vector_in[2]", delay=1)
+    system = replace(two((fed, *wires("words")), more=(ball,), vector=[4.0, 5.0, 6.0]), stop_time=100 * STEP)
+    simulate(system, tmp_path / "whole")
+    simulate(system, tmp_path / "first", stop_time=0.6, checkpoints=Checkpoints(times=["0.5"]))
+    at = Begin(checkpoint=read_checkpoint(tmp_path / "first/checkpoints/t=0.5.ckpt"))
+    simulate(system, tmp_path / "rest", stop_time=1.0, begin=at)
+
+    whole, rest = (read_signals(tmp_path / name) for name in ("whole", "rest"))
+    assert rest.time[0] == 0.5
+    assert_array_equal(rest["ball.h"], whole["ball.h"][-len(rest.time) :])
+    assert_array_equal(rest["two.vector_out"], whole["two.vector_out"][-len(rest.time) :])
+    assert rest["two.vector_out"][-1].tolist() == [1.5, 1000.0 * whole["ball.h"][-1], 3.5]  # mm of m
+    assert rest["two.words_out"][-1].tolist() == ["", "zwei Worte"]
 
 
 def test_integers_of_all_widths_meet_if_the_value_fits(two, tmp_path):
