@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import test_ecos
 from hosting import COMPONENTS, TICK, Bench, Trajectory
@@ -88,11 +87,10 @@ FOREIGN = (LIBCOSIM, ECOS, SIMULATE_SSP)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lateness:
-    """How old a value is when a step first reads it, and at most while it is held [s]."""
+    """How old a value is when a step first reads it, and at most while a slow one is held [s]."""
 
     to_slow: float  # from a component that steps every tick to one that steps every 5 ms
     to_fast: float  # the other way
-    to_slow_at_most: float
     to_fast_at_most: float
 
     @property
@@ -119,7 +117,6 @@ def lateness(bench: Bench, master: Master, duration: float = 0.5) -> Lateness:
     return Lateness(
         to_slow=_whole(least["slow_reader"]),
         to_fast=_whole(least["fast_reader"]),
-        to_slow_at_most=_whole(largest["slow_reader"]),
         to_fast_at_most=_whole(largest["fast_reader"]),
     )
 
@@ -152,8 +149,3 @@ def references(bench: Bench, configuration: str, patterns: tuple[str, ...]) -> d
 def _matches(name: str, pattern: str) -> bool:
     port = name.partition("[")[0]
     return port.startswith(pattern[:-1]) if pattern.endswith("*") else port == pattern
-
-
-def settings(values: Mapping[str, Any]) -> str:
-    """Return parameters as the words of a table."""
-    return ", ".join(f"{name} {1e3 * value:g} ms" for name, value in values.items())
