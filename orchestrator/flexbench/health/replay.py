@@ -13,6 +13,7 @@ from flexsat import controller
 from flexsat.interfaces import controller as interface
 from flexsat.monolith import port_values
 from lockstep import InputError, Signals
+from lockstep.shadow.ports import ORIGINAL, SHADOW
 
 from ..histories import controller_rows, wheel_speed_deviation
 from ..runs import Run
@@ -79,7 +80,8 @@ def replay(run: Run) -> Replay:
         innovation[row], torque[row] = outputs.innovation, outputs.torque
         estimate[row] = outputs.estimate[: stepper.controlled]
         phase[row] = min(state.since_star_tracker, stepper.phases - 1)
-    flown = signals["controller.wheel.torque"][rows]
+    own = f"controller.{ORIGINAL}wheel.torque"  # what acted may be a shadow's
+    flown = signals[own if own in signals else "controller.wheel.torque"][rows]
     if np.max(np.abs(torque - flown)) > SAME * np.max(np.abs(flown)):
         raise InputError(f"{run.folder}: the replay commands other torques than the FMU did; build and run it anew")
     truth = [signals[name][rows] for name in TRUE]
@@ -95,4 +97,4 @@ def recorded(signals: Signals) -> bool:
 def _controller_parameters(run: Run) -> dict[str, Any]:
     manifest = tomllib.loads((run.folder / "run.toml").read_text(encoding="utf-8"))
     found: dict[str, Any] = next(c["parameters"] for c in manifest["component"] if c["name"] == "controller")
-    return found
+    return {name: value for name, value in found.items() if not name.startswith(SHADOW)}
