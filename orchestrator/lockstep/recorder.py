@@ -105,7 +105,7 @@ class Recorder:
         columns = list(np.ascontiguousarray(self._block[:count].T))
         for block in self._others:
             columns += list(np.ascontiguousarray(block[:count].T))
-        arrays = [pa.array(self._times[:count]), *(pa.array(columns[position]) for position in self._order)]
+        arrays = [_array(self._times[:count]), *(_array(columns[position]) for position in self._order)]
         return pa.RecordBatch.from_arrays(arrays, schema=self.schema)
 
     def close(self) -> None:
@@ -117,6 +117,13 @@ class Recorder:
         finally:
             self._file.close()
         convert(self._folder)
+
+
+def _array(values: NDArray[Any]) -> pa.Array:
+    """Return values as Arrow's; `pa.array` imports pandas at its first call, in the middle of the run."""
+    if values.dtype == np.object_:
+        return pa.array(values.tolist(), pa.string())
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [None, pa.py_buffer(values)])
 
 
 def first_rows(folder: Path, count: int, size: int) -> Iterator[pa.RecordBatch]:
