@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -109,10 +109,10 @@ def lateness_rows(bench: Bench) -> list[str]:
     return lines
 
 
-def loop_rows(bench: Bench, loop: Loop) -> list[str]:
-    """Return lines of the table of a loop, in Markdown: metrics in each master, and how far they are from ours."""
+def loop_rows(bench: Bench, loop: Loop) -> Iterator[str]:
+    """Yield lines of the table of a loop, in Markdown: metrics in each master, and how far they are from ours."""
     none = loop.ours(bench)
-    lines = [_line(loop, "lockstep, no delay", none, "")]
+    yield _line(loop, "lockstep, no delay", none, "")
     for master in FOREIGN:
         if master.missing():
             continue
@@ -122,8 +122,7 @@ def loop_rows(bench: Bench, loop: Loop) -> list[str]:
         apart = f"{100 * worst(theirs, same):.2g} % | " + ", ".join(
             f"{100 * (theirs[name] / none[name] - 1):+.0f}" for name in METRICS
         )
-        lines.append(_line(loop, master.name, theirs, apart))
-    return lines
+        yield _line(loop, master.name, theirs, apart)
 
 
 def loop_head() -> list[str]:

@@ -44,7 +44,8 @@ def loops(bench):
     """Print the metrics of our loops in each master."""
     print("\n".join(loop_head()), flush=True)
     for loop in LOOPS:
-        print("\n".join(loop_rows(bench, loop)), flush=True)
+        for row in loop_rows(bench, loop):
+            print(row, flush=True)
 
 
 def main(names):
