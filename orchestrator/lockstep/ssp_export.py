@@ -6,11 +6,12 @@ import io
 import tempfile
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lxml import etree  # type: ignore[import-untyped]
 
+from lockstep.archive import open_file
 from lockstep.ssp_package import package_entries
 from lockstep.ssp_writer import PARAMETER_SET, add, literal, write_ssd, write_transformation, write_units
 from lockstep.ssp_xml import NS, SSC, SSD, SSM, SSV
@@ -52,7 +53,7 @@ def package(system: System, files: Sequence[ParameterFile]) -> bytes:
     with tempfile.TemporaryDirectory(prefix="lockstep-ssp-") as name:
         folder = Path(name)
         document = folder / f"{system.name}.ssd"
-        write_ssd(system, document)
+        write_ssd(_unpacked(system, folder / "fmus"), document)
         root = etree.parse(document).getroot()
         for file in files:
             if not file.values:
@@ -69,6 +70,20 @@ def package(system: System, files: Sequence[ParameterFile]) -> bytes:
                 # a fixed time stamp: the same system gives the same bytes
                 archive.writestr(zipfile.ZipInfo(member, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
         return content.getvalue()
+
+
+def _unpacked(system: System, folder: Path) -> System:
+    """Return the system with FMUs that lie in an archive as files of their own."""
+    components = []
+    for number, component in enumerate(system.components):
+        if component.archive is not None:
+            place = folder / str(number) / component.source.name
+            place.parent.mkdir(parents=True)
+            with open_file(component.source, component.archive, component.name) as stream:
+                place.write_bytes(stream.read())
+            component = replace(component, source=place, archive=None)
+        components.append(component)
+    return replace(system, components=tuple(components))
 
 
 def _bind(component: etree._Element, file: ParameterFile) -> None:

@@ -207,6 +207,19 @@ def test_the_same_system_gives_the_same_bytes(place, package):
     assert standard_package(adapted(place), {})[0] == package.read_bytes()
 
 
+def test_a_written_package_can_be_written_again(package, tmp_path):
+    again = tmp_path / "again.ssp"
+    assert main(["write-ssp", str(package), "--period", "controller=0.004", "--out", str(again)]) == 0
+    one, two = load_system(package), load_system(again)
+
+    assert two.component("controller").period == 4 * TICK
+    assert two.component("controller").parameters == one.component("controller").parameters
+    assert two.connections == one.connections
+    with zipfile.ZipFile(package) as first, zipfile.ZipFile(again) as second:
+        for name in ("resources/body.fmu", "resources/theirs.fmu"):
+            assert first.read(name) == second.read(name)
+
+
 HELD = ADAPTER.replace("order = [2, 3, 1]", "frame = [[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]]")
 
 
