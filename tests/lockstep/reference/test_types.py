@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from lockstep import Component, Connection, InputError, RunError, System, read_signals, simulate
 from lockstep.checkpoint.begin import Begin
@@ -99,7 +99,7 @@ def test_elements_of_an_array_are_set_one_by_one(two, reference_fmu, tmp_path, i
     """Some by connections, of two rates and with a unit converted, the others keep their start values."""
     metres = Component(
         name="metres", source=reference_fmu("integrator", "3.0"), period=2 * STEP, kind="sampled",
-        parameters={"u": 0.0, "x0": 2.0, "rate": 1e-300}, isolated=isolated,
+        parameters={"u": 1.0, "x0": 2.0, "rate": 1e-300}, isolated=isolated,
     )  # fmt: skip
     system = two(
         (
@@ -116,7 +116,9 @@ def test_elements_of_an_array_are_set_one_by_one(two, reference_fmu, tmp_path, i
     simulate(system, tmp_path / "out", overrides={"two.matrix_in": [9.0, 9.0, 9.0, 9.0, 9.0, -9.0]})
     signals = read_signals(tmp_path / "out")
 
-    assert signals["two.vector_out"].tolist() == [[-0.25, 2000.0, -8.0]] * 5  # mm of m
+    vector = signals["two.vector_out"]  # in mm; x grows by 1 m/s in its steps of two ticks, and is held between
+    assert vector[:, [0, 2]].tolist() == [[-0.25, -8.0]] * 5
+    assert_allclose(vector[:, 1], [2020.0, 2020.0, 2040.0, 2040.0, 2060.0], rtol=1e-15)
     assert signals["two.matrix_out"].tolist() == [[9.0, 9.0, 9.0, 3.0, 9.0, -9.0]] * 5
     assert signals["two.words_out"].tolist() == [["", "zwei Worte"]] * 5
 
@@ -124,8 +126,13 @@ def test_elements_of_an_array_are_set_one_by_one(two, reference_fmu, tmp_path, i
 def test_a_run_branches_from_a_checkpoint_bitwise_with_arrays_set_in_part(two, reference_fmu, tmp_path):
     """What an array's other elements are is part of the state: they are sent along with the one that is fed."""
     ball = Component(name="ball", source=reference_fmu("ball", "3.0"), period=STEP, kind="continuous", isolated=True)
+    slow = Component(
+        name="slow", source=reference_fmu("integrator", "3.0"), period=40 * STEP, kind="sampled",
+        parameters={"u": 1.0, "x0": 2.0}, isolated=False,
+    )  # fmt: skip
     fed = Connection(from_component="ball", output="h", to_component="two", input="vector_in[2]", delay=1)
-    system = replace(two((fed, *wires("words")), more=(ball,), vector=[4.0, 5.0, 6.0]), stop_time=100 * STEP)
+    seldom = Connection(from_component="slow", output="x", to_component="two", input="vector_in[3]")
+    system = replace(two((fed, seldom, *wires("words")), more=(ball, slow)), stop_time=100 * STEP)
     simulate(system, tmp_path / "whole")
     simulate(system, tmp_path / "first", stop_time=0.6, checkpoints=Checkpoints(times=["0.5"]))
     at = Begin(checkpoint=read_checkpoint(tmp_path / "first/checkpoints/t=0.5.ckpt"))
@@ -135,7 +142,7 @@ def test_a_run_branches_from_a_checkpoint_bitwise_with_arrays_set_in_part(two, r
     assert rest.time[0] == 0.5
     assert_array_equal(rest["ball.h"], whole["ball.h"][-len(rest.time) :])
     assert_array_equal(rest["two.vector_out"], whole["two.vector_out"][-len(rest.time) :])
-    assert rest["two.vector_out"][-1].tolist() == [1.5, 1000.0 * whole["ball.h"][-1], 3.5]  # mm of m
+    assert rest["two.vector_out"][0].tolist() == [1.5, 1000.0 * rest["ball.h"][0], 1000.0 * rest["slow.x"][0]]  # mm
     assert rest["two.words_out"][-1].tolist() == ["", "zwei Worte"]
 
 
