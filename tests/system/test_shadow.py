@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from flexbench.cli import main
+from flexbench.health.replay import replay
 from flexbench.runs import read_run
 from flexbench.shadow import section
 from flexsat.archive import npz_bytes
@@ -47,7 +48,7 @@ def taken_over(flexsat, fmus, softer, tmp_path_factory):
     done = flexsat(
         "run", fmus / SYSTEM, "--stop", 1, "--out", out, "--record", "all", "--record-period", "0.005",
         "--shadow", f"controller={softer}", "--hand-over", "0.5", "--blend", "0.2",
-        "--checkpoint", "0.6",
+        "--set", "controller.shadow.open_loop=false", "--checkpoint", "0.6",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return out
@@ -89,6 +90,7 @@ fmu.instantiate()
 put = {"Real": fmu.setReal, "Boolean": fmu.setBoolean}
 fmu.setupExperiment(startTime=0.0, stopTime=1.0)
 for name, value in told["parameters"].items():
+    name = name.removeprefix("shadow.")
     put[kind[name]]([number[name]], [value])
 fmu.enterInitializationMode()
 fmu.exitInitializationMode()
@@ -176,6 +178,7 @@ def test_the_report_tells_residuals_and_the_loop_before_and_after(taken_over, ca
     assert "wheel.torque[6]" in printed
     assert "took over at 0.5 s with a jump of 0 N.m" in printed
     assert (taken_over / "figures" / "shadow.svg").is_file()
+    assert len(replay(read_run(taken_over)).time) == 200  # of the original, whatever acted
     blocks = section(read_run(taken_over))
     assert [type(block).__name__ for block in blocks] == [
         "Heading", "Paragraph", "Table", "Picture", "Table", "Paragraph",
