@@ -16,7 +16,7 @@ from lockstep.probe_latency import Settings, probe_latency
 from lockstep.probe_latency_text import as_json, as_lines
 
 TEXT = "measure an FMU's delay from each input to each output, and whether its dependencies tell its feedthrough"
-EXAMPLE = """exit code: 0 measured, no claim is contradicted; 1 a claim is contradicted, or the FMU failed; 2 bad input
+EXAMPLE = """exit code: 0 no claim is contradicted; 1 one is, or the FMU failed; 2 bad input; 130 Ctrl-C
 example:
   {} vendor.fmu --set gain=2 --set q_ok=3 --amplitude 0.01 --json latency.json
 """
@@ -50,8 +50,12 @@ def probe_as_told(options: argparse.Namespace) -> int:
     printed = options.json is not None and str(options.json) == "-"
     if options.json is not None and not printed:
         _refuse(options.json, options.fmu)
-    with _progress(str(options.fmu)) as watch:
-        report = probe_latency(options.fmu, settings, watch)
+    try:
+        with _progress(str(options.fmu)) as watch:
+            report = probe_latency(options.fmu, settings, watch)
+    except KeyboardInterrupt:
+        print(f"{options.fmu}: interrupted; nothing was written", file=sys.stderr)
+        return 130
     if printed:
         print(as_json(report), end="")
     else:
