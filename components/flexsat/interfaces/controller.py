@@ -15,8 +15,8 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
     g, k = model.gyros, model.accelerometers
     measured = (
         "gyro.rate", "accelerometer.acceleration", "encoder.speed", "star_tracker.mrp", "star_tracker.valid",
+        "applied.wheel.torque", "applied.valid",
     )  # fmt: skip
-    measured += ("applied.wheel.torque", "applied.valid")
     commanded = ("command.rotation", "command.start_time")
     deviation = "wheel speed less the nominal one, inertial, about its axis"
     return (
