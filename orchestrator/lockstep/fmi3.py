@@ -132,7 +132,9 @@ class Fmi3Slave:
             return self._values.problem
         if self._problem and call == "DoStep":
             return self._problem
-        if call.startswith(("Get", "Set")) and self._values.last.startswith(f"fmi3{call[:3]}"):
+        if call.endswith("FMUstate"):
+            call = call.replace("FMUstate", "FMUState")  # as FMI 3.0 writes it
+        elif call.startswith(("Get", "Set")) and self._values.last.startswith(f"fmi3{call[:3]}"):
             call = self._values.last.removeprefix("fmi3")
         return returned("fmi3", call, status)
 
