@@ -128,7 +128,7 @@ def test_a_run_branches_from_a_checkpoint_bitwise_with_arrays_set_in_part(two, r
     ball = Component(name="ball", source=reference_fmu("ball", "3.0"), period=STEP, kind="continuous", isolated=True)
     slow = Component(
         name="slow", source=reference_fmu("integrator", "3.0"), period=40 * STEP, kind="sampled",
-        parameters={"u": 1.0, "x0": 2.0}, isolated=False,
+        parameters={"u": 1.0, "x0": 3.0}, isolated=False,
     )  # fmt: skip
     fed = Connection(from_component="ball", output="h", to_component="two", input="vector_in[2]", delay=1)
     seldom = Connection(from_component="slow", output="x", to_component="two", input="vector_in[3]")
