@@ -1,4 +1,4 @@
-"""A general FMI 2.0 co-simulation master: system files, schedule, slaves, recording.
+"""A general FMI co-simulation master: system files, schedule, slaves, recording.
 
 The names below are imported when they are first used: a process that checks an FMU needs none of them, and there are
 dozens of those processes.

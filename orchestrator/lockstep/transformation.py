@@ -14,7 +14,7 @@ from lockstep.units import Unit, checked_conversion
 
 Entry = str | int | bool
 Function = Callable[[int], int]
-_LOWEST, _HIGHEST = -(2**31), 2**31 - 1  # fmi2Integer
+_LIMITS = {32: (-(2**31), 2**31 - 1), 64: (-(2**63), 2**64 - 1)}  # by the bits in which Integers are exchanged
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +59,7 @@ class End:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conversion:
-    """All hops in one: gain * value + bias for Reals, `function` for what is exchanged as 32-bit integers.
+    """All hops in one: gain * value + bias for Reals, `function` for what is exchanged as integers.
 
     Booleans are 0 and 1 for the function; None is the value itself.
     """
@@ -119,6 +119,8 @@ def _linear(source: End, target: End, hops: Sequence[Hop], what: str) -> tuple[f
 def _discrete(source: End, target: End, hops: Sequence[Hop], what: str) -> Function | None:
     steps: list[Function] = []
     kind, items = family(source.type), source.items
+    wide = any(end.type in ("Int64", "UInt64", "UInt32") for end in (source, target))
+    bits = 64 if wide else 32
     for number, hop in enumerate(hops):
         last = number == len(hops) - 1
         following = target.type if last else hop.type or kind
@@ -127,7 +129,7 @@ def _discrete(source: End, target: End, hops: Sequence[Hop], what: str) -> Funct
             steps += [_as("Boolean")] if hop.table.kind == "Boolean" else []
             steps.append(_lookup(hop.table, items, leads_to, what))
         elif not hop.plain:
-            steps.append(_whole(hop, kind, following, what))
+            steps.append(_whole(hop, kind, following, what, bits))
         elif items and leads_to and dict(items) != dict(leads_to):
             raise InputError(
                 f"{what}: connects Enumerations of {_items(items)} and of {_items(leads_to)}; "
@@ -179,7 +181,7 @@ def _number(entry: Entry, items: Mapping[str, int], what: str) -> int:
     return items[entry]
 
 
-def _whole(hop: Hop, kind: str, following: str, what: str) -> Function:
+def _whole(hop: Hop, kind: str, following: str, what: str, bits: int) -> Function:
     if (kind, family(following)) != ("Integer", "Integer"):
         raise InputError(f"{what}: a linear transformation is not for {kind}; use a mapping transformation")
     factor, offset = hop.factor, hop.offset
@@ -187,11 +189,12 @@ def _whole(hop: Hop, kind: str, following: str, what: str) -> Function:
         numbers = f"factor {factor:g} and offset {offset:g}"
         raise InputError(f"{what}: {numbers} of an Integer must be whole numbers; Integers are exchanged exactly")
     gain, bias = int(factor), int(offset)
+    lowest, highest = _LIMITS[bits]
 
     def linear(value: int) -> int:
         result = gain * value + bias
-        if not _LOWEST <= result <= _HIGHEST:
-            raise RunError(f"{what}: {gain} * {value} + {bias} does not fit into 32 bits")
+        if not lowest <= result <= highest:
+            raise RunError(f"{what}: {gain} * {value} + {bias} does not fit into {bits} bits")
         return result
 
     return linear

@@ -141,7 +141,7 @@ def _port(connection: Connection, causality: str, descriptions: Mapping[str, Des
 
 def _end(variable: Variable, component: str, system: System) -> End:
     unit = known_unit(variable.unit, system.component(component).units.get(variable.name))
-    return End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items)
+    return End(type=variable.native or variable.type, unit=unit, relative=variable.relative, items=variable.items)
 
 
 def _check_fed(

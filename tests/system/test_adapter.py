@@ -190,7 +190,7 @@ def test_a_controller_that_cannot_be_judged_is_refused_in_one_line(vendor, tmp_p
     assert "as controller:centralised" in capsys.readouterr().out  # the variant that the adapter fits
     (tmp_path / "vendor.toml").write_text(ADAPTER.replace("step = 0.01", "step = 0.005"))
     assert main(given) == 1
-    assert "fmi2DoStep failed with status 3: the step must be 10 ms" in capsys.readouterr().err
+    assert "fmi2DoStep returned fmi2Error: the step must be 10 ms" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("variant", ["", "three"], ids=["FMI 2.0", "FMI 3.0"])

@@ -161,13 +161,13 @@ def _torque(
         slave = instantiate(component, description, Path(folder), lambda *_: None)
         try:
             adapted = adapt_slave(slave, binding)
-            _called(adapted, "initialization", adapted.setup_experiment(0.0, count * seconds(step)))
-            _called(adapted, "initialization", adapted.enter_initialization())
+            _called(adapted, "SetupExperiment", adapted.setup_experiment(0.0, count * seconds(step)))
+            _called(adapted, "EnterInitializationMode", adapted.enter_initialization())
             _show(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1), rate)
-            _called(adapted, "initialization", adapted.exit_initialization())
+            _called(adapted, "ExitInitializationMode", adapted.exit_initialization())
             for number in range(count):
                 _show(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1 - number), rate)
-                _called(adapted, "fmi2DoStep", adapted.do_step(number * step / 1e9, seconds(step), 1))
+                _called(adapted, "DoStep", adapted.do_step(number * step / 1e9, seconds(step), 1))
             torque = np.zeros(len(excitation.torque))
             references = [binding.variables[name].reference for name in excitation.torque]
             adapted.getter("Real", np.array(references, np.uint32), torque)()
@@ -188,7 +188,7 @@ def _show(slave: AdaptedSlave, binding: Binding, excitation: Excitation, rotatio
             slave.setter(scalar, references, np.array([values[v.name] for v in ports], DTYPES[scalar]))()
 
 
-def _called(slave: AdaptedSlave, what: str, status: int) -> None:
+def _called(slave: AdaptedSlave, call: str, status: int) -> None:
     if status > WARNING:
         slave.failed(status)
-        raise RunError(f"{what} failed with status {status}: {slave.last_messages() or 'it logged no reason'}")
+        raise RunError(f"{slave.outcome(call, status)}: {slave.last_messages() or 'it logged no reason'}")

@@ -18,7 +18,11 @@ from lockstep.system import Value
 
 Array = NDArray[np.float64]
 _FILE = "adapter.npz"
-_LARGEST = 2.0**31 - 1.0  # fmi2Integer
+_LIMITS = {  # the outermost doubles that fit, by the type of a buffer
+    np.dtype(np.int32): (-(2.0**31), 2.0**31 - 1.0),
+    np.dtype(np.int64): (-(2.0**63), 2.0**63 - 1024.0),
+    np.dtype(np.uint64): (0.0, 2.0**64 - 2048.0),
+}
 
 
 class _Side:
@@ -102,7 +106,7 @@ class AdaptedSlave:
                 continue  # no new sample: the FMU keeps the last
             theirs = work.convert(values[work.ours])
             for buffer, places, mine in work.spans:
-                buffer[places] = theirs[mine] if buffer.dtype == np.float64 else _whole(theirs[mine])
+                buffer[places] = theirs[mine] if buffer.dtype == np.float64 else _whole(theirs[mine], buffer)
         return _called(self._setters)
 
     def _pull(self) -> int:
@@ -119,7 +123,7 @@ class AdaptedSlave:
         values, places = self._values, references.astype(np.intp)
 
         def get() -> int:
-            buffer[:] = values[places] if scalar == "Real" else _whole(values[places])
+            buffer[:] = values[places] if scalar == "Real" else _whole(values[places], buffer)
             return OK
 
         return get
@@ -209,9 +213,9 @@ def adapt_slave(slave: Slave, binding: Binding) -> AdaptedSlave:
     return AdaptedSlave(slave, binding)
 
 
-def _whole(values: Array) -> Array:
+def _whole(values: Array, buffer: Buffer) -> Array:
     """Round as an Integer has to; what is no number becomes 0, what is too large the largest."""
-    return np.rint(np.clip(np.nan_to_num(values), -_LARGEST, _LARGEST))
+    return np.rint(np.clip(np.nan_to_num(values), *_LIMITS[buffer.dtype]))
 
 
 def _called(calls: Sequence[Callable[[], int]]) -> int:

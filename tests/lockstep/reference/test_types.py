@@ -157,6 +157,17 @@ def test_integers_of_all_widths_meet_if_the_value_fits(two, tmp_path):
         assert signals[f"two.{target}_out"].tolist() == [value] * 5
 
 
+def test_a_transformation_of_a_wide_integer_keeps_every_digit(two, tmp_path):
+    tripled = Connection(
+        from_component="one", output="Int64_out", to_component="two", input="Int64_in", factor=-3.0, offset=1.0
+    )
+    simulate(two((tripled,), Int64=2**60 + 1), tmp_path / "out")
+
+    assert read_signals(tmp_path / "out")["two.Int64_out"].tolist() == [-3 * (2**60 + 1) + 1] * 5
+    with pytest.raises((InputError, RunError), match=r"-3 \* 3074457345618258604 \+ 1 does not fit into 64 bits"):
+        simulate(two((tripled,), Int64=2**63 // 3 + 2), tmp_path / "none")
+
+
 @pytest.mark.parametrize(
     ("source", "target", "value", "told", "isolated"),
     [
