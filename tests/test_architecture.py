@@ -23,7 +23,10 @@ ALLOWED = {
     "lockstep": {
         "numpy": "*",
         "fmpy": {"fmu", "fmi1", "fmi2", "fmi3", "check.experiment", "check.drive"},
-        "lxml": {"ssp", "ssp_xml", "ssp_writer", "ssp_package", "ssp_export", "srmd", "check.model", "check.description_checks"},
+        "lxml": {
+            *("ssp", "ssp_xml", "ssp_writer", "ssp_package", "ssp_export", "srmd"),
+            *("check.model", "check.description_checks"),
+        },
         "elftools": {"check.elf"},
         "pyarrow": {"results", "recorder"},
         "rich": {"progress", "check.report_text"},

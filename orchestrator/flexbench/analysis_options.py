@@ -19,9 +19,11 @@ requirements file, see examples/requirements.toml:
 
 exit codes: 0 all requirements pass, 1 one fails, 2 bad input"""
 
-SHADOW_EXAMPLE = """flexsat run fmus/centralised/fine_pointing.ssd --stop 100 --out results/vendor \\
-      --shadow controller=vendor.fmu --shadow-adapter vendor.toml --hand-over 50
-  flexsat shadow results/vendor"""
+SHADOW_EXAMPLE = """flexsat shadow results/vendor
+
+which a run with a shadow has left:
+  flexsat run fmus/centralised/fine_pointing.ssd --stop 100 --out results/vendor \\
+      --shadow controller=vendor.fmu --shadow-adapter vendor.toml --hand-over 50"""
 
 
 def add_budget_options(parser: argparse.ArgumentParser) -> None:
