@@ -59,7 +59,7 @@ def system_told(options: argparse.Namespace, load: Callable[[Path], System]) -> 
     if options.system is not None:
         return load(options.system)
     if options.begin is None:
-        raise InputError("name a system file; or give --from CHECKPOINT, or --resume RESULTS")
+        raise InputError("name a system file; or give --from CHECKPOINT, or --resume RESULTS; see --help")
     return system_of(read_checkpoint(options.begin).run)
 
 
