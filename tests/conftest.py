@@ -1,11 +1,13 @@
 """One BLAS thread a process, before numpy is imported: the tests run side by side, and the matrices are small.
 
-Also the FMUs in C that several folders of tests use.
+Also the FMUs that several folders of tests use: ours, and those in C.
 """
 
+import fcntl
 import importlib.util
 import os
 import shutil
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +18,22 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import pytest  # noqa: E402
 
+_FLEXSAT = Path(sys.executable).with_name("flexsat")
 _REFERENCE = Path(__file__).parent / "fmus" / "reference" / "build.py"
+
+
+@pytest.fixture(scope="session")
+def delivered(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return what `flexsat build --flat` leaves, for reading only: built once for all workers."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base  # of the session, above that of a worker
+    folder, built = shared / "delivered", shared / "delivered.done"
+    with (shared / "delivered.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not built.exists():
+            subprocess.run([_FLEXSAT, "build", "--flat", "--out", folder], check=True, capture_output=True)
+            built.touch()
+    return folder
 
 
 @pytest.fixture(scope="session")

@@ -82,9 +82,10 @@ def _positive(text: str, what: str) -> int:
     return time
 
 
-def _ticks(text: str) -> int:
+def _ticks(text: str, given: str | None = None) -> int:
     if not (text.isascii() and text.isdecimal()):
-        raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example controller:plant=2, or TICKS for all")
+        told = f"--delay {given or text}"
+        raise InputError(f"{told}: write FROM:TO=TICKS, for example sensors:controller=5, or TICKS for all")
     return int(text)
 
 
@@ -134,8 +135,8 @@ def with_delays(system: System, texts: Iterable[str]) -> System:
         ends, equals, ticks = text.rpartition("=")
         start, _, end = ends.partition(":")
         if equals and not (start and end):
-            raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example controller:plant=2, or TICKS for all")
-        count = _ticks(ticks)
+            raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example sensors:controller=5, or TICKS for all")
+        count = _ticks(ticks, text)
         system = system.with_delay(start, end, count) if equals else system.with_every_delay(count)
     return system
 

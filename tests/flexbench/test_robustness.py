@@ -7,18 +7,15 @@ import json
 import numpy as np
 import pytest
 
-from flexbench.release import release
 from flexbench.robustness import frequency_errors, judge, run_robustness, table_rows
 from flexbench.runs import read_run
 from flexbench.scenarios import scalar_overrides, scenario_parameters
 from lockstep import InputError, load_system, simulate
 
 
-@pytest.fixture(scope="module")
-def fmus(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("fmus")
-    release(("centralised",), folder, lambda _: None)
-    return folder
+@pytest.fixture
+def fmus(delivered):
+    return delivered
 
 
 def test_errors_are_shifts_or_draws_of_the_level():

@@ -1,7 +1,5 @@
 """FMUs with flat names are those with structured names in everything but the names."""
 
-import os
-import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -87,18 +85,3 @@ with Session(other.path) as session:
 
 def test_both_give_the_same_bits_side_by_side_in_one_process(pair):
     python(BOTH, *pair)
-
-
-def test_two_builds_with_flat_names_give_equal_bytes(delivered, tmp_path):
-    program = Path(sys.executable).with_name("flexsat")
-    subprocess.run(
-        [program, "build", "--flat", "--configuration", "centralised", "--out", tmp_path],
-        check=True,
-        capture_output=True,
-        env=os.environ | {"PYTHONHASHSEED": "3", "TZ": "Asia/Tokyo"},
-    )
-
-    for component in COMPONENTS:
-        for folder in ("centralised", "centralised/flat"):
-            name = f"{folder}/{component}.fmu"
-            assert (tmp_path / name).read_bytes() == (delivered / name).read_bytes(), name

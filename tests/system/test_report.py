@@ -298,7 +298,8 @@ def test_two_runs_are_compared(runs, report, open_page, tmp_path):
 def test_faults_are_listed_and_marked(runs, report, open_page, tmp_path):
     folder = tmp_path / "faulty"
     shutil.copytree(runs / "centralised-slew", folder)
-    fault = {"time": 4.0, "event": "fault", "name": "wheel 3 stuck", "phase": "begins"}
+    fault = {"time": 4.0, "event": "fault", "state": "begin", "name": "wheel 3 stuck", "kind": "stuck"}
+    fault |= {"component": "plant", "variables": ["wheel.torque[3]"], "values": {}}
     with (folder / "events.jsonl").open("a") as events:
         events.write(json.dumps(fault) + '\n{"time": 9.0, "eve')  # and half a line, as a killed run leaves it
     report([folder])
