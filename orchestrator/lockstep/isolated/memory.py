@@ -1,7 +1,7 @@
 """The memory that the master and a worker share: a header, then one region for each set of values exchanged.
 
-Header: time and step of the doStep asked for [s], the number of the call under way, how many messages either side has
-sent, and the last message logged, which so outlives a crash.
+Header: time and step of the doStep asked for [s], the number of the call under way, how long the worker has worked [s],
+and the last message logged, which so outlives a crash.
 """
 
 from __future__ import annotations
@@ -16,9 +16,8 @@ from lockstep.isolated.texts import RAW
 from lockstep.slave import DTYPES, Buffer, Scalar
 
 SIZE = 2**28  # bytes of address space; pages that nobody touches take no memory
-TIME, STEP, PLACE, WORDS = range(4)  # 8-byte fields
-ASKED, ANSWERED, MAY_SPIN = 8, 16, 17  # fields too; one side writes a cache line while the other looks at it
-TEXT, TEXT_SIZE = 192, 832  # bytes
+TIME, STEP, PLACE, WORDS, BUSY = range(5)  # 8-byte fields
+TEXT, TEXT_SIZE = 64, 960  # bytes
 REGIONS = 1024  # where they begin
 _ALIGNMENT = 64  # one cache line
 

@@ -57,12 +57,13 @@ class Process:
                 start_new_session=True,
                 env=threads | dict(os.environ) | self._marks,
             )
+        self.pid = self._process.pid
         self._ended = Event()
-        self._watch = Thread(target=self._look, name=f"watch {self._process.pid}", daemon=True)
+        self._watch = Thread(target=self._look, name=f"watch {self.pid}", daemon=True)
         self._watch.start()
 
     def _look(self) -> None:
-        limits, memory = self._limits, f"/proc/{self._process.pid}/statm"
+        limits, memory = self._limits, f"/proc/{self.pid}/statm"
         asked = 0.0  # when Ctrl-C was seen
         while not self._ended.wait(_LOOK):
             since = self.busy_since
@@ -89,7 +90,7 @@ class Process:
         self._kill()
 
     def _kill(self) -> None:
-        for pid in (*running(self._process.pid, self._marks), *([] if self._gone() else [self._process.pid])):
+        for pid in (*running(self.pid, self._marks), *([] if self._gone() else [self.pid])):
             with suppress(ProcessLookupError, PermissionError):
                 os.kill(pid, signal.SIGKILL)
 

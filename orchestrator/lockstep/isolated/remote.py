@@ -23,16 +23,14 @@ from lockstep.errors import InputError, RunError
 from lockstep.fmi_log import Log
 from lockstep.fmu import Description
 from lockstep.interrupt import Interrupt
-from lockstep.isolated.memory import ANSWERED, ASKED, PLACE, STEP, TIME, Shared, shared_file
+from lockstep.isolated.cores import cores
+from lockstep.isolated.memory import PLACE, STEP, TIME, Shared, shared_file
 from lockstep.isolated.messages import pack, read_message, write_all
 from lockstep.isolated.process import Limits, Process
-from lockstep.isolated.spinning import CORES, Spinner, share_cores
 from lockstep.isolated.texts import RAW, first_encode, then_decode
 from lockstep.slave import ERROR, OK, Buffer, Scalar, returned
 from lockstep.system import Component, Value
 
-_workers: dict[RemoteSlave, Shared] = {}  # of this process
-_working: set[RemoteSlave] = set()  # those that have something to do
 _LAST_STEP, _LAST_CALLS = 2.0, 10.0  # [s] for a step that nobody waits for any more, and for terminating
 
 Key = tuple[tuple[int, ...], bool, tuple[int, ...]]  # sets, whether to step, gets
@@ -75,13 +73,13 @@ class RemoteSlave:
         self._answers, worker_answers = os.pipe()
         try:
             self._shared = Shared(memory)
-            self._spinner, self._asked = Spinner(self._shared, ANSWERED), 0
+            self._cores = cores()
+            self._cores.scatter()
             self._process = Process((worker_commands, worker_answers, memory), folder, limits or Limits())
         finally:
             for descriptor in (memory, worker_commands, worker_answers):
                 os.close(descriptor)
-        _workers[self] = self._shared
-        share_cores(_workers.values())
+        self._worker = self._cores.join(self._process.pid, self._shared)
         part = Component(name=self.name, source=component.source, period=1, archive=component.archive)
         start = pickle.dumps((part, replace(description, variables=dict(description.variables)), str(folder)))
         self._send((-len(start)).to_bytes(4, "little", signed=True) + start)
@@ -212,8 +210,7 @@ class RemoteSlave:
         except RunError as error:
             self._log(self.name, ERROR, "isolation", str(error))
         finally:
-            _workers.pop(self, None)
-            share_cores(_workers.values())
+            self._cores.leave(self._worker)
             os.close(self._commands)
             self._process.end(grace)
             os.close(self._answers)
@@ -272,9 +269,9 @@ class RemoteSlave:
         return self._complete()
 
     def _send(self, content: bytes) -> None:
-        self._process.busy_since = monotonic()
+        self._process.busy_since = now = monotonic()
         self._flying = True
-        _working.add(self)
+        self._cores.begins(self._worker, now)
         try:
             if len(content) == 4:
                 os.write(self._commands, content)
@@ -282,15 +279,13 @@ class RemoteSlave:
                 write_all(self._commands, content)
         except BrokenPipeError:
             raise self._death() from None
-        self._asked = self._shared.integers[ASKED] = self._asked + 1
 
     def _complete(self) -> dict[str, Any]:
         """Wait for the answer."""
-        if len(_working) < CORES:  # else the master would take the core away from one of them
-            self._spinner.spin(self._asked)
+        self._cores.waits(self._worker, monotonic())
         answer = os.read(self._answers, 1)
         self._flying = False
-        _working.discard(self)
+        self._cores.ends(self._worker)
         self._process.busy_since = 0.0
         if answer == b"\0":
             self._fresh = set(self._under_way.gets)
@@ -314,7 +309,7 @@ class RemoteSlave:
     def _death(self) -> RunError | KeyboardInterrupt:
         """Return what ended the process, as an error."""
         self._broken, self._flying = True, False
-        _working.discard(self)
+        self._cores.ends(self._worker)
         place = self._shared.integers[PLACE]
         calls = [f"{self._prefix}{call}" for call in self._under_way.calls]
         where = f"in {calls[place - 1]}" if 0 < place <= len(calls) else f"after {calls[-1]}" if calls else "idle"

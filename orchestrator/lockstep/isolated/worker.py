@@ -16,15 +16,15 @@ import sys
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from lockstep.errors import InputError, RunError
 from lockstep.instance import instantiate
-from lockstep.isolated.memory import ANSWERED, ASKED, MAY_SPIN, PLACE, STEP, TIME, Shared
+from lockstep.isolated.memory import BUSY, PLACE, STEP, TIME, Shared
 from lockstep.isolated.messages import pack, read_exactly, write_all
-from lockstep.isolated.spinning import Spinner
 from lockstep.isolated.texts import first_decode, then_encode
 from lockstep.slave import ERROR, FATAL, WARNING, Slave
 
@@ -170,13 +170,10 @@ def main(arguments: list[str]) -> int:
     try:
         first = int.from_bytes(read_exactly(commands, 4), "little", signed=True)
         write_all(answers, worker.open(read_exactly(commands, -first)))
-        words, spin = worker.shared.integers, Spinner(worker.shared, ASKED).spin
-        words[ANSWERED] = count = 1  # messages answered
-        read, write, run = os.read, os.write, worker.run
+        read, write, run, reals = os.read, os.write, worker.run, worker.shared.reals
         while True:
-            if words[MAY_SPIN]:
-                spin(count + 1)
             command = read(commands, 4)
+            began = perf_counter()
             number = int.from_bytes(command, "little", signed=True)
             if number > 0:
                 answer = run(number)
@@ -188,12 +185,11 @@ def main(arguments: list[str]) -> int:
                 if told["ask"] == "close":
                     write_all(answers, answer)
                     break
+            reals[BUSY] += perf_counter() - began
             if len(answer) == 1:
                 write(answers, answer)
             else:
                 write_all(answers, answer)
-            count += 1
-            words[ANSWERED] = count
     except (EOFError, BrokenPipeError):
         pass
     finally:
