@@ -27,7 +27,7 @@ from lockstep.slave import DTYPES, SCALARS, Slave
 from lockstep.system import Component
 
 CONFIGURATION, SCENARIO, AIM = "distributed", "fine_pointing", 60.0  # [us]
-BLOCK = 100  # steps
+BLOCK, LONG_BLOCK = 100, 1000  # steps; in a long one the master finds out what pays
 
 Parts = tuple[Callable[[float], None], Callable[[], None]]
 
@@ -60,10 +60,10 @@ def bound(slave: Slave, description: Description, period: float) -> Parts:
     return begin, finish
 
 
-def timed(parts: list[Parts], period: float, first: int) -> list[float]:
+def side_by_side(parts: list[Parts], period: float, first: int, count: int) -> list[float]:
     """Return what each step of a block takes [us]: all begin, then all are finished."""
     found = []
-    for k in range(first, first + BLOCK):
+    for k in range(first, first + count):
         started = perf_counter()
         for begin, _ in parts:
             begin(k * period)
@@ -73,10 +73,10 @@ def timed(parts: list[Parts], period: float, first: int) -> list[float]:
     return found
 
 
-def in_turn(parts: list[Parts], period: float, first: int) -> list[float]:
+def in_turn(parts: list[Parts], period: float, first: int, count: int = BLOCK) -> list[float]:
     """Return what each round of a block takes [us]: one after the other begins and is finished."""
     found = []
-    for k in range(first, first + BLOCK):
+    for k in range(first, first + count):
         started = perf_counter()
         for begin, finish in parts:
             begin(k * period)
@@ -133,9 +133,9 @@ def main(steps: int) -> None:
         plant = next(component for component in components if component.kind == "continuous")
         ways, period = [[], []], plant.period / 1e9
         with opened(RemoteSlave, [plant, plant]) as pair:
-            for first in range(0, 2 * steps, 2 * BLOCK):
-                ways[0] += in_turn(pair, period, first)
-                ways[1] += timed(pair, period, first + BLOCK)
+            for first in range(0, 2 * steps, 2 * LONG_BLOCK):
+                ways[0] += in_turn(pair, period, first, LONG_BLOCK)
+                ways[1] += side_by_side(pair, period, first + LONG_BLOCK, LONG_BLOCK)
         print(f"two of {plant.name}, one after the other and side by side")
         for words, at in (("quickest tenth", 10), ("median", 50)):
             after, beside = (float(np.percentile(way, at)) for way in ways)

@@ -16,12 +16,12 @@ import ctypes
 import math
 import os
 import threading
-from collections.abc import Collection
-from contextlib import suppress
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from time import monotonic
+from time import monotonic, thread_time
 
 from lockstep.isolated.memory import BUSY, Shared
 
@@ -29,7 +29,9 @@ _INTERVAL = 0.05  # [s] between two looks at who runs where
 _LONGEST_PAUSE = 1.6  # [s] that all are left to the kernel
 _WAKING = 1e-4  # [s] that a core takes to wake up, generously
 _LONG = 1e-3  # [s] of a step beside which that does not count
+_SAMPLE = 7  # messages, of which for one the master's own work is measured: that clock is slow
 _CROWDED = 0.25  # of an interval: for how much of it others may have the core that we want
+_ASK, _ALIKE = 0xFFFFFFFF, 0x0040000  # linux/personality.h: ADDR_NO_RANDOMIZE
 _local = threading.local()
 
 Times = tuple[float, float]
@@ -44,7 +46,7 @@ class Worker:
     near: bool = False  # kept to the master's core
     step: float = 0.0  # [s] of work for a message, on average over the interval before
     messages: int = 0
-    since: float = 0.0  # when the last of them was sent [s]
+    since: float = 0.0  # when one of them was sent, by the master's processor clock [s]
     beside: float = 0.0  # [s] of work of others while it had something to do
     busy: float = 0.0  # [s] of work at the last look, since it started
 
@@ -88,22 +90,22 @@ class Cores:
             self.scatter()
 
     def begins(self, worker: Worker, now: float) -> None:
-        """Note that it was sent something to do [s]."""
+        """Note that it is sent something to do at this time [s]."""
         for other in self._working:
             other.beside += worker.step
         self._working.add(worker)
-        worker.since = now
         worker.messages += 1
+        if worker.messages % _SAMPLE == 0:
+            worker.since = thread_time()  # the wall clock would count the worker's own work, where that comes first
         if now > self._next:
             self._look(now)
 
-    def waits(self, worker: Worker, now: float) -> None:
-        """Note that the master has nothing more to do but to wait for it [s]."""
-        worker.beside += now - worker.since
-
-    def ends(self, worker: Worker) -> None:
-        """Note that it is done."""
+    def waits(self, worker: Worker) -> None:
+        """Note that the master has nothing more to do but to wait for it."""
         self._working.discard(worker)
+        if worker.since:
+            worker.beside += _SAMPLE * (thread_time() - worker.since)
+            worker.since = 0.0
 
     def _look(self, now: float) -> None:
         """Keep to a core, or see who should be near, or give the core up."""
@@ -182,6 +184,23 @@ def times(thread: int) -> Times:
     """Return how long a thread has run, and waited for a core [s], or raise OSError."""
     ran, waited, _ = Path(f"/proc/{thread}/schedstat").read_text().split()
     return int(ran) / 1e9, int(waited) / 1e9
+
+
+@contextmanager
+def same_layout() -> Iterator[None]:
+    """Have processes that are started in here lay out their memory alike, if the system lets us.
+
+    What a core has learnt about the branches of Python in one worker then holds in the next. The layout is random as a
+    defence against bad data; a worker runs foreign code anyhow.
+    """
+    before = _libc().personality(_ASK)
+    if before != -1:
+        _libc().personality(before | _ALIKE)
+    try:
+        yield
+    finally:
+        if before != -1:
+            _libc().personality(before)
 
 
 @cache

@@ -13,6 +13,7 @@ from threading import Event, Thread
 from time import monotonic
 
 from lockstep.interrupt import Interrupt
+from lockstep.isolated.cores import same_layout
 from lockstep.processes import running, signal_name
 
 GIGABYTE = 2**30
@@ -47,7 +48,7 @@ class Process:
         self._marks = {"TMPDIR": str(folder / "tmp")}
         self._printed = folder / "printed"
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-        with self._printed.open("ab") as printed:
+        with self._printed.open("ab") as printed, same_layout():
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "lockstep.isolated.worker", *map(str, descriptors)],
                 stdin=subprocess.DEVNULL,

@@ -33,6 +33,8 @@ from lockstep.system import Component, Value
 
 _LAST_STEP, _LAST_CALLS = 2.0, 10.0  # [s] for a step that nobody waits for any more, and for terminating
 
+_NONE: frozenset[int] = frozenset()
+
 Key = tuple[tuple[int, ...], bool, tuple[int, ...]]  # sets, whether to step, gets
 
 
@@ -65,7 +67,7 @@ class RemoteSlave:
         self._programs: dict[Key, _Program] = {}
         self._under_way = _Program(command=b"", calls=("Instantiate",), gets=frozenset())
         self._pending: dict[int, None] = {}  # sets that wait for the next step, in order
-        self._fresh: set[int] = set()  # gets whose regions hold the present values
+        self._fresh = _NONE  # gets whose regions hold the present values
         self._used: list[int] = []  # gets asked for since the last step
         self._last: _Step | None = None
         memory = shared_file()
@@ -105,7 +107,7 @@ class RemoteSlave:
             self._used.append(port)
             if port not in self._fresh:
                 fresh = self._fresh
-                self._run((tuple(self._pending), False, (port,)))
+                self._run(self._program((tuple(self._pending), False, (port,))))
                 self._complete()
                 self._fresh = fresh | {port}
             buffer[:] = region
@@ -127,7 +129,7 @@ class RemoteSlave:
             region[:] = buffer
             pending.pop(port, None)  # the later of two sets has to stay the later one
             pending[port] = None
-            self._fresh = set()  # an output may depend on it at once
+            self._fresh = _NONE  # an output may depend on it at once
             return OK
 
         return put
@@ -146,12 +148,16 @@ class RemoteSlave:
             self._complete()
         last, used = self._last, self._used
         if last is not None and used != last.expected:
-            last.expected = list(dict.fromkeys(used))
+            last.expected, last.program = list(dict.fromkeys(used)), None
         self._last, self._used = step, []
         reals = self._shared.reals
         self._time = reals[TIME] = time
         reals[STEP] = length
-        self._run((tuple(self._pending), True, tuple(step.expected)))
+        sets = tuple(self._pending)
+        program = step.program
+        if program is None or sets != step.sets:
+            step.sets, step.program = sets, program = sets, self._program((sets, True, tuple(step.expected)))
+        self._run(program)
 
     def complete(self) -> None:
         """Wait for the end of the step, or raise RunError."""
@@ -230,14 +236,16 @@ class RemoteSlave:
             self._names.append(name)
         return self._ports[key]
 
-    def _run(self, key: Key) -> None:
+    def _run(self, program: _Program) -> None:
         """Send the command of a program, which then has to be completed."""
-        program = self._programs.get(key) or self._program(key)
         self._pending.clear()
         self._under_way = program
         self._send(program.command)
 
     def _program(self, key: Key) -> _Program:
+        """Return the program that does this, which the worker is told once."""
+        if key in self._programs:
+            return self._programs[key]
         sets, steps, gets = key
         self._tell("DoStep", ask="program", sets=sets, steps=steps, gets=gets)
         names = self._names
@@ -252,9 +260,9 @@ class RemoteSlave:
         self.ready()
         self.complete()
         if self._pending:
-            self._run((tuple(self._pending), False, ()))
+            self._run(self._program((tuple(self._pending), False, ())))
             self._complete()
-        self._fresh = set()
+        self._fresh = _NONE
         told = self._tell(name, ask=method, arguments=arguments)
         self._outcome = str(told.get("outcome", ""))
         return int(told["status"])
@@ -282,13 +290,12 @@ class RemoteSlave:
 
     def _complete(self) -> dict[str, Any]:
         """Wait for the answer."""
-        self._cores.waits(self._worker, monotonic())
+        self._cores.waits(self._worker)
         answer = os.read(self._answers, 1)
         self._flying = False
-        self._cores.ends(self._worker)
         self._process.busy_since = 0.0
         if answer == b"\0":
-            self._fresh = set(self._under_way.gets)
+            self._fresh = self._under_way.gets
             return {}
         try:
             if answer != b"\1":
@@ -303,13 +310,13 @@ class RemoteSlave:
         if failed is not None:
             said = f": {self.last_messages()}" if self._messages else ""
             raise RunError(f"{self.name}: {failed} at {self._time:.9g} s{said}")
-        self._fresh = set(self._under_way.gets)
+        self._fresh = self._under_way.gets
         return dict(told)
 
     def _death(self) -> RunError | KeyboardInterrupt:
         """Return what ended the process, as an error."""
         self._broken, self._flying = True, False
-        self._cores.ends(self._worker)
+        self._cores.waits(self._worker)
         place = self._shared.integers[PLACE]
         calls = [f"{self._prefix}{call}" for call in self._under_way.calls]
         where = f"in {calls[place - 1]}" if 0 < place <= len(calls) else f"after {calls[-1]}" if calls else "idle"
@@ -321,10 +328,12 @@ class RemoteSlave:
 
 
 class _Step:
-    """A step, and the gets that followed when it was called before."""
+    """A step, the sets before it and the gets that followed, when it was called before."""
 
     def __init__(self, slave: RemoteSlave) -> None:
         self.expected: list[int] = []
+        self.sets: tuple[int, ...] = ()
+        self.program: _Program | None = None  # for these sets, and the gets expected
         self._begin = slave.begin
 
     def __call__(self, time: float, length: float, _no_set_state: int) -> int:
