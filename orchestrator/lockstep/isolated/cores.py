@@ -29,7 +29,8 @@ _INTERVAL = 0.05  # [s] between two looks at who runs where
 _LONGEST_PAUSE = 1.6  # [s] that all are left to the kernel
 _WAKING = 1e-4  # [s] that a core takes to wake up, generously
 _LONG = 1e-3  # [s] of a step beside which that does not count
-_SAMPLE = 7  # messages, of which for one the master's own work is measured: that clock is slow
+SAMPLE = 7  # messages, for one of which it is measured what goes on beside it: the clock for that is slow
+_ENOUGH = 4 * SAMPLE  # messages to judge a worker by
 _CROWDED = 0.25  # of an interval: for how much of it others may have the core that we want
 _ASK, _ALIKE = 0xFFFFFFFF, 0x0040000  # linux/personality.h: ADDR_NO_RANDOMIZE
 _local = threading.local()
@@ -39,16 +40,16 @@ Times = tuple[float, float]
 
 @dataclass(slots=True, eq=False)
 class Worker:
-    """One worker's process, and what it did since the last look."""
+    """One worker's process, and what it did since it was judged last."""
 
     pid: int
     shared: Shared
     near: bool = False  # kept to the master's core
-    step: float = 0.0  # [s] of work for a message, on average over the interval before
+    step: float = 0.0  # [s] of work for a message, on average, before that
     messages: int = 0
     since: float = 0.0  # when one of them was sent, by the master's processor clock [s]
     beside: float = 0.0  # [s] of work of others while it had something to do
-    busy: float = 0.0  # [s] of work at the last look, since it started
+    busy: float = 0.0  # [s] of its work up to then
 
 
 class Cores:
@@ -59,7 +60,7 @@ class Cores:
         self._all = os.sched_getaffinity(0)  # as the user started the master
         self._home: int | None = None  # the core that is kept to
         self._workers: list[Worker] = []
-        self._working: set[Worker] = set()
+        self.watched: set[Worker] = set()  # while they have something to do
         self._times: dict[int, Times] = {}  # at the last look, by thread
         self._last = self._next = self._settled = 0.0  # [s]
         self._pause = _INTERVAL
@@ -84,28 +85,25 @@ class Cores:
 
     def leave(self, worker: Worker) -> None:
         """Let go of one that ends. After the last one the master has all its cores again."""
-        self._working.discard(worker)
+        self.watched.discard(worker)
         self._workers.remove(worker)
         if not self._workers:
             self.scatter()
 
     def begins(self, worker: Worker, now: float) -> None:
-        """Note that it is sent something to do at this time [s]."""
-        for other in self._working:
-            other.beside += worker.step
-        self._working.add(worker)
-        worker.messages += 1
-        if worker.messages % _SAMPLE == 0:
+        """Note that it is sent something to do at this time [s]; needed for one message in SAMPLE, and beside those."""
+        for other in self.watched:
+            other.beside += SAMPLE * worker.step
+        if worker.messages % SAMPLE == 0:
+            self.watched.add(worker)
             worker.since = thread_time()  # the wall clock would count the worker's own work, where that comes first
-        if now > self._next:
-            self._look(now)
+            if now > self._next:
+                self._look(now)
 
     def waits(self, worker: Worker) -> None:
-        """Note that the master has nothing more to do but to wait for it."""
-        self._working.discard(worker)
-        if worker.since:
-            worker.beside += _SAMPLE * (thread_time() - worker.since)
-            worker.since = 0.0
+        """Note that the master has nothing more to do but to wait for one that is watched."""
+        self.watched.discard(worker)
+        worker.beside += SAMPLE * (thread_time() - worker.since)
 
     def _look(self, now: float) -> None:
         """Keep to a core, or see who should be near, or give the core up."""
@@ -148,14 +146,15 @@ class Cores:
     def _judge(self) -> None:
         """Send the workers home that the master waits for, and the others away."""
         for worker in self._workers:
-            busy = worker.shared.reals[BUSY]
-            if worker.messages:
+            if worker.messages >= _ENOUGH:
+                busy = worker.shared.reals[BUSY]
                 worker.step = (busy - worker.busy) / worker.messages
                 saved = min(worker.step, worker.beside / worker.messages)
                 self._place(worker, near=saved < _WAKING and worker.step < _LONG)
-            worker.busy, worker.messages, worker.beside = busy, 0, 0.0
+                worker.busy, worker.messages, worker.beside = busy, 0, 0.0
 
     def _place(self, worker: Worker, *, near: bool) -> None:
+        """Keep a worker to the master's core, or let it go."""
         if near != worker.near:
             worker.near = near
             keep(worker.pid, {self._home} if near and self._home is not None else self._all)

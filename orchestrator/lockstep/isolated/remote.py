@@ -23,7 +23,7 @@ from lockstep.errors import InputError, RunError
 from lockstep.fmi_log import Log
 from lockstep.fmu import Description
 from lockstep.interrupt import Interrupt
-from lockstep.isolated.cores import cores
+from lockstep.isolated.cores import SAMPLE, cores
 from lockstep.isolated.memory import PLACE, STEP, TIME, Shared, shared_file
 from lockstep.isolated.messages import pack, read_message, write_all
 from lockstep.isolated.process import Limits, Process
@@ -279,7 +279,10 @@ class RemoteSlave:
     def _send(self, content: bytes) -> None:
         self._process.busy_since = now = monotonic()
         self._flying = True
-        self._cores.begins(self._worker, now)
+        worker = self._worker
+        worker.messages += 1
+        if worker.messages % SAMPLE == 0 or self._cores.watched:
+            self._cores.begins(worker, now)
         try:
             if len(content) == 4:
                 os.write(self._commands, content)
@@ -290,7 +293,8 @@ class RemoteSlave:
 
     def _complete(self) -> dict[str, Any]:
         """Wait for the answer."""
-        self._cores.waits(self._worker)
+        if self._worker in self._cores.watched:
+            self._cores.waits(self._worker)
         answer = os.read(self._answers, 1)
         self._flying = False
         self._process.busy_since = 0.0
@@ -316,7 +320,7 @@ class RemoteSlave:
     def _death(self) -> RunError | KeyboardInterrupt:
         """Return what ended the process, as an error."""
         self._broken, self._flying = True, False
-        self._cores.waits(self._worker)
+        self._cores.watched.discard(self._worker)
         place = self._shared.integers[PLACE]
         calls = [f"{self._prefix}{call}" for call in self._under_way.calls]
         where = f"in {calls[place - 1]}" if 0 < place <= len(calls) else f"after {calls[-1]}" if calls else "idle"
