@@ -113,10 +113,10 @@ class Cores:
             self.scatter()
             self._next = math.inf
         elif self._home is None:
-            self._home = core()
-            keep(self._thread, {self._home})
-            self._settled = now
-            self._judge()
+            if any(worker.messages >= _ENOUGH for worker in self._workers):
+                self._home, self._settled = core(), now
+                keep(self._thread, {self._home})
+                self._judge()
         elif self._crowded(before, elapsed):
             self.scatter()
             again = now - self._settled < 2.0 * self._pause
