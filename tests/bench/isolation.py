@@ -3,7 +3,8 @@
 `python tests/bench/isolation.py [STEPS]`. All inputs are set and all outputs fetched at each step. Both ways take turns
 in short blocks, and single steps are told: the quickest tenth, the median and the slowest tenth, so that one sees what
 else the machine does. The aim is below 60 us more. Nothing passes or fails here. First each component is isolated
-alone, then all of a system, stepped in turn; at last two isolated ones, one after the other and side by side.
+alone, then all of a system, stepped in turn; then two isolated ones, one after the other and side by side; at last
+whole runs with all components isolated and none.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -24,9 +26,11 @@ from lockstep.fmi2 import Fmi2Slave
 from lockstep.fmu import Description, read_description
 from lockstep.isolated.remote import RemoteSlave
 from lockstep.slave import DTYPES, SCALARS, Slave
-from lockstep.system import Component
+from lockstep.system import Component, System
 
 CONFIGURATION, SCENARIO, AIM = "distributed", "fine_pointing", 60.0  # [us]
+LONG_STEP = 4  # periods: so long that it pays to wake a second core
+DURATION, ROUNDS = 30.0, 3  # [s] of whole runs
 BLOCK, LONG_BLOCK = 100, 1000  # steps; in a long one the master finds out what pays
 
 Parts = tuple[Callable[[float], None], Callable[[], None]]
@@ -131,15 +135,28 @@ def main(steps: int) -> None:
                         way += in_turn(parts, period, first)
             tell(name, *ways, len(chosen))
         plant = next(component for component in components if component.kind == "continuous")
-        ways, period = [[], []], plant.period / 1e9
+        ways, period = [[], []], LONG_STEP * plant.period / 1e9
         with opened(RemoteSlave, [plant, plant]) as pair:
             for first in range(0, 2 * steps, 2 * LONG_BLOCK):
                 ways[0] += in_turn(pair, period, first, LONG_BLOCK)
                 ways[1] += side_by_side(pair, period, first + LONG_BLOCK, LONG_BLOCK)
-        print(f"two of {plant.name}, one after the other and side by side")
+        print(f"two of {plant.name} in steps of {period:g} s, one after the other and side by side")
         for words, at in (("quickest tenth", 10), ("median", 50)):
             after, beside = (float(np.percentile(way, at)) for way in ways)
             print(f"{words:16}{after:9.1f}{beside:10.1f}{after / beside:8.2f} x")
+        runs(load_system(Path(folder, CONFIGURATION, f"{SCENARIO}.ssd")), Path(folder, "run"))
+
+
+def runs(system: System, out: Path) -> None:
+    """Print what whole runs take [s], none and all isolated in turn, and the difference for each step."""
+    from lockstep import simulate
+
+    alone = replace(system, components=tuple(replace(part, isolated=True) for part in system.components))
+    count = sum(round(DURATION * 1e9) // part.period for part in system.components)
+    for _ in range(ROUNDS):
+        times = [simulate(way, out, DURATION, overwrite=True).wall_time for way in (system, alone)]
+        print(f"a run of {DURATION:g} s with {count} steps: {times[0]:.2f} s, all isolated {times[1]:.2f} s, "
+              f"{(times[1] - times[0]) / count * 1e6:.1f} us more a step", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":
