@@ -31,6 +31,7 @@ from lockstep import Component, Connection, System, load_system, simulate, write
 from lockstep.ssp_package import package_entries
 
 HERE = Path(__file__).parent
+REST = HERE.parent / "fmus" / "rest" / "fmi2_rest.c"
 GUID = "{5d2c1f0a-7d0e-4f5c-9a55-2a3d2f7b6c11}"
 FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC")
 TICK = 1_000_000  # [ns]
@@ -76,7 +77,7 @@ def wide_fmu(folder: Path, width: int) -> Path:
     library, path = folder / f"wide{width}.so", folder / f"wide{width}.fmu"
     headers = Path(fmpy.__file__).parent / "c-code"
     definitions = (f'-DGUID="{GUID}"', f"-DWIDTH={width}")
-    subprocess.run(["gcc", *FLAGS, *definitions, f"-I{headers}", "-o", library, HERE / "wide.c"], check=True)
+    subprocess.run(["gcc", *FLAGS, *definitions, f"-I{headers}", "-o", library, HERE / "wide.c", REST], check=True)
     ports = [("u", "input", ' start="0"')] * width + [("y", "output", "")] * width
     variables = "".join(
         f'<ScalarVariable name="{name}[{k % width + 1}]" valueReference="{k}" causality="{causality}">'

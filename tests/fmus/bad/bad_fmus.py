@@ -13,6 +13,7 @@ HERE = Path(__file__).parent
 XML = (HERE / "bad.xml").read_text(encoding="utf-8")
 GUID = re.search(r'guid="([^"]+)"', XML)[1]
 HEADERS = Path(fmpy.__file__).parent / "c-code"
+REST = HERE.parent / "rest" / "fmi2_rest.c"
 FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC")
 DEFECTS = set(re.findall(r"DEFECT_(\w+)", (HERE / "bad.c").read_text(encoding="utf-8"))) - {""}
 
@@ -24,7 +25,7 @@ def bad_fmu(folder: Path, *defects: str, xml: str = XML) -> Path:
     library = folder / "bad.so"
     options = [f"-DDEFECT_{defect}" for defect in defects]
     subprocess.run(
-        ["gcc", *FLAGS, f'-DGUID="{GUID}"', *options, f"-I{HEADERS}", "-o", library, HERE / "bad.c", "-lm"],
+        ["gcc", *FLAGS, f'-DGUID="{GUID}"', *options, f"-I{HEADERS}", "-o", library, HERE / "bad.c", REST, "-lm"],
         check=True,
     )
     path = folder / "bad.fmu"

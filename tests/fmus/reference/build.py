@@ -17,6 +17,7 @@ import fmpy
 
 HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
+REST = HERE.parent / "rest"
 FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC")
 TOKEN = "{5b0b1f7e-3c58-4f5e-9d0b-4f3a7d6e2c10}"
 VERSIONS = ("1.0", "2.0", "3.0")
@@ -109,13 +110,11 @@ def build(model: str, version: str, folder: Path, *, token: str = TOKEN, more: s
     variables = variables_of(model, version)
     (folder / "variables.h").write_text(_header(model, variables, version))
     library, path = folder / f"{model}.so", folder / f"{model}.fmu"
-    shell = HERE / f"fmi{version[0]}.c"
-    defines = (f'-DTOKEN="{token}"', f"-DIDENTIFIER={model}")
-    subprocess.run(
-        ["gcc", *FLAGS, *defines, f"-I{HEADERS}", f"-I{folder}", f"-I{HERE}", "-o", library, shell,
-         HERE / f"{model}.c", "-lm"],
-        check=True,
-    )  # fmt: skip
+    sources = [HERE / f"fmi{version[0]}.c", HERE / f"{model}.c"]
+    if version != "1.0":
+        sources.append(REST / f"fmi{version[0]}_rest.c")
+    options = (*FLAGS, f'-DTOKEN="{token}"', f"-DIDENTIFIER={model}", f"-I{HEADERS}", f"-I{folder}", f"-I{HERE}")
+    subprocess.run(["gcc", *options, "-o", library, *sources, "-lm"], check=True)
     describe = {"1.0": _description1, "2.0": _description2, "3.0": _description3}[version]
     platform = fmpy.platform_tuple if version == "3.0" else fmpy.platform
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -34,9 +34,6 @@ static void decoded(const char *uri, char *path, size_t size) {
     path[n] = 0;
 }
 
-const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
-const char *fmi2GetVersion(void) { return fmi2Version; }
-
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
     (void)visible; (void)logging;
@@ -53,21 +50,12 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, 
     return NULL;
 }
 
-void fmi2FreeInstance(fmi2Component c) { free(c); }
-
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String names[]) {
-    (void)c; (void)on; (void)n; (void)names;
-    return fmi2OK;
-}
-
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean t, fmi2Real tolerance, fmi2Real start, fmi2Boolean s,
                                fmi2Real stop) {
     (void)t; (void)tolerance; (void)s; (void)stop;
     ((Instance *)c)->state.time = start;
     return fmi2OK;
 }
-
-fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     model_initialise(&((Instance *)c)->state);
@@ -144,46 +132,6 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     return fmi2OK;
 }
 
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    if (!*state) *state = malloc(sizeof(State));
-    memcpy(*state, &((Instance *)c)->state, sizeof(State));
-    return fmi2OK;
-}
+size_t state_size = sizeof(State);
 
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-    memcpy(&((Instance *)c)->state, state, sizeof(State));
-    return fmi2OK;
-}
-
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    (void)c;
-    free(*state);
-    *state = NULL;
-    return fmi2OK;
-}
-
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
-    (void)c; (void)state;
-    *size = sizeof(State);
-    return fmi2OK;
-}
-
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    if (size < sizeof(State)) return say(c, fmi2Error, "too few bytes");
-    memcpy(bytes, state, sizeof(State));
-    return fmi2OK;
-}
-
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    if (size != sizeof(State)) return say(c, fmi2Error, "not a state of this model");
-    if (!*state) *state = malloc(sizeof(State));
-    memcpy(*state, bytes, sizeof(State));
-    return fmi2OK;
-}
-
-/* What FMI asks for and these models do not have. */
 fmi2Status refused(fmi2Component c) { return say(c, fmi2Error, "this function is not implemented"); }
-#pragma GCC diagnostic ignored "-Wattribute-alias"
-#define REFUSE(NAME) extern fmi2##NAME##TYPE fmi2##NAME __attribute__((alias("refused")));
-REFUSE(GetDirectionalDerivative) REFUSE(SetRealInputDerivatives) REFUSE(GetRealOutputDerivatives) REFUSE(CancelStep)
-REFUSE(GetStatus) REFUSE(GetRealStatus) REFUSE(GetIntegerStatus) REFUSE(GetStringStatus)

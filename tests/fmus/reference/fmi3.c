@@ -19,8 +19,6 @@ static fmi3Status say(Instance *it, fmi3Status status, const char *text) {
     return status;
 }
 
-const char *fmi3GetVersion(void) { return fmi3Version; }
-
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                          fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early,
                                          const fmi3ValueReference required[], size_t count,
@@ -38,13 +36,6 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     say(it, fmi3Error, wrong);
     free(it);
     return NULL;
-}
-
-void fmi3FreeInstance(fmi3Instance c) { free(c); }
-
-fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String names[]) {
-    (void)c; (void)on; (void)n; (void)names;
-    return fmi3OK;
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t, fmi3Float64 tolerance, fmi3Float64 start,
@@ -148,56 +139,6 @@ fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference r[], size_t n,
     return at == total ? fmi3OK : say(c, fmi3Error, "too many values");
 }
 
-fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
-    if (!*state) *state = malloc(sizeof(State));
-    memcpy(*state, &((Instance *)c)->state, sizeof(State));
-    return fmi3OK;
-}
+size_t state_size = sizeof(State);
 
-fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
-    memcpy(&((Instance *)c)->state, state, sizeof(State));
-    return fmi3OK;
-}
-
-fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
-    (void)c;
-    free(*state);
-    *state = NULL;
-    return fmi3OK;
-}
-
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
-    (void)c; (void)state;
-    *size = sizeof(State);
-    return fmi3OK;
-}
-
-fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-    if (size < sizeof(State)) return say(c, fmi3Error, "too few bytes");
-    memcpy(bytes, state, sizeof(State));
-    return fmi3OK;
-}
-
-fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-    if (size != sizeof(State)) return say(c, fmi3Error, "not a state of this model");
-    if (!*state) *state = malloc(sizeof(State));
-    memcpy(*state, bytes, sizeof(State));
-    return fmi3OK;
-}
-
-/* What FMI asks for and these models do not have. */
 fmi3Status refused(fmi3Instance c) { return say(c, fmi3Error, "this function is not implemented"); }
-#pragma GCC diagnostic ignored "-Wattribute-alias"
-#define REFUSE(NAME) extern fmi3##NAME##TYPE fmi3##NAME __attribute__((alias("refused")));
-REFUSE(InstantiateModelExchange) REFUSE(InstantiateScheduledExecution) REFUSE(EnterEventMode)
-REFUSE(GetBinary) REFUSE(SetBinary) REFUSE(GetClock) REFUSE(SetClock)
-REFUSE(GetNumberOfVariableDependencies) REFUSE(GetVariableDependencies)
-REFUSE(GetDirectionalDerivative) REFUSE(GetAdjointDerivative)
-REFUSE(EnterConfigurationMode) REFUSE(ExitConfigurationMode)
-REFUSE(GetIntervalDecimal) REFUSE(GetIntervalFraction) REFUSE(GetShiftDecimal) REFUSE(GetShiftFraction)
-REFUSE(SetIntervalDecimal) REFUSE(SetIntervalFraction) REFUSE(SetShiftDecimal) REFUSE(SetShiftFraction)
-REFUSE(EvaluateDiscreteStates) REFUSE(UpdateDiscreteStates) REFUSE(EnterContinuousTimeMode)
-REFUSE(CompletedIntegratorStep) REFUSE(SetTime) REFUSE(SetContinuousStates) REFUSE(GetContinuousStateDerivatives)
-REFUSE(GetEventIndicators) REFUSE(GetContinuousStates) REFUSE(GetNominalsOfContinuousStates)
-REFUSE(GetNumberOfEventIndicators) REFUSE(GetNumberOfContinuousStates) REFUSE(EnterStepMode)
-REFUSE(GetOutputDerivatives) REFUSE(ActivateModelPartition)

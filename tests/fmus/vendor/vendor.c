@@ -30,9 +30,6 @@ static fmi2Status say(Instance *instance, const char *text) {
     return fmi2Error;
 }
 
-const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
-const char *fmi2GetVersion(void) { return fmi2Version; }
-
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
     (void)resources; (void)visible; (void)logging;
@@ -51,22 +48,6 @@ void fmi2FreeInstance(fmi2Component c) {
     free((void *)((Instance *)c)->name);
     free(c);
 }
-
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String names[]) {
-    (void)c; (void)on; (void)n; (void)names;
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean t, fmi2Real tolerance, fmi2Real start, fmi2Boolean s,
-                               fmi2Real stop) {
-    (void)c; (void)t; (void)tolerance; (void)start; (void)s; (void)stop;
-    return fmi2OK;
-}
-
-fmi2Status fmi2EnterInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) { (void)c; return fmi2OK; }
-fmi2Status fmi2Terminate(fmi2Component c) { (void)c; return fmi2OK; }
-fmi2Status fmi2Reset(fmi2Component c) { return say(c, "reset is not implemented"); }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set) {
     (void)time; (void)no_set;
@@ -97,26 +78,4 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
 ACCESS(Real, fmi2Real, real, REALS)
 ACCESS(Integer, fmi2Integer, integer, INTEGERS)
 
-/* What FMI asks for and this controller does not have. */
-#define REFUSE(NAME, ...) fmi2Status NAME(fmi2Component c, ##__VA_ARGS__) { return say(c, #NAME " is not implemented"); }
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-REFUSE(fmi2GetBoolean, const fmi2ValueReference r[], size_t n, fmi2Boolean v[])
-REFUSE(fmi2SetBoolean, const fmi2ValueReference r[], size_t n, const fmi2Boolean v[])
-REFUSE(fmi2GetString, const fmi2ValueReference r[], size_t n, fmi2String v[])
-REFUSE(fmi2SetString, const fmi2ValueReference r[], size_t n, const fmi2String v[])
-REFUSE(fmi2GetFMUstate, fmi2FMUstate *s)
-REFUSE(fmi2SetFMUstate, fmi2FMUstate s)
-REFUSE(fmi2FreeFMUstate, fmi2FMUstate *s)
-REFUSE(fmi2SerializedFMUstateSize, fmi2FMUstate s, size_t *n)
-REFUSE(fmi2SerializeFMUstate, fmi2FMUstate s, fmi2Byte b[], size_t n)
-REFUSE(fmi2DeSerializeFMUstate, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
-REFUSE(fmi2GetDirectionalDerivative, const fmi2ValueReference u[], size_t n, const fmi2ValueReference k[], size_t m,
-       const fmi2Real d[], fmi2Real v[])
-REFUSE(fmi2SetRealInputDerivatives, const fmi2ValueReference r[], size_t n, const fmi2Integer o[], const fmi2Real v[])
-REFUSE(fmi2GetRealOutputDerivatives, const fmi2ValueReference r[], size_t n, const fmi2Integer o[], fmi2Real v[])
-REFUSE(fmi2CancelStep)
-REFUSE(fmi2GetStatus, const fmi2StatusKind k, fmi2Status *v)
-REFUSE(fmi2GetRealStatus, const fmi2StatusKind k, fmi2Real *v)
-REFUSE(fmi2GetIntegerStatus, const fmi2StatusKind k, fmi2Integer *v)
-REFUSE(fmi2GetBooleanStatus, const fmi2StatusKind k, fmi2Boolean *v)
-REFUSE(fmi2GetStringStatus, const fmi2StatusKind k, fmi2String *v)
+fmi2Status refused(fmi2Component c) { return say(c, "this function is not implemented"); }

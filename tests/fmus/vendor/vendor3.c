@@ -28,8 +28,6 @@ static fmi3Status say(Instance *it, const char *text) {
     return fmi3Error;
 }
 
-const char *fmi3GetVersion(void) { return fmi3Version; }
-
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                          fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early,
                                          const fmi3ValueReference required[], size_t count,
@@ -44,22 +42,6 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     it->gains = (Gains){0.02, 0.2, 4400};
     return it;
 }
-
-void fmi3FreeInstance(fmi3Instance c) { free(c); }
-
-fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String names[]) {
-    (void)c; (void)on; (void)n; (void)names;
-    return fmi3OK;
-}
-
-fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t, fmi3Float64 tolerance, fmi3Float64 start,
-                                       fmi3Boolean s, fmi3Float64 stop) {
-    (void)c; (void)t; (void)tolerance; (void)start; (void)s; (void)stop;
-    return fmi3OK;
-}
-
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { (void)c; return fmi3OK; }
-fmi3Status fmi3Terminate(fmi3Instance c) { (void)c; return fmi3OK; }
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_set, fmi3Boolean *event,
                       fmi3Boolean *end, fmi3Boolean *early, fmi3Float64 *reached) {
@@ -108,24 +90,4 @@ ACCESS(Int8, fmi3Int8, r[k] == VALID)
 ACCESS(UInt8, fmi3UInt8, r[k] == MODE)
 ACCESS(UInt64, fmi3UInt64, r[k] == STATUS)
 
-/* What FMI asks for and this controller does not have. */
 fmi3Status refused(fmi3Instance c) { return say(c, "this function is not implemented"); }
-#pragma GCC diagnostic ignored "-Wattribute-alias"
-#define REFUSE(NAME) extern fmi3##NAME##TYPE fmi3##NAME __attribute__((alias("refused")));
-REFUSE(InstantiateModelExchange) REFUSE(InstantiateScheduledExecution) REFUSE(EnterEventMode) REFUSE(Reset)
-REFUSE(GetInt16) REFUSE(SetInt16) REFUSE(GetInt32) REFUSE(SetInt32) REFUSE(GetInt64) REFUSE(SetInt64)
-REFUSE(GetUInt16) REFUSE(SetUInt16) REFUSE(GetUInt32) REFUSE(SetUInt32)
-REFUSE(GetBoolean) REFUSE(SetBoolean) REFUSE(GetString) REFUSE(SetString)
-REFUSE(GetBinary) REFUSE(SetBinary) REFUSE(GetClock) REFUSE(SetClock)
-REFUSE(GetFMUState) REFUSE(SetFMUState) REFUSE(FreeFMUState)
-REFUSE(SerializedFMUStateSize) REFUSE(SerializeFMUState) REFUSE(DeserializeFMUState)
-REFUSE(GetNumberOfVariableDependencies) REFUSE(GetVariableDependencies)
-REFUSE(GetDirectionalDerivative) REFUSE(GetAdjointDerivative)
-REFUSE(EnterConfigurationMode) REFUSE(ExitConfigurationMode)
-REFUSE(GetIntervalDecimal) REFUSE(GetIntervalFraction) REFUSE(GetShiftDecimal) REFUSE(GetShiftFraction)
-REFUSE(SetIntervalDecimal) REFUSE(SetIntervalFraction) REFUSE(SetShiftDecimal) REFUSE(SetShiftFraction)
-REFUSE(EvaluateDiscreteStates) REFUSE(UpdateDiscreteStates) REFUSE(EnterContinuousTimeMode)
-REFUSE(CompletedIntegratorStep) REFUSE(SetTime) REFUSE(SetContinuousStates) REFUSE(GetContinuousStateDerivatives)
-REFUSE(GetEventIndicators) REFUSE(GetContinuousStates) REFUSE(GetNominalsOfContinuousStates)
-REFUSE(GetNumberOfEventIndicators) REFUSE(GetNumberOfContinuousStates) REFUSE(EnterStepMode)
-REFUSE(GetOutputDerivatives) REFUSE(ActivateModelPartition)

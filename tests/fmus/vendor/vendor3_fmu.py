@@ -7,7 +7,7 @@ import zipfile
 from pathlib import Path
 
 import fmpy
-from vendor_fmu import ADAPTER, FLAGS, GUID, HEADERS, HERE, UNITS
+from vendor_fmu import ADAPTER, FLAGS, GUID, HEADERS, HERE, REST, UNITS
 
 ADAPTER3 = ADAPTER.replace("index_base = 0\n", "")
 
@@ -29,9 +29,9 @@ def vendor3_fmu(folder: Path) -> Path:
     """Compile and zip the controller; return its path."""
     folder.mkdir(parents=True, exist_ok=True)
     library, path = folder / "vendor.so", folder / "vendor.fmu"
-    subprocess.run(
-        ["gcc", *FLAGS, f'-DTOKEN="{GUID}"', f"-I{HEADERS}", "-o", library, HERE / "vendor3.c", "-lm"], check=True
-    )
+    options = (*FLAGS, f'-DTOKEN="{GUID}"', f"-I{HEADERS}")
+    sources = (HERE / "vendor3.c", REST / "fmi3_rest.c")
+    subprocess.run(["gcc", *options, "-o", library, *sources, "-lm"], check=True)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", _description())
         archive.write(library, f"binaries/{fmpy.platform_tuple}/vendor.so")

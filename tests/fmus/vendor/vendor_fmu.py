@@ -11,6 +11,7 @@ import fmpy
 HERE = Path(__file__).parent
 GUID = "{0c7f5b2e-64b1-4d58-8a2f-0e0b7c1f9a41}"
 HEADERS = Path(fmpy.__file__).parent / "c-code"
+REST = HERE.parent / "rest"
 FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC")
 UNITS = """
   <UnitDefinitions>
@@ -66,9 +67,9 @@ def vendor_fmu(folder: Path, *, units: bool = True) -> Path:
     """Compile and zip the controller, with units declared or without; return its path."""
     folder.mkdir(parents=True, exist_ok=True)
     library, path = folder / "vendor.so", folder / "vendor.fmu"
-    subprocess.run(
-        ["gcc", *FLAGS, f'-DGUID="{GUID}"', f"-I{HEADERS}", "-o", library, HERE / "vendor.c", "-lm"], check=True
-    )
+    options = (*FLAGS, f'-DGUID="{GUID}"', f"-I{HEADERS}")
+    sources = (HERE / "vendor.c", REST / "fmi2_rest.c")
+    subprocess.run(["gcc", *options, "-o", library, *sources, "-lm"], check=True)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", _description(units))
         archive.write(library, "binaries/linux64/vendor.so")

@@ -12,6 +12,7 @@ from lockstep.ssp_package import package_entries
 
 HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
+REST = HERE.parents[1] / "fmus" / "rest" / "fmi2_rest.c"
 GUID = "{f1c0a7be-stamps}"
 OUTPUTS = {"stamp": 1, "least": 2, "largest": 3, "count": 4}
 XML = """<?xml version="1.0" encoding="UTF-8"?>
@@ -31,7 +32,7 @@ def build_stamps(folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     library = folder / "stamps.so"
     flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC", f'-DGUID="{GUID}"']
-    subprocess.run(["gcc", *flags, f"-I{HEADERS}", "-o", library, HERE / "stamps.c"], check=True)
+    subprocess.run(["gcc", *flags, f"-I{HEADERS}", "-o", library, HERE / "stamps.c", REST], check=True)
     variable = '<ScalarVariable name="{}" valueReference="{}" causality="output"><Real/></ScalarVariable>'
     outputs = "\n    ".join(variable.format(name, reference) for name, reference in OUTPUTS.items())
     unknowns = "".join(f'<Unknown index="{reference + 1}"/>' for reference in OUTPUTS.values())

@@ -21,7 +21,11 @@ from lockstep.__main__ import main
 from lockstep.adapter.component import with_replacements
 from lockstep.adapter.write import standard_package
 
-SOURCE = Path(__file__).parents[2] / "bench" / "wide.c"  # y = u / 2 + 1, value references 0 to WIDTH - 1 and on
+TESTS = Path(__file__).parents[2]
+SOURCES = (  # y = u / 2 + 1, value references 0 to WIDTH - 1 and on
+    TESTS / "bench" / "wide.c",
+    TESTS / "fmus" / "rest" / "fmi2_rest.c",
+)
 SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
 TICK = 1_000_000  # [ns]
 UNITS = """<UnitDefinitions><Unit name="rad/s"><BaseUnit rad="1" s="-1"/></Unit>
@@ -75,8 +79,8 @@ def fmu(folder, name, inputs, outputs):
     unknowns = "".join(f'<Unknown index="{len(inputs) + k + 1}"/>' for k in range(len(outputs)))
     library, guid = folder / f"{name}.so", uuid5(NAMESPACE_OID, name)  # libcosim knows an FMU by its GUID
     headers = Path(fmpy.__file__).parent / "c-code"
-    command = ["gcc", "-shared", "-fPIC", f'-DGUID="{guid}"', f"-DWIDTH={width}", f"-I{headers}", "-o", library, SOURCE]
-    subprocess.run(command, check=True)
+    options = ("-shared", "-fPIC", f'-DGUID="{guid}"', f"-DWIDTH={width}", f"-I{headers}")
+    subprocess.run(["gcc", *options, "-o", library, *SOURCES], check=True)
     with zipfile.ZipFile(folder / f"{name}.fmu", "w") as archive:
         archive.write(library, f"binaries/linux64/{name}.so")
         archive.writestr(

@@ -15,6 +15,7 @@ from lockstep.checkpoint.request import Checkpoints
 MS = 1_000_000  # [ns]
 HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
+REST = HERE.parents[1] / "fmus" / "rest" / "fmi2_rest.c"
 FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-ffp-contract=off", "-shared", "-fPIC")
 
 PORTS = {  # name: type, causality, variability, value reference
@@ -37,10 +38,8 @@ STARTS = {"gain": "1", "seed": "1"}
 def wanderer(folder: Path, name: str, *defines: str) -> Path:
     """Compile the FMU; another name makes another FMU with the same ports."""
     library = folder / f"{name}.so"
-    subprocess.run(
-        ["gcc", *FLAGS, *(f"-D{define}" for define in defines), f"-I{HEADERS}", "-o", library, HERE / "wanderer.c"],
-        check=True,
-    )
+    options = (*FLAGS, *(f"-D{define}" for define in defines), f"-I{HEADERS}")
+    subprocess.run(["gcc", *options, "-o", library, HERE / "wanderer.c", REST], check=True)
     able = str("MUTE" not in defines).lower()
     lines = []
     for port, (kind, causality, variability, reference) in PORTS.items():

@@ -9,6 +9,7 @@ import fmpy
 
 HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
+REST = HERE.parents[1] / "fmus" / "rest" / "fmi2_rest.c"
 GUID = "{2f8b-delays}"
 INPUTS = ("u", "v", "slow", "gated", "idle")
 OUTPUTS = ("direct", "late[1]", "late[2]", "sampled", "held", "integral", "coarse", "noise")
@@ -40,7 +41,7 @@ def build_delays(
     library = folder / "delays.so"
     options = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC", f'-DGUID="{GUID}"']
     options += [f"-D{define}" for define in defines]
-    subprocess.run(["gcc", *options, f"-I{HEADERS}", "-o", library, HERE / "delays.c", "-lm"], check=True)
+    subprocess.run(["gcc", *options, f"-I{HEADERS}", "-o", library, HERE / "delays.c", REST, "-lm"], check=True)
     with zipfile.ZipFile(folder / "delays.fmu", "w") as archive:
         archive.writestr("modelDescription.xml", _description(feeds, flags, outputs))
         archive.write(library, "binaries/linux64/delays.so")

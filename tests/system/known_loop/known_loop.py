@@ -11,6 +11,7 @@ from lockstep import Component, Connection, System, write_ssd
 
 HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
+REST = HERE.parents[1] / "fmus" / "rest" / "fmi2_rest.c"
 GUID = "{8c6a4f1e-known-loop}"
 STEP = 0.01  # s, of both
 KP, KI, GAIN, LAG = 0.9, 0.05, 2.0, 0.05  # as in known_loop.c
@@ -34,7 +35,7 @@ def build_known_loop(folder: Path) -> Path:
         library = folder / f"{kind}.so"
         flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
         flags += [f'-DGUID="{GUID}"', *(["-DPLANT"] if kind == "plant" else [])]
-        subprocess.run(["gcc", *flags, f"-I{HEADERS}", "-o", library, HERE / "known_loop.c", "-lm"], check=True)
+        subprocess.run(["gcc", *flags, f"-I{HEADERS}", "-o", library, HERE / "known_loop.c", REST, "-lm"], check=True)
         with zipfile.ZipFile(folder / f"{kind}.fmu", "w") as archive:
             archive.writestr("modelDescription.xml", XML.format(kind=kind, guid=GUID))
             archive.write(library, "binaries/linux64/known.so")
