@@ -7,6 +7,9 @@
 #include "fmi2Functions.h"
 #include "model.h"
 
+#define FMI(NAME) fmi2##NAME
+#define F FMI
+
 typedef struct {
     State state;
     const fmi2CallbackFunctions *callbacks;
@@ -57,17 +60,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean t, fmi2Real toleranc
     return fmi2OK;
 }
 
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-    model_initialise(&((Instance *)c)->state);
-    ((Instance *)c)->stepping = true;
-    return fmi2OK;
-}
-
-fmi2Status fmi2Terminate(fmi2Component c) {
-    if (!((Instance *)c)->stepping) return say(c, fmi2Error, "terminated without a step");
-    ((Instance *)c)->stepping = false;
-    return say(c, fmi2Warning, "terminated");
-}
+#include "modes.h"
 
 fmi2Status fmi2Reset(fmi2Component c) {
     Instance *it = c;
@@ -80,51 +73,14 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
     (void)no_set;
     Instance *it = c;
     const char *message = "";
-    it->state.time = time;
-    Outcome outcome = model_step(&it->state, step, &message);
-    it->state.steps++;
+    Outcome outcome = model_advance(&it->state, time, step, &message);
     if (outcome == FAILED) return say(it, fmi2Error, message);
     if (outcome == BROKEN) return say(it, fmi2Fatal, message);
     it->ended = outcome == END;
     return outcome == DONE ? fmi2OK : fmi2Discard;
 }
 
-#define ACCESS(NAME, TYPE, KIND)                                                                                      \
-    fmi2Status fmi2Get##NAME(fmi2Component c, const fmi2ValueReference r[], size_t n, TYPE v[]) {                     \
-        for (size_t k = 0; k < n; k++) {                                                                              \
-            if (r[k] >= COUNT || VARIABLES[r[k]].kind != KIND) return say(c, fmi2Error, "no such variable");          \
-            v[k] = *(TYPE *)((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset);                        \
-        }                                                                                                             \
-        return fmi2OK;                                                                                                \
-    }                                                                                                                 \
-    fmi2Status fmi2Set##NAME(fmi2Component c, const fmi2ValueReference r[], size_t n, const TYPE v[]) {               \
-        for (size_t k = 0; k < n; k++) {                                                                              \
-            if (r[k] >= COUNT || VARIABLES[r[k]].kind != KIND) return say(c, fmi2Error, "no such variable");          \
-            *(TYPE *)((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset) = v[k];                        \
-        }                                                                                                             \
-        return fmi2OK;                                                                                                \
-    }
-
-ACCESS(Real, fmi2Real, FLOAT64)
-ACCESS(Integer, fmi2Integer, INT32)
-ACCESS(Boolean, fmi2Boolean, BOOLEAN)
-
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2String v[]) {
-    for (size_t k = 0; k < n; k++) {
-        if (r[k] >= COUNT || VARIABLES[r[k]].kind != STRING) return say(c, fmi2Error, "no such variable");
-        v[k] = (char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset;
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2String v[]) {
-    for (size_t k = 0; k < n; k++) {
-        if (r[k] >= COUNT || VARIABLES[r[k]].kind != STRING) return say(c, fmi2Error, "no such variable");
-        if (strlen(v[k]) >= TEXT) return say(c, fmi2Error, "the text is too long");
-        strcpy((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset, v[k]);
-    }
-    return fmi2OK;
-}
+#include "scalars.h"
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
     if (kind != fmi2Terminated) return fmi2Discard;

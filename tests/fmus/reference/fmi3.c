@@ -6,6 +6,8 @@
 #include "fmi3Functions.h"
 #include "model.h"
 
+#define FMI(NAME) fmi3##NAME
+
 typedef struct {
     State state;
     fmi3LogMessageCallback log;
@@ -45,17 +47,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t, fmi3Float6
     return fmi3OK;
 }
 
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-    model_initialise(&((Instance *)c)->state);
-    ((Instance *)c)->stepping = true;
-    return fmi3OK;
-}
-
-fmi3Status fmi3Terminate(fmi3Instance c) {
-    if (!((Instance *)c)->stepping) return say(c, fmi3Error, "terminated without a step");
-    ((Instance *)c)->stepping = false;
-    return say(c, fmi3Warning, "terminated");
-}
+#include "modes.h"
 
 fmi3Status fmi3Reset(fmi3Instance c) {
     Instance *it = c;
@@ -70,9 +62,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
     Instance *it = c;
     const char *message = "";
     *event = *end = *early = false;
-    it->state.time = time;
-    Outcome outcome = model_step(&it->state, step, &message);
-    it->state.steps++;
+    Outcome outcome = model_advance(&it->state, time, step, &message);
     *reached = outcome == EARLY ? time + step / 2 : time + step;
     if (outcome == FAILED) return say(it, fmi3Error, message);
     if (outcome == BROKEN) return say(it, fmi3Fatal, message);
@@ -86,8 +76,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
     fmi3Status fmi3Get##NAME(fmi3Instance c, const fmi3ValueReference r[], size_t n, TYPE v[], size_t total) {        \
         size_t at = 0;                                                                                                \
         for (size_t k = 0; k < n; at += VARIABLES[r[k++]].count) {                                                    \
-            if (r[k] >= COUNT || VARIABLES[r[k]].kind != KIND) return say(c, fmi3Error, "no such variable");          \
-            const char *from = (char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset;                       \
+            const void *from = model_value(&((Instance *)c)->state, r[k], KIND);                                      \
+            if (!from) return say(c, fmi3Error, "no such variable");                                                  \
             if (at + VARIABLES[r[k]].count > total) return say(c, fmi3Error, "too few values");                       \
             memcpy(v + at, from, VARIABLES[r[k]].count * sizeof(TYPE));                                               \
         }                                                                                                             \
@@ -96,8 +86,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
     fmi3Status fmi3Set##NAME(fmi3Instance c, const fmi3ValueReference r[], size_t n, const TYPE v[], size_t total) {  \
         size_t at = 0;                                                                                                \
         for (size_t k = 0; k < n; at += VARIABLES[r[k++]].count) {                                                    \
-            if (r[k] >= COUNT || VARIABLES[r[k]].kind != KIND) return say(c, fmi3Error, "no such variable");          \
-            char *to = (char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset;                               \
+            void *to = model_value(&((Instance *)c)->state, r[k], KIND);                                              \
+            if (!to) return say(c, fmi3Error, "no such variable");                                                    \
             if (at + VARIABLES[r[k]].count > total) return say(c, fmi3Error, "too few values");                       \
             memcpy(to, v + at, VARIABLES[r[k]].count * sizeof(TYPE));                                                 \
         }                                                                                                             \
@@ -119,8 +109,8 @@ ACCESS(Boolean, fmi3Boolean, BOOLEAN)
 fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3String v[], size_t total) {
     size_t at = 0;
     for (size_t k = 0; k < n; k++) {
-        if (r[k] >= COUNT || VARIABLES[r[k]].kind != STRING) return say(c, fmi3Error, "no such variable");
-        Text *from = (Text *)((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset);
+        Text *from = model_value(&((Instance *)c)->state, r[k], STRING);
+        if (!from) return say(c, fmi3Error, "no such variable");
         for (size_t e = 0; e < VARIABLES[r[k]].count && at < total; e++) v[at++] = from[e];
     }
     return at == total ? fmi3OK : say(c, fmi3Error, "too many values");
@@ -129,8 +119,8 @@ fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference r[], size_t n,
 fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3String v[], size_t total) {
     size_t at = 0;
     for (size_t k = 0; k < n; k++) {
-        if (r[k] >= COUNT || VARIABLES[r[k]].kind != STRING) return say(c, fmi3Error, "no such variable");
-        Text *to = (Text *)((char *)&((Instance *)c)->state.values + VARIABLES[r[k]].offset);
+        Text *to = model_value(&((Instance *)c)->state, r[k], STRING);
+        if (!to) return say(c, fmi3Error, "no such variable");
         for (size_t e = 0; e < VARIABLES[r[k]].count && at < total; e++, at++) {
             if (strlen(v[at]) >= TEXT) return say(c, fmi3Error, "the text is too long");
             strcpy(to[e], v[at]);

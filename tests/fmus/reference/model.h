@@ -39,4 +39,18 @@ const char *model_open(State *state, const char *resources); /* a path; returns 
 void model_initialise(State *state);
 Outcome model_step(State *state, double step, const char **message);
 
+/* Return where a variable of this kind lies, or NULL if there is none. */
+static inline void *model_value(State *state, unsigned reference, Kind kind) {
+    if (reference >= COUNT || VARIABLES[reference].kind != kind) return NULL;
+    return (char *)&state->values + VARIABLES[reference].offset;
+}
+
+/* Step from a time on, and count. */
+static inline Outcome model_advance(State *state, double time, double step, const char **message) {
+    state->time = time;
+    Outcome outcome = model_step(state, step, message);
+    state->steps++;
+    return outcome;
+}
+
 #endif
