@@ -1,6 +1,7 @@
 """The arrows between modules are those of the architecture, and no others; modules are short and documented."""
 
 import ast
+import subprocess
 import sys
 from pathlib import Path
 
@@ -173,6 +174,14 @@ def test_the_interfaces_are_free_of_shells():
 def test_the_monolith_runs_without_fmi_files_and_master():
     inside = reached(["flexsat.monolith"])
     assert not [name for module in inside for name in IMPORTS[module] if name.startswith(("fmpy", "lockstep"))]
+
+
+def test_a_run_does_not_wait_for_what_draws_and_reports():
+    """Matplotlib and pandas take longer to import than a short run takes."""
+    source = "import sys, flexbench.cli, flexbench.commands; flexbench.cli._parser(); print(*sys.modules)"
+    told = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True).stdout.split()
+    assert "flexbench.runs" in told
+    assert {"matplotlib", "pandas", "xarray"} & set(told) == set()
 
 
 def test_no_module_imports_itself_through_others():

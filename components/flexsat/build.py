@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from .archive import npz_bytes
-from .design import Design, as_arrays, build_design
+from .design import Designs, as_arrays
 from .documentation.content import draw, travelling
 from .documentation.experiments import EXPERIMENTS
 from .documentation.reference_results import run_experiments
 from .export import BuiltFmu, build_fmu
 from .interfaces.ports import Naming
-from .parameters import ConfigurationName, configuration
 from .shells.controller import Controller
 from .shells.matrices import AS_PUBLISHED, CORRECTED, MODEL_FILE
 from .shells.plant import Plant
@@ -25,20 +23,6 @@ SHELLS: dict[str, type[Plant | Sensors | Controller]] = {
     "sensors": Sensors,
     "controller": Controller,
 }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Designs:
-    """Both variants of one configuration's design."""
-
-    corrected: Design
-    as_published: Design
-
-
-def build_designs(name: ConfigurationName) -> Designs:
-    """Run the design chain twice; raise ValueError for an unknown configuration."""
-    config = configuration(name)
-    return Designs(corrected=build_design(config), as_published=build_design(config, as_published=True))
 
 
 def component_resources(designs: Designs, component: str) -> dict[str, bytes]:

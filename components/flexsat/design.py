@@ -12,7 +12,7 @@ from .controller import ControllerMatrices
 from .kalman import Estimator, design_estimator, measurement_noise
 from .linear import LinearModel, linearise
 from .lqr import Regulator, design_regulator
-from .parameters import Configuration
+from .parameters import Configuration, ConfigurationName, configuration
 from .plant_parameters import PlantMatrices
 from .sensors import SensorMatrices
 from .spacecraft import Spacecraft, build_spacecraft
@@ -175,3 +175,17 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
 def as_arrays(matrices: PlantMatrices | SensorMatrices | ControllerMatrices, prefix: str) -> dict[str, Array]:
     """Return a matrix set as named arrays for an `.npz`, each name with the prefix."""
     return {f"{prefix}.{f.name}": np.asarray(getattr(matrices, f.name)) for f in fields(matrices)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Designs:
+    """Both variants of one configuration's design."""
+
+    corrected: Design
+    as_published: Design
+
+
+def build_designs(name: ConfigurationName) -> Designs:
+    """Run the design chain twice; raise ValueError for an unknown configuration."""
+    config = configuration(name)
+    return Designs(corrected=build_design(config), as_published=build_design(config, as_published=True))

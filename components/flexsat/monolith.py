@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from . import controller, plant, sensors
 from .bearings import Bearings
-from .build import Designs
+from .design import Designs
 from .interfaces import controller as controller_interface
 from .interfaces import plant as plant_interface
 from .interfaces import sensors as sensor_interface

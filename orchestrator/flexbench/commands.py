@@ -22,7 +22,6 @@ from . import paper as study
 from .contract import contracts
 from .metrics import SETTLED_FROM
 from .published import VARIANTS, Variant
-from .release import release
 from .runs import read_run, write_metrics
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
 from .table import as_text
@@ -30,6 +29,8 @@ from .table import as_text
 
 def build(names: Sequence[ConfigurationName], folder: Path, *, flat: bool = False) -> int:
     """Build FMUs, systems and what documents them, a line each."""
+    from .release import release  # with matplotlib, which other commands need not wait for
+
     started = perf_counter()
     release(names, folder, flat=flat)
     print(f"built in {perf_counter() - started:.1f} s")

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsat.build import build_designs
+from flexsat.design import build_designs
 from flexsat.monolith import Monolith
 from flexsat.parameters import ConfigurationName
 from lockstep import load_system, read_signals, simulate

@@ -40,6 +40,17 @@ def settling_time(time: Array, error: Array, since: float) -> float:
     return max(0.0, float(time[above[-1]]) - since) if len(above) else 0.0
 
 
+def check_length(signals: Signals) -> None:
+    """Raise InputError if the run begins at a checkpoint or is too short for its steady state to be seen."""
+    time = signals.time
+    if time[0] > 0.0:
+        raise InputError(f"metrics: the run begins at {time[0]:g} s, from a checkpoint, and they are of whole runs")
+    if not np.any(time > SETTLED_FROM):
+        raise InputError(
+            f"metrics: the run ends at {time[-1]:g} s, and they refer to t > {SETTLED_FROM:g} s; simulate longer"
+        )
+
+
 def compute_metrics(signals: Signals, design: Design, windows: Windows) -> Mapping[str, float]:
     """Return the metrics of a run, in SI.
 
@@ -54,14 +65,9 @@ def compute_metrics(signals: Signals, design: Design, windows: Windows) -> Mappi
     InputError
         If the run begins at a checkpoint, is too short for its steady state to be seen, or lacks a signal.
     """
+    check_length(signals)
     time = signals.time
     steady = time > SETTLED_FROM
-    if time[0] > 0.0:
-        raise InputError(f"metrics: the run begins at {time[0]:g} s, from a checkpoint, and they are of whole runs")
-    if not np.any(steady):
-        raise InputError(
-            f"metrics: the run ends at {time[-1]:g} s, and they refer to t > {SETTLED_FROM:g} s; simulate longer"
-        )
     error = histories.pointing_error(signals)
     total, control = histories.lqr_cost(signals, design)
     samples = histories.controller_rows(signals, design)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from flexsat.build import build_designs
+from flexsat.design import build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 
 from .campaign import Job, run_jobs

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from flexsat.archive import write_atomically, zip_bytes
-from flexsat.build import Designs, build_configuration, build_designs
+from flexsat.build import build_configuration
+from flexsat.design import Designs, build_designs
 from flexsat.export import BuiltFmu
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep.srmd import srmd_bytes

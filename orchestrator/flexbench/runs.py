@@ -10,12 +10,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from flexsat.build import Designs, build_designs
-from flexsat.design import Design
+from flexsat.design import Design, Designs, build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError, Signals, read_signals
 
-from .metrics import Windows, compute_metrics
+from .metrics import Windows, check_length, compute_metrics
 from .scenarios import slew_end
 
 METRICS = "metrics.json"
@@ -48,8 +47,10 @@ class Run:
 
     def metrics(self) -> Mapping[str, float]:
         """Return the run's metrics, in SI; raise InputError if it is too short or lacks a signal."""
+        signals = self.signals()
+        check_length(signals)  # before the design is built, which takes longer
         end = slew_end(self.design) if self.slew else None
-        return compute_metrics(self.signals(), self.design, Windows(slew_end=end, as_published=self.as_published))
+        return compute_metrics(signals, self.design, Windows(slew_end=end, as_published=self.as_published))
 
 
 @lru_cache(maxsize=2)

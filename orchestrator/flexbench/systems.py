@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from flexsat.build import Designs
+from flexsat.design import Designs
 from flexsat.interfaces.plant import JITTER
 from flexsat.interfaces.ports import Port
 from flexsat.monolith import PORTS

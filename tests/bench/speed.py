@@ -73,7 +73,7 @@ def main(duration: float) -> None:
     """Measure and print the table."""
     from flexbench.commands import build
     from flexbench.scenarios import scalar_overrides, scenario_parameters
-    from flexsat.build import build_designs
+    from flexsat.design import build_designs
     from flexsat.monolith import Monolith
     from lockstep import load_system, simulate
 

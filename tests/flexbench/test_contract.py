@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from flexbench.contract import contracts, contracts_of
-from flexsat.build import build_configuration, build_designs
+from flexsat.build import build_configuration
+from flexsat.design import build_designs
 from lockstep.check.contract import choose, compare
 from lockstep.check.contract_findings import contract_findings
 from lockstep.check.model import Model, parse_xml, read_model

@@ -17,8 +17,7 @@ from numpy.testing import assert_allclose
 from flexbench import figures
 from flexbench.figures.drawing import BINS, bin_edges, draw_line, draw_noisy, envelope, make_logarithmic
 from flexbench.scenarios import slew_end
-from flexsat.build import build_designs
-from flexsat.design import Design
+from flexsat.design import Design, build_designs
 from flexsat.mesh import record_mesh
 from flexsat.parameters import ARCSECOND, CONFIGURATIONS, Aperture, ConfigurationName, Plate
 from flexsat.rotations import rotate_mrp

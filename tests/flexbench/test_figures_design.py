@@ -29,8 +29,7 @@ from flexbench.figures.structure import ARROW
 from flexbench.figures.wheels import equal_wheels
 from flexbench.runs import Run
 from flexbench.systems import WIRES, build_system
-from flexsat.build import Designs, build_designs
-from flexsat.design import Design
+from flexsat.design import Design, Designs, build_designs
 from flexsat.parameters import CONFIGURATIONS, RPM, ConfigurationName
 from lockstep import Component, Connection, InputError, System
 from lockstep.timeline import timeline

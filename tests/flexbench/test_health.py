@@ -18,7 +18,7 @@ from flexbench.health.study import section, table_rows, write_health
 from flexbench.release import release
 from flexbench.runs import read_run
 from flexbench.scenarios import scalar_overrides, scenario_parameters
-from flexsat.build import build_designs
+from flexsat.design import build_designs
 from flexsat.kalman import measurement_noise, process_covariance
 from lockstep import InputError, load_system, simulate
 

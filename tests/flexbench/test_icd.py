@@ -14,7 +14,7 @@ from flexbench.icd.ranges import signal_ranges
 from flexbench.icd.rows import rows
 from flexbench.scenarios import scenario_parameters
 from flexbench.systems import build_system, connections
-from flexsat.build import build_designs
+from flexsat.design import build_designs
 from flexsat.monolith import PORTS, Monolith
 from flexsat.parameters import CONFIGURATIONS
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flexbench.scenarios import SCENARIOS, scalar_overrides, scenario_parameters, slew_end
-from flexsat.build import build_designs
+from flexsat.design import build_designs
 from flexsat.monolith import PORTS, port_values
 from flexsat.parameters import ARCSECOND, CONFIGURATIONS, DEGREE
 

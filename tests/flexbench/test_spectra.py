@@ -10,7 +10,7 @@ from flexbench.figures.spectra import density_unit, spectra_figure, thinned
 from flexbench.spectra import CHANNELS, RunSpectra, estimate
 from flexbench.spectra.channels import channel_history
 from flexbench.spectra.welch import cumulative_spectrum, degrees_of_freedom, noise_bandwidth
-from flexsat.build import build_designs
+from flexsat.design import build_designs
 from lockstep import InputError, Signals
 
 INTERVAL = 0.005

@@ -14,8 +14,7 @@ from flexbench.figures.waterfall import allowed_bands, waterfall_figure
 from flexbench.waterfall import Waterfall, blocks_beside, find_crossings
 from flexbench.waterfall.sweep import crossing_deformation, predict, write_waterfall
 from flexbench.waterfall.tell import flagged_rows
-from flexsat.build import build_designs
-from flexsat.design import Design
+from flexsat.design import Design, build_designs
 from flexsat.parameters import RPM
 
 

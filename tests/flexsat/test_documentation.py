@@ -9,7 +9,8 @@ import pytest
 from matplotlib import image
 
 from flexbench.systems import WIRES
-from flexsat.build import SHELLS, Designs, component_resources
+from flexsat.build import SHELLS, component_resources
+from flexsat.design import Designs
 from flexsat.documentation.content import TEXTS, draw
 from flexsat.documentation.experiments import EXPERIMENTS, Experiment
 from flexsat.documentation.licences import licence_files

@@ -18,7 +18,7 @@ told = [[difference.port, difference.scalars, difference.relative, difference.me
 EVERYTHING = """
 from flexbench.equivalence import relative_difference
 from flexbench.scenarios import scalar_overrides, scenario_parameters
-from flexsat.build import build_designs
+from flexsat.design import build_designs
 from flexsat.monolith import PORTS, Monolith
 from lockstep import load_system, read_signals, simulate
 fmus, folder, name, cases = given

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flexbench.runs import Run, read_run
-from flexsat.build import build_designs
+from flexsat.design import build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from flexbench.document import Block, Heading, Picture
 from flexbench.runs import Run
 from flexbench.systems import build_system
-from flexsat.build import Designs
+from flexsat.design import Designs
 from flexsat.monolith import PORTS, port_values
 from flexsat.parameters import ConfigurationName
 from lockstep import Signals

@@ -8,8 +8,7 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsat.build import Designs
-from flexsat.design import Design
+from flexsat.design import Design, Designs
 from flexsat.interfaces.units import UNITS
 from flexsat.monolith import PORTS
 from flexsat.parameters import RPM, ConfigurationName

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from flexsat.build import Designs
+from flexsat.design import Designs
 from flexsat.interfaces.ports import Port
 from flexsat.monolith import PORTS
 from flexsat.parameters import ConfigurationName, Rates

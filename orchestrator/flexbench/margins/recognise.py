@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsat.build import build_designs
-from flexsat.design import Design
+from flexsat.design import Design, build_designs
 from flexsat.parameters import CONFIGURATIONS
 from lockstep import InputError, System
 from lockstep.fmu import read_description

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.archive import write_atomically
-from flexsat.build import build_designs
-from flexsat.design import Design
+from flexsat.design import Design, build_designs
 from flexsat.parameters import CONFIGURATIONS, RPM
 from lockstep import InputError, load_system, read_signals
 
