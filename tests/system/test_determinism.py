@@ -11,7 +11,7 @@ fmus, folder, cases = given
 told = []
 for number, (name, scenario, seed) in enumerate(cases):
     where = Path(folder, str(number))
-    simulate(load_system(Path(fmus, name, f"{scenario}.ssd")), where, stop_time=2.0, record=["all"],
+    simulate(load_system(Path(fmus, name, f"{scenario}.ssd")), where, stop_time=1.5, record=["all"],
              overrides=scalar_overrides(scenario_parameters(scenario, seed=seed)))
     signals = read_signals(where)
     told.append({"time": sha256(signals.time.tobytes()).hexdigest()}

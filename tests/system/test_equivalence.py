@@ -45,7 +45,7 @@ for case in cases:
 """
 
 
-def case(name, scenario="fine_pointing", as_published=False, duration=3.0, changes=None, monolith_only=None):
+def case(name, scenario="fine_pointing", as_published=False, duration=2.0, changes=None, monolith_only=None):
     """Describe one comparison."""
     return {
         "name": name,
@@ -81,8 +81,8 @@ SENSORS = {
     }
 }
 CASES = [
-    case("fine pointing", duration=10.0),
-    case("slew", "slew", duration=10.0),  # it begins at 5 s
+    case("fine pointing", duration=6.0),  # the gate is of whole runs
+    case("slew", "slew", duration=7.0),  # it begins at 5 s
     case("slew as published", "slew", as_published=True, duration=6.0),
     case("open loop", "fine_pointing_open_loop"),
     case("dispersions", changes=DISPERSED),
@@ -131,7 +131,7 @@ def test_one_parameter_that_differs_in_its_last_digits_is_noticed(fmus, python, 
     cases = [
         case(
             f"{component}.{port} by {relative}",
-            duration=1.0,
+            duration=0.5,
             changes={component: {port: value}},
             monolith_only={component: {port: value * (1.0 + relative)}},
         )
