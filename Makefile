@@ -11,9 +11,9 @@ export OMP_NUM_THREADS ?= 1
 run: $(VENV)/installed
 	$(BIN)/flexsat paper
 
-# Two files at a time; the slow ones are whole 300 s co-simulations.
+# Three files at a time, as some tests wait; two of the slow ones, which are whole 300 s co-simulations.
 test: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "not slow"
+	$(BIN)/python -m pytest -q -n 3 --dist loadfile -m "not slow"
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m slow
 
 bench: $(VENV)/installed-dev
