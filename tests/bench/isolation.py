@@ -3,8 +3,9 @@
 `python tests/bench/isolation.py [STEPS]`. All inputs are set and all outputs fetched at each step. Both ways take turns
 in short blocks, and single steps are told: the quickest tenth, the median and the slowest tenth, so that one sees what
 else the machine does. The aim is below 60 us more. Nothing passes or fails here. First each component is isolated
-alone, then all of a system, stepped in turn; then two isolated ones, one after the other and side by side; at last
-whole runs with all components isolated and none.
+alone, then all of a system, stepped in turn; then two isolated ones, one after the other and side by side: plants,
+whose steps are shorter than waking a core takes, and two in C with longer ones; at last whole runs with all components
+isolated and none.
 """
 
 from __future__ import annotations
@@ -29,7 +30,6 @@ from lockstep.slave import DTYPES, SCALARS, Slave
 from lockstep.system import Component, System
 
 CONFIGURATION, SCENARIO, AIM = "distributed", "fine_pointing", 60.0  # [us]
-LONG_STEP = 4  # periods: so long that it pays to wake a second core
 DURATION, ROUNDS = 30.0, 3  # [s] of whole runs
 BLOCK, LONG_BLOCK = 100, 1000  # steps; in a long one the master finds out what pays
 
@@ -134,17 +134,34 @@ def main(steps: int) -> None:
                     for way, parts in zip(ways, (shared, isolated), strict=True):
                         way += in_turn(parts, period, first)
             tell(name, *ways, len(chosen))
-        plant = next(component for component in components if component.kind == "continuous")
-        ways, period = [[], []], LONG_STEP * plant.period / 1e9
-        with opened(RemoteSlave, [plant, plant]) as pair:
-            for first in range(0, 2 * steps, 2 * LONG_BLOCK):
-                ways[0] += in_turn(pair, period, first, LONG_BLOCK)
-                ways[1] += side_by_side(pair, period, first + LONG_BLOCK, LONG_BLOCK)
-        print(f"two of {plant.name} in steps of {period:g} s, one after the other and side by side")
-        for words, at in (("quickest tenth", 10), ("median", 50)):
-            after, beside = (float(np.percentile(way, at)) for way in ways)
-            print(f"{words:16}{after:9.1f}{beside:10.1f}{after / beside:8.2f} x")
+        pairs(next(component for component in components if component.kind == "continuous"), steps)
+        working = Component(
+            name="those that work 500 us", source=working_fmu(Path(folder, "working")), period=10_000_000
+        )
+        pairs(working, steps)
         runs(load_system(Path(folder, CONFIGURATION, f"{SCENARIO}.ssd")), Path(folder, "run"))
+
+
+def pairs(component: Component, steps: int) -> None:
+    """Print what a step of two isolated ones takes [us], one after the other and side by side."""
+    ways: list[list[float]] = [[], []]
+    period = component.period / 1e9
+    with opened(RemoteSlave, [component, component]) as pair:
+        for first in range(0, 2 * steps, 2 * LONG_BLOCK):
+            ways[0] += in_turn(pair, period, first, LONG_BLOCK)
+            ways[1] += side_by_side(pair, period, first + LONG_BLOCK, LONG_BLOCK)
+    print(f"two of {component.name}, one after the other and side by side")
+    for words, at in (("quickest tenth", 10), ("median", 50)):
+        after, beside = (float(np.percentile(way, at)) for way in ways)
+        print(f"{words:16}{after:9.1f}{beside:10.1f}{after / beside:8.2f} x", flush=True)
+
+
+def working_fmu(folder: Path) -> Path:
+    """Compile the FMU whose steps are worth a core of their own."""
+    sys.path.append(str(Path(__file__).parents[1] / "fmus" / "bad"))
+    from bad_fmus import bad_fmu
+
+    return bad_fmu(folder, "WORKS_LONG")
 
 
 def runs(system: System, out: Path) -> None:

@@ -252,6 +252,15 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
 #ifdef DEFECT_HANGS
     while (now->count == 5) usleep(1000);
 #endif
+#ifdef DEFECT_WORKS_LONG
+    /* half a millisecond of the processor */
+    struct timespec at, end;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
+    end.tv_nsec += 500000;
+    do {
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &at);
+    } while ((at.tv_sec - end.tv_sec) * 1000000000L + at.tv_nsec < end.tv_nsec);
+#endif
 #ifdef DEFECT_EXITS
     if (now->count == 5) exit(3);
 #endif
