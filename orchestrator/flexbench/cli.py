@@ -16,6 +16,14 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 FMUS, RESULTS = Path("fmus"), Path("results")
 
 
+def program() -> NoReturn:
+    """Be the command `flexsat`."""
+    code = main()
+    from lockstep.interrupt import end_program
+
+    end_program(code)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code: 0, 1 failed run, 2 bad input, 130 Ctrl-C."""
     try:

@@ -12,6 +12,7 @@ from lockstep.checkpoint.options import resume_as_told, system_told
 from lockstep.clock import seconds_text
 from lockstep.errors import InputError, RunError, compact
 from lockstep.faults import HELP
+from lockstep.interrupt import end_program
 from lockstep.options import add_run_options, add_timing_options, run_as_told, timing_of, with_delays
 from lockstep.probe_latency_command import EXAMPLE, TEXT, add_latency_options, probe_as_told
 from lockstep.schedule import build_schedule
@@ -136,4 +137,4 @@ if __name__ == "__main__":
     code = main()
     sys.stdout.flush()
     sys.stderr.flush()
-    sys.exit(code)
+    end_program(code)

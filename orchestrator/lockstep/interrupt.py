@@ -5,11 +5,13 @@ in this interpreter, and takes it for its own failure.
 """
 
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import monotonic
 from types import FrameType
+from typing import NoReturn
 
 _SAME = 1.0  # [s]
 
@@ -58,3 +60,9 @@ def deferred_interrupt() -> Iterator[Interrupt]:
         yield interrupt
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def end_program(code: int) -> NoReturn:
+    """Exit with this code, whatever Ctrl-C comes while the interpreter ends: there is nothing left to interrupt."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.exit(code)
