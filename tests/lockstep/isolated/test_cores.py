@@ -175,6 +175,20 @@ def test_waiting_for_each_other_is_no_reason_to_go(worker, machine):
         assert near(one) == [True]
 
 
+def test_who_is_away_may_wait_there(worker, machine, monkeypatch):
+    """Nor do we make room for those who crowd another core."""
+    cores = Cores()
+    one, away = worker(cores), worker(cores)
+    for _ in range(3):
+        machine.interval(cores, [one])
+        machine.interval(cores, [away], work=2e-3)
+    assert near(one, away) == [True, False]
+    monkeypatch.setattr(module, "times", lambda thread: (0.0, machine.now if thread == away.pid else 0.0))
+    for _ in range(3):
+        machine.interval(cores, [one])
+        assert near(one) == [True]
+
+
 def test_a_kernel_that_does_not_tell_who_waits_is_not_interfered_with(worker, machine, monkeypatch):
     def unknown(thread):
         raise FileNotFoundError(thread)
