@@ -13,7 +13,7 @@ __all__ = ["load"]
 
 
 def load(path: Path | str, signals: Sequence[str] | None = None) -> Dataset:
-    """Return the signals of a results folder as an xarray Dataset; see `flexbench.dataset.load_dataset`."""
-    from .dataset import load_dataset  # xarray takes a second to import: only those who ask for it pay
+    """Return the signals of a results folder as an xarray Dataset; see `flexbench.runs.dataset.load_dataset`."""
+    from .runs.dataset import load_dataset  # xarray takes a second to import: only those who ask for it pay
 
     return load_dataset(path, signals)

@@ -8,18 +8,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lockstep.checkpoint.begin import Begin
     from lockstep.checkpoint.file import Checkpoint, read_checkpoint
-    from lockstep.checkpoint.request import Checkpoints
     from lockstep.checkpoint.resume import resume
+    from lockstep.checkpoint.schedule import Checkpoints
+    from lockstep.checkpoint.start_from import Begin
     from lockstep.errors import InputError, RunError
     from lockstep.faults.read import read_scenario
-    from lockstep.master import RunSummary, simulate
-    from lockstep.results import Signals, read_signals
-    from lockstep.ssp import load_system
-    from lockstep.ssp_writer import write_ssd
-    from lockstep.system import Component, Connection, Connector, System
-    from lockstep.units import Unit
+    from lockstep.results.read import Signals, read_signals
+    from lockstep.simulate import RunSummary, simulate
+    from lockstep.ssp.load import load_system
+    from lockstep.ssp.write import write_ssd
+    from lockstep.system.system import Component, Connection, Connector, System
+    from lockstep.system.units import Unit
 
 __all__ = [
     "Begin",
@@ -44,18 +44,18 @@ __all__ = [
 ]
 
 _HOMES = {
-    "checkpoint.begin": ("Begin",),
+    "checkpoint.start_from": ("Begin",),
     "checkpoint.file": ("Checkpoint", "read_checkpoint"),
-    "checkpoint.request": ("Checkpoints",),
+    "checkpoint.schedule": ("Checkpoints",),
     "checkpoint.resume": ("resume",),
     "errors": ("InputError", "RunError"),
     "faults.read": ("read_scenario",),
-    "master": ("RunSummary", "simulate"),
-    "results": ("Signals", "read_signals"),
-    "ssp": ("load_system",),
-    "ssp_writer": ("write_ssd",),
-    "system": ("Component", "Connection", "Connector", "System"),
-    "units": ("Unit",),
+    "simulate": ("RunSummary", "simulate"),
+    "results.read": ("Signals", "read_signals"),
+    "ssp.load": ("load_system",),
+    "ssp.write": ("write_ssd",),
+    "system.system": ("Component", "Connection", "Connector", "System"),
+    "system.units": ("Unit",),
 }
 
 

@@ -6,18 +6,18 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from lockstep.adapter.write import WRITE_EXAMPLE, add_write_options, write_as_told
-from lockstep.check.command import EXIT_CODES, add_check_options, check_as_told
-from lockstep.checkpoint.options import resume_as_told, system_told
-from lockstep.clock import seconds_text
+from lockstep.cli.check_command import EXIT_CODES, add_check_options, check_as_told
+from lockstep.cli.checkpoint_options import resume_as_told, system_told
+from lockstep.cli.probe_latency_command import EXAMPLE, TEXT, add_latency_options, probe_as_told
+from lockstep.cli.run_options import add_run_options, add_timing_options, run_as_told, timing_of, with_delays
+from lockstep.cli.write_ssp_command import WRITE_EXAMPLE, add_write_options, write_as_told
 from lockstep.errors import InputError, RunError, compact
 from lockstep.faults import HELP
 from lockstep.interrupt import end_program
-from lockstep.options import add_run_options, add_timing_options, run_as_told, timing_of, with_delays
-from lockstep.probe_latency_command import EXAMPLE, TEXT, add_latency_options, probe_as_told
-from lockstep.schedule import build_schedule
-from lockstep.ssp import load_system
-from lockstep.system import System
+from lockstep.plan.schedule import build_schedule
+from lockstep.ssp.load import load_system
+from lockstep.system.clock import seconds_text
+from lockstep.system.system import System
 
 _RUN_EXAMPLE = """example:
   python -m lockstep run orbit.ssd --out results/slew --stop 300 \\

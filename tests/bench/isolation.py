@@ -23,11 +23,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from lockstep.fmi2 import Fmi2Slave
-from lockstep.fmu import Description, read_description
-from lockstep.isolated.remote import RemoteSlave
-from lockstep.slave import DTYPES, SCALARS, Slave
-from lockstep.system import Component, System
+from lockstep.fmi.fmi2 import Fmi2Slave
+from lockstep.fmi.model_description import Description, read_description
+from lockstep.fmi.slave import DTYPES, SCALARS, Slave
+from lockstep.processes.remote_slave import RemoteSlave
+from lockstep.system.system import Component, System
 
 CONFIGURATION, SCENARIO, AIM = "distributed", "fine_pointing", 60.0  # [us]
 DURATION, ROUNDS = 30.0, 3  # [s] of whole runs
@@ -117,7 +117,7 @@ def tell(name: str, one: list[float], two: list[float], steps: int) -> None:
 
 def main(steps: int) -> None:
     """Measure and print the tables."""
-    from flexbench.commands import build
+    from flexbench.cli.commands import build
     from lockstep import load_system
 
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as folder:

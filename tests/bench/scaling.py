@@ -28,7 +28,7 @@ import fmpy
 import numpy as np
 
 from lockstep import Component, Connection, System, load_system, simulate, write_ssd
-from lockstep.ssp_package import package_entries
+from lockstep.ssp.package_members import package_entries
 
 HERE = Path(__file__).parent
 REST = HERE.parent / "fmus" / "rest" / "fmi2_rest.c"

@@ -53,7 +53,7 @@ os._exit(0)  # libcosim frees the FMUs after the interpreter is gone
 
 PEAK = """
 import resource, sys
-from flexbench.scenarios import scalar_overrides, scenario_parameters
+from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from lockstep import load_system, simulate
 simulate(load_system(sys.argv[1]), sys.argv[2], stop_time=float(sys.argv[3]), overwrite=True,
          overrides=scalar_overrides(scenario_parameters("fine_pointing", seed=1)))
@@ -71,10 +71,10 @@ def python(script: str, *arguments: object) -> float:
 
 def main(duration: float) -> None:
     """Measure and print the table."""
-    from flexbench.commands import build
-    from flexbench.scenarios import scalar_overrides, scenario_parameters
-    from flexsat.design import build_designs
-    from flexsat.monolith import Monolith
+    from flexbench.cli.commands import build
+    from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
+    from flexsat.closed_loop import Monolith
+    from flexsat.design.chain import build_designs
     from lockstep import load_system, simulate
 
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as temporary:

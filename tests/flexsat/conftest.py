@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexsat.controller import ControllerParameters
-from flexsat.design import Design, build_design
+from flexsat.design.chain import Design, build_design
 from flexsat.parameters import CONFIGURATIONS, configuration
-from flexsat.plant_parameters import PlantMatrices, PlantParameters
+from flexsat.runtime.controller import ControllerParameters
+from flexsat.runtime.plant_parameters import PlantMatrices, PlantParameters
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "cachim_antenna_fem.npz"
 

@@ -11,9 +11,9 @@ from hosting import Bench, Trajectory
 from masters import FOREIGN, LOCKSTEP, SLOW, TICK, Lateness, Master, lateness, loop_parameters, references
 from numpy.typing import NDArray
 
-from flexbench import histories
-from flexbench.metrics import root_mean_square
-from flexbench.systems import RECORD
+from flexbench.loop.systems import RECORD
+from flexbench.runs import histories
+from flexbench.runs.metrics import root_mean_square
 
 AGREE = 0.15  # of each metric, against the same loop in our own master
 METRICS = ("torque", "pointing", "rate", "deformation")
@@ -24,7 +24,7 @@ NOTHING_KNOWN: Mapping[str, Mapping[str, float]] = {}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """A trajectory with its time, as `flexbench.histories` takes signals."""
+    """A trajectory with its time, as `flexbench.runs.histories` takes signals."""
 
     time: NDArray[np.float64]
     trajectory: Trajectory

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hosting import COMPONENTS, CONFIGURATIONS, HERE, TICK, Row, agreement, joined, ordered
 
-from flexsat.front import front_library
+from flexsat.fmu.python.front import front_library
 from lockstep import load_system
 
 HEADERS = Path(fmpy.__file__).parent / "c-code"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from lockstep.check.report import FmuReport, from_json
+from lockstep.check.report.report import FmuReport, from_json
 
 from .conftest import RunCli
 

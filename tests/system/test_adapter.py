@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexbench import adapting
-from flexbench.cli import main
-from flexbench.contract import contracts_of
+from flexbench.adapt import excitation_of_design as adapting
+from flexbench.adapt.contracts import contracts_of
+from flexbench.adapt.verdict import check_adapter
+from flexbench.cli.parser import main
 from lockstep import read_signals
 from lockstep.adapter.read import read_adapter
-from lockstep.adapter.verdict import check_adapter
 
 VENDOR = Path(__file__).parents[1] / "fmus" / "vendor"
 sys.path.append(str(VENDOR))

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from lockstep.check.dynamic import CHECKS, dynamic_checks
-from lockstep.check.finding import Finding
+from lockstep.check.dynamic.dynamic import CHECKS, dynamic_checks
+from lockstep.check.report.finding import Finding
 
 BAD = Path(__file__).parents[1] / "fmus" / "bad"
 sys.path.append(str(BAD))

@@ -9,7 +9,7 @@ pytestmark = pytest.mark.slow
 DELAYED = """
 import numpy as np
 from flexbench import histories
-from flexbench.scenarios import scalar_overrides, scenario_parameters
+from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from lockstep import load_system, read_signals, simulate
 fmus, folder, name, cases = given
 told = {}

@@ -5,7 +5,7 @@ import pytest
 # Runs of `cases` (configuration, scenario, seed) one after the other; of each, a digest of every column's bytes.
 RUNS = """
 from hashlib import sha256
-from flexbench.scenarios import scalar_overrides, scenario_parameters
+from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from lockstep import load_system, read_signals, simulate
 fmus, folder, cases = given
 told = []

@@ -2,13 +2,13 @@
 
 import pytest
 
-# What a different order of additions may cost, relative to a signal's largest value (flexbench.equivalence.TOLERANCE).
+# What a different order of additions may cost, relative to a signal's largest value (flexbench.loop.equivalence.TOLERANCE).
 # Today nothing differs at all: both call the same functions on the same values.
 TOLERANCE = 1e-12
 CONFIGURATIONS = ("centralised", "distributed")
 
 GATE = """
-from flexbench.equivalence import compare
+from flexbench.loop.equivalence import compare
 fmus, folder, name, scenario, duration = given
 found = compare(Path(fmus), Path(folder), name, scenario, 1, duration)
 told = [[difference.port, difference.scalars, difference.relative, difference.met] for difference in found]
@@ -16,10 +16,10 @@ told = [[difference.port, difference.scalars, difference.relative, difference.me
 
 # Both sides get the same parameters; those in `monolith_only` go to the plain loop alone. Every output, every tick.
 EVERYTHING = """
-from flexbench.equivalence import relative_difference
-from flexbench.scenarios import scalar_overrides, scenario_parameters
+from flexbench.loop.equivalence import relative_difference
+from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexsat.design import build_designs
-from flexsat.monolith import PORTS, Monolith
+from flexsat.closed_loop import PORTS, Monolith
 from lockstep import load_system, read_signals, simulate
 fmus, folder, name, cases = given
 designs = build_designs(name)

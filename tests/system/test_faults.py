@@ -8,7 +8,7 @@ import pytest
 
 from lockstep import load_system, read_scenario, read_signals
 from lockstep.faults.resolve import resolve
-from lockstep.plan import Plan
+from lockstep.plan.plan import Plan
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "faults").glob("*.toml"))
 ARCSECOND = np.pi / 648000.0

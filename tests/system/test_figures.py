@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from flexbench.figures.command import runs_of
+from flexbench.cli.figures import runs_of
 
 SIGNATURE = {".png": b"\x89PNG", ".svg": b"<?xml"}
 

@@ -13,7 +13,7 @@ NS = {"ssd": SSD}
 INNER = ("sensors", "controller")
 RUN = """
 from lockstep import load_system, read_signals, simulate
-from lockstep.timing import Timing
+from lockstep.ssp.step_times import Timing
 path, folder, kinds = given
 system = load_system(path, Timing(kinds=json.loads(kinds)))
 simulate(system, folder, stop_time=0.1, record=["all"], record_period=0.001)

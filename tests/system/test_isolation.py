@@ -3,7 +3,7 @@
 import numpy as np
 
 COMPARE = """
-from flexbench.scenarios import scalar_overrides, scenario_parameters
+from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from lockstep import load_system, read_signals, simulate
 path, folder = given
 system = load_system(path)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from flexbench.margins.analysis import AXES, body_loops
-from flexbench.margins.designed import DesignedLoop
-from flexbench.margins.response import loop_margins
-from flexbench.margins.stability import delay_margin
-from flexsat.design import build_design
+from flexbench.studies.margins.analysis import AXES, body_loops
+from flexbench.studies.margins.designed import DesignedLoop
+from flexbench.studies.margins.response import loop_margins
+from flexbench.studies.margins.stability import delay_margin
+from flexsat.design.chain import build_design
 from flexsat.parameters import CONFIGURATIONS, configuration
 
 sys.path.append(str(Path(__file__).parent))
@@ -21,8 +21,8 @@ from known_loop.known_loop import STEP, build_known_loop, known_response
 
 # One measurement: the loop, and the margins with their uncertainties
 MEASURE = """
-from flexbench.margins.recognise import recognise
-from flexbench.margins.study import Settings, measure
+from flexbench.studies.margins.recognise import recognise
+from flexbench.studies.margins.study import Settings, measure
 from lockstep import load_system
 system, folder, options = given
 loop = recognise(load_system(Path(system)), options.get("overrides", {}))
@@ -37,8 +37,8 @@ for name in ("single", "together"):
 """
 
 DELAY = """
-from flexbench.margins.recognise import recognise
-from flexbench.margins.destabilise import destabilising_delay
+from flexbench.studies.margins.recognise import recognise
+from flexbench.studies.margins.destabilise import destabilising_delay
 from dataclasses import asdict
 from lockstep import load_system
 system, folder, between = given

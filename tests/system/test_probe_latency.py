@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockstep.probe_latency import Settings, probe_latency
+from lockstep.check.latency.probe import Settings, probe_latency
 
 
 def arrays(report):

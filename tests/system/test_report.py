@@ -15,12 +15,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flexbench
-from flexbench.cli import main
-from flexbench.histories import pointing_error
+from flexbench.cli.parser import main
 from flexbench.report import pdf, sections, write_report
-from flexsat.mesh import record_mesh
+from flexbench.runs.histories import pointing_error
 from flexsat.parameters import ARCSECOND, configuration
-from flexsat.structure import build_structure
+from flexsat.structure.mesh import record_mesh
+from flexsat.structure.modes import build_structure
 from lockstep import Component, System, read_signals, write_ssd
 
 ROOT = Path(__file__).parents[2]

@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexbench.cli import main
-from flexbench.health.replay import replay
-from flexbench.runs import read_run
-from flexbench.shadow import section
-from flexsat.archive import npz_bytes
-from flexsat.export import build_fmu
-from flexsat.rotations import quaternion_from_mrp
+from flexbench.cli.parser import main
+from flexbench.runs.run_folder import read_run
+from flexbench.studies.health.replay import replay
+from flexbench.studies.shadow import section
+from flexsat.fmu.export import build_fmu
+from flexsat.fmu.reproducible_zip import npz_bytes
+from flexsat.runtime.rotations import quaternion_from_mrp
 from lockstep import read_signals
 
 VENDOR = Path(__file__).parents[1] / "fmus" / "vendor"
@@ -37,7 +37,7 @@ def softer(fmus, tmp_path_factory):
         arrays = dict(np.load(io.BytesIO(archive.read("resources/model.npz"))))
     model = {name: (1.0 - SHARE) * values if name.endswith("feedback") else values for name, values in arrays.items()}
     path = tmp_path_factory.mktemp("softer") / "softer.fmu"
-    build_fmu("flexsat.shells.controller:Controller", path, {"model.npz": npz_bytes(model)}, "controller_softer")
+    build_fmu("flexsat.fmu.python.controller:Controller", path, {"model.npz": npz_bytes(model)}, "controller_softer")
     return path
 
 

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, Rectangle
 
 from lockstep import System
-from lockstep.schedule import Schedule, build_schedule
-from lockstep.timeline import timeline
+from lockstep.plan.schedule import Schedule, build_schedule
+from lockstep.plan.timeline import timeline
 
 from .drawing import STYLE, WIDTH
 

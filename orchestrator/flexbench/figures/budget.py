@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flexbench.budget.evaluate import INDICES, Budget, ErrorHistory
-from flexbench.budget.indices import window_means
+from flexbench.studies.budget.evaluate import INDICES, Budget, ErrorHistory
+from flexbench.studies.budget.indices import window_means
 from flexsat.parameters import ARCSECOND
 
 from .drawing import AXES, STYLE, WIDTH, draw_line

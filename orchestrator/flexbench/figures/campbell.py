@@ -15,10 +15,16 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
-from flexbench.campbell import Campbell, campbell, harmonic_deformation, imbalance_deformation, modal_frequencies
-from flexsat.design import Design
+from flexbench.studies.waterfall.campbell import (
+    Campbell,
+    campbell,
+    harmonic_deformation,
+    imbalance_deformation,
+    modal_frequencies,
+)
+from flexsat.design.chain import Design
 from flexsat.parameters import RPM, ConfigurationName
-from flexsat.spacecraft import Spacecraft
+from flexsat.spacecraft.assembly import Spacecraft
 
 from .drawing import AXES, STYLE, WIDTH, Array, axis_name
 

@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from flexbench.published import ROWS
+from flexbench.studies.paper.published import ROWS
 from flexsat.parameters import ConfigurationName
 from lockstep import Signals
 

@@ -12,13 +12,13 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from flexbench import histories
-from flexbench.metrics import SETTLED_FROM
-from flexbench.scenarios import ScenarioName
+from flexbench.loop.scenarios import ScenarioName
+from flexbench.runs import histories
+from flexbench.runs.metrics import SETTLED_FROM
 from flexsat.parameters import ARCSECOND, ConfigurationName
 from lockstep import Signals
 
-from .drawing import (
+from .drawing import (  # fmt: skip
     DASHED,
     LOOKS,
     PUBLISHED,
@@ -31,7 +31,7 @@ from .drawing import (
     draw_published,
     make_logarithmic,
     span_runs,
-)  # fmt: skip
+)
 
 MICROMETRE = 1e-6  # m
 MILLI = "to reference [$10^{-3}$ arcsec]"

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..health.analysis import Health
-from ..health.statistics import Average
+from ..studies.health.analysis import Health
+from ..studies.health.statistics import Average
 from .drawing import STYLE, WIDTH, envelope
 
 LEAST = 1e-3  # of the logarithmic axis: what lies below is drawn at its edge, with its value beside it

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ..margins.study import Curve, curves
+from ..studies.margins.study import Curve, curves
 from .drawing import STYLE, WIDTH
 
 Array = NDArray[np.float64]

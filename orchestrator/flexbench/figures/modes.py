@@ -15,10 +15,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from matplotlib.tri import Triangulation
 
-from flexbench.published import MODE_FREQUENCIES
-from flexsat.design import Design
-from flexsat.mesh import record_mesh
-from flexsat.structure import Structure, build_structure
+from flexbench.studies.paper.published import MODE_FREQUENCIES
+from flexsat.design.chain import Design
+from flexsat.structure.mesh import record_mesh
+from flexsat.structure.modes import Structure, build_structure
 
 from .drawing import STYLE, WIDTH, Array
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from flexbench.document import Block, Heading, Picture
-from flexbench.runs import Run
-from flexbench.systems import build_system
-from flexsat.design import Designs
-from flexsat.monolith import PORTS, port_values
+from flexbench.html.document import Block, Heading, Picture
+from flexbench.loop.systems import build_system
+from flexbench.runs.run_folder import Run
+from flexsat.closed_loop import PORTS, port_values
+from flexsat.design.chain import Designs
 from flexsat.parameters import ConfigurationName
 from lockstep import Signals
 from lockstep.faults.windows import fault_windows

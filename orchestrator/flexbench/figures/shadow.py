@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flexbench import histories
-from flexbench.shadow.study import Study
+from flexbench.runs import histories
+from flexbench.studies.shadow.study import Study
 from flexsat.parameters import ARCSECOND
 from lockstep import Signals
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW

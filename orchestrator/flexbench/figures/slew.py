@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from flexbench import histories
-from flexbench.metrics import PUBLISHED_WINDOW, SETTLED_FROM
-from flexbench.published import ROWS
-from flexbench.scenarios import slew_end
-from flexsat.design import Design
+from flexbench.loop.scenarios import slew_end
+from flexbench.runs import histories
+from flexbench.runs.metrics import PUBLISHED_WINDOW, SETTLED_FROM
+from flexbench.studies.paper.published import ROWS
+from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName
 from lockstep import Signals
 

@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from flexbench.campbell import modal_frequencies
-from flexbench.spectra.channels import CHANNELS, Channel, RunSpectra
-from flexbench.spectra.welch import Spectrum
-from flexsat.design import Design
+from flexbench.studies.spectra.channels import CHANNELS, Channel, RunSpectra
+from flexbench.studies.spectra.welch import Spectrum
+from flexbench.studies.waterfall.campbell import modal_frequencies
+from flexsat.design.chain import Design
 
 from .drawing import AXES, STYLE, WIDTH, Array
 

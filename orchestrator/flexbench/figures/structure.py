@@ -14,10 +14,10 @@ from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 
-from flexsat.design import Design
-from flexsat.mesh import tile_centres, tile_vertices
+from flexsat.design.chain import Design
 from flexsat.parameters import ConfigurationName
-from flexsat.spacecraft import Points, Spacecraft
+from flexsat.spacecraft.assembly import Points, Spacecraft
+from flexsat.structure.mesh import tile_centres, tile_vertices
 
 from .drawing import AXES, STYLE, WIDTH, Array, axis_name
 

@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from flexbench.campbell import modal_frequencies
-from flexbench.waterfall.crossings import Crossing
-from flexbench.waterfall.sweep import Waterfall, predict
-from flexsat.design import Design
+from flexbench.studies.waterfall.campbell import modal_frequencies
+from flexbench.studies.waterfall.crossings import Crossing
+from flexbench.studies.waterfall.sweep import Waterfall, predict
+from flexsat.design.chain import Design
 from flexsat.parameters import RPM
 
 from .drawing import LOOKS, STYLE, WIDTH, Array

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
-from flexsat.design import Design
+from flexsat.design.chain import Design
 from flexsat.parameters import RPM
 
 from .drawing import AXES, STYLE, WIDTH, axis_name

@@ -8,16 +8,16 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsat.design import Design, Designs
-from flexsat.interfaces.units import UNITS
-from flexsat.monolith import PORTS
+from flexsat.closed_loop import PORTS
+from flexsat.design.chain import Design, Designs
 from flexsat.parameters import RPM, ConfigurationName
+from flexsat.ports.units import UNITS
 from lockstep import System
-from lockstep.timeline import timeline_lines
-from lockstep.timeline_svg import timeline_svg
+from lockstep.plan.timeline import timeline_lines
+from lockstep.plan.timeline_svg import timeline_svg
 
-from ..document import Block, Heading, Listing, Paragraph, Picture, Table
-from ..systems import WIRES
+from ..html.document import Block, Heading, Listing, Paragraph, Picture, Table
+from ..loop.systems import WIRES
 from .rows import Row, rows
 
 TIMELINE_FILE = "ICD-timeline.svg"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexsat.design import Design
-from flexsat.interfaces.plant import JITTER
-from flexsat.interfaces.ports import Port
+from flexsat.design.chain import Design
+from flexsat.ports.plant import JITTER
+from flexsat.ports.table import Port
 
 SIGMAS = 4.0  # of the broadband jitter that a bound allows for
-STABLE_RATE = 0.5  # rad/s: up to here the plant's explicit momentum terms are stable at 1 ms (flexsat.plant)
+STABLE_RATE = 0.5  # rad/s: up to here the plant's explicit momentum terms are stable at 1 ms (flexsat.runtime.plant)
 
 Range = tuple[float | None, float | None]  # lower, upper; None: no bound
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from flexsat.design import Designs
-from flexsat.interfaces.ports import Port
-from flexsat.monolith import PORTS
+from flexsat.closed_loop import PORTS
+from flexsat.design.chain import Designs
 from flexsat.parameters import ConfigurationName, Rates
+from flexsat.ports.table import Port
 
-from ..systems import WIRES
+from ..loop.systems import WIRES
 from .ranges import range_text, signal_ranges
 
 BOTH: Mapping[str, str] = {"centralised": "C", "distributed": "D"}

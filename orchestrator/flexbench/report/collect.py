@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from flexbench.dataset import grouped
-from flexbench.scenarios import slew_end
+from flexbench.loop.scenarios import slew_end
+from flexbench.runs.dataset import grouped
 from lockstep import InputError, Signals
 
 from .derived import Array, Derived, derive

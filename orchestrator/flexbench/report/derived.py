@@ -9,12 +9,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from flexbench import histories
-from flexbench.runs import Run
+from flexbench.runs import histories
+from flexbench.runs.run_folder import Run
 from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName, configuration
-from flexsat.spacecraft import Points, build_spacecraft
+from flexsat.spacecraft.assembly import Points, build_spacecraft
 from lockstep import Signals
-from lockstep.results import elements_of
+from lockstep.results.read import elements_of
 
 Array = NDArray[np.float64]
 

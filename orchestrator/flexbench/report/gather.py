@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from flexbench.dataset import read_manifest
-from flexbench.metrics import SETTLED_FROM
-from flexbench.runs import METRICS, Run, read_run
+from flexbench.runs.dataset import read_manifest
+from flexbench.runs.metrics import SETTLED_FROM
+from flexbench.runs.run_folder import METRICS, Run, read_run
 from lockstep import InputError, Signals, read_signals
-from lockstep.manifest import EVENTS, RUN
+from lockstep.results.run_record import EVENTS, RUN
 
 MOST_RUNS = 24  # on a page: more colours nobody tells apart
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flexbench.document import Picture
+from flexbench.html.document import Picture
 
 from .gather import Result
 

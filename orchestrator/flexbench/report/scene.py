@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexbench import histories
-from flexbench.runs import Run
-from flexsat.mesh import record_mesh
+from flexbench.runs import histories
+from flexbench.runs.run_folder import Run
 from flexsat.parameters import ConfigurationName, configuration
-from flexsat.structure import build_structure
+from flexsat.structure.mesh import record_mesh
+from flexsat.structure.modes import build_structure
 from lockstep import Signals
 
 from .derived import ERRORS, MODAL, build_wheels, complete

@@ -7,18 +7,18 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import cast
 
-from flexbench.document import Block, Heading, Paragraph
-from flexbench.runs import Run
+from flexbench.html.document import Block, Heading, Paragraph
+from flexbench.runs.run_folder import Run
 
 from .gather import Result
 
 # title on the page, module with section(run)
 STUDIES: tuple[tuple[str, str], ...] = (
-    ("Pointing budget", "flexbench.budget"),
-    ("Spectra", "flexbench.spectra"),
-    ("Shadow controller", "flexbench.shadow"),
-    ("Margins", "flexbench.margins"),
-    ("Estimator health", "flexbench.health.study"),
+    ("Pointing budget", "flexbench.studies.budget"),
+    ("Spectra", "flexbench.studies.spectra"),
+    ("Shadow controller", "flexbench.studies.shadow"),
+    ("Margins", "flexbench.studies.margins"),
+    ("Estimator health", "flexbench.studies.health.study"),
     ("Design", "flexbench.figures"),
 )
 MOST_RUNS = 3  # on a page with sections: each takes seconds

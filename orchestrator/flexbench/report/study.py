@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from flexbench.document import Block, Heading, Paragraph, Table
-from flexbench.table import number
+from flexbench.html.document import Block, Heading, Paragraph, Table
+from flexbench.studies.paper.table import number
 from flexsat.parameters import CONFIGURATIONS
 
 TABLE = "table.json"

@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from flexbench.document import Block, Heading, Listing, Paragraph, Picture, Table
-from flexbench.published import ROWS, Row
-from flexbench.table import number
+from flexbench.html.document import Block, Heading, Listing, Paragraph, Picture, Table
+from flexbench.studies.paper.published import ROWS, Row
+from flexbench.studies.paper.table import number
 from lockstep import InputError, System, load_system
-from lockstep.clock import nanoseconds
-from lockstep.timeline_svg import timeline_svg
-from lockstep.timing import timing_of_run
+from lockstep.plan.timeline_svg import timeline_svg
+from lockstep.ssp.step_times import timing_of_run
+from lockstep.system.clock import nanoseconds
 
 from .collect import Content, is_fault
 from .gather import Result

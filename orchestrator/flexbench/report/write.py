@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from flexbench.document import Block, Listing, body_html
+from flexbench.html.document import Block, Listing, body_html
 from lockstep import InputError
 
 from .collect import Content, Window, collect

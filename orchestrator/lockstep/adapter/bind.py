@@ -7,14 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
-from lockstep.adapter.adapter import Adapter, Entry
 from lockstep.adapter.conversion import Conversion, convert, flag
 from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.errors import InputError, compact, siblings, suggestion
-from lockstep.fmu import Description, Variable
-from lockstep.parameters import parse_value
-from lockstep.selection import matching
-from lockstep.system import Value
+from lockstep.fmi.model_description import Description, Variable
+from lockstep.plan.overrides import parse_value
+from lockstep.results.signal_patterns import matching
+from lockstep.system.adapter_file import Adapter, Entry
+from lockstep.system.system import Value
 
 Ports = Mapping[str, Variable]
 

@@ -7,15 +7,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from lockstep.adapter.adapter import Adapter
 from lockstep.adapter.bind import Binding, adapted, bind
 from lockstep.adapter.read import read_adapter
 from lockstep.adapter.slave import adapt_slave
 from lockstep.errors import InputError, compact
-from lockstep.fmu import Description, read_description
-from lockstep.selection import matching
-from lockstep.slave import Slave
-from lockstep.system import Component, System
+from lockstep.fmi.model_description import Description, read_description
+from lockstep.fmi.slave import Slave
+from lockstep.results.signal_patterns import matching
+from lockstep.system.adapter_file import Adapter
+from lockstep.system.system import Component, System
 
 
 def shown_description(component: Component) -> Description:

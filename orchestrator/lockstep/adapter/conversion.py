@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.adapter.adapter import DIRECTIONS, Entry, Matrix
 from lockstep.adapter.rotation import (
     compose,
     conjugate,
@@ -16,6 +15,7 @@ from lockstep.adapter.rotation import (
     quaternion_from_matrix,
     quaternion_from_mrp,
 )
+from lockstep.system.adapter_file import DIRECTIONS, Entry, Matrix
 
 Array = NDArray[np.float64]
 Map = Callable[[Array], Array]

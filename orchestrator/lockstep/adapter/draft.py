@@ -11,8 +11,8 @@ from pathlib import Path
 
 from lockstep.adapter.bind import Ports
 from lockstep.adapter.unit_names import UNITS, gain_between
-from lockstep.fmu import Variable, read_description
-from lockstep.system import Component
+from lockstep.fmi.model_description import Variable, read_description
+from lockstep.system.system import Component
 
 # words by which makers call the same quantity
 _SYNONYMS = (

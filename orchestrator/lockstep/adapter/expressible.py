@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.adapter.adapter import Entry
 from lockstep.adapter.bind import Bound
 from lockstep.adapter.conversion import convert
-from lockstep.fmu import Variable
-from lockstep.transformation import Table, family
+from lockstep.fmi.model_description import Variable
+from lockstep.system.adapter_file import Entry
+from lockstep.system.transformation import Table, family
 
 _NEGLIGIBLE = 1e-15  # of a rotation's element: what rounding leaves where 0 belongs
 

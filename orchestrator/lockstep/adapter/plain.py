@@ -9,12 +9,12 @@ from lockstep.adapter.bind import Binding, Bound, bind
 from lockstep.adapter.expressible import Inexpressible, Pair, pairs, quaternion_pairs
 from lockstep.adapter.unit_names import UNITS
 from lockstep.errors import InputError, compact
-from lockstep.fmu import Description, Variable, read_description
-from lockstep.parameters import component_parameters
-from lockstep.selection import matching
-from lockstep.system import Component, Connection, Connector, System, Value
-from lockstep.transformation import End, convert, family
-from lockstep.units import Unit, conversion, known_unit
+from lockstep.fmi.model_description import Description, Variable, read_description
+from lockstep.plan.overrides import component_parameters
+from lockstep.results.signal_patterns import matching
+from lockstep.system.system import Component, Connection, Connector, System, Value
+from lockstep.system.transformation import End, convert, family
+from lockstep.system.units import Unit, conversion, known_unit
 
 _TWICE = "has a transformation already, and a connection has one"
 

@@ -9,12 +9,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from lockstep.adapter.adapter import ATTITUDES, DIRECTIONS, SCALARS_AT, Adapter, Direction, Entry, Matrix, Number
 from lockstep.adapter.rotation import rotation_problem
 from lockstep.adapter.unit_names import UNITS
-from lockstep.archive import open_file
-from lockstep.clock import nanoseconds
 from lockstep.errors import InputError, suggestion
+from lockstep.fmi.safe_zip import open_file
+from lockstep.system.adapter_file import ATTITUDES, DIRECTIONS, SCALARS_AT, Adapter, Direction, Entry, Matrix, Number
+from lockstep.system.clock import nanoseconds
 
 _TOP = ("step", "kind", "ignore", "input", "output", "constants", "parameters", "substitutes")
 _GENERAL = ("ours", "theirs", "index_base", "unit", "scale", "offset", "sign", "order", "frame", "true", "false",

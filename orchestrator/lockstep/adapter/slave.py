@@ -1,4 +1,4 @@
-"""A slave with the ports of ours and a foreign slave inside. `lockstep.exchange` sees no difference."""
+"""A slave with the ports of ours and a foreign slave inside. `lockstep.run.exchange` sees no difference."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from lockstep.adapter.bind import Binding, Bound
 from lockstep.adapter.conversion import Map
 from lockstep.errors import InputError, compact
-from lockstep.slave import DTYPES, ERROR, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
-from lockstep.system import Value
+from lockstep.fmi.slave import DTYPES, ERROR, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
+from lockstep.system.system import Value
 
 Array = NDArray[np.float64]
 _FILE = "adapter.npz"
@@ -65,7 +65,7 @@ class _Work:
 
 
 class AdaptedSlave:
-    """Implements `lockstep.slave.Slave`. Values of ours are kept as doubles in one array, by their new reference."""
+    """Implements `lockstep.fmi.slave.Slave`. Values of ours are kept as doubles in one array, by their new reference."""
 
     def __init__(self, slave: Slave, binding: Binding) -> None:
         self._slave, self._binding = slave, binding

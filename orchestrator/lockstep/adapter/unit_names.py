@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lockstep.units import BASES, Unit, conversion
+from lockstep.system.units import BASES, Unit, conversion
 
 _DEGREE = math.pi / 180.0
 # name: factor to base units, then exponents

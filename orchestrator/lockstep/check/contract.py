@@ -7,9 +7,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from lockstep.check.model import Model, Scalar
+from lockstep.check.static.model import Model, Scalar
 from lockstep.errors import InputError
-from lockstep.units import BASES, Unit, conversion
+from lockstep.system.units import BASES, Unit, conversion
 
 _RADIAN = BASES.index("rad")
 _FEW = 3

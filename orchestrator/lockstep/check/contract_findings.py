@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from lockstep.check.contract import Comparison, Contract, ContractPort, Served, choose, compare
-from lockstep.check.finding import Finding, Status
-from lockstep.check.model import Model
+from lockstep.check.report.finding import Finding, Status
+from lockstep.check.static.model import Model
 from lockstep.errors import compact
 
 _ALL = 10_000  # names are folded, not cut: this is the list that an integrator works through

@@ -9,15 +9,15 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from lockstep.check.archive_checks import archive, documentation, hygiene, licence
-from lockstep.check.finding import Finding, Group, Status
-from lockstep.check.subject import Subject
-from lockstep.clock import nanoseconds, seconds_text
+from lockstep.check.report.finding import Finding, Group, Status
+from lockstep.check.static.archive_checks import archive, documentation, hygiene, licence
+from lockstep.check.static.subject import Subject
 from lockstep.errors import InputError, RunError
-from lockstep.fmu import PLATFORMS, Description, read_description, validation_problems
-from lockstep.master import simulate
-from lockstep.parameters import parse_value
-from lockstep.system import Component, System
+from lockstep.fmi.model_description import PLATFORMS, Description, read_description, validation_problems
+from lockstep.plan.overrides import parse_value
+from lockstep.simulate import simulate
+from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.system.system import Component, System
 
 _STEPS, _STEP = 20, 10_000_000  # [ns], for an FMU that recommends none
 _ONLY_2 = "units, structure, names, capabilities, state, repetition and the ports of a contract"

@@ -10,13 +10,13 @@ from time import perf_counter
 
 from lockstep.check.contract import Contract
 from lockstep.check.contract_findings import contract_findings
-from lockstep.check.dynamic import dynamic_checks
-from lockstep.check.finding import Finding
+from lockstep.check.dynamic.dynamic import dynamic_checks
 from lockstep.check.other_versions import other_version_checks, version_of
-from lockstep.check.report import FmuReport
-from lockstep.check.static import static_checks
-from lockstep.check.subject import Subject, open_subject, unreadable
-from lockstep.fmu import PLATFORM, VERSION
+from lockstep.check.report.finding import Finding
+from lockstep.check.report.report import FmuReport
+from lockstep.check.static.static import static_checks
+from lockstep.check.static.subject import Subject, open_subject, unreadable
+from lockstep.fmi.model_description import PLATFORM, VERSION
 
 _STOPPERS = ("static.archive", "static.kind", "static.platforms")  # errors that leave nothing to run
 

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.archive import open_zip
-from lockstep.clock import nanoseconds, seconds_text
 from lockstep.errors import InputError
+from lockstep.fmi.safe_zip import open_zip
+from lockstep.system.clock import nanoseconds, seconds_text
 
 FOLDER = "checkpoints"  # in a results folder
 WAITING = "rows/waiting"  # among the arrays: rows that were not yet on disk

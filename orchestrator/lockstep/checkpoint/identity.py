@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from lockstep.clock import seconds_text
 from lockstep.errors import InputError, compact
-from lockstep.plan import Plan
-from lockstep.system import Component, Connection, Value
+from lockstep.plan.plan import Plan
+from lockstep.system.clock import seconds_text
+from lockstep.system.system import Component, Connection, Value
 
 _FRESH = "give the same, or --fresh {name} to begin {name} anew"
 _TIMING = {"period": "period", "offset": "offset"}

@@ -7,18 +7,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from lockstep.checkpoint.begin import Begin
 from lockstep.checkpoint.file import Checkpoint, newest_checkpoint, read_checkpoint
-from lockstep.checkpoint.repeat import system_of
-from lockstep.checkpoint.request import Checkpoints
+from lockstep.checkpoint.rebuild_system import system_of
+from lockstep.checkpoint.schedule import Checkpoints
+from lockstep.checkpoint.start_from import Begin
 from lockstep.errors import InputError
 from lockstep.faults.read import read_scenario
 from lockstep.faults.scenario import Scenario
-from lockstep.manifest import RUN, goes_on
-from lockstep.master import Progress, RunSummary, simulate
-from lockstep.pace import Pacer
-from lockstep.results import recorded_rows
-from lockstep.system import System
+from lockstep.results.read import recorded_rows
+from lockstep.results.run_record import RUN, goes_on
+from lockstep.run.real_time_pacing import Pacer
+from lockstep.simulate import Progress, RunSummary, simulate
+from lockstep.system.system import System
 
 
 def resumable(folder: Path | str) -> Checkpoint:

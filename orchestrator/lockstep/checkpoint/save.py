@@ -9,17 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from lockstep.checkpoint.bus import saved_bus
+from lockstep.checkpoint.bus_values import saved_bus
 from lockstep.checkpoint.file import FOLDER, WAITING, checkpoint_name, write_checkpoint
 from lockstep.checkpoint.identity import identity
-from lockstep.checkpoint.request import Checkpoints
-from lockstep.clock import seconds
+from lockstep.checkpoint.schedule import Checkpoints
 from lockstep.errors import InputError
-from lockstep.exchange import Exchange
-from lockstep.manifest import Events
-from lockstep.plan import Plan
-from lockstep.recorder import Recorder
-from lockstep.slave import Slave, Stateful
+from lockstep.fmi.slave import Slave, Stateful
+from lockstep.plan.plan import Plan
+from lockstep.results.recorder import Recorder
+from lockstep.results.run_record import Events
+from lockstep.run.exchange import Exchange
+from lockstep.system.clock import seconds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from lockstep.faults.resolve import Group, Resolved
-from lockstep.slave import DTYPES, Buffer, Scalar, Slave
-from lockstep.system import Value
+from lockstep.fmi.slave import DTYPES, Buffer, Scalar, Slave
+from lockstep.system.system import Value
 
 Call = Callable[[], int]
 Step = Callable[[float], None]
@@ -17,7 +17,7 @@ Check = Callable[[str, str, float, int], None]  # of a call's status: component,
 
 
 class Note(Protocol):
-    """Writes an event at the present simulated time: `lockstep.manifest.Events.add`."""
+    """Writes an event at the present simulated time: `lockstep.results.run_record.Events.add`."""
 
     def __call__(self, event: str, **details: object) -> None:
         """Write it."""

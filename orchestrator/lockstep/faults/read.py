@@ -9,11 +9,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
-from lockstep.archive import open_file
-from lockstep.clock import nanoseconds, seconds_text
 from lockstep.errors import InputError, suggestion
 from lockstep.faults.scenario import Fault, Kind, Scenario
-from lockstep.system import Value
+from lockstep.fmi.safe_zip import open_file
+from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.system.system import Value
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _COMMON = ("name", "connection", "parameter", "kind", "from", "to", "at", "duration")

@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lockstep.adapter.unit_names import UNITS, gain_between
-from lockstep.clock import seconds, seconds_text
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.faults import effects
 from lockstep.faults.effects import Effect
 from lockstep.faults.scenario import Fault, Scenario
 from lockstep.faults.targets import Target, fed_inputs, tunables
-from lockstep.parameters import parse_value
-from lockstep.plan import Plan
-from lockstep.schedule import Schedule
-from lockstep.slave import DTYPES, Scalar
-from lockstep.system import System, Value
+from lockstep.fmi.slave import DTYPES, Scalar
+from lockstep.plan.overrides import parse_value
+from lockstep.plan.plan import Plan
+from lockstep.plan.schedule import Schedule
+from lockstep.system.clock import seconds, seconds_text
+from lockstep.system.system import System, Value
 
 _ARITHMETIC = ("bias", "scale", "noise", "quantisation", "spike", "nan")  # these need numbers
 _ABSOLUTE = ("stuck",)  # amounts that are values and not differences: the unit's offset counts

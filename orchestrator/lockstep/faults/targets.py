@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.faults.scenario import Fault
-from lockstep.fmu import Description, Variable
-from lockstep.selection import matching
-from lockstep.slave import Scalar
-from lockstep.system import Connection, System
+from lockstep.fmi.model_description import Description, Variable
+from lockstep.fmi.slave import Scalar
+from lockstep.results.signal_patterns import matching
+from lockstep.system.system import Connection, System
 
 _RANGE = re.compile(r"(.*)\[(\d+)\.\.(\d+)\]")
 

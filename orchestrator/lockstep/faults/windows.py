@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lockstep.manifest import EVENTS
+from lockstep.results.run_record import EVENTS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,16 +7,16 @@ from dataclasses import replace
 from math import gcd, lcm
 from pathlib import Path
 
-from lockstep.adapter.adapter import Adapter
 from lockstep.adapter.component import shown_description
-from lockstep.clock import seconds_text
 from lockstep.errors import InputError
-from lockstep.fmu import Description
+from lockstep.fmi.model_description import Description
+from lockstep.fmi.slave import Slave
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW, Joined, join
-from lockstep.shadow.shadow import DEFAULT_BLEND, Shadow
 from lockstep.shadow.slave import ShadowedSlave, Tell
-from lockstep.slave import Slave
-from lockstep.system import Component, System
+from lockstep.system.adapter_file import Adapter
+from lockstep.system.clock import seconds_text
+from lockstep.system.shadow_plan import DEFAULT_BLEND, Shadow
+from lockstep.system.system import Component, System
 
 
 def with_shadow(

@@ -17,8 +17,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from lockstep.errors import InputError
-from lockstep.fmu import Description, Variable
-from lockstep.units import checked_conversion
+from lockstep.fmi.model_description import Description, Variable
+from lockstep.system.units import checked_conversion
 
 ORIGINAL, SHADOW, RESIDUAL, APPLIED = "original.", "shadow.", "residual.", "applied."
 

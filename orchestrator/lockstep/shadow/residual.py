@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.errors import InputError, compact
-from lockstep.manifest import RUN
-from lockstep.results import Signals, read_signals
+from lockstep.results.read import Signals, read_signals
+from lockstep.results.run_record import RUN
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW
 
 Array = NDArray[np.float64]

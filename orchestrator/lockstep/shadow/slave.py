@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.clock import seconds, seconds_text
 from lockstep.errors import InputError, RunError
+from lockstep.fmi.slave import DTYPES, ERROR, FATAL, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
 from lockstep.shadow.ports import SHADOW, Joined, Match
-from lockstep.shadow.shadow import Shadow
 from lockstep.shadow.values import Convert, Values, conversion
-from lockstep.slave import DTYPES, ERROR, FATAL, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
-from lockstep.system import Value
+from lockstep.system.clock import seconds, seconds_text
+from lockstep.system.shadow_plan import Shadow
+from lockstep.system.system import Value
 
 Call = Callable[[], int]
 Tell = Callable[..., None]
@@ -23,7 +23,7 @@ _PREFIX, _FILE = "shadow-", "shadow.npz"  # of the shadow's files in a saved sta
 
 
 class ShadowedSlave:
-    """Implements `lockstep.slave.Slave`. An error of the shadow is raised, under the shadow's name.
+    """Implements `lockstep.fmi.slave.Slave`. An error of the shadow is raised, under the shadow's name.
 
     Once the original has been replaced an error of it is an event: it is stepped no more, and its outputs stay.
     """

@@ -7,9 +7,9 @@ from math import gcd
 
 import numpy as np
 
+from lockstep.fmi.slave import DTYPES, Buffer, Scalar
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW, Joined, Match
-from lockstep.shadow.shadow import Shadow, remaining, short
-from lockstep.slave import DTYPES, Buffer, Scalar
+from lockstep.system.shadow_plan import Shadow, remaining, short
 
 Convert = Callable[[Buffer], Buffer]
 

@@ -41,7 +41,7 @@ def bad_fmu(folder: Path, *defects: str, xml: str = XML) -> Path:
 def forgetful_sensors(path: Path, good: Path) -> None:
     """Build our sensors with a generator left out of the state, from the resources of the good ones."""
     import flexsat
-    from flexsat.export import build_fmu
+    from flexsat.fmu.export import build_fmu
 
     with zipfile.ZipFile(good) as archive:
         model = archive.read("resources/model.npz")

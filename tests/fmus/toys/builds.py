@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 import flexsat
 flexsat.__path__.append(sys.argv[1])
-from flexsat.export import build_fmu
+from flexsat.fmu.export import build_fmu
 built = build_fmu("flexsat.toys.counter:Counter", Path(sys.argv[2]), {"model.npz": b"numbers"}, sys.argv[3])
 print(built.guid, built.sha256)
 """

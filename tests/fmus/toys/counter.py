@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..interfaces.ports import Port
-from ..shells.base import SiSlave
+from ..fmu.python.life_cycle import SiSlave
+from ..ports.table import Port
 
 GAIN = 2.0  # tests change this line to make another build
 

@@ -161,7 +161,7 @@ sign = -1
 def foreign_fmu(path: Path, ours: Path) -> None:
     """Build our controller in foreign conventions, with the design of the given one."""
     import flexsat
-    from flexsat.export import build_fmu
+    from flexsat.fmu.export import build_fmu
 
     with zipfile.ZipFile(ours) as archive:
         model = archive.read("resources/model.npz")

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import fmpy
 
-from flexsat.archive import zip_bytes
+from flexsat.fmu.reproducible_zip import zip_bytes
 from lockstep import Component, Connection, System, write_ssd
-from lockstep.ssp_package import package_entries
+from lockstep.ssp.package_members import package_entries
 
 HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"

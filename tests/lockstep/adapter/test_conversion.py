@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from flexsat import rotations
-from lockstep.adapter.adapter import Entry
+from flexsat.runtime import rotations
 from lockstep.adapter.conversion import convert, flag
 from lockstep.adapter.rotation import compose, mrp_from_quaternion, quaternion_from_matrix, quaternion_from_mrp
+from lockstep.system.adapter_file import Entry
 
 FEW_ULP = 1e-15  # rounding of a handful of products of numbers up to 1
 ATTITUDES = [(0.1, -0.2, 0.3), (1e-7, 2e-8, -3e-7), (0.9, 0.1, -0.2), (0.0, 0.0, 0.0)]

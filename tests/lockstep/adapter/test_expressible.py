@@ -9,7 +9,7 @@ from lockstep.adapter.bind import bind
 from lockstep.adapter.expressible import Inexpressible, pairs, quaternion_pairs
 from lockstep.adapter.read import read_adapter
 from lockstep.adapter.unit_names import UNITS
-from lockstep.fmu import Variable
+from lockstep.fmi.model_description import Variable
 
 HALF_TURN = "[[1, 0, 0], [0, -1, 0], [0, 0, -1]]"
 QUARTER_TURN = "[[1, 0, 0], [0, 0, 1], [0, -1, 0]]"

@@ -9,8 +9,8 @@ from lockstep.adapter.read import read_adapter
 from lockstep.adapter.slave import adapt_slave
 from lockstep.adapter.unit_names import UNITS
 from lockstep.errors import InputError
-from lockstep.fmu import Variable
-from lockstep.slave import DTYPES, ERROR, OK
+from lockstep.fmi.model_description import Variable
+from lockstep.fmi.slave import DTYPES, ERROR, OK
 
 
 def variables(*rows):

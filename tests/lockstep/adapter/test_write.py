@@ -19,7 +19,7 @@ from pyssp_standard.ssv import SSV
 from lockstep import Component, Connection, InputError, System, load_system, read_signals, simulate, write_ssd
 from lockstep.__main__ import main
 from lockstep.adapter.component import with_replacements
-from lockstep.adapter.write import standard_package
+from lockstep.cli.write_ssp_command import standard_package
 
 TESTS = Path(__file__).parents[2]
 SOURCES = (  # y = u / 2 + 1, value references 0 to WIDTH - 1 and on

@@ -9,9 +9,9 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from lockstep.check.finding import Finding
-from lockstep.check.static import static_checks
-from lockstep.check.subject import open_subject
+from lockstep.check.report.finding import Finding
+from lockstep.check.static.static import static_checks
+from lockstep.check.static.subject import open_subject
 
 XML = Path(__file__).with_name("good.xml").read_text(encoding="utf-8")
 BINARY = "binaries/linux64/good.so"

@@ -6,9 +6,9 @@ import pytest
 
 from lockstep.check.contract import Contract, ContractPort, choose, compare, split_name
 from lockstep.check.contract_findings import contract_findings
-from lockstep.check.model import Model, parse_xml, read_model
+from lockstep.check.static.model import Model, parse_xml, read_model
 from lockstep.errors import InputError
-from lockstep.units import Unit
+from lockstep.system.units import Unit
 
 from .conftest import told
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockstep.check.report import fails
+from lockstep.check.report.report import fails
 from lockstep.check.run import check_fmu
 
 

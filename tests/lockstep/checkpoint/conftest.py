@@ -10,7 +10,7 @@ import fmpy
 import pytest
 
 from lockstep import Component, Connection, System, simulate, write_ssd
-from lockstep.checkpoint.request import Checkpoints
+from lockstep.checkpoint.schedule import Checkpoints
 
 MS = 1_000_000  # [ns]
 HERE = Path(__file__).parent

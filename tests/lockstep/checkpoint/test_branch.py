@@ -9,10 +9,10 @@ import pytest
 from lockstep import InputError, RunError, read_signals, simulate, write_ssd
 from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
-from lockstep.checkpoint.begin import Begin
 from lockstep.checkpoint.file import read_checkpoint
-from lockstep.checkpoint.repeat import system_of
-from lockstep.checkpoint.request import Checkpoints
+from lockstep.checkpoint.rebuild_system import system_of
+from lockstep.checkpoint.schedule import Checkpoints
+from lockstep.checkpoint.start_from import Begin
 
 MS = 1_000_000
 

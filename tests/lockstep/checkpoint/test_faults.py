@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lockstep import InputError, read_signals, simulate
-from lockstep.checkpoint.begin import Begin
 from lockstep.checkpoint.file import read_checkpoint
-from lockstep.checkpoint.request import Checkpoints
 from lockstep.checkpoint.resume import resume
+from lockstep.checkpoint.schedule import Checkpoints
+from lockstep.checkpoint.start_from import Begin
 from lockstep.faults.read import read_scenario
 
 SCENARIO = """

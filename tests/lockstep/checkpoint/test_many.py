@@ -1,13 +1,13 @@
-"""Many branches of one checkpoint, in parallel processes: `flexbench.branch`."""
+"""Many branches of one checkpoint, in parallel processes: `flexbench.cli.branch_command`."""
 
 import numpy as np
 import pytest
 
-from flexbench.branch import branch, varied
+from flexbench.cli.branch_command import branch, varied
 from lockstep import InputError, load_system, read_signals, simulate
-from lockstep.checkpoint.begin import Begin
 from lockstep.checkpoint.file import read_checkpoint
-from lockstep.checkpoint.request import Checkpoints
+from lockstep.checkpoint.schedule import Checkpoints
+from lockstep.checkpoint.start_from import Begin
 
 
 def test_all_combinations_have_names_that_tell_them():

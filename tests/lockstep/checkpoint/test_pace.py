@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 
 from lockstep import Component, InputError, System, simulate
-from lockstep.checkpoint.begin import Begin
 from lockstep.checkpoint.file import read_checkpoint
-from lockstep.checkpoint.request import Checkpoints
+from lockstep.checkpoint.schedule import Checkpoints
+from lockstep.checkpoint.start_from import Begin
 from lockstep.interrupt import Interrupt
-from lockstep.pace import Pacer, pacer_given
+from lockstep.run.real_time_pacing import Pacer, pacer_given
 
 MS = 1_000_000
 

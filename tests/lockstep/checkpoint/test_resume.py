@@ -15,8 +15,8 @@ import pytest
 from lockstep import InputError, read_signals, simulate
 from lockstep.__main__ import main
 from lockstep.checkpoint.file import FORMAT, newest_checkpoint, read_checkpoint
-from lockstep.checkpoint.request import Checkpoints
 from lockstep.checkpoint.resume import resume
+from lockstep.checkpoint.schedule import Checkpoints
 
 COMMAND = [sys.executable, "-W", "error", "-m", "lockstep", "run"]
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lockstep import Component, Connection, InputError, System, read_signals, simulate
-from lockstep.checkpoint.begin import Begin
 from lockstep.checkpoint.file import read_checkpoint
-from lockstep.checkpoint.request import Checkpoints
-from lockstep.fmu import read_description
+from lockstep.checkpoint.schedule import Checkpoints
+from lockstep.checkpoint.start_from import Begin
+from lockstep.fmi.model_description import read_description
 
 STEP = 10_000_000  # [ns]
 SENT = {

@@ -8,7 +8,7 @@ import pytest
 
 from lockstep import InputError, read_scenario
 from lockstep.faults.resolve import resolve
-from lockstep.plan import Plan
+from lockstep.plan.plan import Plan
 
 MS = 1_000_000
 BIAS = {"connection": '"echo.u[1]"', "kind": '"bias"', "value": "1.0", "from": "0.01"}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lockstep import Component, Connection, System, read_scenario, read_signals, simulate
-from lockstep.fmu import read_description
+from lockstep.fmi.model_description import read_description
 
 STEP = 10_000_000  # [ns]
 FAULTED = {  # input: what the file says, and what the second FMU then puts out in place of what was sent

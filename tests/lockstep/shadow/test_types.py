@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lockstep import Component, Connection, System, read_signals, simulate
-from lockstep.fmu import read_description
+from lockstep.cli.shadow_options import isolate
+from lockstep.fmi.model_description import read_description
 from lockstep.shadow.component import with_shadow
-from lockstep.shadow.options import isolate
 
 MS = 1_000_000
 GIVEN = {"String": "90°", "Boolean": True}

@@ -10,7 +10,7 @@ from urllib.parse import quote
 import pytest
 
 from lockstep import load_system, read_signals, simulate
-from lockstep.timing import Timing
+from lockstep.ssp.step_times import Timing
 
 EACH_MS = Timing(period=1_000_000)  # ns
 

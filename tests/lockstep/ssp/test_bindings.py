@@ -7,7 +7,7 @@ from math import pi
 import pytest
 
 from lockstep import InputError, load_system
-from lockstep.timing import Timing
+from lockstep.ssp.step_times import Timing
 
 
 @pytest.fixture

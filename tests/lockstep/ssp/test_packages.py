@@ -5,7 +5,7 @@ import zipfile
 import pytest
 
 from lockstep import InputError, load_system
-from lockstep.timing import Timing
+from lockstep.ssp.step_times import Timing
 
 SSD, SSP = "application/x-ssp-definition", "application/x-ssp-package"
 EACH_MS = Timing(period=1_000_000)

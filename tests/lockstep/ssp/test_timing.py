@@ -7,11 +7,11 @@ import h5py
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 
-from flexbench.export import export_run
+from flexbench.runs.export import export_run
 from lockstep import InputError
-from lockstep.options import add_timing_options, folder_name, timing_of
-from lockstep.schedule import build_schedule
-from lockstep.timing import Timing
+from lockstep.cli.run_options import add_timing_options, folder_name, timing_of
+from lockstep.plan.schedule import build_schedule
+from lockstep.ssp.step_times import Timing
 
 MS = 1_000_000
 

@@ -3,8 +3,8 @@
 import pytest
 
 from lockstep import InputError
-from lockstep.fmu import read_description
-from lockstep.timing import Timing
+from lockstep.fmi.model_description import read_description
+from lockstep.ssp.step_times import Timing
 
 VALUES = {  # as written, and as recorded
     "Real": ("2.5", 2.5),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..shells.sensors import Sensors
+from ..fmu.python.sensors import Sensors
 
 
 class ForgetfulSensors(Sensors):

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import rotations
-from ..interfaces.ports import Port
-from ..shells.controller import Controller
+from ..fmu.python.controller import Controller
+from ..ports.table import Port
+from ..runtime import rotations
 
 NAMES = {"gyro.rate": "w_meas", "star_tracker.mrp": "q_IB", "star_tracker.valid": "q_ok", "wheel.torque": "tau_cmd"}
 # their x, y, z are our y, z, x: 120 degrees about the diagonal

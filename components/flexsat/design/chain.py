@@ -1,0 +1,191 @@
+"""Design of one configuration: from parameters to the arrays that the run-time components carry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from ..parameters import Configuration, ConfigurationName, configuration
+from ..runtime.controller import ControllerMatrices
+from ..runtime.plant_parameters import PlantMatrices
+from ..runtime.sensors import SensorMatrices
+from ..spacecraft.assembly import Spacecraft, build_spacecraft
+from ..spacecraft.linear_model import LinearModel, linearise
+from ..spacecraft.wheel_speeds import WheelResponse, select_speeds
+from .estimator import Estimator, design_estimator, measurement_noise
+from .regulator import Regulator, design_regulator
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """Everything computed at design time for one configuration."""
+
+    config: Configuration
+    as_published: bool
+    spacecraft: Spacecraft
+    response: WheelResponse
+    model: LinearModel
+    regulator: Regulator
+    coarse: Estimator
+    fine: Estimator
+    plant: PlantMatrices
+    sensors: SensorMatrices
+    controller: ControllerMatrices
+
+
+def dominant_pole(spacecraft: Spacecraft) -> tuple[float, float]:
+    """Return frequency [rad/s] and damping ratio of the free mode that a torque about x moves most.
+
+    The modes of the whole free spacecraft (the bus turns with the structure); the one with the largest attitude
+    response to an impulse about x, over its frequency squared.
+    """
+    size = 6 + spacecraft.mode_count
+    stiffness, damping = np.zeros((size, size)), np.zeros((size, size))
+    stiffness[6:, 6:] = np.diag(spacecraft.frequency**2)
+    damping[6:, 6:] = np.diag(spacecraft.damping)
+    square, shapes = eigh(stiffness, spacecraft.mass_matrix)
+    square, shapes = square[6:], shapes[:, 6:]  # the first six are rigid
+    dominant = int(np.argmax(shapes[3] ** 2 / square))
+    frequency = float(np.sqrt(square[dominant]))
+    shape = shapes[:, dominant]
+    return frequency, float(shape @ damping @ shape) / (2.0 * frequency)
+
+
+def plant_matrices(spacecraft: Spacecraft, nominal_speed: Array, as_published: bool = False) -> PlantMatrices:
+    """Return what the plant carries of a spacecraft.
+
+    `as_published` leaves the flexible part out of the accelerometers of the centralised configuration, as the
+    authors' measurement function does (PHYSICS section 7).
+    """
+    wheels = spacecraft.wheels
+    deflection = np.einsum("ni,nim->nm", spacecraft.accelerometers.axis, spacecraft.accelerometers.deflection)
+    if as_published and spacecraft.name == "centralised":
+        deflection = np.zeros_like(deflection)
+    turned = np.cross(spacecraft.lateral_a, spacecraft.lateral_b)
+    return PlantMatrices(
+        mass_matrix=spacecraft.mass_matrix,
+        frequency=spacecraft.frequency,
+        damping=spacecraft.damping,
+        torque_influence=spacecraft.torque_influence,
+        wrench_influence=spacecraft.wrench_influence,
+        lateral_influence=spacecraft.jitter_influence[:, 2 * spacecraft.wheel_count :],
+        wheel_axis=wheels.axis,
+        wheel_sense=np.sum(turned * wheels.axis, axis=1),
+        wheel_slope=wheels.slope,
+        wheel_inertia=spacecraft.wheel.inertia,
+        torque_limit=spacecraft.wheel.torque_limit,
+        nominal_speed=nominal_speed,
+        gyro_axis=spacecraft.gyros.axis,
+        gyro_slope=spacecraft.gyros.axial_slope,
+        accelerometer_axis=spacecraft.accelerometers.axis,
+        accelerometer_position=spacecraft.accelerometers.position,
+        accelerometer_deflection=deflection,
+    )
+
+
+def build_design(config: Configuration, as_published: bool = False) -> Design:
+    """Run the whole design chain of one configuration.
+
+    Parameters
+    ----------
+    config : all parameters
+    as_published : with the slips of the authors' release that belong to the design (PHYSICS section 7)
+    """
+    spacecraft = build_spacecraft(config, as_published)
+    response = select_speeds(spacecraft, config.speeds)
+    noise, period = config.noise, config.rates.controller
+    model = linearise(spacecraft, response.nominal, noise.filter_frequency)
+    regulator = design_regulator(spacecraft, model, config.weights, period)
+    phases = round(config.rates.star_tracker / period)
+    coarse, fine = (
+        design_estimator(
+            model,
+            config.wheel,
+            measurement_noise(model, noise, star_tracker),
+            config.weights.process_noise,
+            period,
+            phases,
+            as_published,
+        )
+        for star_tracker in (noise.star_tracker_coarse, noise.star_tracker_fine)
+    )
+    reference = linearise(spacecraft, response.nominal, noise.filter_frequency, gyroscopic=False)
+    reference_a, reference_b = reference.rigid_and_flexible()
+    shaper_frequency, shaper_damping = dominant_pole(spacecraft)
+    controller = ControllerMatrices(
+        a=model.a,
+        b_torque=model.b_torque,
+        b_jitter=model.b_jitter,
+        c=model.c,
+        gain_coarse=coarse.gain,
+        gain_fine=fine.gain,
+        feedback=regulator.gain,
+        reference_a=reference_a,
+        reference_b=reference_b,
+        nominal_speed=response.nominal,
+        wheel_axis=spacecraft.wheels.axis,
+        wheel_inertia=config.wheel.inertia,
+        inertia=spacecraft.inertia,
+        modes=spacecraft.mode_count,
+        period=period,
+        shaper_frequency=shaper_frequency,
+        shaper_damping=shaper_damping,
+        gyros=model.gyro_count,
+        accelerometers=model.index.accelerometers,
+        torque_limit=config.wheel.torque_limit,
+        speed_band=config.wheel.speed_band,
+        imbalance_force=config.wheel.imbalance_force,
+        imbalance_torque=config.wheel.imbalance_torque,
+    )
+    return Design(
+        config=config,
+        as_published=as_published,
+        spacecraft=spacecraft,
+        response=response,
+        model=model,
+        regulator=regulator,
+        coarse=coarse,
+        fine=fine,
+        plant=plant_matrices(spacecraft, response.nominal, as_published),
+        sensors=SensorMatrices(
+            nominal_speed=response.nominal,
+            wrench_of_jitter=spacecraft.wrench_of_jitter,
+            gyros=model.gyro_count,
+            accelerometers=model.index.accelerometers,
+            gyro_noise=noise.gyro,
+            accelerometer_noise=noise.accelerometer,
+            encoder_noise=noise.encoder,
+            star_tracker_coarse=noise.star_tracker_coarse,
+            star_tracker_fine=noise.star_tracker_fine,
+            filter_frequency=noise.filter_frequency,
+            imbalance_force=config.wheel.imbalance_force,
+            imbalance_torque=config.wheel.imbalance_torque,
+            broadband_force=config.wheel.broadband_force,
+            broadband_torque=config.wheel.broadband_torque,
+        ),
+        controller=controller,
+    )
+
+
+def as_arrays(matrices: PlantMatrices | SensorMatrices | ControllerMatrices, prefix: str) -> dict[str, Array]:
+    """Return a matrix set as named arrays for an `.npz`, each name with the prefix."""
+    return {f"{prefix}.{f.name}": np.asarray(getattr(matrices, f.name)) for f in fields(matrices)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Designs:
+    """Both variants of one configuration's design."""
+
+    corrected: Design
+    as_published: Design
+
+
+def build_designs(name: ConfigurationName) -> Designs:
+    """Run the design chain twice; raise ValueError for an unknown configuration."""
+    config = configuration(name)
+    return Designs(corrected=build_design(config), as_published=build_design(config, as_published=True))

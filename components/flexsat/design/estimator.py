@@ -1,0 +1,110 @@
+"""Kalman filter with a slow star tracker: the steady gain is periodic over its period."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..parameters import SensorNoise, Wheel
+from ..spacecraft.linear_model import LinearModel
+from .riccati import RiccatiStep, steady_state
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimator:
+    """Sampled model and steady periodic gains: predict with a, b; correct with gain[phase] (y - c x)."""
+
+    a: Array  # (n, n)
+    b_torque: Array  # (n, wheels)
+    b_jitter: Array  # (n, 4 wheels)
+    c: Array  # (y, n)
+    gain: Array  # (phases, n, y); phase 0 has the star tracker, its columns are zero in the others
+    covariance: Array  # (n, n): steady, predicted for phase 0
+
+
+def measurement_noise(model: LinearModel, noise: SensorNoise, star_tracker: float) -> Array:
+    """Return the variances of the measurements, (y,), in the order of the linear model's outputs."""
+    wheels, accelerometers = model.index.wheels, model.index.accelerometers
+    deviation = np.concatenate(
+        [
+            np.full(model.gyro_count, noise.gyro),
+            np.full(accelerometers, noise.accelerometer),
+            np.full(wheels, noise.encoder),
+            np.full(3, star_tracker),
+        ]
+    )
+    return np.asarray(deviation**2)
+
+
+def _noise_scale(model: LinearModel) -> Array:
+    """Return what multiplies the process noise of each state, (n,).
+
+    One, except in the anti-aliasing filter: the release adds the noise in the filter's companion coordinates, where the
+    output is the corner squared times a state. This is why the accelerometers carry almost no weight.
+    """
+    index, corner = model.index, model.filter_corner
+    scale = np.ones(index.size)
+    scale[index.filter_output], scale[index.filter_rate] = corner**4, corner**2
+    return scale
+
+
+def process_covariance(
+    model: LinearModel, wheel: Wheel, process_noise: float, period: float, as_published: bool = False
+) -> Array:
+    """Return the covariance of what disturbs the state over a period, (n, n); arguments as in `design_estimator`."""
+    _, b_torque, b_jitter = model.sampled(period)
+    wheels = model.index.wheels
+    broadband = np.repeat([wheel.broadband_force, wheel.broadband_torque], 2 * wheels) ** 2
+    columns = b_jitter
+    if as_published:
+        # the release orders jitter by wheel and counts its columns from the first input, which is a torque
+        by_wheel = np.arange(4 * wheels).reshape(4, wheels).T.ravel()
+        broadband = broadband[by_wheel]
+        columns = np.hstack([b_torque, b_jitter[:, by_wheel]])[:, : 4 * wheels]
+    return np.asarray(np.diag(process_noise * _noise_scale(model)) + (columns * broadband) @ columns.T)
+
+
+def design_estimator(
+    model: LinearModel,
+    wheel: Wheel,
+    variance: Array,
+    process_noise: float,
+    period: float,
+    phases: int,
+    as_published: bool = False,
+) -> Estimator:
+    """Return the filter in its periodic steady state.
+
+    Parameters
+    ----------
+    model : linear model with the filter states
+    wheel : for the broadband disturbance, which enters through the jitter inputs held over `period`
+    variance : (y,) of the measurements, the star tracker's three last
+    process_noise : variance added to every state at each step
+    period : [s]
+    phases : star tracker period in steps
+    as_published : take the broadband noise through the columns that the authors' release picks (PHYSICS section 7)
+
+    Source: P, section 6; the composition over a period replaces its 10 000 plain iterations.
+    """
+    a, b_torque, b_jitter = model.sampled(period)
+    q = process_covariance(model, wheel, process_noise, period, as_published)
+    fast = model.c[:-3]
+    information_fast = (fast.T / variance[:-3]) @ fast
+    information_all = (model.c.T / variance) @ model.c
+    steps = [RiccatiStep(a=a, g=q, h=information_all)]
+    steps += [RiccatiStep(a=a, g=q, h=information_fast)] * (phases - 1)
+
+    first = covariance = steady_state(steps)
+    gain = np.zeros((phases, len(a), len(model.c)))
+    for phase, step in enumerate(steps):
+        rows = len(model.c) if phase == 0 else len(model.c) - 3
+        c = model.c[:rows]
+        innovation = c @ covariance @ c.T + np.diag(variance[:rows])
+        gain[phase, :, :rows] = np.linalg.solve(innovation, c @ covariance).T
+        covariance = step.apply(covariance)
+    return Estimator(a=a, b_torque=b_torque, b_jitter=b_jitter, c=model.c, gain=gain, covariance=first)

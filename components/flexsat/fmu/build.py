@@ -1,0 +1,78 @@
+"""Build the FMUs of one configuration: design once corrected, once as published, and pack what each component needs."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Callable
+from pathlib import Path
+
+from ..design.chain import Designs, as_arrays
+from ..ports.table import Naming
+from .documentation.content import draw, travelling
+from .documentation.experiments import EXPERIMENTS
+from .documentation.reference_results import run_experiments
+from .export import BuiltFmu, build_fmu
+from .python.controller import Controller
+from .python.load_matrices import AS_PUBLISHED, CORRECTED, MODEL_FILE
+from .python.plant import Plant
+from .python.sensors import Sensors
+from .reproducible_zip import npz_bytes
+
+SHELLS: dict[str, type[Plant | Sensors | Controller]] = {
+    "plant": Plant,
+    "sensors": Sensors,
+    "controller": Controller,
+}
+
+
+def component_resources(designs: Designs, component: str) -> dict[str, bytes]:
+    """Return the files that travel with a component: one `.npz` with both variants of its matrices."""
+    arrays = as_arrays(getattr(designs.corrected, component), CORRECTED)
+    arrays |= as_arrays(getattr(designs.as_published, component), AS_PUBLISHED)
+    return {MODEL_FILE: npz_bytes(arrays)}
+
+
+def build_configuration(
+    designs: Designs, folder: Path, report: Callable[[str], None] = lambda _: None, naming: Naming = "structured"
+) -> dict[str, BuiltFmu]:
+    """Build plant, sensors and controller into `folder`/<configuration>/, each replaced in one piece.
+
+    Parameters
+    ----------
+    designs : of one configuration
+    folder : usually `fmus`
+    report : called with a line for each file written
+    naming : "flat" builds the same FMUs with flat names into `folder`/<configuration>/flat/
+    """
+    config = designs.corrected.config
+    flat = naming == "flat"
+    target = folder / config.name / "flat" if flat else folder / config.name
+    built = {}
+    for component, shell in SHELLS.items():
+        path = target / f"{component}.fmu"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        model_name = f"{component}_{config.name}{'_flat' if flat else ''}"
+        resources = component_resources(designs, component)
+        table, runs = run_experiments(shell, resources, EXPERIMENTS[component])
+        content = travelling(
+            component,
+            table.renamed(naming),
+            runs,
+            draw(designs.corrected.spacecraft, config, component),
+            config=config,
+            model_name=model_name,
+            version=importlib.metadata.version("flexsat"),
+            step=shell.preferred_step,
+            stop=shell.stop_time,
+        )
+        built[component] = build_fmu(
+            f"{shell.__module__}:{shell.__name__}",
+            path,
+            resources,
+            model_name,
+            documentation=content.documentation,
+            extra=content.extra,
+            naming=naming,
+        )
+        report(f"{path}  {path.stat().st_size / 1e6:.1f} MB  {built[component].guid}")
+    return built

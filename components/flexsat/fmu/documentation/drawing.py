@@ -1,0 +1,132 @@
+"""Draw the structure with its wheels and sensors: model.png and the icon of an FMU. Design time; matplotlib."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from ...parameters import SITES, Aperture
+from ...spacecraft.assembly import Spacecraft
+from ...structure.mesh import polar, record_mesh, tile_centres, tile_vertices
+
+SIZE, ICON_SIZE = 480, 128  # pixels
+RESOLUTION = 120  # pixels an inch
+ARROW = 1.9  # m, of a wheel's axis
+TRACKER = (0.85, 1.0)  # m; it sits on the bus, drawn beside the gyros there
+
+# Okabe and Ito (2008), colours for the colour-blind; told apart by shape too
+WHEEL, GYRO, ACCELEROMETER = "#D55E00", "#0072B2", "#F0E442"
+FAINT = "0.72"
+_STYLE: dict[Any, Any] = {  # any: the type of a key is the list of all of them
+    "font.size": 7.5,
+    "font.family": "DejaVu Sans",
+    "mathtext.fontset": "dejavusans",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Emphasis:
+    """What a component's drawing puts in colour; the rest of the devices stays grey."""
+
+    structure: bool
+    wheels: bool
+    sensors: bool
+
+
+EMPHASIS = {
+    "plant": Emphasis(structure=True, wheels=True, sensors=False),
+    "sensors": Emphasis(structure=False, wheels=False, sensors=True),
+    "controller": Emphasis(structure=False, wheels=True, sensors=True),
+}
+
+
+def model_picture(spacecraft: Spacecraft, component: str, aperture: Aperture) -> bytes:
+    """Return model.png: the structure seen along z, devices with a legend, a scale in metres."""
+    emphasis = EMPHASIS[component]
+    with matplotlib.rc_context(_STYLE):
+        figure, axes = _canvas(SIZE, legend=True)
+        _draw_structure(axes, aperture, emphasis)
+        _draw_devices(axes, spacecraft, emphasis, scale=1.0)
+        _draw_frame(axes)
+        count, sites = spacecraft.wheel_count, len({tuple(p) for p in spacecraft.wheels.position.tolist()})
+        where = "on the bus" if sites == 1 else f"at {sites} places"
+        axes.set_title(f"{component}: {count} wheels {where}, {spacecraft.mode_count} modes", fontsize=9.0)
+        figure.legend(loc="lower center", ncols=4, frameon=False, fontsize=7.5, handletextpad=0.3, columnspacing=1.2)
+        return _png(figure)
+
+
+def icon(spacecraft: Spacecraft, component: str, aperture: Aperture) -> bytes:
+    """Return the icon: the same without words."""
+    emphasis = EMPHASIS[component]
+    figure, axes = _canvas(ICON_SIZE, legend=False)
+    _draw_structure(axes, aperture, emphasis)
+    _draw_devices(axes, spacecraft, emphasis, scale=0.55)
+    return _png(figure)
+
+
+def _canvas(pixels: int, *, legend: bool) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=(pixels / RESOLUTION, pixels / RESOLUTION), dpi=RESOLUTION)
+    axes = figure.add_axes((0.02, 0.10, 0.96, 0.83) if legend else (0.0, 0.0, 1.0, 1.0))
+    reach = 16.8 if legend else 16.0
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    axes.set_axis_off()
+    return figure, axes
+
+
+def _draw_structure(axes: Axes, aperture: Aperture, emphasis: Emphasis) -> None:
+    tiles = [tile_vertices(centre, aperture.tile_side) for centre in tile_centres(aperture)]
+    face = "#DCE9F2" if emphasis.structure else "0.95"
+    axes.add_collection(PolyCollection(tiles, facecolors=face, edgecolors="0.55", linewidths=0.7))
+    if emphasis.structure:
+        mesh = record_mesh(aperture)
+        edges = {tuple(sorted((int(a), int(b)))) for t in mesh.triangles for a, b in zip(t, np.roll(t, 1), strict=True)}
+        lines = [mesh.nodes[list(edge)] for edge in sorted(edges)]
+        axes.add_collection(LineCollection(lines, colors="#0072B2", linewidths=0.3, alpha=0.45))
+    hole = tile_vertices(np.zeros(2), aperture.tile_side)
+    axes.add_collection(PolyCollection([hole], facecolors="white", edgecolors="0.2", linewidths=1.0))
+
+
+def _draw_devices(axes: Axes, spacecraft: Spacecraft, emphasis: Emphasis, scale: float) -> None:
+    sites = np.array([[0.0, 0.0], *(polar(*site) for site in SITES)])
+    mounts = spacecraft.mounts.position[:, :2]
+    wheel = WHEEL if emphasis.wheels else FAINT
+    gyro, accelerometer, tracker = (GYRO, ACCELEROMETER, "black") if emphasis.sensors else (FAINT, FAINT, FAINT)
+    position, axis = spacecraft.wheels.position[:, :2], spacecraft.wheels.axis[:, :2]
+    flat = np.linalg.norm(axis, axis=1) > 0.5  # those that spin about z would be points
+    axes.quiver(*position[flat].T, *(ARROW * axis[flat]).T, angles="xy", scale_units="xy", scale=1.0, color=wheel,
+                width=0.006, zorder=3)  # fmt: skip
+    for places, area, marker, colour, name, order in (
+        (mounts, 150.0, "o", wheel, "wheels", 4),
+        (sites, 46.0, "s", gyro, "gyros", 5),
+        (sites, 18.0, "^", accelerometer, "accelerometers", 6),
+        (np.array([TRACKER]), 90.0, "*", tracker, "star tracker", 7),
+    ):
+        face, edge, line = colour, "0.25" if marker == "^" else "white", 0.4
+        if marker == "o":
+            face, edge, line = "none", colour, 1.6 * scale
+        axes.scatter(places[:, 0], places[:, 1], s=area * scale**2, marker=marker, facecolor=face, edgecolor=edge,
+                     linewidth=line, label=name, zorder=order)  # fmt: skip
+
+
+def _draw_frame(axes: Axes) -> None:
+    """Draw the body axes and a scale, outside the structure."""
+    x, y, long, beyond = -16.0, -15.6, 2.6, 3.1
+    for along, name in (((1.0, 0.0), "x"), ((0.0, 1.0), "y")):
+        tip = (x + long * along[0], y + long * along[1])
+        axes.annotate("", tip, (x, y), arrowprops={"arrowstyle": "-|>", "color": "0.2", "linewidth": 0.9})
+        axes.annotate(name, (x + beyond * along[0], y + beyond * along[1]), ha="center", va="center", color="0.2")
+    axes.plot([10.5, 15.5], [-15.6, -15.6], color="0.2", linewidth=1.2)
+    axes.annotate("5 m", (13.0, -15.3), ha="center", va="bottom", color="0.2")
+
+
+def _png(figure: Figure) -> bytes:
+    memory = io.BytesIO()
+    figure.savefig(memory, format="png", dpi=RESOLUTION, metadata={"Software": None})  # no version: the same bytes
+    return memory.getvalue()

@@ -1,0 +1,50 @@
+"""Licences of what travels in an FMU: our own sources, and the wrapper with its Python module."""
+
+from __future__ import annotations
+
+from importlib.metadata import distribution
+from pathlib import Path
+
+ENTRY = "license.txt"  # FMI 2.0, section 2.3: where a reader begins
+OWN, WRAPPER = "flexsat-BSD-3-Clause.txt", "pythonfmu-MIT.txt"
+
+
+def licence_files() -> dict[str, bytes]:
+    """Return the files below documentation/licenses/.
+
+    Raises
+    ------
+    ValueError
+        If an installed package came without its licence.
+    """
+    wrapper = distribution("pythonfmu")
+    entry = f"""\
+Licences of this FMU
+====================
+
+This FMU as a whole        BSD-3-Clause AND MIT (SPDX expression)
+
+resources/flexsat_*/       the model, BSD-3-Clause: {OWN}
+resources/*.npz, *.json    its data, BSD-3-Clause: {OWN}
+resources/*.py             generated, BSD-3-Clause: {OWN}
+documentation/, extra/, terminalsAndIcons/, model.png, modelDescription.xml
+                           BSD-3-Clause: {OWN}
+binaries/                  the wrapper PythonFMU {wrapper.version}, renamed, otherwise as released, MIT: {WRAPPER}
+resources/pythonfmu/       its Python module, MIT: {WRAPPER}
+
+Python and numpy do not travel in this FMU; the receiver provides them (../externalDependencies.txt).
+"""
+    return {ENTRY: entry.encode(), OWN: _own_licence(), WRAPPER: _installed_licence("pythonfmu")}
+
+
+def _own_licence() -> bytes:
+    """Return ours: beside the sources in a checkout, else as installed."""
+    path = Path(__file__).parents[4] / "LICENSE"
+    return path.read_bytes() if path.is_file() else _installed_licence("flexsat")
+
+
+def _installed_licence(package: str) -> bytes:
+    for file in distribution(package).files or ():
+        if file.name == "LICENSE" and ".dist-info" in file.parts[0]:
+            return Path(str(file.locate())).read_bytes()
+    raise ValueError(f"package {package}: no LICENSE in its installation; install it again, from a wheel")

@@ -1,0 +1,52 @@
+"""FMI life cycle of the flight controller; ports in flexsat.ports.controller, the law in flexsat.runtime.controller."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ...ports import controller as interface
+from ...ports.table import Port
+from ...runtime import controller
+from .life_cycle import SiSlave
+from .load_matrices import MODEL_FILE, load_matrices
+
+
+class Controller(SiSlave):
+    """The LQG attitude controller with its slew guidance."""
+
+    description = "LQG attitude controller: periodic Kalman filter, slew guidance, regulator, known delays"
+    preferred_step = 5e-3
+    fixed_step = 5e-3
+    stop_time = 300.0
+
+    def ports(self) -> Sequence[Port]:
+        """Return the ports; their sizes are those of the design in the resources."""
+        return interface.ports(load_matrices(self.resource(MODEL_FILE), controller.ControllerMatrices))
+
+    def start(self) -> None:
+        """Sample the design for the parameters, and plan the slew."""
+        matrices = load_matrices(
+            self.resource(MODEL_FILE), controller.ControllerMatrices, as_published=self.value("as_published")
+        )
+        self.fixed_step = matrices.period
+        self._controller = controller.Controller(matrices, interface.parameters(matrices, self.value))
+        self._rotation, self._start_time = self.view("command.rotation"), self.view("command.start_time")
+        self.state = controller.init(self._controller, self._rotation.copy(), float(self._start_time))
+        names = ("gyro.rate", "accelerometer.acceleration", "encoder.speed", "encoder.angle", "star_tracker.mrp",
+                 "star_tracker.valid", "applied.wheel.torque", "applied.valid")  # fmt: skip
+        # views: what the master writes is what the controller sees
+        self._measured = controller.Measurements(*(self.view(name) for name in names))
+        self._torque, self._feed_forward = self.view("wheel.torque"), self.view("reference.torque")
+        reals, span = self.values.arrays["real"], self.table.span
+        # the ports of reference and estimate stand in the order of the linear state
+        self._reference = reals[span("reference.mrp").start : span("reference.wheel.speed").stop]
+        self._estimate = reals[span("estimate.mrp").start : span("estimate.wheel.speed").stop]
+
+    def advance(self, time: float, _step: float, /) -> None:
+        """Take the measurements at `time`; the torque holds from `time` on."""
+        controller.command(self._controller, self.state, time, self._rotation.copy(), float(self._start_time))
+        self.state, outputs = controller.step(self._controller, self.state, time, self._measured)
+        self._torque[:] = outputs.torque
+        self._feed_forward[:] = outputs.reference_torque
+        self._reference[:] = outputs.reference
+        self._estimate[:] = outputs.estimate[: len(self._estimate)]

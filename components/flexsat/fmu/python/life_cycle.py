@@ -1,0 +1,409 @@
+"""Run a component as an FMI 2.0 co-simulation slave: the one class between pythonfmu and the final shells.
+
+What the wrapper of pythonfmu 0.7 can tell its host decides how errors travel:
+
+- `do_step` may return true (fmi2OK) or false (fmi2Discard, and fmi2Terminated becomes true);
+- every other call is fmi2OK, or fmi2Fatal when it raises, and then the instance's memory is freed twice.
+
+So nothing raises here. A failed call is logged with status fmi2Error at once; from then on real outputs read
+not-a-number and each `do_step` returns fmi2Discard without calling the model. `fmi2Reset`, or setting a saved
+state, makes the instance usable again.
+"""
+
+from __future__ import annotations
+
+import os
+import traceback
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from enum import Enum, auto
+from math import isfinite, nan
+from pathlib import Path
+from typing import Any, ClassVar
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from pythonfmu import Fmi2Slave
+from pythonfmu._version import __version__ as pythonfmu_version
+from pythonfmu.enums import Fmi2Status
+
+from ...ports.table import Kind, Naming, Port, PortTable
+from .model_description import About, model_description
+from .port_values import Array, PortValues, Refused
+from .resources import build_facts, find_resource, leave_search_path, let_go_at_exit
+from .saved_state import restored, sealed, unsealed
+from .shared_buffers import REFERENCE, DirectAccess
+
+STEP_TOLERANCE = 1e-6  # relative; a host that subtracts times at t = 1e5 s errs by 1e-11 s in its step
+
+
+class Phase(Enum):
+    """Where an instance is in the FMI life cycle."""
+
+    INSTANTIATED = auto()
+    INITIALIZING = auto()
+    STEPPING = auto()
+    TERMINATED = auto()
+
+
+class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type information
+    """Give a stepper ports and a life cycle. A final class states its ports and calls its stepper.
+
+    A final class implements `ports`, `start` and `advance`, and `evaluate` if it has outputs on demand.
+    All that moves lives in `self.state`; all else is computed by `start` from parameters and resources.
+    """
+
+    description: ClassVar[str] = ""
+    author: ClassVar[str] = "flexsat developers"
+    license: ClassVar[str] = "BSD-3-Clause"
+    version: ClassVar[str] = "0"
+    preferred_step: ClassVar[float] = 1e-3  # [s] what the model description recommends
+    stop_time: ClassVar[float | None] = None  # [s] end of the default experiment
+    fixed_step: float | None = None  # [s] the only step accepted; None accepts any
+    step_parameter: ClassVar[str | None] = None  # parameter that sets it, if one does
+    log_categories: ClassVar[dict[str, str]] = {  # all that is ever logged; the wrapper lets no other through
+        "logStatusError": "why a call failed, with the traceback if the model raised; the instance then stops"
+    }
+
+    state: Any = None
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        if "logger" in kwargs:  # made by the wrapper, not by a build or a test
+            leave_search_path(self.resources)
+        build = build_facts(self.resources)
+        self.modelName = str(build.get("model_name", type(self).__name__))
+        if "logger" in kwargs:
+            let_go_at_exit(self.resources)
+        self.guid = str(build.get("guid", type(self).__qualname__))
+        self._version = str(build.get("version", type(self).version))
+        naming: Naming = "flat" if build.get("naming") == "flat" else "structured"
+        self.table = PortTable(self.ports(), naming)
+        self.values = PortValues(self.table)
+        self._outputs = self.values.arrays["real"][self.table.run("output")]
+        self._zeros = np.zeros_like(self._outputs)
+        self._starting = {port.name for port in self.table if self.table.starts_from(port)}
+        self._feeds_on_demand = any(port.on_demand and port.depends_on for port in self.table)
+        self._direct = DirectAccess(self.values, self._feeds_on_demand)
+        self._enter(Phase.INSTANTIATED)
+        self._started = False  # whether `start` has run with the present parameters and inputs
+        self._stale = False  # whether the outputs on demand are older than the state
+        self._failure: str | None = None
+        self._reads: dict[tuple[int, int], tuple[list[int], Callable[[], list[float]], bool]] = {}
+        self._writes: dict[tuple[int, int], tuple[list[int], Callable[..., None]]] = {}
+        self._flag_reads: dict[tuple[str | int, ...], Callable[[], list[Any]]] = {}  # the same for booleans
+        self._flag_writes: dict[tuple[str | int, ...], Callable[..., None]] = {}
+
+    # What a final class implements.
+
+    @abstractmethod
+    def ports(self) -> Sequence[Port]:
+        """Return the ports. Resources may be read, parameters not yet."""
+
+    @abstractmethod
+    def start(self) -> None:
+        """Make `self.state` and the initial outputs; parameters are final. Raise ValueError with a one-line reason.
+
+        May be called again during initialisation, whenever a host reads outputs between changes of parameters.
+        """
+
+    @abstractmethod
+    def advance(self, time: float, step: float, /) -> None:
+        """Step the model from `time` to `time + step` [s], from the input views to the output views."""
+
+    def evaluate(self) -> None:
+        """Compute the outputs on demand from the present state."""
+
+    def tuned(self) -> None:
+        """Take note of tunable parameters, one of which has just changed."""
+
+    # What a final class uses.
+
+    def view(self, name: str) -> Array:
+        """Return a port's values as a view that stays valid; shape () for a scalar."""
+        return self.values.view(name)
+
+    def value(self, name: str) -> Any:
+        """Return a port's value as plain Python, or as a copy of its array."""
+        return self.values.value(name)
+
+    def resource(self, name: str) -> Path:
+        """Return the path of a file that travels in the FMU's resources."""
+        return find_resource(self.resources, name)
+
+    # Life cycle, called by the wrapper.
+
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+    ) -> None:
+        """Accept any experiment."""
+
+    def enter_initialization_mode(self) -> None:
+        """Begin initialisation."""
+        self._enter(Phase.INITIALIZING)
+
+    def exit_initialization_mode(self) -> None:
+        """Start the model; from here on parameters are fixed."""
+        try:
+            if self._failure is not None:
+                raise Refused(f"not started since: {self._failure}")
+            self._prepare()
+            self._enter(Phase.STEPPING)
+        except BaseException as error:
+            self._fail("exitInitializationMode", error)
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """Advance the model, or log why not and return false."""
+        try:
+            if self._failure is not None or self._phase is not Phase.STEPPING:
+                raise Refused("not initialised" if self._failure is None else f"not stepped since: {self._failure}")
+            fixed = self.fixed_step
+            if fixed is not None:
+                if step_size != fixed and not abs(step_size - fixed) <= STEP_TOLERANCE * fixed:
+                    remedy = f", set by parameter {self.step_parameter}" if self.step_parameter else ""
+                    raise Refused(f"a step of {step_size!r} s is not accepted; the step is {fixed!r} s{remedy}")
+                step_size = fixed
+            elif not step_size > 0.0:
+                raise Refused(f"a step of {step_size!r} s is not accepted; a step is > 0 s")
+            self._stale = True
+            self.advance(current_time, step_size)
+            self._check_outputs()
+            return True
+        except BaseException as error:
+            self._fail(f"doStep at t = {current_time!r} s", error)
+            return False
+
+    def terminate(self) -> None:
+        """End the run; values can still be read."""
+        self._enter(Phase.TERMINATED)
+
+    # Values, called by the wrapper with fresh lists at every step: the two methods for reals are the hot path where
+    # the wrapper has no library in front of it that copies them.
+
+    def get_real(self, vrs: list[int]) -> list[float]:
+        """Read reals."""
+        try:
+            if not vrs:
+                return []
+            plan = self._reads.get((vrs[0], len(vrs)))
+            if plan is None or plan[0] != vrs:
+                return self._read("real", vrs)
+            if plan[2] and self._stale:
+                self._evaluate()
+            return plan[1]()
+        except BaseException as error:
+            self._fail("getReal", error)
+            return [nan] * len(vrs)
+
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        """Write reals."""
+        try:
+            if not vrs:
+                return
+            plan = self._writes.get((vrs[0], len(vrs)))
+            if plan is None or plan[0] != vrs or not isfinite(sum(values)):
+                self._write("real", vrs, values)
+                return
+            plan[1](*values)
+            if self._feeds_on_demand:
+                self._stale = True
+        except BaseException as error:
+            self._fail("setReal", error)
+
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        """Read integers."""
+        return self._read_or("integer", vrs, 0)
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        """Read booleans."""
+        return self._read_or("boolean", vrs, False)
+
+    def get_string(self, vrs: list[int]) -> list[str]:
+        """Read strings; the library in front of the wrapper asks for one that is no variable."""
+        if vrs == [REFERENCE]:
+            return [self._direct.text()]
+        return self._read_or("string", vrs, "")
+
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        """Write integers."""
+        self._write_or_fail("integer", vrs, values)
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        """Write booleans."""
+        self._write_or_fail("boolean", vrs, values)
+
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        """Write strings."""
+        self._write_or_fail("string", vrs, values)
+
+    # State: bytes from the start, so that what is restored here and in a new process is the same.
+
+    def _get_fmu_state(self) -> bytes:
+        try:
+            content = {"phase": self._phase.name, "started": self._started, "stale": self._stale}
+            return sealed(str(self.guid), content | {"values": self.values.saved(), "state": self.state})
+        except BaseException as error:
+            self._fail("getFMUstate", error)
+            return b""
+
+    def _set_fmu_state(self, state: bytes) -> None:
+        try:
+            saved = unsealed(str(self.guid), state)
+            parameters = self._parameter_bytes()
+            self.values.restore(saved["values"])
+            if saved["started"] and not (
+                self._started and self._failure is None and parameters == self._parameter_bytes()
+            ):
+                self.start()
+                self.values.restore(saved["values"])
+            self.state = restored(self.state, saved["state"])
+            self._enter(Phase[saved["phase"]])
+            self._started, self._stale = saved["started"], saved["stale"]
+            self._failure = None
+            self._forget_plans()
+        except BaseException as error:
+            self._fail("setFMUstate", error)
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: bytes) -> bytes:
+        return state
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> bytes:
+        return state  # judged when it is set: raising here would be fatal
+
+    def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
+        """Write the model description."""
+        assert not model_options, "options are the shell's own business"
+        epoch = os.environ.get("SOURCE_DATE_EPOCH")
+        date = epoch and datetime.fromtimestamp(int(epoch), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+        kind = type(self)
+        about = About(
+            model_name=self.modelName,
+            guid=self.guid,
+            description=kind.description,
+            version=self._version,
+            author=kind.author,
+            license=kind.license,
+            generation_tool=f"PythonFMU {pythonfmu_version}",
+            step_size=self.fixed_step or kind.preferred_step,
+            any_step=self.fixed_step is None,
+            stop_time=kind.stop_time,
+            date=date or None,
+            log_categories=self.log_categories,
+        )
+        return model_description(self.table, about)
+
+    # Inside.
+
+    def _enter(self, phase: Phase) -> None:
+        self._phase = phase
+        self._direct.allow(phase in (Phase.STEPPING, Phase.TERMINATED))
+
+    def _prepare(self) -> None:
+        """Run `start` unless it has run with the present parameters and inputs."""
+        if not self._started:
+            self.start()
+            self._started, self._stale = True, True
+            self._check_outputs()
+
+    def _evaluate(self) -> None:
+        self.evaluate()
+        self._stale = False
+        self._check_outputs()
+
+    def _check_outputs(self) -> None:
+        """Refuse a non-finite output by name. Products with zero tell it in a third of a microsecond."""
+        try:
+            if self._outputs.dot(self._zeros) == 0.0:
+                return
+        except (RuntimeWarning, FloatingPointError):  # infinity times zero, in a host that makes warnings errors
+            pass
+        raise Refused(f"output {self.values.first_non_finite('output')} is not finite")
+
+    def _read(self, kind: Kind, vrs: list[int]) -> list[Any]:
+        if not vrs:
+            return []
+        reader = self.values.reader(kind, vrs)
+        ports = {self.values.variable(kind, reference).port for reference in vrs}
+        if self._failure is None:
+            if self._phase is Phase.INITIALIZING and any(port.causality == "output" for port in ports):
+                self._prepare()
+            on_demand = self._on_demand(kind, vrs)
+            if on_demand and self._stale and self._started:
+                self._evaluate()
+            if kind == "real" and self._phase is Phase.STEPPING:
+                self._reads[vrs[0], len(vrs)] = (vrs, reader, on_demand)
+            elif kind == "boolean" and self._phase is Phase.STEPPING and not on_demand:
+                self._flag_reads[kind, *vrs] = reader
+        return reader()
+
+    def _write(self, kind: Kind, vrs: list[int], values: Sequence[Any]) -> None:
+        if not vrs:
+            return
+        writer = self.values.writer(kind, vrs)
+        running = self._phase in (Phase.STEPPING, Phase.TERMINATED)
+        for reference, value in zip(vrs, values, strict=True):
+            self.values.admit(kind, reference, value, parameters=not running)
+        writer(*values)
+        if running:
+            self._stale |= self._feeds_on_demand
+            ports = [self.values.variable(kind, i).port for i in vrs]
+            if any(port.variability == "tunable" for port in ports):
+                self.tuned()
+            elif kind == "real" and not any(port.limited for port in ports):  # what has limits is checked each time
+                self._writes[vrs[0], len(vrs)] = (vrs, writer)
+            elif kind == "boolean" and not self._feeds_on_demand:
+                self._flag_writes[kind, *vrs] = writer
+        elif any(port in self._starting for port in {self.values.variable(kind, i).port.name for i in vrs}):
+            self._started = False
+
+    def _read_or(self, kind: Kind, vrs: list[int], nothing: Any) -> list[Any]:
+        plan = self._flag_reads.get((kind, *vrs))
+        if plan is not None:
+            return plan()
+        try:
+            return self._read(kind, vrs)
+        except BaseException as error:
+            self._fail(f"get{kind.capitalize()}", error)
+            return [nothing] * len(vrs)
+
+    def _write_or_fail(self, kind: Kind, vrs: list[int], values: Sequence[Any]) -> None:
+        plan = self._flag_writes.get((kind, *vrs))
+        if plan is not None:
+            plan(*values)
+            return
+        try:
+            self._write(kind, vrs, values)
+        except BaseException as error:
+            self._fail(f"set{kind.capitalize()}", error)
+
+    def _fail(self, where: str, error: BaseException) -> None:
+        """Log an error and stop the instance. Must not raise, whatever happens."""
+        brief = isinstance(error, Refused) or (self._phase is Phase.INITIALIZING and isinstance(error, ValueError))
+        reason = f"{where}: {error}" if brief else f"{where}: {type(error).__name__}: {error}"
+        text = reason if brief else f"{reason}\n{''.join(traceback.format_exception(error))}"
+        if self._failure is None:
+            self._failure = reason
+            self._forget_plans()
+            self.values.poison()
+        self._tell(text)
+
+    def _tell(self, text: str) -> None:
+        """Log an error. The text is a printf format to C, encoded without error handling by the wrapper."""
+        clean = text.replace("\0", "").encode("utf-8", "backslashreplace").decode("utf-8").replace("%", "%%")
+        self.log(clean, Fmi2Status.error, "logStatusError")
+
+    def _on_demand(self, kind: Kind, vrs: Sequence[int]) -> bool:
+        return any(self.values.variable(kind, reference).port.on_demand for reference in vrs)
+
+    def _forget_plans(self) -> None:
+        self._reads.clear()
+        self._flag_reads.clear()
+        self._flag_writes.clear()
+        self._writes.clear()
+
+    def _parameter_bytes(self) -> bytes:
+        parts = [self.values.arrays[kind][self.table.run("parameter", kind)].tobytes() for kind in self.values.arrays]
+        return b"".join(parts) + repr(self.values.strings).encode()

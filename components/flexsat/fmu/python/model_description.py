@@ -1,0 +1,147 @@
+"""Write the modelDescription.xml of a port table (FMI 2.0 co-simulation)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from xml.etree.ElementTree import Element, SubElement
+
+from ...ports.table import PortTable, Scalar, Variable
+from ...ports.units import UNITS
+
+_TAGS = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "String"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class About:
+    """What a model description says beside the ports.
+
+    Attributes
+    ----------
+    step_size : preferred, or only, communication step [s]
+    any_step : whether other steps are accepted
+    date : ISO 8601, or None for builds that repeat byte by byte
+    """
+
+    model_name: str
+    guid: str
+    description: str
+    version: str
+    author: str
+    license: str
+    generation_tool: str
+    step_size: float
+    any_step: bool
+    stop_time: float | None = None
+    date: str | None = None
+    log_categories: Mapping[str, str] = field(default_factory=dict)
+
+
+def model_description(table: PortTable, about: About) -> Element:
+    """Describe a component completely: units, variables, feedthrough, initial unknowns, capabilities."""
+    head = {
+        "fmiVersion": "2.0",
+        "modelName": about.model_name,
+        "guid": about.guid,
+        "description": about.description,
+        "author": about.author,
+        "version": about.version,
+        "license": about.license,
+        "generationTool": about.generation_tool,
+    }
+    if about.date is not None:
+        head["generationDateAndTime"] = about.date
+    root = Element("fmiModelDescription", {**head, "variableNamingConvention": table.naming})
+    SubElement(root, "CoSimulation", _capabilities(about))
+    _add_units(root, table)
+    categories = SubElement(root, "LogCategories")
+    for name, description in about.log_categories.items():
+        SubElement(categories, "Category", {"name": name, "description": description})
+    experiment = {"startTime": "0.0", "stepSize": _text(about.step_size)}
+    if about.stop_time is not None:
+        experiment["stopTime"] = _text(about.stop_time)
+    SubElement(root, "DefaultExperiment", experiment)
+    variables = SubElement(root, "ModelVariables")
+    for variable in table.variables:
+        _add_variable(variables, variable)
+    _add_structure(root, table)
+    return root
+
+
+def _capabilities(about: About) -> dict[str, str]:
+    return {
+        "modelIdentifier": about.model_name,
+        "needsExecutionTool": "true",  # a Python with numpy
+        "canHandleVariableCommunicationStepSize": _text(about.any_step),
+        "canInterpolateInputs": "false",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        "canNotUseMemoryManagementFunctions": "true",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+    }
+
+
+def _add_units(root: Element, table: PortTable) -> None:
+    used = {port.unit for port in table if port.kind == "real"}
+    if not used:
+        return
+    definitions = SubElement(root, "UnitDefinitions")
+    for name, unit in UNITS.items():
+        if name in used:
+            element = SubElement(definitions, "Unit", {"name": name})
+            if unit.exponents is not None:
+                SubElement(element, "BaseUnit", {base: str(exponent) for base, exponent in unit.exponents.items()})
+            for shown, factor in unit.display.items():
+                SubElement(element, "DisplayUnit", {"name": shown, "factor": _text(factor)})
+
+
+def _add_variable(variables: Element, variable: Variable) -> None:
+    port = variable.port
+    what = {
+        "name": variable.name,
+        "valueReference": str(variable.value_reference),
+        "description": port.description if port.frame is None else f"{port.description} (frame: {port.frame})",
+        "causality": port.causality,
+        "variability": str(port.variability),
+    }
+    if port.causality != "input":  # FMI 2.0 forbids `initial` on inputs
+        what["initial"] = "calculated" if port.causality == "output" else "exact"
+    value = {}
+    if port.kind == "real":
+        value["unit"] = port.unit
+        if port.display_unit is not None:
+            value["displayUnit"] = port.display_unit
+    number = int if port.kind == "integer" else float
+    if port.minimum is not None:
+        value["min"] = _text(number(port.minimum))
+    if port.maximum is not None:
+        value["max"] = _text(number(port.maximum))
+    if port.causality != "output":
+        start = port.starts[variable.element]
+        value["start"] = _text(float(start) if port.kind == "real" else start)
+    SubElement(SubElement(variables, "ScalarVariable", what), _TAGS[port.kind], value)
+
+
+def _add_structure(root: Element, table: PortTable) -> None:
+    structure = SubElement(root, "ModelStructure")
+    outputs = [variable for variable in table.variables if variable.port.causality == "output"]
+    for tag, initial in (("Outputs", False), ("InitialUnknowns", True)) if outputs else ():
+        unknowns = SubElement(structure, tag)
+        for variable in outputs:
+            known = table.dependencies(variable, initial=initial)
+            SubElement(
+                unknowns,
+                "Unknown",
+                {
+                    "index": str(variable.index),
+                    "dependencies": " ".join(map(str, known)),
+                    "dependenciesKind": " ".join("dependent" for _ in known),
+                },
+            )
+
+
+def _text(value: Scalar) -> str:
+    """Write a value so that reading it gives the same value again."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return value if isinstance(value, str) else repr(value)

@@ -1,0 +1,147 @@
+"""Hold the values of all ports in flat buffers, and find the quickest way to read or write a list of references."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ...ports.table import CAUSALITIES, KINDS, Kind, PortTable, Scalar, Variable
+
+Array = np.ndarray[Any, Any]
+Place = slice | np.ndarray[Any, np.dtype[np.intp]]
+
+
+class Refused(ValueError):
+    """The host asked for something that is not allowed: one line to the log, no traceback."""
+
+
+class PortValues:
+    """The values of a port table: one flat array for the reals, one each for integers and booleans, and strings.
+
+    A view of a port stays valid for the life of the object: values are only ever written in place.
+    """
+
+    __slots__ = ("_variables", "arrays", "strings", "table")
+
+    def __init__(self, table: PortTable) -> None:
+        self.table = table
+        self._variables = {kind: table.of_kind(kind) for kind in KINDS}
+        starts = {kind: [v.port.starts[v.element] for v in self._variables[kind]] for kind in KINDS}
+        self.arrays: dict[Kind, Array] = {
+            "real": np.array(starts["real"], dtype=np.float64),
+            "integer": np.array(starts["integer"], dtype=np.int32),
+            "boolean": np.array(starts["boolean"], dtype=np.bool_),
+        }
+        self.strings: list[str] = [str(text) for text in starts["string"]]
+
+    def view(self, name: str) -> Array:
+        """Return a port as a writable view: shape (size,), or () for a scalar, which is written `view[()] = x`."""
+        port = self.table[name]
+        if port.kind == "string":
+            raise ValueError(f"{name}: a string has no view; read it with `value`, write it with `put`")
+        part = self.arrays[port.kind][self.table.span(name)]
+        return part if port.size is not None else part.reshape(())
+
+    def value(self, name: str) -> Any:
+        """Return a port as a plain Python value, or as a copy of its array."""
+        port = self.table[name]
+        if port.kind == "string":
+            texts = self.strings[self.table.span(name)]
+            return texts[0] if port.size is None else tuple(texts)
+        view = self.view(name)
+        return view.item() if port.size is None else view.copy()
+
+    def put(self, name: str, value: Any) -> None:
+        """Write a port, whatever its kind."""
+        port = self.table[name]
+        if port.kind == "string":
+            self.strings[self.table.span(name)] = [value] if port.size is None else value
+        else:
+            self.view(name)[...] = value
+
+    def variable(self, kind: Kind, reference: int) -> Variable:
+        """Return the variable behind a value reference."""
+        known = self._variables[kind]
+        if not 0 <= reference < len(known):
+            raise Refused(f"{kind} value reference {reference}: no such variable; there are {len(known)}")
+        return known[reference]
+
+    def admit(self, kind: Kind, reference: int, value: Any, *, parameters: bool) -> None:
+        """Refuse a value that may not be set; `parameters` tells whether parameters that are not tunable may be."""
+        variable = self.variable(kind, reference)
+        if variable.port.causality == "output":
+            raise Refused(f"{variable.name} is an output and cannot be set")
+        if variable.port.variability == "fixed" and not parameters:
+            raise Refused(f"{variable.name} is a fixed parameter and cannot be set after initialisation, got {value!r}")
+        objection = variable.port.objection(value)
+        if objection:
+            raise Refused(f"{variable.name} {objection}")
+
+    def place(self, kind: Kind, references: Sequence[int]) -> Place:
+        """Return where the references lie in the kind's buffer: a slice when they are one run, which is quicker."""
+        for reference in references:
+            self.variable(kind, reference)
+        first = references[0]
+        if list(references) == list(range(first, first + len(references))):
+            return slice(first, first + len(references))
+        return np.array(references, dtype=np.intp)
+
+    def reader(self, kind: Kind, references: Sequence[int]) -> Callable[[], list[Any]]:
+        """Return a function that lists the values of the references."""
+        place = self.place(kind, references)
+        if kind == "string":
+            chosen = tuple(references)
+            return lambda: [self.strings[i] for i in chosen]
+        array = self.arrays[kind]
+        if isinstance(place, slice):
+            return array[place].tolist
+        return lambda: array[place].tolist()
+
+    def writer(self, kind: Kind, references: Sequence[int]) -> Callable[..., None]:
+        """Return a function that writes values, given one by one as arguments, to the references.
+
+        For a run of reals this is `struct.pack_into`: 130 values take 0.9 us, against 2.2 us for an array assignment.
+        """
+        place = self.place(kind, references)
+        if kind == "real" and isinstance(place, slice):
+            pack = struct.Struct(f"{len(references)}d").pack_into
+            return partial(pack, self.arrays["real"].data.cast("B"), 8 * place.start)
+        chosen = tuple(references)
+
+        def write_numbers(*values: Scalar) -> None:
+            self.arrays[kind][place] = values
+
+        def write_strings(*values: str) -> None:
+            for i, value in zip(chosen, values, strict=True):
+                self.strings[i] = value
+
+        return write_strings if kind == "string" else write_numbers
+
+    def first_non_finite(self, causality: str) -> str | None:
+        """Name the first real input, output or parameter that is not finite, with its value."""
+        assert causality in CAUSALITIES
+        for variable in self._variables["real"]:
+            value = self.arrays["real"][variable.value_reference]
+            if variable.port.causality == causality and not np.isfinite(value):
+                return f"{variable.name} = {value}"
+        return None
+
+    def poison(self) -> None:
+        """Make every real output not-a-number, so that nobody takes it for a result."""
+        self.arrays["real"][self.table.run("output")] = np.nan
+
+    def saved(self) -> dict[str, Any]:
+        """Return all values, to be saved; the arrays are the live ones."""
+        return {**{str(kind): array for kind, array in self.arrays.items()}, "string": self.strings}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Take all values back, in place."""
+        for kind, array in self.arrays.items():
+            if saved[kind].shape != array.shape:
+                raise ValueError(f"the saved state has {saved[kind].size} {kind} values, this component {array.size}")
+            np.copyto(array, saved[kind])
+        self.strings[:] = saved["string"]

@@ -1,0 +1,63 @@
+"""FMI life cycle of sensors and wheel jitter; ports in flexsat.ports.sensors, models in flexsat.runtime.sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from numpy.typing import NDArray
+
+from ...ports import sensors as interface
+from ...ports.table import Port
+from ...runtime import sensors
+from .life_cycle import SiSlave
+from .load_matrices import MODEL_FILE, load_matrices
+
+
+class Sensors(SiSlave):
+    """Star tracker, gyros, accelerometers and encoders, and the jitter of the wheels."""
+
+    description = "Sensors with noise and sampling, and the jitter that the wheels cause"
+    preferred_step = 1e-3
+    fixed_step = 1e-3
+    step_parameter = "step_size"
+    stop_time = 300.0
+
+    def ports(self) -> Sequence[Port]:
+        """Return the ports; their sizes are those of the model in the resources."""
+        return interface.ports(load_matrices(self.resource(MODEL_FILE), sensors.SensorMatrices))
+
+    def start(self) -> None:
+        """Sample the filter, and make the state."""
+        model = load_matrices(
+            self.resource(MODEL_FILE), sensors.SensorMatrices, as_published=self.value("as_published")
+        )
+        parameters = interface.parameters(model, self.value)
+        self.fixed_step = parameters.step
+        self._sensors = sensors.prepare(parameters)
+        self.state = sensors.init(self._sensors)
+        names = ("attitude.quaternion", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.speed",
+                 "wheel.angle")  # fmt: skip
+        self._inputs = tuple(self.view(name) for name in names)
+        reals, first = self.values.arrays["real"], self.table.span("jitter.force_x").start
+        wrench = reals[first : self.table.span("jitter.torque_z").stop]
+        # the stepper writes straight into the ports
+        self.state.outputs = sensors.SensorOutputs(
+            star_tracker_quaternion=self._port("star_tracker.quaternion", self.state.outputs.star_tracker_quaternion),
+            star_tracker_mrp=self._port("star_tracker.mrp", self.state.outputs.star_tracker_mrp),
+            star_tracker_valid=self._port("star_tracker.valid", self.state.outputs.star_tracker_valid),
+            gyro_rate=self._port("gyro.rate", self.state.outputs.gyro_rate),
+            accelerometer=self._port("accelerometer.acceleration", self.state.outputs.accelerometer),
+            encoder_speed=self._port("encoder.speed", self.state.outputs.encoder_speed),
+            encoder_angle=self._port("encoder.angle", self.state.outputs.encoder_angle),
+            wrench=wrench,
+        )
+
+    def advance(self, _time: float, _step: float, /) -> None:
+        """Sample the inputs now; the outputs hold from now on."""
+        sensors.step(self._sensors, self.state, *self._inputs)
+
+    def _port(self, name: str, initial: NDArray[Any]) -> NDArray[Any]:
+        view = self.view(name)
+        view[...] = initial
+        return view

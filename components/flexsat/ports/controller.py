@@ -1,0 +1,111 @@
+"""Ports and parameters of the flight controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..runtime.controller import ControllerMatrices, ControllerParameters
+from .table import Port
+
+
+def ports(model: ControllerMatrices) -> tuple[Port, ...]:
+    """Return the ports of a controller of these sizes. Reference and estimate stand in the order of the state."""
+    n, m = len(model.nominal_speed), model.modes
+    g, k = model.gyros, model.accelerometers
+    measured = (
+        "gyro.rate", "accelerometer.acceleration", "encoder.speed", "star_tracker.mrp", "star_tracker.valid",
+        "applied.wheel.torque", "applied.valid",
+    )  # fmt: skip
+    commanded = ("command.rotation", "command.start_time")
+    deviation = "wheel speed less the nominal one, inertial, about its axis"
+    return (
+        Port(name="gyro.rate", causality="input", unit="rad/s", size=g, display_unit="deg/s",
+             description="measured rate about each gyro's axis: bus x y z, then x y at each site"),
+        Port(name="accelerometer.acceleration", causality="input", unit="m/s2", size=k,
+             description="measured acceleration: bus x y z, then z at each site"),
+        Port(name="encoder.speed", causality="input", unit="rad/s", size=n, display_unit="rpm",
+             description="measured wheel speed", start=tuple(model.nominal_speed.tolist())),
+        Port(name="encoder.angle", causality="input", unit="rad", size=n, description="measured wheel angle"),
+        Port(name="star_tracker.mrp", causality="input", unit="1", size=3,
+             description="measured attitude, body from inertial"),
+        Port(name="command.rotation", causality="input", unit="rad", size=3, display_unit="deg",
+             variability="discrete",
+             description="rotation vector to turn by from the attitude zero; may change until the slew begins"),
+        Port(name="command.start_time", causality="input", unit="s", start=5.0, variability="discrete",
+             description="when the slew begins"),
+        Port(name="applied.wheel.torque", causality="input", unit="N.m", size=n, variability="discrete",
+             description="motor torque commanded in the step before by whoever was in control, about the wheel's axis"),
+        Port(name="star_tracker.valid", causality="input", kind="boolean",
+             description="true if star_tracker.mrp is a new sample"),
+        Port(name="applied.valid", causality="input", kind="boolean",
+             description="true if applied.wheel.torque is given; else the estimator takes its own torque for it"),
+        Port(name="wheel.torque", causality="output", unit="N.m", size=n, variability="discrete",
+             depends_on=(*measured, *commanded), description="commanded motor torque, about the wheel's axis"),
+        Port(name="reference.mrp", causality="output", unit="1", size=3, variability="discrete",
+             depends_on=commanded, description="reference attitude, body from inertial"),
+        Port(name="reference.modal.displacement", causality="output", unit="m.kg^0.5", size=m,
+             variability="discrete", depends_on=commanded, description="reference modal coordinates"),
+        Port(name="reference.rate", causality="output", unit="rad/s", size=3, frame="body",
+             display_unit="deg/s", variability="discrete", depends_on=commanded, description="reference rate"),
+        Port(name="reference.modal.velocity", causality="output", unit="m.kg^0.5/s", size=m,
+             variability="discrete", depends_on=commanded, description="reference modal rates"),
+        Port(name="reference.wheel.speed", causality="output", unit="rad/s", size=n, display_unit="rpm",
+             variability="discrete", depends_on=commanded, description=f"reference {deviation}"),
+        Port(name="reference.torque", causality="output", unit="N.m", size=n, variability="discrete",
+             depends_on=commanded, description="feed-forward torque"),
+        Port(name="estimate.mrp", causality="output", unit="1", size=3, variability="discrete",
+             depends_on=measured, description="estimated attitude, body from inertial"),
+        Port(name="estimate.modal.displacement", causality="output", unit="m.kg^0.5", size=m,
+             variability="discrete", depends_on=measured, description="estimated modal coordinates"),
+        Port(name="estimate.rate", causality="output", unit="rad/s", size=3, frame="body",
+             display_unit="deg/s", variability="discrete", depends_on=measured, description="estimated rate"),
+        Port(name="estimate.modal.velocity", causality="output", unit="m.kg^0.5/s", size=m,
+             variability="discrete", depends_on=measured, description="estimated modal rates"),
+        Port(name="estimate.wheel.speed", causality="output", unit="rad/s", size=n, display_unit="rpm",
+             variability="discrete", depends_on=measured, description=f"estimated {deviation}"),
+        Port(name="as_published", causality="parameter", kind="boolean",
+             description="use the gains designed on the published release's order of mode rows"),
+        Port(name="open_loop", causality="parameter", kind="boolean",
+             description="estimate, but command no torque"),
+        Port(name="star_tracker.fine", causality="parameter", kind="boolean",
+             description="gains for the fine guidance sensor instead of the coarse star tracker"),
+        Port(name="jitter.feed_forward", causality="parameter", kind="boolean", start=True,
+             description="predict with the harmonic jitter known from encoder angle and speed"),
+        Port(name="jitter.imbalance_force", causality="parameter", unit="N.s2/rad2",
+             start=model.imbalance_force, minimum=0.0,
+             description="lateral force over wheel speed squared, as the controller believes"),
+        Port(name="jitter.imbalance_torque", causality="parameter", unit="N.m.s2/rad2",
+             start=model.imbalance_torque, minimum=0.0,
+             description="lateral torque over wheel speed squared, as the controller believes"),
+        Port(name="reference.smoothed", causality="parameter", kind="boolean",
+             description="slew reference: smoothed (modes at rest) instead of time-optimal"),
+        Port(name="slew.authority", causality="parameter", unit="1", start=0.8, minimum=0.0, maximum=1.0,
+             description="share of torque and speed band that the slew plan uses"),
+        Port(name="wheel.torque_limit", causality="parameter", unit="N.m", start=model.torque_limit,
+             minimum=0.0, description="torque limit of one wheel"),
+        Port(name="wheel.speed_band", causality="parameter", unit="rad/s", start=model.speed_band, minimum=0.0,
+             display_unit="rpm", description="allowed wheel speed either side of nominal"),
+        Port(name="delay.measurement", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=0.02,
+             display_unit="ms", description="known delay from sampling to the step that uses it, whole milliseconds"),
+        Port(name="delay.actuation", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=0.02,
+             display_unit="ms", description="known delay from the torque output to the wheels, whole milliseconds"),
+    )  # fmt: skip
+
+
+def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> ControllerParameters:
+    """Return the parameters of a run; `value` tells each port's value."""
+    return ControllerParameters(
+        period=model.period,
+        fine_sensor=value("star_tracker.fine"),
+        feed_forward_jitter=value("jitter.feed_forward"),
+        smoothed=value("reference.smoothed"),
+        open_loop=value("open_loop"),
+        torque_limit=value("wheel.torque_limit"),
+        speed_band=value("wheel.speed_band"),
+        authority=value("slew.authority"),
+        measurement_delay=value("delay.measurement"),
+        actuation_delay=value("delay.actuation"),
+        imbalance_force=value("jitter.imbalance_force"),
+        imbalance_torque=value("jitter.imbalance_torque"),
+    )

@@ -1,0 +1,120 @@
+"""Ports and parameters of the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..runtime.plant_parameters import PlantMatrices, PlantParameters, parameters_of_run
+from .table import Port
+
+JITTER = tuple(f"jitter.{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
+
+
+def ports(model: PlantMatrices) -> tuple[Port, ...]:
+    """Return the ports of a plant of this size. The stepper's inputs and outputs stand in the same order."""
+    m, n = model.modes, model.wheels
+    gyros, accelerometers = len(model.gyro_axis), len(model.accelerometer_axis)
+    return (
+        Port(name="wheel.torque", causality="input", unit="N.m", size=n,
+             description="motor torque on the wheel, about its axis; its reaction acts on the structure"),
+        *(
+            Port(name=f"jitter.force_{axis}", causality="input", unit="N", size=model.mounts, frame="body",
+                 description=f"jitter force of the wheels on each mount, along {axis}")
+            for axis in "xyz"
+        ),
+        *(
+            Port(name=f"jitter.torque_{axis}", causality="input", unit="N.m", size=model.mounts, frame="body",
+                 description=f"jitter torque of the wheels on each mount, about {axis}")
+            for axis in "xyz"
+        ),
+        Port(name="external.force", causality="input", unit="N", size=3, frame="body",
+             description="external force at the body origin"),
+        Port(name="external.torque", causality="input", unit="N.m", size=3, frame="body",
+             description="external torque"),
+        Port(name="attitude.mrp", causality="output", unit="1", size=3,
+             description="attitude, modified Rodrigues parameters, body from inertial, short rotation"),
+        Port(name="attitude.quaternion", causality="output", unit="1", size=4,
+             description="attitude, scalar-last quaternion, body from inertial"),
+        Port(name="rate", causality="output", unit="rad/s", size=3, frame="body", display_unit="deg/s",
+             description="angular rate of the body"),
+        Port(name="velocity", causality="output", unit="m/s", size=3, frame="body",
+             description="velocity of the body origin"),
+        Port(name="modal.displacement", causality="output", unit="m.kg^0.5", size=m,
+             description="mass-normalised modal coordinates"),
+        Port(name="modal.velocity", causality="output", unit="m.kg^0.5/s", size=m,
+             description="rates of the modal coordinates"),
+        Port(name="wheel.speed", causality="output", unit="rad/s", size=n, display_unit="rpm",
+             description="wheel speed relative to its mount, about its axis"),
+        Port(name="gyro_site.rate", causality="output", unit="rad/s", size=gyros, display_unit="deg/s",
+             description="true rate about each gyro's axis: bus x y z, then x y at each site"),
+        Port(name="accelerometer_site.acceleration", causality="output", unit="m/s2", size=accelerometers,
+             depends_on=("wheel.torque", *JITTER, "external.force", "external.torque"),
+             description="true acceleration along each accelerometer's axis: bus x y z, then z at each site"),
+        Port(name="wheel.angle", causality="output", unit="rad", size=n,
+             description="wheel angle relative to its mount, not wrapped"),
+        Port(name="rms_deformation", causality="output", unit="m", display_unit="um",
+             description="RMS deformation of the structure, mass-weighted"),
+        Port(name="angular_momentum", causality="output", unit="N.m.s", size=3, frame="inertial", on_demand=True,
+             description="total angular momentum about the body origin"),
+        Port(name="energy", causality="output", unit="J", on_demand=True,
+             description="kinetic and elastic energy, wheels included"),
+        Port(name="as_published", causality="parameter", kind="boolean",
+             description="use the matrices with the published release's order of mode rows"),
+        Port(name="seed", causality="parameter", kind="integer", start=0, minimum=0,
+             description="seed of what is random at the start"),
+        Port(name="initial.random_wheel_phases", causality="parameter", kind="boolean", start=True,
+             description="draw each wheel's initial angle from the seed, on top of initial.wheel.angle"),
+        Port(name="initial.attitude_deviation", causality="parameter", unit="rad", start=0.0, minimum=0.0,
+             display_unit="arcsec",
+             description="standard deviation per axis of an initial attitude error drawn from the seed"),
+        Port(name="initial.mrp", causality="parameter", unit="1", size=3,
+             description="initial attitude, body from inertial"),
+        Port(name="initial.rate", causality="parameter", unit="rad/s", size=3, frame="body",
+             description="initial angular rate"),
+        Port(name="initial.velocity", causality="parameter", unit="m/s", size=3, frame="body",
+             description="initial velocity"),
+        Port(name="initial.modal.displacement", causality="parameter", unit="m.kg^0.5", size=m,
+             description="initial modal coordinates"),
+        Port(name="initial.modal.velocity", causality="parameter", unit="m.kg^0.5/s", size=m,
+             description="initial rates of the modal coordinates"),
+        Port(name="initial.wheel.speed_offset", causality="parameter", unit="rad/s", size=n, display_unit="rpm",
+             description="initial wheel speed less the nominal one"),
+        Port(name="initial.wheel.angle", causality="parameter", unit="rad", size=n,
+             description="initial wheel angle"),
+        Port(name="wheel.torque_limit", causality="parameter", unit="N.m", start=model.torque_limit, minimum=0.0,
+             description="largest torque of one motor"),
+        Port(name="dispersion.frequency", causality="parameter", unit="1", size=m,
+             description="relative error of each modal frequency"),
+        Port(name="dispersion.damping", causality="parameter", unit="1", size=m,
+             description="relative error of each mode's damping"),
+        Port(name="dispersion.inertia", causality="parameter", unit="1", size=3, frame="body",
+             description="relative error of the principal inertias"),
+        Port(name="gyroscopics", causality="parameter", kind="boolean", start=True,
+             description="false leaves out the gyroscopic torques of the wheels, to tell what they contribute"),
+        Port(name="wheel.friction_torque", causality="parameter", unit="N.m", size=n, minimum=0.0,
+             variability="tunable",
+             description="dry friction of the bearing: brakes the wheel against its mount, then holds it; 0: none"),
+    )  # fmt: skip
+
+
+def parameters(model: PlantMatrices, value: Callable[[str], Any]) -> PlantParameters:
+    """Return the parameters of a run; `value` tells each port's value."""
+    return parameters_of_run(
+        model,
+        seed=value("seed"),
+        random_wheel_phases=value("initial.random_wheel_phases"),
+        attitude_deviation=value("initial.attitude_deviation"),
+        mrp=value("initial.mrp"),
+        rate=value("initial.rate"),
+        velocity=value("initial.velocity"),
+        modal_displacement=value("initial.modal.displacement"),
+        modal_velocity=value("initial.modal.velocity"),
+        wheel_speed_offset=value("initial.wheel.speed_offset"),
+        wheel_angle=value("initial.wheel.angle"),
+        torque_limit=value("wheel.torque_limit"),
+        frequency_dispersion=value("dispersion.frequency"),
+        damping_dispersion=value("dispersion.damping"),
+        inertia_dispersion=value("dispersion.inertia"),
+        gyroscopics=value("gyroscopics"),
+    )

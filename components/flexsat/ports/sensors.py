@@ -1,0 +1,128 @@
+"""Ports and parameters of the sensors and the wheel jitter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..runtime.periods import whole_multiple
+from ..runtime.sensors import SensorMatrices, SensorParameters
+from .table import Port
+
+
+def ports(model: SensorMatrices) -> tuple[Port, ...]:
+    """Return the ports of sensors of these sizes."""
+    n, g, k = len(model.nominal_speed), model.gyros, model.accelerometers
+    mounts = len(model.wrench_of_jitter) // 6
+    jitter = "imbalance harmonic and broadband noise of the wheels on each mount, held over the step"
+    return (
+        Port(name="attitude.quaternion", causality="input", unit="1", size=4, start=(0.0, 0.0, 0.0, 1.0),
+             description="true attitude, scalar-last quaternion, body from inertial"),
+        Port(name="wheel.speed", causality="input", unit="rad/s", size=n, display_unit="rpm",
+             description="true wheel speed relative to its mount"),
+        Port(name="gyro_site.rate", causality="input", unit="rad/s", size=g, display_unit="deg/s",
+             description="true rate about each gyro's axis"),
+        Port(name="accelerometer_site.acceleration", causality="input", unit="m/s2", size=k,
+             description="true acceleration along each accelerometer's axis"),
+        Port(name="wheel.angle", causality="input", unit="rad", size=n,
+             description="true wheel angle relative to its mount"),
+        *(
+            Port(name=f"jitter.force_{axis}", causality="output", unit="N", size=mounts, frame="body",
+                 depends_on=("wheel.speed", "wheel.angle"), description=f"{jitter}, force along {axis}")
+            for axis in "xyz"
+        ),
+        *(
+            Port(name=f"jitter.torque_{axis}", causality="output", unit="N.m", size=mounts, frame="body",
+                 depends_on=("wheel.speed", "wheel.angle"), description=f"{jitter}, torque about {axis}")
+            for axis in "xyz"
+        ),
+        Port(name="gyro.rate", causality="output", unit="rad/s", size=g, display_unit="deg/s",
+             period_parameter="fast_period",
+             depends_on=("gyro_site.rate[i]",), description="measured rate about each gyro's axis"),
+        Port(name="accelerometer.acceleration", causality="output", unit="m/s2", size=k,
+             period_parameter="fast_period",
+             depends_on=("accelerometer_site.acceleration[i]",),
+             description="measured acceleration, after the anti-aliasing filter"),
+        Port(name="encoder.speed", causality="output", unit="rad/s", size=n, display_unit="rpm",
+             period_parameter="fast_period",
+             depends_on=("wheel.speed[i]",), description="measured wheel speed"),
+        Port(name="encoder.angle", causality="output", unit="rad", size=n,
+             period_parameter="fast_period",
+             depends_on=("wheel.angle[i]",), description="measured wheel angle"),
+        Port(name="star_tracker.quaternion", causality="output", unit="1", size=4,
+             period_parameter="star_tracker.period",
+             depends_on=("attitude.quaternion",),
+             description="measured attitude, scalar-last quaternion, body from inertial"),
+        Port(name="star_tracker.mrp", causality="output", unit="1", size=3,
+             period_parameter="star_tracker.period",
+             depends_on=("attitude.quaternion",),
+             description="measured attitude, modified Rodrigues parameters, body from inertial"),
+        Port(name="star_tracker.valid", causality="output", kind="boolean",
+             period_parameter="fast_period",
+             description="true from a star tracker sample to the next sample of gyros and encoders"),
+        Port(name="as_published", causality="parameter", kind="boolean",
+             description="nominal wheel speeds and accelerometer noise of the published release"),
+        Port(name="seed", causality="parameter", kind="integer", start=0, minimum=0,
+             description="seed of all noise"),
+        Port(name="step_size", causality="parameter", unit="s", start=1e-3, minimum=1e-6, display_unit="ms",
+             description="the only communication step accepted"),
+        Port(name="fast_period", causality="parameter", unit="s", start=5e-3, minimum=1e-6, display_unit="ms",
+             description="period of gyros, accelerometers and encoders; a whole multiple of step_size"),
+        Port(name="star_tracker.period", causality="parameter", unit="s", start=0.1, minimum=1e-6,
+             display_unit="ms", description="period of the star tracker; a whole multiple of step_size"),
+        Port(name="star_tracker.fine", causality="parameter", kind="boolean",
+             description="true for the fine guidance sensor, false for the coarse star tracker"),
+        Port(name="star_tracker.noise_coarse", causality="parameter", unit="rad", display_unit="arcsec",
+             start=model.star_tracker_coarse, minimum=0.0,
+             description="coarse star tracker: standard deviation of a sample, each axis"),
+        Port(name="star_tracker.noise_fine", causality="parameter", unit="rad", display_unit="arcsec",
+             start=model.star_tracker_fine, minimum=0.0,
+             description="fine guidance sensor: standard deviation of a sample, each axis"),
+        Port(name="gyro.noise", causality="parameter", unit="rad/s", start=model.gyro_noise, minimum=0.0,
+             display_unit="deg/s", description="standard deviation of a gyro sample"),
+        Port(name="accelerometer.noise", causality="parameter", unit="m/s2", start=model.accelerometer_noise,
+             minimum=0.0, description="standard deviation of an accelerometer sample"),
+        Port(name="accelerometer.filter_frequency", causality="parameter", unit="Hz",
+             start=model.filter_frequency, minimum=1e-3,
+             description="corner of the second-order Butterworth anti-aliasing filter"),
+        Port(name="encoder.noise", causality="parameter", unit="rad/s", start=model.encoder_noise, minimum=0.0,
+             description="standard deviation of an encoder sample"),
+        Port(name="jitter.enabled", causality="parameter", kind="boolean", start=True,
+             description="false for wheels without imbalance"),
+        Port(name="jitter.imbalance_force", causality="parameter", unit="N.s2/rad2",
+             start=model.imbalance_force, minimum=0.0, description="lateral force over wheel speed squared"),
+        Port(name="jitter.imbalance_torque", causality="parameter", unit="N.m.s2/rad2",
+             start=model.imbalance_torque, minimum=0.0, description="lateral torque over wheel speed squared"),
+        Port(name="jitter.broadband_force", causality="parameter", unit="N", start=model.broadband_force,
+             minimum=0.0, description="standard deviation of the broadband force, held over fast_period"),
+        Port(name="jitter.broadband_torque", causality="parameter", unit="N.m", start=model.broadband_torque,
+             minimum=0.0, description="standard deviation of the broadband torque, held over fast_period"),
+    )  # fmt: skip
+
+
+def parameters(model: SensorMatrices, value: Callable[[str], Any]) -> SensorParameters:
+    """Return the parameters of a run; `value` tells each port's value."""
+    step = value("step_size")
+    grade = "fine" if value("star_tracker.fine") else "coarse"
+    return SensorParameters(
+        seed=value("seed"),
+        gyro_noise=value("gyro.noise"),
+        accelerometer_noise=value("accelerometer.noise"),
+        accelerometer_noise_is_gyros=value("as_published"),
+        encoder_noise=value("encoder.noise"),
+        star_tracker_noise=value(f"star_tracker.noise_{grade}"),
+        filter_frequency=value("accelerometer.filter_frequency"),
+        step=step,
+        fast_steps=whole_multiple("fast_period", value("fast_period"), step),
+        star_tracker_steps=whole_multiple("star_tracker.period", value("star_tracker.period"), step),
+        jitter=value("jitter.enabled"),
+        imbalance_force=value("jitter.imbalance_force"),
+        imbalance_torque=value("jitter.imbalance_torque"),
+        broadband_force=value("jitter.broadband_force"),
+        broadband_torque=value("jitter.broadband_torque"),
+        wrench_of_jitter=model.wrench_of_jitter,
+        wheels=len(model.nominal_speed),
+        gyros=model.gyros,
+        accelerometers=model.accelerometers,
+        nominal_speed=model.nominal_speed,
+    )

@@ -1,0 +1,1 @@
+"""One spacecraft: structure, devices and wheel speeds as a linear model."""

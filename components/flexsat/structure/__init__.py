@@ -1,0 +1,1 @@
+"""The flexible structure: mesh, plate elements and modes."""

@@ -1,0 +1,1 @@
+"""Adapters for attitude controllers: contract, excitation and verdict."""

@@ -1,0 +1,48 @@
+"""Our components as contracts: what an FMU must offer to take the place of one in the loop."""
+
+from __future__ import annotations
+
+from flexsat.closed_loop import PORTS
+from flexsat.design.chain import build_design
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName, configuration
+from flexsat.ports.table import Port
+from flexsat.ports.units import BASE_UNITS, unit_of
+from lockstep.check.contract import Contract, ContractPort
+from lockstep.system.units import Unit
+
+from ..loop.systems import WIRES, scalar_names
+
+_TYPES = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "String"}
+
+
+def contracts() -> tuple[Contract, ...]:
+    """Return the contract of every component in every configuration."""
+    return tuple(contract for name in CONFIGURATIONS for contract in contracts_of(name))
+
+
+def contracts_of(name: ConfigurationName) -> tuple[Contract, ...]:
+    """Return the contracts of one configuration: its sizes come from its design."""
+    design = build_design(configuration(name))
+    found = []
+    for component, ports in PORTS.items():
+        needed = {port for source, _, names, _ in WIRES for port in names if source == component}
+        scalars = tuple(
+            scalar
+            for port in ports(getattr(design, component))
+            for scalar in _scalars(port, needed=port.causality == "output" and port.name in needed)
+        )
+        found.append(Contract(component=component, variant=name, ports=scalars))
+    return tuple(found)
+
+
+def _scalars(port: Port, needed: bool) -> list[ContractPort]:
+    unit = _unit(port.unit) if port.kind == "real" else None
+    return [
+        ContractPort(name=name, type=_TYPES[port.kind], causality=port.causality, unit=unit, needed=needed)
+        for name in scalar_names(port)
+    ]
+
+
+def _unit(name: str) -> Unit:
+    exponents = unit_of(name).exponents
+    return Unit(name=name, exponents=None if exponents is None else tuple(exponents.get(b, 0) for b in BASE_UNITS))

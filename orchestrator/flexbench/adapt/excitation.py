@@ -1,0 +1,194 @@
+"""Turn and spin a spacecraft before the eyes of a controller, and note the torque that it answers with.
+
+Each experiment runs in a fresh process: an FMU may have one instance in a process, or take its process down.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.adapter.bind import Binding, Ports, bind
+from lockstep.adapter.slave import AdaptedSlave, adapt_slave
+from lockstep.errors import InputError, RunError
+from lockstep.fmi.instantiate import instantiate
+from lockstep.fmi.model_description import Description, read_description
+from lockstep.fmi.slave import DTYPES, SCALARS, WARNING
+from lockstep.system.adapter_file import Adapter
+from lockstep.system.clock import seconds
+from lockstep.system.system import Component
+
+Array = NDArray[np.float64]
+Call = Callable[[], object]
+_TIME_LIMIT = 300.0  # [s] for all experiments of one command
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Excitation:
+    """What is known of the spacecraft, as plain numbers. All in the units of our ports, which are SI."""
+
+    component: str  # as it is called, such as controller:centralised
+    ours: Ports
+    period: int  # [ns] of our component
+    nominal: Mapping[str, float]  # inputs at rest
+    attitude: tuple[str, str, str]  # inputs: MRP, body from inertial
+    rate: Mapping[str, tuple[float, float, float]]  # inputs that measure rate, and their axes
+    torque: tuple[str, ...]  # outputs
+    wheel_axis: Array  # (n, 3)
+    stiffness: Array  # (3, 3) [N.m/rad]: minus the body torque that the reference answers a turn with
+    damping: Array  # (3, 3) [N.m.s/rad]: the same of a rate
+    angle: float  # [rad] to turn by
+    speed: float  # [rad/s] to turn at
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Response:
+    """Torque on the body: at rest (3,) [N.m]; column k for a turn and a rate about axis k, (3, 3)."""
+
+    rest: Array
+    attitude: Array  # [N.m/rad]
+    rate: Array  # [N.m.s/rad]
+
+
+def respond(fmu: Path, adapters: Sequence[Adapter], excitation: Excitation, span: float) -> list[Response | str]:
+    """Return the response after `span` [s] through each adapter, or why there is none. Raises InputError."""
+    component = Component(name=fmu.stem.replace(".", "_") or "fmu", source=fmu.absolute(), period=excitation.period)
+    description = read_description(component)
+    for adapter in adapters:
+        bind(adapter, excitation.ours, description.variables)
+    task = pickle.dumps((component, description, list(adapters), excitation, span))
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", "from flexbench.adapt.excitation import serve; serve()"],
+            input=task,
+            capture_output=True,
+            timeout=_TIME_LIMIT,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise RunError(f"{fmu}: the experiments took more than {_TIME_LIMIT:g} s") from None
+    if done.returncode != 0:
+        reason = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
+        raise RunError(f"{fmu}: the experiments failed: {reason or f'exit code {done.returncode}'}")
+    answers: list[Response | str] = pickle.loads(done.stdout.rpartition(_MARK)[2])
+    return answers
+
+
+_MARK = b"\nanswers:"  # an FMU may print before
+
+
+def serve() -> None:
+    """Answer one task; runs in a process of one thread, which may fork."""
+    component, description, adapters, excitation, span = pickle.load(sys.stdin.buffer)
+    answers = [_variant(component, description, adapter, excitation, span) for adapter in adapters]
+    sys.stdout.buffer.write(_MARK + pickle.dumps(answers))
+    sys.stdout.buffer.flush()
+
+
+def _variant(
+    component: Component, description: Description, adapter: Adapter, excitation: Excitation, span: float
+) -> Response | str:
+    binding = bind(adapter, excitation.ours, description.variables)
+    experiment = partial(_torque, component, description, binding, excitation, span)
+    zero = np.zeros(3)
+    cases = [(zero, zero)]
+    cases += [(excitation.angle * axis, zero) for axis in np.eye(3)]
+    cases += [(zero, excitation.speed * axis) for axis in np.eye(3)]
+    calls = [partial(experiment, *case) for case in cases]
+    if description.once_per_process:
+        answers = [_forked(call) for call in calls]
+    else:
+        together = _forked(lambda: [call() for call in calls])
+        answers = together if isinstance(together, list) else [together]
+    for answer in answers:
+        if isinstance(answer, str):
+            return answer
+    rest, *others = (np.asarray(answer) for answer in answers)
+    change = np.array(others).T - rest[:, None]
+    return Response(rest=rest, attitude=change[:, :3] / excitation.angle, rate=change[:, 3:] / excitation.speed)
+
+
+def _forked(call: Call) -> object:
+    """Return what a call returns in a child process, or, as text, how it ended."""
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(reader)
+        result: object
+        try:
+            result = call()
+        except (InputError, RunError) as error:
+            result = str(error)
+        except BaseException as error:  # whatever it is, it must not run on in the copy of the parent
+            result = f"{type(error).__name__}: {error}"
+        with os.fdopen(writer, "wb") as stream:
+            pickle.dump(result, stream)
+        os._exit(0)
+    os.close(writer)
+    with os.fdopen(reader, "rb") as stream:
+        told = stream.read()
+    _, status = os.waitpid(child, 0)
+    code = os.waitstatus_to_exitcode(status)
+    if not told:
+        return f"the FMU ended its process ({f'signal {-code}' if code < 0 else f'exit code {code}'})"
+    return pickle.loads(told)
+
+
+def _torque(
+    component: Component,
+    description: Description,
+    binding: Binding,
+    excitation: Excitation,
+    span: float,
+    rotation: Array,
+    rate: Array,
+) -> Array:
+    """Return the body torque after `span`: turned by a rotation, or passing through it at a rate."""
+    step = binding.adapter.step or excitation.period
+    count = max(2, math.ceil(span / seconds(step)))
+    with tempfile.TemporaryDirectory() as folder:
+        slave = instantiate(component, description, Path(folder), lambda *_: None)
+        try:
+            adapted = adapt_slave(slave, binding)
+            _called(adapted, "SetupExperiment", adapted.setup_experiment(0.0, count * seconds(step)))
+            _called(adapted, "EnterInitializationMode", adapted.enter_initialization())
+            _show(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1), rate)
+            _called(adapted, "ExitInitializationMode", adapted.exit_initialization())
+            for number in range(count):
+                _show(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1 - number), rate)
+                _called(adapted, "DoStep", adapted.do_step(number * step / 1e9, seconds(step), 1))
+            torque = np.zeros(len(excitation.torque))
+            references = [binding.variables[name].reference for name in excitation.torque]
+            adapted.getter("Real", np.array(references, np.uint32), torque)()
+        finally:
+            slave.close()
+    return np.asarray(-excitation.wheel_axis.T @ torque)
+
+
+def _show(slave: AdaptedSlave, binding: Binding, excitation: Excitation, rotation: Array, rate: Array) -> None:
+    """Hand over what the sensors would give. The turns are about one axis, so that the MRP is tan(angle / 4)."""
+    values = dict(excitation.nominal)
+    values |= dict(zip(excitation.attitude, np.tan(rotation / 4.0).tolist(), strict=True))
+    values |= {name: float(np.dot(axis, rate)) for name, axis in excitation.rate.items()}
+    for scalar in SCALARS:
+        ports = [v for v in binding.variables.values() if v.scalar == scalar and v.name in values]
+        if ports:
+            references = np.array([v.reference for v in ports], np.uint32)
+            slave.setter(scalar, references, np.array([values[v.name] for v in ports], DTYPES[scalar]))()
+
+
+def _called(slave: AdaptedSlave, call: str, status: int) -> None:
+    if status > WARNING:
+        slave.failed(status)
+        raise RunError(f"{slave.outcome(call, status)}: {slave.last_messages() or 'it logged no reason'}")

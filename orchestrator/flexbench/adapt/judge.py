@@ -1,0 +1,121 @@
+"""Judge a controller's response: does it oppose each turn and each rate on its own axis, and about as hard?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexbench.adapt.excitation import Excitation, Response
+
+Array = NDArray[np.float64]
+AXES = "xyz"
+_ALIGNED = 0.8  # cosine between the torque and the reference's
+_AT_REST = 5.0  # times what the turns and rates call for: jitter that is fed forward stays below
+_BANDWIDTH = 0.75  # decades from the reference's: 5.6 times slower or faster
+_DAMPING = 0.6  # decades of the damping ratio: 4 times
+_SILENT = 1e-6  # of the reference: no answer
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """Nothing in `problems` is right. `shares` are answers as shares of the reference's, column k for axis k."""
+
+    problems: tuple[str, ...]
+    attitude: Array  # (3, 3), 1 on the diagonal is the reference
+    rate: Array
+    bandwidth: float  # over the reference's; nan without an answer
+    damping: float  # ratio, over the reference's
+
+    @property
+    def distance(self) -> float:
+        """How far bandwidth and damping lie from the reference [decades]."""
+        return abs(float(np.log10(self.bandwidth))) + abs(float(np.log10(self.damping)))
+
+
+def judge(response: Response, excitation: Excitation) -> Judgement:
+    """Compare with the reference; name what is wrong as it is seen, not yet why."""
+    attitude: Array = np.asarray(np.linalg.solve(-excitation.stiffness, response.attitude), float)
+    rate: Array = np.asarray(np.linalg.solve(-excitation.damping, response.rate), float)
+    problems = [*_rest(response, excitation), *_pattern("a turn", attitude), *_pattern("a rate", rate)]
+    bandwidth = damping = float("nan")
+    stiffer, harder = (float(np.median(np.linalg.norm(shares, axis=0))) for shares in (attitude, rate))
+    if min(stiffer, harder) > _SILENT:
+        bandwidth = stiffer**0.5
+        damping = harder / bandwidth
+        # a bandwidth b times the reference's has b^2 its stiffness and b its damping; units break that law
+        if abs(np.log10(bandwidth)) > _BANDWIDTH or abs(np.log10(damping)) > _DAMPING:
+            problems.append(
+                f"it answers turns {stiffer:.3g} times and rates {harder:.3g} times as hard as the reference"
+            )
+    return Judgement(problems=tuple(problems), attitude=attitude, rate=rate, bandwidth=bandwidth, damping=damping)
+
+
+def _rest(response: Response, excitation: Excitation) -> list[str]:
+    due = min(
+        excitation.angle * float(np.min(np.linalg.norm(excitation.stiffness, axis=0))),
+        excitation.speed * float(np.min(np.linalg.norm(excitation.damping, axis=0))),
+    )
+    answered = max(
+        excitation.angle * float(np.max(np.abs(response.attitude))),
+        excitation.speed * float(np.max(np.abs(response.rate))),
+    )
+    if np.max(np.abs(response.rest)) <= _AT_REST * max(due, answered):
+        return []
+    values = ", ".join(f"{value:.3g}" for value in response.rest)
+    return [f"at rest it commands a torque of ({values}) N.m where none is due"]
+
+
+def _pattern(what: str, shares: Array) -> list[str]:
+    if np.max(np.abs(shares)) <= _SILENT:
+        return [f"it does not answer {what} about any axis"]
+    found = []
+    for k, axis in enumerate(AXES):
+        column = shares[:, k]
+        size = float(np.linalg.norm(column))
+        if size <= _SILENT:
+            found.append(f"it does not answer {what} about {axis}")
+        elif column[k] < _ALIGNED * size:
+            main = int(np.argmax(np.abs(column)))
+            if main != k:
+                found.append(
+                    f"it answers {what} about {axis} as one about {'-' if column[main] < 0 else ''}{AXES[main]}"
+                )
+            elif column[k] < 0:
+                found.append(f"it drives {what} about {axis} on instead of opposing it")
+            else:
+                found.append(f"it answers {what} about {axis} with torque about other axes too")
+    return found
+
+
+def axes_named(judgement: Judgement) -> str:
+    """Name a permutation or a turn of axes, if the patterns are one; nothing otherwise."""
+    patterns = [_signed(judgement.attitude), _signed(judgement.rate)]
+    parts = [
+        (what, pattern)
+        for what, pattern in zip(("attitude", "rate"), patterns, strict=True)
+        if pattern is not None and pattern != (1, 2, 3)
+    ]
+    if not parts or (len(parts) == 2 and parts[0][1] != parts[1][1]):
+        return ""
+    which = "torque, or both attitude and rate" if len(parts) == 2 else parts[0][0]
+    axes = ", ".join(f"{axis} for {_axis(k, abs(k) - 1)}" for axis, k in zip(AXES, parts[0][1], strict=True))
+    return f"permuted or reversed axes of {which}: {axes}; see order, sign, frame and body_frame"
+
+
+def _signed(shares: Array) -> Sequence[int] | None:
+    """Return for each axis the one it is taken for, counted from 1 and with its sign; None if there is no such."""
+    sizes = np.linalg.norm(shares, axis=0)
+    if np.min(sizes) <= _SILENT:
+        return None
+    main = np.argmax(np.abs(shares), axis=0)
+    values = shares[main, range(3)]
+    if sorted(main.tolist()) != [0, 1, 2] or np.any(np.abs(values) < _ALIGNED * sizes):
+        return None
+    return tuple(int(np.sign(value)) * (int(k) + 1) for value, k in zip(values, main, strict=True))
+
+
+def _axis(sign: float, number: int) -> str:
+    return f"{'-' if sign < 0 else ''}{AXES[number]}"

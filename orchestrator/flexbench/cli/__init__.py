@@ -1,0 +1,1 @@
+"""The command line `flexsat`: the parser and one module a command."""

@@ -1,0 +1,125 @@
+"""Many runs that go on from one checkpoint, each with values of its own."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from lockstep import InputError
+from lockstep.checkpoint.file import read_checkpoint
+from lockstep.checkpoint.rebuild_system import system_of
+from lockstep.checkpoint.start_from import Begin
+from lockstep.cli.run_options import assignments
+from lockstep.system.clock import seconds
+
+from ..runs.jobs import Finished, Job, run_jobs
+
+_MOST = 1000  # runs; more is a slip of the keyboard
+
+
+def branch(
+    checkpoint: Path,
+    runs: Mapping[str, Mapping[str, Any]],
+    folder: Path,
+    *,
+    stop_time: float | None = None,
+    fresh: Sequence[str] = (),
+    record: Sequence[str] | None = None,
+    processes: int | None = None,
+) -> list[Finished]:
+    """Run branches of one checkpoint in parallel processes, each into a folder of its own.
+
+    Parameters
+    ----------
+    checkpoint : file that a run with checkpoints left
+    runs : what to change, by the name of the folder: inputs that nothing feeds, tunable parameters, and any
+        parameter of a fresh component, as `component.name`
+    folder : to hold the folders of the runs
+    stop_time : [s]; None: that of the checkpointed run
+    fresh : components that begin anew
+    record : as in `lockstep.simulate`
+    processes : at once; None: one a core
+
+    Raises
+    ------
+    InputError
+        If a run cannot go on from the checkpoint. None has begun then.
+    RunError
+        If one fails. The others are stopped, and what they simulated stays readable.
+    """
+    begin = Begin(checkpoint=read_checkpoint(checkpoint), fresh=tuple(fresh))
+    system = system_of(begin.checkpoint.run)
+    for name, values in runs.items():
+        try:
+            begin.check(begin.plan(system, stop_time, values, record)[0])
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
+    jobs = [
+        Job(
+            system=None,
+            folder=folder / name,
+            overrides=values,
+            stop_time=stop_time,
+            record=record,
+            metrics=False,
+            checkpoint=checkpoint,
+            fresh=tuple(fresh),
+        )
+        for name, values in runs.items()
+    ]
+    return run_jobs(jobs, processes)
+
+
+def varied(texts: Sequence[Sequence[str]], sets: Mapping[str, str]) -> dict[str, dict[str, str]]:
+    """Return the runs of all combinations of values, by a name that tells them.
+
+    Parameters
+    ----------
+    texts : a parameter and its values, each
+    sets : what all runs have
+
+    Raises
+    ------
+    InputError
+        If a parameter has no values or comes twice, or there are too many combinations.
+    """
+    for key, *values in texts:
+        if not values or "=" in key:
+            raise InputError(f"--vary {' '.join([key, *values])}: write COMPONENT.PARAMETER VALUE VALUE ...")
+        if key in sets or [other for other, *_ in texts].count(key) > 1:
+            raise InputError(f"--vary {key}: is given twice; give its values once")
+    names = [text[0] for text in texts]
+    runs: dict[str, dict[str, str]] = {}
+    for combination in product(*(dict.fromkeys(text[1:]) for text in texts)):
+        chosen = dict(zip(names, combination, strict=True))
+        runs[",".join(f"{_short(key)}={_short(value)}" for key, value in chosen.items())] = {**sets, **chosen}
+        if len(runs) > _MOST:
+            raise InputError(f"--vary: more than {_MOST} combinations; choose fewer values")
+    return runs
+
+
+def _short(text: str) -> str:
+    return re.sub(r"[^\w.+-]", "_", re.sub(r"\[(\d+)\]", r".\1", text))
+
+
+def command(options: argparse.Namespace) -> int:
+    """Run the branches and print where they are."""
+    if options.jobs is not None and options.jobs < 1:
+        raise InputError(f"--jobs {options.jobs}: must be 1 or more")
+    finished = branch(
+        options.checkpoint,
+        varied(options.vary, assignments(options.set)),
+        options.out,
+        stop_time=options.stop,
+        fresh=options.fresh,
+        record=options.record,
+        processes=options.jobs,
+    )
+    begun = seconds(read_checkpoint(options.checkpoint).time)
+    for one in finished:
+        print(f"{one.job.folder}: {begun:g} to {one.simulated_time:g} s in {one.wall_time:.1f} s")
+    return 0

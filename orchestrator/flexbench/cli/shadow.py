@@ -1,0 +1,28 @@
+"""`flexsat shadow`."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..runs.run_folder import read_run
+from ..studies.budget.sections import as_text
+from ..studies.shadow import sections as tell
+from ..studies.shadow.study import study
+
+
+def shadow(options: argparse.Namespace) -> int:
+    """Print residuals and the closed loop before and after; leave shadow.json and the figure in each folder."""
+    for folder in options.results:
+        run = read_run(folder)
+        found = study(run, options.since, options.window)
+        path = tell.write_study(found, run)
+        from ..figures import save_figure
+        from ..figures.shadow import shadow_figure
+
+        figures = save_figure(shadow_figure(run.signals(), found), folder / "figures", "shadow")
+        print(f"{run.configuration}, seed {run.seed}: {folder}")
+        print("\n".join(tell.summary(found)))
+        print(as_text(tell.RESIDUALS, tell.residual_rows(found)))
+        print(as_text(tell.loop_header(found), tell.loop_rows(found)))
+        print("\n".join(map(str, (path, *figures))))
+    return 0

@@ -1,0 +1,23 @@
+"""`flexsat spectra`."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..runs.run_folder import read_run
+from ..studies.budget.sections import as_text
+from ..studies.spectra.channels import CHANNELS, run_spectra
+from ..studies.spectra.study import HEADER, rows, write_spectra
+
+
+def spectra(options: argparse.Namespace) -> int:
+    """Print a summary; leave spectra.json and the figure in each results folder."""
+    for folder in options.results:
+        run = read_run(folder)
+        result = run_spectra(run, options.since, options.resolution, options.confidence)
+        paths = write_spectra(result, run)
+        print(f"{run.configuration}, seed {run.seed}, from t = {result.start:g} s over {result.duration:g} s: {folder}")
+        print(as_text(HEADER, rows(result), left=1))
+        print(result.spectra[CHANNELS[0].name].method.describe())
+        print("\n".join(map(str, paths)))
+    return 0

@@ -1,0 +1,104 @@
+"""All that `flexsat build` leaves: FMUs, systems, packages with their meta data, manifest, interface document."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from flexsat.design.chain import Designs, build_designs
+from flexsat.fmu.build import build_configuration
+from flexsat.fmu.export import BuiltFmu
+from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from lockstep.plan.timeline_svg import timeline_svg
+from lockstep.ssp.package_members import package_entries
+from lockstep.ssp.traceability import srmd_bytes
+
+from ..html.document import as_html, as_markdown
+from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, contents
+from .build_manifest import MANIFEST, describe_configuration, versions, write_manifest
+from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
+from .systems import build_system, write_systems
+
+Report = Callable[[str], None]
+
+
+def release(names: Sequence[ConfigurationName], folder: Path, report: Report = print, *, flat: bool = False) -> None:
+    """Build the FMUs of some configurations and everything beside them, a line each; the same input, the same bytes.
+
+    `flat` adds the same FMUs with flat names, in a folder of their own.
+    """
+    designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document tells of both
+    entries = {}
+    for name in names:
+        both = designs[name]
+        built = build_configuration(both, folder, report)
+        renamed = build_configuration(both, folder, report, "flat") if flat else {}
+        paths = write_systems(both, folder / name)
+        packages = write_packages(both, paths, built)
+        for path in (*paths, *packages):
+            report(str(path))
+        every = built | {f"{component}, flat names": fmu for component, fmu in renamed.items()}
+        entries[name] = describe_configuration(both.corrected.config, every, [*paths, *packages], folder)
+    manifest = write_manifest(folder, entries)
+    report(str(folder / MANIFEST))
+    identities = [
+        (file, fmu["guid"], fmu["sha256"])
+        for entry in manifest["configurations"].values()
+        for file, fmu in entry["fmus"].items()
+    ]
+    for path in write_icd(designs, folder, identities):
+        report(str(path))
+
+
+def write_packages(designs: Designs, systems: Sequence[Path], built: Mapping[str, BuiltFmu]) -> list[Path]:
+    """Write each system as an .ssp package and its simulation resource meta data beside it; return all paths."""
+    paths = []
+    for scenario, path in zip(SCENARIOS, systems, strict=True):
+        package, described = path.with_suffix(".ssp"), path.with_suffix(".srmd")
+        content = zip_bytes(package_entries(path), compress=False)  # FMUs are compressed already
+        write_atomically(package, content)
+        write_atomically(described, _meta_data(designs, scenario, package.name, content, built))
+        paths += [package, described]
+    return paths
+
+
+def _meta_data(
+    designs: Designs, scenario: ScenarioName, package: str, content: bytes, built: Mapping[str, BuiltFmu]
+) -> bytes:
+    config = designs.corrected.config
+    set_values = scalar_overrides(scenario_parameters(scenario))
+    classifications: dict[str, dict[str, str]] = {
+        "com.flexsat.versions": versions(),
+        "com.flexsat.system": {"configuration": config.name, "scenario": scenario},
+        "com.flexsat.fmu": {f"{name}.guid": fmu.guid for name, fmu in built.items()}
+        | {f"{name}.sha256": fmu.sha256 for name, fmu in built.items()},
+        "com.flexsat.parameters": {name: _text(value) for name, value in set_values.items()},
+    }
+    head = {
+        "description": f"closed attitude control loop of the {config.name} configuration, {scenario.replace('_', ' ')}",
+        "author": "flexsat developers",
+        "license": "BSD-3-Clause",
+        "generationTool": f"flexsat {versions()['flexsat']}",
+    }
+    return srmd_bytes(f"{config.name} {scenario.replace('_', ' ')}", package, content, classifications, head)
+
+
+def _text(value: float | int | bool) -> str:
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def write_icd(
+    designs: Mapping[ConfigurationName, Designs], folder: Path, identities: Sequence[tuple[str, str, str]]
+) -> list[Path]:
+    """Write the interface document as ICD.md, its picture, and ICD.html; return their paths."""
+    system = build_system(designs["distributed"], "fine_pointing", folder / "distributed")
+    blocks = contents(designs, system, identities)
+    files = {
+        "ICD.md": as_markdown(blocks),
+        TIMELINE_FILE: timeline_svg(system, TIMELINE_TICKS),
+        "ICD.html": as_html(blocks),
+    }
+    for name, text in files.items():
+        write_atomically(folder / name, text.encode())
+    return [folder / name for name in files]

@@ -1,0 +1,81 @@
+"""What a build left behind: `fmus/manifest.json`, with the hash, origin and parameters of every file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from flexsat.fmu.export import BuiltFmu
+from flexsat.fmu.reproducible_zip import write_atomically
+from flexsat.parameters import Configuration, ConfigurationName
+
+from .scenarios import SCENARIOS, scenario_parameters
+
+MANIFEST = "manifest.json"
+PACKAGES = ("flexsat", "numpy", "scipy", "clarabel", "pythonfmu", "matplotlib")  # what the content of an FMU depends on
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that a build depends on."""
+    return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
+
+
+def describe_configuration(
+    config: Configuration, built: Mapping[str, BuiltFmu], others: list[Path], folder: Path
+) -> dict[str, Any]:
+    """Return the manifest's entry of one configuration; paths are relative to `folder`."""
+    fmus = {
+        fmu.path.relative_to(folder).as_posix(): {
+            "component": component,
+            "guid": fmu.guid,
+            "sha256": fmu.sha256,
+            "bytes": fmu.path.stat().st_size,
+        }
+        for component, fmu in built.items()
+    }
+    files = {path.relative_to(folder).as_posix(): {"sha256": _sha256(path)} for path in others}
+    return {"versions": versions(), "parameters": asdict(config), "fmus": fmus, "files": files}
+
+
+def write_manifest(folder: Path, entries: Mapping[ConfigurationName, dict[str, Any]]) -> dict[str, Any]:
+    """Write the manifest and return it. Entries of configurations built before stay if their files have not changed."""
+    path = folder / MANIFEST
+    configurations: dict[str, Any] = dict(entries.items())
+    for name, entry in _configurations(path).items():
+        if name not in configurations and _intact(folder, entry):
+            configurations[name] = entry
+    content = {
+        "format": 1,
+        "units": "SI: every parameter in the unit that flexsat.parameters gives it",
+        "scenarios": {scenario: scenario_parameters(scenario) for scenario in SCENARIOS},
+        "configurations": dict(sorted(configurations.items())),
+    }
+    write_atomically(path, (json.dumps(content, indent=2) + "\n").encode())
+    return content
+
+
+def _configurations(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))["configurations"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}  # none yet, or none that can be trusted
+    return found if isinstance(found, dict) else {}
+
+
+def _intact(folder: Path, entry: Any) -> bool:
+    try:
+        listed = {**entry["fmus"], **entry["files"]}
+        return all(_sha256(folder / name) == facts["sha256"] for name, facts in listed.items())
+    except (OSError, KeyError, TypeError):
+        return False
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,95 @@
+"""The paper's scenarios, as parameters of the three components."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+
+from flexsat.design.chain import Design
+from flexsat.parameters import ARCSECOND, Slew
+from flexsat.runtime.slew_guidance import Profile, plan
+
+ScenarioName = Literal["slew", "fine_pointing", "fine_pointing_open_loop"]
+SCENARIOS: tuple[ScenarioName, ...] = ("slew", "fine_pointing", "fine_pointing_open_loop")
+Value = float | int | bool
+Parameters = dict[str, dict[str, Value | tuple[float, ...]]]  # component, then port
+
+DURATION = 300.0  # s, of every run of the paper
+INITIAL_ERROR_CORRECTED = 0.1 * ARCSECOND  # standard deviation about each axis (PHYSICS section 7)
+INITIAL_ERROR_AS_PUBLISHED = 1.0 * ARCSECOND  # about each axis
+
+
+def scenario_parameters(scenario: ScenarioName, as_published: bool = False, seed: int | None = None) -> Parameters:
+    """Return what a scenario sets, by component and port.
+
+    Parameters
+    ----------
+    scenario : slews are flown without wheel jitter, as in the authors' release
+    as_published : with the slips of the published release (PHYSICS section 7), in one switch
+    seed : of plant and sensors; None leaves theirs
+
+    Raises
+    ------
+    ValueError
+        For an unknown scenario.
+    """
+    if scenario not in SCENARIOS:
+        raise ValueError(f"scenario {scenario!r}: no such scenario; there are {', '.join(SCENARIOS)}")
+    slew = scenario == "slew"
+    parameters: Parameters = {
+        "plant": {
+            "as_published": as_published,
+            "initial.random_wheel_phases": not as_published,
+            "initial.attitude_deviation": 0.0,
+            "initial.mrp": (0.0, 0.0, 0.0),
+        },
+        "sensors": {"as_published": as_published, "star_tracker.fine": not slew, "jitter.enabled": not slew},
+        "controller": {
+            "as_published": as_published,
+            "star_tracker.fine": not slew,
+            "jitter.feed_forward": not slew,
+            "reference.smoothed": as_published,
+            "open_loop": scenario == "fine_pointing_open_loop",
+            "command.rotation": Slew().rotation if slew else (0.0, 0.0, 0.0),
+            "command.start_time": Slew().start_time,
+        },
+    }
+    if not slew and as_published:
+        parameters["plant"]["initial.mrp"] = (0.25 * INITIAL_ERROR_AS_PUBLISHED,) * 3
+    elif not slew:
+        parameters["plant"]["initial.attitude_deviation"] = INITIAL_ERROR_CORRECTED
+    if seed is not None:
+        parameters["plant"]["seed"] = parameters["sensors"]["seed"] = seed
+    return parameters
+
+
+def scalar_overrides(parameters: Mapping[str, Mapping[str, Value | tuple[float, ...]]]) -> dict[str, Value]:
+    """Return `component.port` or `component.port[i]` to value, one scalar each, as a master takes them."""
+    flat: dict[str, Value] = {}
+    for component, ports in parameters.items():
+        for port, value in ports.items():
+            if isinstance(value, tuple):
+                flat |= {f"{component}.{port}[{i}]": element for i, element in enumerate(value, start=1)}
+            else:
+                flat[f"{component}.{port}"] = value
+    return flat
+
+
+def slew_profile(design: Design) -> Profile:
+    """Return the paper's rigid slew, as the design's controller plans it."""
+    matrices, config = design.controller, design.config
+    capability = config.slew.authority * np.sum(np.abs(matrices.wheel_axis), axis=0)
+    return plan(
+        np.array(config.slew.rotation),
+        config.slew.start_time,
+        matrices.inertia,
+        capability * matrices.torque_limit,
+        capability * matrices.wheel_inertia * matrices.speed_band,
+    )
+
+
+def slew_end(design: Design) -> float:
+    """Return when the paper's rigid slew ends [s]."""
+    return slew_profile(design).end

@@ -1,0 +1,1 @@
+"""Results of runs: folders, histories, metrics and exports."""

@@ -1,0 +1,122 @@
+"""Histories: what a run's recorded signals say over time, as plain arrays in SI units, one value a row."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsat.design.chain import Design
+from flexsat.runtime.rotations import error_angle, error_rotation, quaternion_from_mrp
+from lockstep import Signals
+
+Array = NDArray[np.float64]
+
+ATTITUDE, ATTITUDE_REFERENCE = "plant.attitude.mrp", "controller.reference.mrp"
+TORQUE, TORQUE_REFERENCE = "controller.wheel.torque", "controller.reference.torque"
+# the parts of the regulated state but the wheels, in its order: true and reference
+STRUCTURE = (
+    ("plant.attitude.mrp", "controller.reference.mrp"),
+    ("plant.modal.displacement", "controller.reference.modal.displacement"),
+    ("plant.rate", "controller.reference.rate"),
+    ("plant.modal.velocity", "controller.reference.modal.velocity"),
+)
+
+
+def pointing_error(signals: Signals) -> Array:
+    """Return the angle between attitude and reference, (rows,) [rad]."""
+    return error_angle(signals[ATTITUDE], signals[ATTITUDE_REFERENCE])
+
+
+def pointing_error_vector(signals: Signals) -> Array:
+    """Return the rotation vector from reference to attitude, (rows, 3) [rad] in body axes."""
+    return error_rotation(signals[ATTITUDE], signals[ATTITUDE_REFERENCE])
+
+
+def rate_error(signals: Signals) -> Array:
+    """Return the norm of body rate less reference, (rows,) [rad/s]."""
+    return _norm(signals["plant.rate"] - signals["controller.reference.rate"])
+
+
+def deformation(signals: Signals) -> Array:
+    """Return the RMS deflection of the aperture, (rows,) [m]."""
+    return signals["plant.rms_deformation"]
+
+
+def rotation_about_x(signals: Signals, attitude: str = ATTITUDE) -> Array:
+    """Return the angle turned about body x, (rows,) [rad], of the true attitude or of another, such as the reference.
+
+    The twist of the rotation about x: for a turn about x alone, its angle.
+    """
+    quaternion = np.array([quaternion_from_mrp(row) for row in signals[attitude].tolist()]).reshape(-1, 4)
+    return np.asarray(2.0 * np.arctan2(quaternion[:, 0], quaternion[:, 3]))
+
+
+def torque_norm(signals: Signals, torque: str = TORQUE) -> Array:
+    """Return the sum over the wheels of |torque|, (rows,) [N.m], of what was commanded or of the feed-forward."""
+    return np.asarray(np.sum(np.abs(signals[torque]), axis=1))
+
+
+def torque_impulse(signals: Signals, torque: str = TORQUE) -> Array:
+    """Return the time integral of `torque_norm` from the first row on, (rows,) [N.m.s]; a torque holds to the next."""
+    held = torque_norm(signals, torque)[:-1] * np.diff(signals.time)
+    return np.concatenate([[0.0], np.cumsum(held)])
+
+
+def wheel_speed_deviation(signals: Signals, design: Design) -> Array:
+    """Return inertial wheel speed about each axis, less nominal, (rows, n) [rad/s].
+
+    Recorded is the speed relative to the mount; the mount turns with the body and with the modes.
+    """
+    wheels = design.spacecraft.wheels
+    mount = signals["plant.rate"] @ wheels.axis.T + signals["plant.modal.velocity"] @ wheels.axial_slope.T
+    return np.asarray(signals["plant.wheel.speed"] + mount - design.response.nominal)
+
+
+def regulated_error(signals: Signals, design: Design) -> Array:
+    """Return what the regulator drives to zero, (rows, c): its basis^T (x - x_ref).
+
+    x is MRP [1], modal displacement [m sqrt(kg)], body rate [rad/s], modal velocity [m sqrt(kg)/s] and inertial wheel
+    speed less nominal [rad/s].
+    """
+    parts = [signals[true] - signals[reference] for true, reference in STRUCTURE]
+    parts.append(wheel_speed_deviation(signals, design) - signals["controller.reference.wheel.speed"])
+    return np.asarray(np.hstack(parts) @ design.regulator.basis)
+
+
+def lqr_cost(signals: Signals, design: Design) -> tuple[Array, Array]:
+    """Return what each row adds to the regulator's cost: total and control part, (rows,) each.
+
+    Half the quadratic forms z^T Q z + u^T R u and u^T R u of the regulated error z and of the torque less its
+    feed-forward u, without the period. The published costs are plain sums of these over the samples of the controller
+    (PHYSICS section 7): take the rows of `controller_rows`.
+    """
+    error = regulated_error(signals, design)
+    torque = signals[TORQUE] - signals[TORQUE_REFERENCE]
+    control = _half_form(torque, design.regulator.torque_weight)
+    return _half_form(error, design.regulator.state_weight) + control, control
+
+
+def controller_rows(signals: Signals, design: Design) -> slice:
+    """Return which rows are samples of the controller.
+
+    Raises
+    ------
+    ValueError
+        If the rows are no whole fraction of its period apart.
+    """
+    period = design.config.rates.controller
+    interval = float(signals.time[1] - signals.time[0]) if len(signals.time) > 1 else period
+    stride = round(period / interval)
+    if stride < 1 or abs(stride * interval - period) > 1e-9:
+        raise ValueError(
+            f"record period {interval:.9g} s: must divide the controller's period of {period:.9g} s, to sum its cost"
+        )
+    return slice(None, None, stride)
+
+
+def _norm(vectors: Array) -> Array:
+    return np.asarray(np.linalg.norm(vectors, axis=1))
+
+
+def _half_form(vectors: Array, weight: Array) -> Array:
+    return np.asarray(0.5 * np.sum((vectors @ weight) * vectors, axis=1))

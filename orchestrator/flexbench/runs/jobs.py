@@ -1,0 +1,224 @@
+"""Run many simulations in parallel processes, with a progress bar each."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import Empty
+from time import perf_counter
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from lockstep import RunError, load_system, simulate
+from lockstep.checkpoint.file import read_checkpoint
+from lockstep.checkpoint.rebuild_system import system_of
+from lockstep.checkpoint.start_from import Begin
+
+from .run_folder import read_run, write_metrics
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """One simulation of one of our systems, and where its results go.
+
+    `record` as in `simulate`. Without `metrics` the run may be short: the paper's metrics need more than 150 s.
+    With a checkpoint the run begins there; without a system it is that of the checkpoint.
+    """
+
+    system: Path | None
+    folder: Path
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    stop_time: float | None = None
+    record: Sequence[str] | None = None
+    metrics: bool = True
+    checkpoint: Path | None = None
+    fresh: tuple[str, ...] = ()  # components that begin anew at the checkpoint
+
+    @property
+    def title(self) -> str:
+        """Name in progress and messages."""
+        return self.folder.name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finished:
+    """A completed job."""
+
+    job: Job
+    metrics: Mapping[str, float]  # SI; empty for a job without
+    wall_time: float  # s
+    simulated_time: float  # s
+
+
+_reports: Any = None  # queue to the parent, in a worker
+_stopping: Any = None  # event, in a worker: the pool has handed out one more job than it has processes
+
+
+def _prepare_worker(reports: Any, stopping: Any) -> None:
+    global _reports, _stopping
+    _reports, _stopping = reports, stopping
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    with suppress(KeyboardInterrupt):  # one that waited while the worker started: the event says it too
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Let Ctrl-C wait: processes that start in here are born so, and begin to listen when they are ready for it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def run_job(job: Job) -> Finished:
+    """Simulate, and leave the metrics in the results folder."""
+    if _stopping is not None and _stopping.is_set():
+        raise KeyboardInterrupt
+
+    def progress(simulated: float, stop: float) -> None:
+        if _reports is not None:
+            _reports.put((job.title, simulated, stop))
+
+    begin = None if job.checkpoint is None else Begin(checkpoint=read_checkpoint(job.checkpoint), fresh=job.fresh)
+    if job.system is not None:
+        system = load_system(job.system)
+    elif begin is not None:
+        system = system_of(begin.checkpoint.run)
+    else:
+        raise ValueError(f"{job.title}: neither a system nor a checkpoint")
+    summary = simulate(
+        system,
+        job.folder,
+        stop_time=job.stop_time,
+        overrides=dict(job.overrides),
+        record=job.record,
+        progress=progress,
+        overwrite=True,
+        begin=begin,
+    )
+    metrics = write_metrics(read_run(job.folder)) if job.metrics else {}
+    return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)
+
+
+def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished]:
+    """Run jobs, each in a process of its own, and return them in the given order.
+
+    Parameters
+    ----------
+    jobs : their folders must differ
+    processes : at once; None for one a core
+
+    Raises
+    ------
+    RunError
+        If a run fails or its process dies; the others are stopped, and what they simulated stays readable.
+    KeyboardInterrupt
+        After Ctrl-C, once the workers have closed their results.
+    """
+    context = multiprocessing.get_context("spawn")  # FMUs keep state in the process: none may be inherited
+    reports, stopping = context.Queue(), context.Event()
+    workers = min(processes or len(os.sched_getaffinity(0)), len(jobs))
+    done: dict[int, Finished] = {}
+    with (
+        _show([job.title for job in jobs]) as show,
+        ProcessPoolExecutor(
+            workers,
+            mp_context=context,
+            initializer=_prepare_worker,
+            initargs=(reports, stopping),
+            max_tasks_per_child=1,
+        ) as pool,
+    ):
+        with _interrupts_wait():
+            futures = {pool.submit(run_job, job): number for number, job in enumerate(jobs)}
+        pending = set(futures)
+        try:
+            while pending:
+                finished, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
+                _drain(reports, show)
+                for future in finished:
+                    number = futures[future]
+                    done[number] = _result(future, jobs[number])
+        except BaseException:
+            stopping.set()
+            _stop(pool, pending)
+            raise
+    return [done[number] for number in range(len(jobs))]
+
+
+def _result(future: Future[Finished], job: Job) -> Finished:
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        raise RunError(f"{job.title}: its process died; run it alone with `flexsat run` to see why") from None
+    except (ValueError, RunError) as error:
+        raise type(error)(f"{job.title}: {error}") from None
+
+
+def _stop(pool: ProcessPoolExecutor, pending: set[Future[Finished]]) -> None:
+    """Interrupt the workers, so that they close their results, and start no other job."""
+    for future in pending:
+        future.cancel()
+    for process in list((pool._processes or {}).values()):
+        if process.pid is not None:
+            with suppress(ProcessLookupError):
+                os.kill(process.pid, signal.SIGINT)
+    pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _drain(reports: Any, show: Callable[[str, float, float], None]) -> None:
+    latest: dict[str, tuple[float, float]] = {}
+    with suppress(Empty):
+        while True:
+            title, simulated, stop = reports.get_nowait()
+            latest[title] = (simulated, stop)
+    for title, (simulated, stop) in latest.items():
+        show(title, simulated, stop)
+
+
+@contextmanager
+def _show(titles: Sequence[str]) -> Iterator[Callable[[str, float, float], None]]:
+    """Yield what shows a run's progress: a bar for each on a terminal, a line for each finished one elsewhere."""
+    console = Console(file=sys.stderr)
+    if not console.is_terminal:
+        ended: set[str] = set()
+
+        def line(title: str, simulated: float, stop: float) -> None:
+            if simulated >= stop and title not in ended:
+                ended.add(title)
+                print(
+                    f"{title}: {simulated:g} s simulated ({len(ended)} of {len(titles)})", file=sys.stderr, flush=True
+                )
+
+        yield line
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} s{task.fields[speed]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console) as bars:
+        tasks = {title: bars.add_task(title, total=1.0, start=False, speed="") for title in titles}
+        started: dict[str, float] = {}
+
+        def bar(title: str, simulated: float, stop: float) -> None:
+            if title not in started:
+                started[title] = perf_counter()
+                bars.start_task(tasks[title])
+            speed = simulated / max(perf_counter() - started[title], 1e-3)
+            bars.update(tasks[title], completed=simulated, total=stop, speed=f", {speed:.1f} x real time")
+
+        yield bar

@@ -1,0 +1,89 @@
+"""The numbers of a run: what the paper's table is made of, in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsat.design.chain import Design
+from lockstep import InputError, Signals
+
+from . import histories
+
+Array = NDArray[np.float64]
+
+SETTLED_FROM = 150.0  # s: steady state, P section 5
+PUBLISHED_WINDOW = (75.0, 150.0)  # s: what the release calls converged for two rows of the slew
+LAST = 50.0  # s at the end of a run, whose RMS tells when the pointing had settled
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Windows:
+    """Times that the metrics of one run refer to."""
+
+    slew_end: float | None  # s; None for a run without a slew
+    as_published: bool
+
+
+def root_mean_square(values: Array) -> float:
+    """Return the RMS of a history."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def settling_time(time: Array, error: Array, since: float) -> float:
+    """Return how long after `since` [s] the error last exceeds three times the RMS of the last 50 s [s]."""
+    limit = 3.0 * root_mean_square(error[time > time[-1] - LAST])
+    above = np.flatnonzero(error > limit)
+    return max(0.0, float(time[above[-1]]) - since) if len(above) else 0.0
+
+
+def check_length(signals: Signals) -> None:
+    """Raise InputError if the run begins at a checkpoint or is too short for its steady state to be seen."""
+    time = signals.time
+    if time[0] > 0.0:
+        raise InputError(f"metrics: the run begins at {time[0]:g} s, from a checkpoint, and they are of whole runs")
+    if not np.any(time > SETTLED_FROM):
+        raise InputError(
+            f"metrics: the run ends at {time[-1]:g} s, and they refer to t > {SETTLED_FROM:g} s; simulate longer"
+        )
+
+
+def compute_metrics(signals: Signals, design: Design, windows: Windows) -> Mapping[str, float]:
+    """Return the metrics of a run, in SI.
+
+    Parameters
+    ----------
+    signals : recorded with the default patterns
+    design : that the run's FMUs were built from, for the cost's weights
+    windows : when the slew ends, and whether the published definitions of two rows apply
+
+    Raises
+    ------
+    InputError
+        If the run begins at a checkpoint, is too short for its steady state to be seen, or lacks a signal.
+    """
+    check_length(signals)
+    time = signals.time
+    steady = time > SETTLED_FROM
+    error = histories.pointing_error(signals)
+    total, control = histories.lqr_cost(signals, design)
+    samples = histories.controller_rows(signals, design)
+    torque = histories.torque_norm(signals)
+    metrics = {
+        "total_cost": float(total[samples].sum()),
+        "control_cost": float(control[samples].sum()),
+        "pointing_error": root_mean_square(error[steady]),
+        "torque": root_mean_square(torque[steady]),
+    }
+    window, divisor = steady, 1.0
+    if windows.as_published and windows.slew_end is not None:
+        window = (time > PUBLISHED_WINDOW[0]) & (time < PUBLISHED_WINDOW[1])
+        divisor = np.sqrt(2.0)
+    metrics["rate_error"] = root_mean_square(histories.rate_error(signals)[window]) / divisor
+    metrics["deformation"] = root_mean_square(histories.deformation(signals)[window]) / divisor
+    if windows.slew_end is not None:
+        metrics["settling_time"] = settling_time(time, error, windows.slew_end)
+    return metrics

@@ -1,0 +1,115 @@
+"""Results folders of our own systems: which spacecraft and scenario a run was, its metrics, its figures."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from flexsat.design.chain import Design, Designs, build_designs
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from lockstep import InputError, Signals, read_signals
+
+from ..loop.scenarios import slew_end
+from .metrics import Windows, check_length, compute_metrics
+
+METRICS = "metrics.json"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """What a results folder of one of our systems says of itself."""
+
+    folder: Path
+    configuration: ConfigurationName
+    as_published: bool
+    slew: bool
+    seed: int
+    open_loop: bool = False
+
+    @property
+    def design(self) -> Design:
+        """The design that the FMUs were built from."""
+        return self.designs.as_published if self.as_published else self.designs.corrected
+
+    @property
+    def designs(self) -> Designs:
+        """Both variants of its configuration's design."""
+        return _designs(self.configuration)
+
+    def signals(self) -> Signals:
+        """Return what was recorded."""
+        return read_signals(self.folder)
+
+    def metrics(self) -> Mapping[str, float]:
+        """Return the run's metrics, in SI; raise InputError if it is too short or lacks a signal."""
+        signals = self.signals()
+        check_length(signals)  # before the design is built, which takes longer
+        end = slew_end(self.design) if self.slew else None
+        return compute_metrics(signals, self.design, Windows(slew_end=end, as_published=self.as_published))
+
+
+@lru_cache(maxsize=2)
+def _designs(name: ConfigurationName) -> Designs:
+    return build_designs(name)
+
+
+def read_run(folder: Path) -> Run:
+    """Read a results folder.
+
+    Raises
+    ------
+    InputError
+        If it is not a run of one of our systems: components plant, sensors and controller as `flexsat build` makes
+        them.
+    """
+    path = folder / "run.toml"
+    if not path.is_file():
+        raise InputError(f"{folder}: holds no run.toml; give the folder of a run")
+    manifest = tomllib.loads(path.read_text(encoding="utf-8"))
+    components = {component["name"]: component for component in manifest["component"]}
+    model = components.get("plant", {}).get("model", "")
+    name = next((name for name in CONFIGURATIONS if model == f"plant_{name}"), None)
+    if name is None or "controller" not in components:
+        raise InputError(f"{folder}: not a run of a flexsat system, whose plant is called plant_<configuration>")
+    plant, controller = components["plant"]["parameters"], components["controller"]["parameters"]
+    return Run(
+        folder=folder,
+        configuration=name,
+        as_published=bool(plant.get("as_published", False)),
+        slew=any(_number(controller, f"command.rotation[{axis}]") != 0.0 for axis in (1, 2, 3)),
+        seed=int(_number(plant, "seed")),
+        open_loop=bool(controller.get("open_loop", False)),
+    )
+
+
+def _number(parameters: Mapping[str, Any], name: str) -> float:
+    return float(parameters.get(name, 0.0))
+
+
+def write_metrics(run: Run) -> Mapping[str, float]:
+    """Compute a run's metrics and leave them in its folder as metrics.json."""
+    metrics = run.metrics()
+    content = {
+        "configuration": run.configuration,
+        "as_published": run.as_published,
+        "seed": run.seed,
+        "units": {
+            "total_cost": "1",
+            "control_cost": "1",
+            "pointing_error": "rad",
+            "torque": "N.m",
+            "rate_error": "rad/s",
+            "deformation": "m",
+            "settling_time": "s",
+        },
+        "metrics": dict(metrics),
+    }
+    partial = run.folder / f".{METRICS}.partial"
+    partial.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    partial.replace(run.folder / METRICS)
+    return metrics

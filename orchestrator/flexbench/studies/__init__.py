@@ -1,0 +1,1 @@
+"""Studies: values in, values out. They draw nothing."""

@@ -1,0 +1,158 @@
+"""From replays of several seeds to the numbers: NIS, NEES, whiteness, by group of measurements and of states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsat.design.chain import Design
+from lockstep import InputError
+
+from .covariance import Belief, belief
+from .replay import Replay
+from .statistics import Average, autocorrelation, average, normalised, portmanteau, whiteness_bound
+
+Array = NDArray[np.float64]
+
+SETTLED = 20.0  # s: the filter starts at zero, not in its steady state
+LONGER = 2.0  # s, the least to be judged: four times the longest lag
+LAGS = 100  # of the autocorrelation: half a second
+SIGNIFICANT = 0.01  # p-value below which a channel counts as not white
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Whiteness:
+    """Of the normalised innovations of the gyros, accelerometers and encoders of one run."""
+
+    correlation: Array  # (lags, channels)
+    bound: float  # that white noise exceeds at 5 % of the lags
+    outside: float  # share of lags beyond it, over all channels
+    coloured: float  # share of channels that the portmanteau test refuses at 1 %
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Health:
+    """What several runs of one controller say of its estimator. Averages are per degree of freedom."""
+
+    seeds: tuple[int, ...]
+    innovation: Mapping[str, Average]  # NIS by group of measurements
+    error: Mapping[str, Average]  # NEES by group of states, bounds for one independent sample a seed
+    history: Array  # (rows, 2): time [s] and NEES of all states, the mean over the seeds
+    whiteness: Whiteness  # of the first seed
+
+
+def measurement_groups(design: Design) -> dict[str, slice]:
+    """Return the rows of each sensor in the innovation."""
+    index = design.model.index
+    first, second = design.model.gyro_count, design.model.gyro_count + index.accelerometers
+    third = second + index.wheels
+    return {
+        "gyros": slice(0, first),
+        "accelerometers": slice(first, second),
+        "encoders": slice(second, third),
+        "star tracker": slice(third, third + 3),
+    }
+
+
+def state_groups(design: Design) -> dict[str, slice]:
+    """Return where each quantity stands in the state without the filter."""
+    m, n = design.spacecraft.mode_count, design.model.index.wheels
+    return {
+        "attitude": slice(0, 3),
+        "modal displacement": slice(3, 3 + m),
+        "rate": slice(3 + m, 6 + m),
+        "modal velocity": slice(6 + m, 6 + 2 * m),
+        "wheel speed": slice(6 + 2 * m, 6 + 2 * m + n),
+        "all": slice(0, 6 + 2 * m + n),
+    }
+
+
+def analyse(replays: Mapping[int, Replay], design: Design) -> Health:
+    """Judge the estimator over the runs of several seeds that differ in nothing else.
+
+    Parameters
+    ----------
+    replays : by seed
+    design : that they were flown with
+
+    Raises
+    ------
+    InputError
+        If a run ends before the filter has settled.
+    """
+    shortest = min(float(run.time[-1]) for run in replays.values())
+    if not shortest > SETTLED + LONGER:
+        raise InputError(
+            f"the run ends at {shortest:g} s, and the filter is judged from {SETTLED:g} s on;"
+            f" simulate more than {SETTLED + LONGER:g} s"
+        )
+    believed = belief(design, next(iter(replays.values())).fine)
+    settled = {seed: _from(run, SETTLED) for seed, run in replays.items()}
+    first = next(iter(settled.values()))
+    return Health(
+        seeds=tuple(settled),
+        innovation=_innovations(list(settled.values()), believed, design),
+        error={name: _errors(list(settled.values()), believed, part) for name, part in state_groups(design).items()},
+        history=_history(list(settled.values()), believed),
+        whiteness=_whiteness(first, believed),
+    )
+
+
+def _from(run: Replay, start: float) -> Replay:
+    keep = run.time >= start
+    cut = {name: getattr(run, name)[keep] for name in ("time", "phase", "innovation", "error")}
+    return replace(run, **cut)
+
+
+def _squares(vectors: Array, phase: NDArray[np.intp], covariances: Array, part: slice) -> Array:
+    """Return the normalised square of each row's part, with the covariance of its phase."""
+    squares = np.zeros(len(vectors))
+    for number, covariance in enumerate(covariances):
+        rows = phase == number
+        if rows.any():
+            squares[rows] = np.sum(normalised(vectors[rows, part], covariance[part, part]) ** 2, axis=1)
+    return squares
+
+
+def _innovations(runs: Sequence[Replay], believed: Belief, design: Design) -> dict[str, Average]:
+    groups = measurement_groups(design)
+    found = {}
+    for name, part in groups.items():
+        squares = []
+        for run in runs:
+            rows = run.phase == 0 if name == "star tracker" else np.ones(len(run.phase), bool)
+            squares.append(_squares(run.innovation[rows], run.phase[rows], believed.innovation, part))
+        found[name] = average(np.concatenate(squares), part.stop - part.start)
+    return found
+
+
+def _errors(runs: Sequence[Replay], believed: Belief, part: slice) -> Average:
+    """Average over time and seeds; errors are correlated in time, so each seed counts as one sample."""
+    means = np.array([np.mean(_squares(run.error, run.phase, believed.corrected, part)) for run in runs])
+    return average(means, part.stop - part.start)
+
+
+def _history(runs: Sequence[Replay], believed: Belief) -> Array:
+    part = slice(0, believed.controlled)
+    squares = [_squares(run.error, run.phase, believed.corrected, part) for run in runs]
+    return np.column_stack([runs[0].time, np.mean(squares, axis=0) / believed.controlled])
+
+
+def _whiteness(run: Replay, believed: Belief) -> Whiteness:
+    fast = slice(0, run.innovation.shape[1] - 3)
+    white = np.zeros((len(run.time), fast.stop))
+    for number, covariance in enumerate(believed.innovation):
+        rows = run.phase == number
+        if rows.any():
+            white[rows] = normalised(run.innovation[rows, fast], covariance[fast, fast])
+    correlation = autocorrelation(white, LAGS)
+    bound = whiteness_bound(len(white))
+    return Whiteness(
+        correlation=correlation,
+        bound=bound,
+        outside=float(np.mean(np.abs(correlation) > bound)),
+        coloured=float(np.mean(portmanteau(correlation, len(white)) < SIGNIFICANT)),
+    )

@@ -1,0 +1,57 @@
+"""What the filter believes of its error: predicted and corrected covariance in every phase of its period."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsat.design.chain import Design
+from flexsat.design.estimator import measurement_noise, process_covariance
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Belief:
+    """Covariances of the periodic steady state; phase 0 has the star tracker."""
+
+    predicted: Array  # (phases, s, s)
+    corrected: Array  # (phases, s, s)
+    innovation: Array  # (phases, y, y); in the other phases the star tracker's rows mean nothing
+    controlled: int  # the first states, those without the anti-aliasing filter
+
+
+def belief(design: Design, fine: bool) -> Belief:
+    """Carry the filter's own covariance through one period, in Joseph's form, with the gains that fly.
+
+    Parameters
+    ----------
+    design : with model and estimators
+    fine : the gains for the fine guidance sensor instead of the coarse star tracker
+
+    Joseph's form holds for any gain: after a period it returns to where it began only if the gains are the steady ones.
+    """
+    estimator = design.fine if fine else design.coarse
+    config, model = design.config, design.model
+    tracker = config.noise.star_tracker_fine if fine else config.noise.star_tracker_coarse
+    variance = measurement_noise(model, config.noise, tracker)
+    disturbance = process_covariance(
+        model, config.wheel, config.weights.process_noise, config.rates.controller, design.as_published
+    )
+    covariance = estimator.covariance
+    predicted, corrected, innovations = [], [], []
+    for gain in estimator.gain:
+        rest = np.eye(len(covariance)) - gain @ estimator.c
+        after = rest @ covariance @ rest.T + (gain * variance) @ gain.T
+        predicted.append(covariance)
+        corrected.append(after)
+        innovations.append(estimator.c @ covariance @ estimator.c.T + np.diag(variance))
+        covariance = estimator.a @ after @ estimator.a.T + disturbance
+    return Belief(
+        predicted=np.array(predicted),
+        corrected=np.array(corrected),
+        innovation=np.array(innovations),
+        controlled=model.index.unfiltered,
+    )

@@ -1,0 +1,100 @@
+"""Replay the controller over what its FMU measured, to see inside: innovations and estimates at every step."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsat.closed_loop import port_values
+from flexsat.ports import controller as interface
+from flexsat.runtime import controller
+from lockstep import InputError, Signals
+from lockstep.shadow.ports import ORIGINAL, SHADOW
+
+from ...runs.histories import controller_rows, wheel_speed_deviation
+from ...runs.run_folder import Run
+
+Array = NDArray[np.float64]
+
+MEASURED = (
+    "sensors.gyro.rate",
+    "sensors.accelerometer.acceleration",
+    "sensors.encoder.speed",
+    "sensors.encoder.angle",
+    "sensors.star_tracker.mrp",
+    "sensors.star_tracker.valid",
+)
+SAME = 1e-6  # of the largest torque: the design is made anew, and its rounding may differ from the FMU's
+TRUE = ("plant.attitude.mrp", "plant.modal.displacement", "plant.rate", "plant.modal.velocity")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replay:
+    """One row a controller step, in SI."""
+
+    time: Array  # (rows,) [s]
+    phase: NDArray[np.intp]  # (rows,): steps since the last star tracker sample
+    innovation: Array  # (rows, y)
+    error: Array  # (rows, r): estimate less truth, of the states without the anti-aliasing filter
+    fine: bool  # flown with the fine guidance sensor
+
+
+def replay(run: Run) -> Replay:
+    """Run the controller's stepper over the recorded measurements.
+
+    Raises
+    ------
+    InputError
+        If something needed was not recorded, delays are configured, or the replay does not command the torques
+        that the FMU did: then it would tell of another filter.
+    """
+    signals, design = run.signals(), run.design
+    missing = [name for name in (*MEASURED, *TRUE, "controller.wheel.torque") if name not in signals]
+    if missing:
+        raise InputError(f"{run.folder}: {missing[0]} was not recorded; `flexsat health` records what it needs")
+    given = _controller_parameters(run)
+    matrices = design.controller
+    values = port_values("controller", interface.ports(matrices), given)
+    parameters = interface.parameters(matrices, values.__getitem__)
+    if parameters.measurement_delay or parameters.actuation_delay:
+        raise InputError(f"{run.folder}: flown with known delays; the health of the estimator is defined without")
+    rows = controller_rows(signals, design)
+    time = signals.time[rows]
+    stepper = controller.Controller(matrices, parameters)
+    rotation, start = values["command.rotation"], float(values["command.start_time"])
+    state = controller.init(stepper, rotation, start)
+    measured = [np.ascontiguousarray(signals[name][rows]) for name in MEASURED]
+    innovation = np.zeros((len(time), len(matrices.c)))
+    estimate = np.zeros((len(time), stepper.controlled))
+    torque = np.zeros((len(time), stepper.wheels))
+    phase = np.zeros(len(time), np.intp)
+    for row, now in enumerate(time.tolist()):
+        rate, acceleration, speed, angle, mrp, valid = (values[row] for values in measured)
+        controller.command(stepper, state, now, rotation, start)
+        seen = controller.Measurements(rate, acceleration, speed, angle, mrp, bool(valid))
+        state, outputs = controller.step(stepper, state, now, seen)
+        innovation[row], torque[row] = outputs.innovation, outputs.torque
+        estimate[row] = outputs.estimate[: stepper.controlled]
+        phase[row] = min(state.since_star_tracker, stepper.phases - 1)
+    own = f"controller.{ORIGINAL}wheel.torque"  # what acted may be a shadow's
+    flown = signals[own if own in signals else "controller.wheel.torque"][rows]
+    if np.max(np.abs(torque - flown)) > SAME * np.max(np.abs(flown)):
+        raise InputError(f"{run.folder}: the replay commands other torques than the FMU did; build and run it anew")
+    truth = [signals[name][rows] for name in TRUE]
+    error = estimate - np.hstack([*truth, wheel_speed_deviation(signals, design)[rows]])
+    return Replay(time=time, phase=phase, innovation=innovation, error=error, fine=parameters.fine_sensor)
+
+
+def recorded(signals: Signals) -> bool:
+    """Tell whether a run recorded what a replay needs."""
+    return all(name in signals for name in MEASURED)
+
+
+def _controller_parameters(run: Run) -> dict[str, Any]:
+    manifest = tomllib.loads((run.folder / "run.toml").read_text(encoding="utf-8"))
+    found: dict[str, Any] = next(c["parameters"] for c in manifest["component"] if c["name"] == "controller")
+    return {name: value for name, value in found.items() if not name.startswith(SHADOW)}

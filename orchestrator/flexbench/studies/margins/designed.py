@@ -1,0 +1,157 @@
+"""The designed loop at its real rates and delays, as one linear periodic system: plant, sampling, filter, regulator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsat.closed_loop import port_values
+from flexsat.design.chain import Design
+from flexsat.ports import controller as interface
+from flexsat.runtime.controller import Controller
+from flexsat.runtime.zero_order_hold import zero_order_hold
+
+from .loop import PeriodicLoop, Phase
+
+Array = NDArray[np.float64]
+UNTOUCHED = 1e-9  # singular value, relative, below which the wheels do not reach a combination of states
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Delays:
+    """The real delays; what the controller knows of them is among its parameters."""
+
+    samples: int = 0  # from sampling to the step of the controller that uses it, in controller steps
+    actuation: float = 0.0  # s, from the controller's step to when the torque acts: any fraction of a step
+
+    def __post_init__(self) -> None:
+        if self.samples < 0 or not self.actuation >= 0.0:
+            raise ValueError(f"Delays: must be >= 0, got {self.samples} samples and {self.actuation!r} s")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignedLoop:
+    """A design with the parameters of a run, ready to be opened at the plant input for any delay."""
+
+    design: Design
+    delays: Delays = Delays()
+    parameters: Mapping[str, Any] = field(default_factory=lambda: {"star_tracker.fine": True})  # of the controller
+
+    def at(self, extra_delay: float = 0.0) -> PeriodicLoop:
+        """Return the open loop, with a further delay [s] at the plant input that the controller does not know.
+
+        The plant is the linear model without the net momentum, which no wheel torque changes; it is sampled exactly,
+        with the torque changing at the right moment within a step. The controller is the run-time object itself:
+        its sampled model, its periodic gain and its prediction over known delays; without reference, limits and
+        feed-forward of the jitter, which are not part of the linear loop.
+
+        Raises
+        ------
+        ValueError
+            For a parameter that the controller does not have or refuses.
+        """
+        model = self.design.model
+        prepared = self._controller()
+        reached = _reached(np.hstack([model.a, model.b_torque]))
+        a, b, c = reached.T @ model.a @ reached, reached.T @ model.b_torque, model.c @ reached
+        period, n, s = prepared.parameters.period, prepared.wheels, prepared.states
+        lag, late = self.delays.samples, self.delays.actuation + extra_delay
+
+        rows = _history_rows(prepared)
+        applied = int(np.ceil(late / period - 1e-9))  # torques on their way
+        sizes = [len(a), lag * len(c), s, rows * n, applied * n]
+        plant, sampled, estimate, told, on_way = _spans(sizes)
+        size = sum(sizes)
+
+        b_loop = np.zeros((size, n))
+        common = np.zeros((size, size))
+        whole = int(np.floor(late / period + 1e-9))
+        part = max(0.0, late - whole * period)
+        transition, early, held = _changing_input(a, b, period, part if part > 1e-9 else 0.0)
+        common[plant, plant] = transition
+        for steps_ago, matrix in ((whole, held), (whole + 1, early)):
+            if steps_ago == 0:
+                b_loop[plant] += matrix
+            elif matrix.any():
+                block = slice(on_way.start + (steps_ago - 1) * n, on_way.start + steps_ago * n)
+                common[plant, block] += matrix
+        _shift(common, on_way, n)
+        if applied:
+            b_loop[on_way.start : on_way.start + n] = np.eye(n)
+        _shift(common, sampled, len(c))
+        if lag:
+            common[sampled.start : sampled.start + len(c), plant] = c
+
+        measured = np.zeros((len(c), size))  # what the controller sees in this step
+        if lag:
+            measured[:, sampled.stop - len(c) : sampled.stop] = np.eye(len(c))
+        else:
+            measured[:, plant] = c
+        phases = []
+        for gain in (prepared.gain[0], prepared.gain[1]) if prepared.phases > 1 else (prepared.gain[0],) * 2:
+            predicted = np.zeros((s, size))
+            predicted[:, estimate] = prepared.predict[:, :s]
+            predicted[:, told] = prepared.predict[:, s : s + rows * n]
+            corrected = predicted + gain @ (measured - model.c @ predicted)
+            expected = corrected[: prepared.controlled]
+            if prepared.ahead is not None:
+                expected = prepared.ahead[:, :s] @ corrected
+                expected[:, told] += prepared.ahead[:, s : s + rows * n]
+            returned = prepared.matrices.feedback @ expected
+            step = common.copy()
+            step[estimate] = corrected
+            _shift(step, told, n)
+            step[told.start : told.start + n] = -returned
+            phases.append(Phase(a=step, c=returned))
+        return PeriodicLoop(first=phases[0], rest=phases[1], b=b_loop, steps=prepared.phases, period=period)
+
+    @property
+    def body_axes(self) -> tuple[Array, Array]:
+        """Return how a body torque is shared among the wheels, (n, 3), and what body torque wheels make, (3, n)."""
+        makes = -self.design.controller.wheel_axis.T
+        return np.asarray(np.linalg.pinv(makes)), makes
+
+    def _controller(self) -> Controller:
+        matrices = self.design.controller
+        values = port_values("controller", interface.ports(matrices), self.parameters)
+        return Controller(matrices, interface.parameters(matrices, values.__getitem__))
+
+
+def _history_rows(prepared: Controller) -> int:
+    """Return how many past torques the controller's model really uses; the newest is always kept."""
+    s, n = prepared.states, prepared.wheels
+    used = np.abs(prepared.predict[:, s : s + (prepared.whole_delay + 2) * n]).max(axis=0)
+    if prepared.ahead is not None:
+        used = used + np.abs(prepared.ahead[:, s:]).max(axis=0)
+    return max(k for k in range(len(used)) if used[k] > 0.0) // int(n) + 1
+
+
+def _reached(rows: Array) -> Array:
+    """Return an orthonormal basis of the states that [a b] moves: without the conserved momentum and translation."""
+    left, values, _ = np.linalg.svd(rows, full_matrices=False)
+    return left[:, values > UNTOUCHED * values[0]]
+
+
+def _changing_input(a: Array, b: Array, period: float, part: float) -> tuple[Array, Array, Array]:
+    """Return the transition over a period and the input matrices of an input that changes after `part`."""
+    transition, whole = zero_order_hold(a, b, period)
+    if part == 0.0:
+        return transition, np.zeros_like(whole), whole
+    rest, held = zero_order_hold(a, b, period - part)
+    return transition, rest @ zero_order_hold(a, b, part)[1], held
+
+
+def _spans(sizes: list[int]) -> list[slice]:
+    return [slice(start, end) for start, end in pairwise(np.cumsum([0, *sizes]).tolist())]
+
+
+def _shift(matrix: Array, span: slice, width: int) -> None:
+    """Let a queue of blocks move on by one; its first block is left for the caller."""
+    matrix[span] = 0.0
+    for start in range(span.start + width, span.stop, width):
+        matrix[start : start + width, start - width : start] = np.eye(width)

@@ -1,0 +1,166 @@
+"""What a system tells about its loop: is it of our design, with which delays and parameters, and where to push."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsat.design.chain import Design, build_designs
+from flexsat.parameters import CONFIGURATIONS
+from lockstep import InputError, System
+from lockstep.fmi.model_description import read_description
+from lockstep.plan.overrides import parse_value
+from lockstep.system.system import Value
+
+from .analysis import AXES
+from .designed import Delays, DesignedLoop
+from .injection import loop_channels
+
+Array = NDArray[np.float64]
+NANOSECOND = 1e-9
+SHARE_OF_LIMIT = 0.4  # peak of the test signal over a wheel's torque limit: far above the noise, far from saturation
+QUIET: Mapping[str, Value] = {
+    "sensors.gyro.noise": 0.0,
+    "sensors.accelerometer.noise": 0.0,
+    "sensors.encoder.noise": 0.0,
+    "sensors.star_tracker.noise_coarse": 0.0,
+    "sensors.star_tracker.noise_fine": 0.0,
+    "sensors.jitter.enabled": False,
+    "plant.initial.attitude_deviation": 0.0,
+}  # what makes a run of our components quiet
+QUIET_CONTROLLER: Mapping[str, Value] = {"controller.jitter.feed_forward": False}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loop:
+    """The loop of a system: its two ends, what is known of its design, and directions of injection."""
+
+    system: System
+    controller: str
+    plant: str
+    designed: DesignedLoop | None  # None unless the controller is ours
+    directions: Array  # (m, d): columns along which to inject
+    makes: Array  # (d, m): makes @ directions = 1
+    names: tuple[str, ...]  # (d,)
+    amplitude: float | None  # peak along a direction's largest share, in the unit of the plant's inputs
+    slow_period: float | None  # s
+    quiet: Mapping[str, Value]  # overrides that make a run quiet
+
+    @property
+    def period(self) -> float:
+        """Period of the controller [s]."""
+        return self.system.component(self.controller).period * NANOSECOND
+
+
+def recognise(
+    system: System,
+    overrides: Mapping[str, Value],
+    controller: str = "controller",
+    plant: str = "plant",
+    channels: bool = False,
+) -> Loop:
+    """Read the loop of a system.
+
+    Parameters
+    ----------
+    system, overrides : what is run, with values by `component.parameter`
+    controller, plant : names of the two components
+    channels : inject into one input of the plant at a time, also where body axes are known
+
+    Raises
+    ------
+    InputError
+        If nothing Real goes from one to the other.
+    """
+    wires = loop_channels(system, controller, plant)
+    design = _design(system, plant, overrides)
+    ours = _model(system, controller) == f"controller_{design.config.name}" if design is not None else False
+    designed = None
+    if design is not None and ours:
+        designed = DesignedLoop(
+            design=design,
+            delays=_delays(system, controller, plant, design.config.rates.controller),
+            parameters=_given(system, controller, overrides),
+        )
+    if design is None or channels or len(wires) != design.spacecraft.wheel_count:
+        one = np.eye(len(wires))
+        directions, makes, names = one, one, tuple(wire.input for wire in wires)
+    else:
+        makes = -design.controller.wheel_axis.T
+        directions, names = np.asarray(np.linalg.pinv(makes)), AXES
+    return Loop(
+        system=system,
+        controller=controller,
+        plant=plant,
+        designed=designed,
+        directions=directions,
+        makes=makes,
+        names=names,
+        amplitude=None if design is None else SHARE_OF_LIMIT * design.controller.torque_limit,
+        slow_period=None if design is None else design.config.rates.star_tracker,
+        quiet={} if design is None else {**QUIET, **(QUIET_CONTROLLER if ours else {})},
+    )
+
+
+def with_controller(system: System, controller: str, fmu: Path) -> System:
+    """Return the system with another FMU as its controller.
+
+    Parameters that the FMU does not have are left out, and so are connections to inputs that it does not have: a
+    vendor's controller need not look at everything. Its outputs must be there.
+    """
+    old = system.component(controller)
+    new = replace(old, source=fmu.absolute(), archive=None, connectors=None)
+    known = read_description(new).variables
+    new = replace(new, parameters={name: value for name, value in old.parameters.items() if name in known})
+    return replace(
+        system,
+        components=tuple(new if component.name == controller else component for component in system.components),
+        connections=tuple(c for c in system.connections if c.to_component != controller or c.input in known),
+    )
+
+
+def _model(system: System, component: str) -> str:
+    return read_description(system.component(component)).model.removesuffix("_flat")
+
+
+def _design(system: System, plant: str, overrides: Mapping[str, Value]) -> Design | None:
+    model = _model(system, plant)
+    name = next((name for name in CONFIGURATIONS if model == f"plant_{name}"), None)
+    if name is None:
+        return None
+    designs = build_designs(name)
+    return designs.as_published if _given(system, plant, overrides).get("as_published") else designs.corrected
+
+
+def _given(system: System, component: str, overrides: Mapping[str, Value]) -> dict[str, Value]:
+    """Return what is set on a component, each value of its variable's type; the master refuses what it lacks."""
+    known = read_description(system.component(component)).variables
+    own = {name.partition(".")[2]: value for name, value in overrides.items() if name.startswith(f"{component}.")}
+    given = {**system.component(component).parameters, **own}
+    return {
+        name: parse_value(value, known[name], f"{component}.{name}") for name, value in given.items() if name in known
+    }
+
+
+def _delays(system: System, controller: str, plant: str, sampling: float) -> Delays:
+    """Return the delays of the connections around the loop.
+
+    What the plant's outputs are older than the moment delays the loop as much as its input does.
+    """
+    tick = system.tick * NANOSECOND
+    late = {
+        ends: max((c.delay for c in system.connections if (c.from_component, c.to_component) == ends), default=0)
+        for ends in {(c.from_component, c.to_component) for c in system.connections}
+    }
+    sensed = max((ticks - 1 for ends, ticks in late.items() if ends[0] == plant), default=0)
+    read = max((ticks for ends, ticks in late.items() if ends[1] == controller and ends[0] != plant), default=0)
+    if (controller, plant) not in late:
+        raise InputError(f"{controller} -> {plant}: no such connection")
+    return Delays(
+        samples=int(np.ceil(read * tick / sampling - 1e-9)),
+        actuation=(late[controller, plant] + sensed) * tick,
+    )

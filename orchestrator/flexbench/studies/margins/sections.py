@@ -1,0 +1,145 @@
+"""Tell what a study of margins found: rows of tables, and the section of a report."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from math import log10
+from typing import Any
+
+from flexbench.html.document import Block, Heading, Paragraph, Picture, Table
+from flexbench.runs.run_folder import Run
+from flexsat.design.chain import build_design
+from flexsat.parameters import ConfigurationName, configuration
+
+from .designed import DesignedLoop
+from .estimate import COHERENT, CONFIDENCE, TOGETHER
+from .stability import delay_margin
+from .study import FILE, read_study
+
+EXACT_HEADER = ("all inputs of the plant together", "margin")
+HEADER = ("loop", "gain", "phase", "delay", "disk", "left out")
+NONE = "none found"
+Rows = list[tuple[str, ...]]
+
+
+def exact_rows(content: Mapping[str, Any]) -> Rows:
+    """Return the rows of the exact margins, and of the delay that really makes the co-simulation unstable."""
+    rows: Rows = []
+    if "analysis" in content:
+        exact = content["analysis"]["exact"]
+        rows.append(("delay", _delay(exact["delay"])))
+        rows.append(("gain up", _gain(exact["gain_up"])))
+        rows.append(("gain down", _gain(exact["gain_down"])))
+        rows.append(("phase", _phase(exact["phase"])))
+    if "real" in content:
+        real = content["real"]
+        between = f"stable at {real['stable'] * 1e3:.1f}, unstable at {real['unstable'] * 1e3:.1f} ms"
+        rows.append(("delay that destabilises the co-simulation",
+                     f"{real['delay'] * 1e3:.3f} ms, at {real['frequency']:.1f} Hz ({between})"))  # fmt: skip
+    return rows
+
+
+def margin_rows(content: Mapping[str, Any]) -> Rows:
+    """Return a row for each loop, computed and measured."""
+    rows: Rows = []
+    for name, margins in content.get("analysis", {}).get("margins", {}).items():
+        rows.append((f"design: {name}", *_cells(margins, {})))
+    for name, found in content.get("measured", {}).get("margins", {}).items():
+        if "problem" in found:
+            rows.append((f"measured: {name}", found["problem"], "", "", "", ""))
+        else:
+            rows.append((f"measured: {name}", *_cells(found["value"], found["uncertainty"])))
+    return rows
+
+
+def explanation(content: Mapping[str, Any]) -> str:
+    """Say what the numbers are."""
+    text = (
+        "The loop is opened at the plant's input. Exact margins are those of the periodic loop, slow sensors included: "
+        "the factor, phase or further delay on all inputs together at which its spectral radius reaches one. The other "
+        "margins are those of its time-invariant equivalent, the response at the frequency of the test signal; one "
+        "direction opened leaves the others closed. The delay margin counts the hold between two steps of the "
+        "controller."
+    )
+    if "measured" in content:
+        settings = content["measured"]["settings"]
+        text += (
+            f" Measured: {settings['periods']} periods of {settings['length']:g} s for each direction after "
+            f"{settings['settle']} to settle, {'without' if settings['quiet'] else 'with'} noise, "
+            f"seed {content['seed']}; lines of a coherence from {COHERENT:g}; {100 * CONFIDENCE:g} % intervals from "
+            f"the scatter of the periods; `{TOGETHER}` opens all directions at once. Where crossings are left out, "
+            "because the loop turns too fast between two lines, the margins are upper bounds: --zoom measures again "
+            "there, with longer periods."
+        )
+    return text
+
+
+def section(run: Run) -> list[Block]:
+    """Return the report's section: the study in the run's folder, or the delay margin alone and how to get the rest."""
+    heading = Heading(2, "Margins")
+    if not (run.folder / FILE).is_file():
+        margin = _designed_delay_margin(run.configuration, run.as_published)
+        text = (
+            f"Delay margin of the design at the plant's input, all wheels together, exact: {margin * 1e3:.2f} ms. "
+            f"`flexsat margins SYSTEM --out {run.folder}` finds gain, phase and disk margins, and measures them "
+            "through the FMUs."
+        )
+        return [heading, Paragraph(text)]
+    content = read_study(run.folder)
+    blocks: list[Block] = [heading, Paragraph(explanation(content))]
+    if exact_rows(content):
+        blocks.append(Table(EXACT_HEADER, exact_rows(content), frozenset()))
+    blocks.append(Table(HEADER, margin_rows(content), frozenset()))
+    from flexbench.figures.margins import margin_figures  # matplotlib takes a second to import
+
+    for name, figure in margin_figures(content, COHERENT).items():
+        drawn = io.StringIO()
+        figure.savefig(drawn, format="svg", metadata={"Date": None, "Creator": None})
+        svg = drawn.getvalue()
+        blocks.append(Picture(svg[svg.index("<svg") :], f"{name}.svg", name))
+    return blocks
+
+
+@lru_cache(maxsize=4)
+def _designed_delay_margin(name: ConfigurationName, as_published: bool) -> float:
+    return delay_margin(DesignedLoop(design=build_design(configuration(name), as_published)).at)
+
+
+def _cells(margins: Mapping[str, Any], uncertainty: Mapping[str, float]) -> Sequence[str]:
+    """Return gain, phase, delay, disk and the number of crossings left out; with any, the others are upper bounds."""
+    left_out = len(margins["unresolved"])
+    bound = "<= " if left_out else ""
+
+    def told(name: str, tell: Callable[[float | None, float | None], str]) -> str:
+        if margins[name] is None:
+            return NONE
+        return f"{tell(margins[name], uncertainty.get(name))} at {margins[f'{name}_at']:.3g} Hz"
+
+    gains = [told(name, _gain) for name in ("gain_down", "gain_up") if margins[name]]
+    found = ", ".join(gains) or NONE, told("phase", _phase), told("delay", _delay)
+    disk = f"{margins['disk']:.3f}{_plus(uncertainty.get('disk'), '.3f')} at {margins['disk_at']:.3g} Hz"
+    return *(f"{bound if cell != NONE else ''}{cell}" for cell in found), f"{bound}{disk}", str(left_out or "")
+
+
+def _gain(factor: float | None, plus: float | None = None) -> str:
+    if not factor:
+        return NONE
+    spread = None if plus is None else 20.0 * log10(1.0 + plus / factor)
+    return f"{20.0 * log10(factor):+.2f}{_plus(spread, '.2f')} dB"
+
+
+def _phase(angle: float | None, plus: float | None = None) -> str:
+    return NONE if angle is None else f"{angle:.1f}{_plus(plus, '.1f')} deg"
+
+
+def _delay(delay: float | None, plus: float | None = None) -> str:
+    if delay is None:
+        return NONE
+    scale, unit = (1e3, "ms") if delay < 1.0 else (1.0, "s")
+    return f"{scale * delay:.3f}{_plus(None if plus is None else scale * plus, '.3f')} {unit}"
+
+
+def _plus(value: float | None, form: str) -> str:
+    return "" if value is None else f" ± {value:{form}}"

@@ -1,0 +1,251 @@
+"""The study of margins: analysis, measurement and the delay that really counts, kept as one JSON file with figures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep import InputError
+from lockstep.fmi.model_description import read_description
+from lockstep.system.system import Value
+
+from .analysis import Analysis, analyse
+from .destabilise import RealMargin, destabilising_delay
+from .estimate import TOGETHER, MeasuredLoop, Replica, estimate_loop, measured_margins, merged
+from .injection import open_loop_at, run_experiment
+from .loop import Complex
+from .multisine import Multisine, design_multisine, multisine_at, room
+from .recognise import Loop
+from .response import characteristic_loci
+
+Array = NDArray[np.float64]
+FILE = "margins.json"
+LOCI_KEPT = 3  # of all wheels together: those that come nearest to -1
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How to measure."""
+
+    band: tuple[float, float] | None = None  # Hz; None for one period's frequency to nearly half the sampling rate
+    length: float = 20.0  # s, of a period of the test signal
+    settle: int = 2  # periods
+    periods: int = 4
+    lines: int | None = None
+    amplitude: float | None = None  # peak; None for the loop's
+    quiet: bool = False
+    zoom: float = 0.0  # length of a period over this one's, to measure again where lines were too far apart; 0: not
+    overrides: Mapping[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """One loop to draw: a characteristic locus or the response of one direction."""
+
+    name: str
+    frequency: Array  # (f,) [Hz]
+    values: Complex  # (f,)
+    uncertainty: Array | None = None  # (f,) half width of the modulus; None for a computed one
+
+
+def measure(
+    loop: Loop, settings: Settings, folder: Path, say: Say = lambda _: None
+) -> tuple[MeasuredLoop, dict[str, Any]]:
+    """Run one experiment a direction, and return the loop and its margins with their uncertainties by direction.
+
+    Raises
+    ------
+    InputError
+        If the amplitude is not known, or what is asked for does not fit together.
+    """
+    amplitude = loop.amplitude if settings.amplitude is None else settings.amplitude
+    if amplitude is None:
+        raise InputError("--amplitude: not known for this plant; give the peak of the test signal in its inputs' unit")
+    band = settings.band or (1.0 / settings.length, 0.475 / loop.period)
+    multisine = design_multisine(loop.period, settings.length, band, settings.lines, loop.slow_period)
+    measured, replicas = _estimated(loop, settings, folder, multisine, amplitude, say)
+    if settings.zoom:
+        length = settings.length * settings.zoom
+        wishes = zoomed_lines(measured, replicas, room(loop.period, length, loop.slow_period))
+        if len(wishes):
+            multisine = multisine_at(loop.period, length, wishes, loop.slow_period)
+            again = _estimated(loop, settings, folder / "zoom", multisine, amplitude, say)
+            measured, replicas = merged((measured, replicas), again)
+    margins: dict[str, Any] = {}
+    for name in (TOGETHER, *loop.names):
+        try:
+            found = measured_margins(measured, replicas, name)
+        except ValueError as error:
+            margins[name] = {"problem": str(error)}
+            continue
+        margins[name] = {"value": _plain(asdict(found.value)), "uncertainty": _plain(found.uncertainty)}
+    return measured, margins
+
+
+def zoomed_lines(measured: MeasuredLoop, replicas: list[Replica], count: int) -> Array:
+    """Return frequencies [Hz] between lines too far apart, at most `count`; none where all crossings are resolved."""
+    gaps = set()
+    for name in (TOGETHER, *measured.names):
+        _, keep = measured.of(name)
+        if np.sum(keep) < 2:
+            continue
+        frequency = measured.frequency[keep]
+        for low in measured_margins(measured, replicas, name).value.unresolved:
+            high = frequency[frequency > low][0]
+            inside = measured.frequency[(measured.frequency >= low) & (measured.frequency <= high)]
+            gaps |= {(float(a), float(b)) for a, b in pairwise(inside)}
+    if not gaps:
+        return np.empty(0)
+    each = max(2, count // len(gaps))
+    return np.unique(np.concatenate([np.geomspace(low, high, each) for low, high in gaps]))
+
+
+def _estimated(
+    loop: Loop, settings: Settings, folder: Path, multisine: Multisine, amplitude: float, say: Say
+) -> tuple[MeasuredLoop, list[Replica]]:
+    """Run one experiment a direction, and estimate the loop."""
+    opened = open_loop_at(loop.system, loop.controller, loop.plant, multisine, folder)
+    overrides = {**settings.overrides, **(loop.quiet if settings.quiet else {})}
+    experiments = []
+    for k, name in enumerate(loop.names):
+        along = loop.directions[:, k]
+        seconds = (settings.settle + settings.periods) * multisine.length
+        say(f"direction {name}: {len(multisine.lines)} lines, {seconds:g} s, peak {amplitude:g}")
+        experiments.append(
+            run_experiment(
+                opened,
+                folder / f"direction-{k + 1}",
+                along,
+                amplitude / float(np.abs(along).max()),
+                settings.settle,
+                settings.periods,
+                overrides,
+            )
+        )
+    return estimate_loop(experiments, multisine, loop.makes, loop.names)
+
+
+def run_study(
+    loop: Loop,
+    folder: Path,
+    settings: Settings,
+    analytic_only: bool = False,
+    find_delay: bool = False,
+    say: Say = lambda _: None,
+) -> Path:
+    """Do what can be done for a loop, and leave margins.json in the folder; return its path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    controller = loop.system.component(loop.controller)
+    content: dict[str, Any] = {
+        "system": loop.system.name,
+        "controller": str(controller.source),
+        "controller_sha256": read_description(controller).sha256,
+        "seed": settings.overrides.get("sensors.seed", loop.system.component(loop.plant).parameters.get("seed", 0)),
+        "held": loop.period,
+    }
+    if loop.designed is not None:
+        say("analysis of the designed loop")
+        content["analysis"] = _analysis(analyse(loop.designed))
+    elif analytic_only:
+        raise InputError(f"{loop.controller}: not a controller of ours, so there is no design to analyse; measure it")
+    if not analytic_only:
+        measured, margins = measure(loop, settings, folder / "experiments", say)
+        content["measured"] = _measured(measured, margins, settings)
+    if find_delay:
+        content["real"] = asdict(_find_delay(loop, folder, say))
+    path = folder / FILE
+    partial = folder / f".{FILE}.partial"
+    partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    partial.replace(path)
+    return path
+
+
+def _find_delay(loop: Loop, folder: Path, say: Say) -> RealMargin:
+    return destabilising_delay(
+        loop,
+        folder / "delays",
+        told=lambda delay, rate: say(f"delay {delay * 1e3:.1f} ms: fastest growth {rate:+.3f} 1/s"),
+    )
+
+
+def read_study(folder: Path) -> dict[str, Any]:
+    """Return what `run_study` left; raise InputError if there is nothing."""
+    path = folder / FILE
+    if not path.is_file():
+        raise InputError(f"{folder}: holds no {FILE}; `flexsat margins SYSTEM --out {folder}` makes it")
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content
+
+
+def curves(content: Mapping[str, Any]) -> list[Curve]:
+    """Return the computed and measured loops of a study."""
+    found = []
+    for part, prefix in (("analysis", "design"), ("measured", "measured")):
+        for name, curve in content.get(part, {}).get("curves", {}).items():
+            uncertainty = curve.get("uncertainty")
+            found.append(
+                Curve(
+                    name=f"{prefix}: {name}",
+                    frequency=np.array(curve["frequency"]),
+                    values=np.array(curve["real"]) + 1j * np.array(curve["imaginary"]),
+                    uncertainty=None if uncertainty is None else np.array(uncertainty),
+                )
+            )
+    return found
+
+
+def _analysis(found: Analysis) -> dict[str, Any]:
+    loci = characteristic_loci(found.all_wheels)
+    nearest = np.argsort(np.min(np.abs(1.0 + loci), axis=0))[:LOCI_KEPT]
+    drawn = {f"all wheels, locus {k + 1}": loci[:, column] for k, column in enumerate(nearest)}
+    drawn |= {f"axis {axis}": found.axes[:, k] for k, axis in enumerate("xyz")}
+    return {
+        "exact": _plain(asdict(found.exact)),
+        "margins": {name: _plain(asdict(margins)) for name, margins in found.margins.items()},
+        "frequency": found.frequency.tolist(),
+        "largest_s": found.sensitivity.tolist(),
+        "largest_t": found.complementary.tolist(),
+        "curves": {name: _curve(found.frequency, values) for name, values in drawn.items()},
+    }
+
+
+def _measured(found: MeasuredLoop, margins: Mapping[str, Any], settings: Settings) -> dict[str, Any]:
+    drawn = {}
+    for k, name in enumerate(found.names):
+        response, keep = found.of(name)
+        if keep.any():
+            drawn[name] = _curve(found.frequency[keep], response[keep])
+            drawn[name]["uncertainty"] = found.single_uncertainty[keep, k].tolist()
+    return {
+        "margins": dict(margins),
+        "frequency": found.frequency.tolist(),
+        "coherence": dict(zip(found.names, found.coherence.T.tolist(), strict=True)),
+        "coherence_together": found.coherence_together.tolist(),
+        "curves": drawn,
+        "settings": {
+            "length": settings.length,
+            "settle": settings.settle,
+            "periods": settings.periods,
+            "quiet": settings.quiet,
+        },
+    }
+
+
+def _curve(frequency: Array, values: Complex) -> dict[str, list[float]]:
+    return {"frequency": frequency.tolist(), "real": values.real.tolist(), "imaginary": values.imag.tolist()}
+
+
+def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return numbers that JSON can hold: nothing found, or no limit, is null."""
+    return {
+        name: list(value) if isinstance(value, tuple) else (float(value) if np.isfinite(value) else None)
+        for name, value in values.items()
+    }

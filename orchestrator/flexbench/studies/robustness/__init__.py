@@ -1,0 +1,1 @@
+"""Robustness to errors of the modal frequencies."""

@@ -1,0 +1,124 @@
+"""A shadow's study as rows of text, as a file, and as a section of a report."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from flexsat.fmu.reproducible_zip import write_atomically
+from lockstep.shadow.residual import has_shadow, total_rms
+
+from ...html.document import Block, Heading, Paragraph, Picture, Table
+from ...runs.run_folder import Run
+from .study import MEASURES, Study, Window, study
+
+RESULT = "shadow.json"
+RESIDUALS = ("output", "unit", "residual RMS", "largest", "bias", "original RMS", "share", "correlation", "later by")
+NOTE = (
+    "Residual: shadow less original, at every recorded row before the hand-over. Share: its RMS over that of the"
+    " original. Later by: the shift at which the two correlate most, to a row. Torques act on the wheels."
+)
+
+
+def residual_rows(found: Study) -> list[tuple[str, ...]]:
+    """Return a row an output, as texts."""
+    return [
+        (
+            one.output,
+            one.unit,
+            f"{one.rms:.4g}",
+            f"{one.largest:.4g}",
+            f"{one.bias:.3g}",
+            f"{one.original_rms:.4g}",
+            "-" if one.relative is None else f"{100.0 * one.relative:.3g} %",
+            "-" if one.correlation is None else f"{one.correlation:.4f}",
+            "-" if one.lag is None else f"{1e3 * one.lag:g} ms",
+        )
+        for one in found.residuals
+    ]
+
+
+def loop_header(found: Study) -> tuple[str, ...]:
+    """Return the columns of `loop_rows`."""
+    return ("closed loop", "unit", *(f"{name}, {w.start:g} to {w.end:g} s" for name, w in _windows(found)))
+
+
+def loop_rows(found: Study) -> list[tuple[str, ...]]:
+    """Return the numbers of the closed loop, a column a window, as texts."""
+    windows = [window for _, window in _windows(found)]
+    return [(m.label, m.unit, *(f"{m.scale * window.values[m.key]:.4g}" for window in windows)) for m in MEASURES]
+
+
+def _windows(found: Study) -> list[tuple[str, Window]]:
+    named = (("before", found.before), ("blending", found.blending), ("after", found.after))
+    return [(name, window) for name, window in named if window is not None]
+
+
+def summary(found: Study) -> list[str]:
+    """Return what a reader wants first, as sentences."""
+    ride, unit = found.ride, found.residuals[0].unit
+    told = [
+        f"{Path(ride.manifest['source']).name} rode along beside {ride.component} until"
+        f" {ride.end if ride.hand_over is None else ride.hand_over:g} s:"
+        f" residual RMS over {len(found.residuals)} outputs {total_rms(found.residuals):.4g} {unit}."
+    ]
+    if found.jump is not None:
+        told.append(
+            f"It took over at {ride.hand_over:g} s with a jump of {found.jump.acting:.3g} {unit}; a switch would have"
+            f" jumped by {found.jump.at_once:.4g} {unit}, and this difference passed within {ride.blend:g} s. The step"
+            f" to the hand-over is {found.jump.step:.4g} {unit}, those within 1 s of it are up to"
+            f" {found.jump.neighbours:.4g}."
+        )
+    if ride.hand_over is not None and found.after is None:
+        told.append("The run ends before the difference has passed: nothing to compare with.")
+    return told
+
+
+def write_study(found: Study, run: Run) -> Path:
+    """Leave shadow.json in the results folder, in SI; return its path."""
+    ride = found.ride
+    content = {
+        "configuration": run.configuration,
+        "seed": run.seed,
+        "component": ride.component,
+        "shadow": {key: ride.manifest[key] for key in ("name", "source", "sha256", "period")},
+        "since": found.since,
+        "hand_over": ride.hand_over,
+        "blend": ride.blend,
+        "residual_rms": total_rms(found.residuals),
+        "residuals": [asdict(one) | {"relative": one.relative} for one in found.residuals],
+        "jump": None if found.jump is None else asdict(found.jump),
+        "windows": {
+            name: {"start": window.start, "end": window.end, "metrics": dict(window.values)}
+            for name, window in _windows(found)
+        },
+    }
+    path = run.folder / RESULT
+    write_atomically(path, (json.dumps(content, indent=2) + "\n").encode())
+    return path
+
+
+def section(run: Run) -> list[Block]:
+    """Return what a report shows; nothing for a run without a shadow.
+
+    Raises
+    ------
+    InputError
+        If the run is too short, or a signal was not recorded.
+    """
+    if not has_shadow(run.folder):
+        return []
+    from ...figures.drawing import svg_text
+    from ...figures.shadow import shadow_figure
+
+    found = study(run)
+    svg = svg_text(shadow_figure(run.signals(), found), "shadow")
+    return [
+        Heading(2, "Shadow controller"),
+        Paragraph(" ".join(summary(found))),
+        Table(loop_header(found), loop_rows(found), code=frozenset()),
+        Picture(svg, "shadow.svg", "Torque of the original and of the shadow, their residual, and the pointing error"),
+        Table(RESIDUALS, residual_rows(found)),
+        Paragraph(f"Seed {run.seed}. {NOTE}"),
+    ]

@@ -1,7 +1,0 @@
-"""Deformation over wheel speed, from a sweep of co-simulations, and the crossings of the linear Campbell diagram."""
-
-from .crossings import Crossing, find_crossings
-from .sweep import Waterfall, sweep
-from .tell import blocks_beside
-
-__all__ = ["Crossing", "Waterfall", "blocks_beside", "find_crossings", "sweep"]

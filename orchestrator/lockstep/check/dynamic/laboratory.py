@@ -1,0 +1,162 @@
+"""Run a check in a process of its own, and make words of however that process ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lockstep.check.dynamic.experiment import Experiment
+from lockstep.check.dynamic.last_call import read_crumb
+from lockstep.check.dynamic.probe_process import GIGABYTE, Verdict
+from lockstep.errors import InputError
+from lockstep.fmi.safe_zip import open_zip
+from lockstep.processes.process_tree import running
+
+UNPACKED_LIMIT = 4 * GIGABYTE
+
+
+@dataclass(slots=True, kw_only=True)
+class Laboratory:
+    """A folder in which one FMU is checked: unpacked afresh for each check, to the same place."""
+
+    archive: Path
+    work: Path
+    time_limit: float  # [s] for one process
+
+    def __post_init__(self) -> None:
+        for folder in (self.results, self.elsewhere, self.work / "tmp"):
+            folder.mkdir(parents=True, exist_ok=True)
+
+    @property
+    def unpacked(self) -> Path:
+        """Where the FMU lies."""
+        return self.work / "fmu"
+
+    @property
+    def results(self) -> Path:
+        """Where checks write trajectories and states."""
+        return self.work / "results"
+
+    @property
+    def elsewhere(self) -> Path:
+        """A working directory that has nothing to do with the FMU."""
+        return self.work / "elsewhere"
+
+    def unpack(self, folder: Path | None = None) -> Path:
+        """Unpack the FMU afresh, or raise InputError."""
+        target = folder or self.unpacked
+        shutil.rmtree(target, ignore_errors=True)
+        with open_zip(self.archive, str(self.archive)) as archive:
+            if sum(member.file_size for member in archive.infolist()) > UNPACKED_LIMIT:
+                raise InputError(f"{self.archive}: unpacks to more than {UNPACKED_LIMIT // GIGABYTE} GB")
+            archive.extractall(target)
+        return target
+
+    def run(
+        self,
+        probe: str,
+        experiment: Experiment,
+        *,
+        folder: Path | None = None,
+        directory: Path | None = None,
+        time_limit: float | None = None,
+        **options: Any,
+    ) -> Verdict:
+        """Run `module:function` on the FMU in a new process.
+
+        `directory` is the working directory; None is the one in which the FMU runs.
+        """
+        place = self.unpack(folder)
+        usual = place if experiment.directory == "unpacked" else self.elsewhere
+        told = {"probe": probe, "folder": str(place), "work": str(self.results), "options": options}
+        (self.results / "task.json").write_text(json.dumps(told | {"experiment": experiment.as_json()}))
+        (self.results / "result.json").unlink(missing_ok=True)
+        (self.results / "crumb").unlink(missing_ok=True)
+        limit = time_limit or self.time_limit
+        began = time.monotonic()
+        with (self.results / "printed").open("wb") as printed:
+            code, left = _finish(
+                [sys.executable, "-P", "-m", "lockstep.check.dynamic.probe_process", str(self.results / "task.json")],
+                directory or usual,
+                printed,
+                limit,
+                {"TMPDIR": str(self.work / "tmp")},
+            )
+        verdict = self._verdict(code, limit, time.monotonic() - began)
+        if left and verdict.status != "error":
+            return Verdict(status="error", message="a process that it started ran on after the end of its own")
+        return verdict
+
+    def _verdict(self, code: int | None, limit: float, lasted: float) -> Verdict:
+        call = read_crumb(self.results / "crumb")
+        where = f"in {call}" if call else "between calls"
+        try:
+            found = json.loads((self.results / "result.json").read_text(encoding="utf-8"))
+            verdict = Verdict(**{**found, "details": tuple(found["details"])})
+        except (OSError, ValueError, TypeError, KeyError):  # not written, or not by the check
+            if code is None:
+                return Verdict(status="error", message=f"no answer within {limit:g} s {where}")
+            if code == 1 and not call:
+                return Verdict(status="error", message="the check could not be carried out", details=self._printed())
+            how = f"ended the process with exit code {code}" if code >= 0 else f"crashed with {_signal(code)}"
+            return Verdict(status="error", message=f"{how} {where}, after {lasted:.1f} s", details=self._printed())
+        if verdict.status == "error" or code == 0:
+            return verdict
+        how = f"did not end within {limit:g} s" if code is None else f"ended with {_signal(code)}"
+        return Verdict(
+            status="error",
+            message=f"all calls were answered, but then the process {how}",
+            details=self._printed(),
+            numbers=verdict.numbers,
+        )
+
+    def _printed(self) -> tuple[str, ...]:
+        """Return the last lines that the process printed."""
+        with (self.results / "printed").open("rb") as stream:
+            stream.seek(max(0, (self.results / "printed").stat().st_size - 4000))
+            lines = stream.read().decode("utf-8", "replace").splitlines()
+        return tuple(f"printed: {line.strip()[:200]}" for line in lines[-3:] if line.strip())
+
+
+def _finish(
+    command: list[str], directory: Path, printed: Any, limit: float, extra: dict[str, str]
+) -> tuple[int | None, bool]:
+    """Run a command in a session of its own, and end whatever it leaves running.
+
+    Returns its exit code, None when the time was up, and whether a process that it started outlived it.
+    """
+    threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    process = subprocess.Popen(
+        command,
+        cwd=directory,
+        stdin=subprocess.DEVNULL,
+        stdout=printed,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+        env=threads | dict(os.environ) | extra,
+    )
+    code = None
+    try:
+        with suppress(subprocess.TimeoutExpired):
+            code = process.wait(limit)
+        return code, code is not None and bool(running(process.pid, extra))
+    finally:
+        for pid in (*running(process.pid, extra), *([process.pid] if process.poll() is None else [])):
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+        process.wait()
+
+
+def _signal(code: int) -> str:
+    with suppress(ValueError):
+        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+    return f"signal {-code}"

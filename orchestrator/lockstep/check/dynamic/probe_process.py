@@ -1,0 +1,128 @@
+"""The process that one dynamic check runs in: `python -m lockstep.check.dynamic.probe_process TASK.json` writes one JSON result.
+
+An FMU may crash here, end the process, hang or eat memory: the parent (`isolation`) makes a finding of each.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import resource
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any, cast
+
+from lockstep.check.dynamic.experiment import Experiment
+from lockstep.check.dynamic.fmi2_instance import FATAL, Failed, Instance
+from lockstep.check.dynamic.last_call import Crumb, shared_crumb
+from lockstep.check.dynamic.slave_instance import SlaveInstance
+from lockstep.check.report.finding import Status
+
+GIGABYTE = 2**30
+MEMORY_LIMIT = 8 * GIGABYTE  # data of a check, and at most half of the machine's memory: above the needs of an FMU
+FILE_LIMIT = GIGABYTE
+PR_SET_PDEATHSIG = 1  # linux/prctl.h
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What a check found, without its name."""
+
+    status: Status = "pass"
+    message: str = ""
+    details: tuple[str, ...] = ()
+    numbers: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """What a check has to go on."""
+
+    experiment: Experiment
+    folder: Path  # the unpacked FMU
+    work: Path  # for files that the parent reads
+    options: Mapping[str, Any]
+    crumb: Crumb
+    instances: list[Instance] = field(default_factory=list)
+
+    def open(self, name: str = "checked", folder: Path | None = None, other: Experiment | None = None) -> Instance:
+        """Instantiate the FMU, or another one."""
+        if self.experiment.fmi != "2.0":  # the calls that a measurement of delays needs are the same
+            driven: Any = SlaveInstance(self.experiment, Path(self.options["archive"]), self.work, self.crumb)
+            return cast(Instance, driven)
+        form = self.options.get("location", "encoded")
+        made = Instance(other or self.experiment, folder or self.folder, self.crumb, name, form)
+        self.instances.append(made)
+        return made
+
+    def started(self, name: str = "checked") -> Instance:
+        """Instantiate and initialise the FMU."""
+        made = self.open(name)
+        made.initialise()
+        return made
+
+
+Probe = Callable[[Task], Verdict]
+
+
+def main(arguments: list[str]) -> int:
+    """Run one check and write what it found."""
+    _limit()
+    told = json.loads(Path(arguments[0]).read_text(encoding="utf-8"))
+    work = Path(told["work"])
+    task = Task(
+        experiment=Experiment.from_json(told["experiment"]),
+        folder=Path(told["folder"]),
+        work=work,
+        options=told["options"],
+        crumb=shared_crumb(work / "crumb"),
+    )
+    module, _, name = told["probe"].partition(":")
+    probe: Probe = getattr(import_module(f"lockstep.check.dynamic.{module}"), name)
+    try:
+        verdict = probe(task)
+        for instance in task.instances:
+            instance.close()
+    except Failed as error:
+        verdict = Verdict(status="error", message=str(error))
+    except Exception as error:  # of the check itself: told as such, and no end of the report
+        lines = traceback.format_exc().splitlines()
+        reason = f"the check could not be carried out: {type(error).__name__}: {error}"
+        verdict = Verdict(status="error", message=reason, details=tuple(lines[-6:]))
+    fatal = any(instance.worst >= FATAL for instance in task.instances)
+    if verdict.status == "error" and not fatal:
+        try:
+            for instance in task.instances:
+                instance.close()
+        except Failed:
+            pass  # the first failure is what is reported
+    (work / "result.json").write_text(json.dumps(asdict(verdict)), encoding="utf-8")
+    sys.stdout.flush()
+    if fatal:
+        os._exit(0)  # nothing of the library may run any more, not even what it does at exit
+    return 0
+
+
+def _limit() -> None:
+    """Limit what an FMU can do to the machine, and end with the parent."""
+    half = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
+    for kind, value in (
+        (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_DATA, min(MEMORY_LIMIT, half)),
+        (resource.RLIMIT_FSIZE, FILE_LIMIT),
+    ):
+        _, hard = resource.getrlimit(kind)
+        soft = value if hard == resource.RLIM_INFINITY else min(value, hard)
+        resource.setrlimit(kind, (soft, hard))
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

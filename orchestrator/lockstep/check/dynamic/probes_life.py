@@ -1,0 +1,164 @@
+"""Checks of the life cycle: instantiate, initialise, step, reset, and more than one instance."""
+
+from __future__ import annotations
+
+import time
+from ctypes import c_char_p
+from pathlib import Path
+
+import numpy as np
+
+from lockstep.check.dynamic.experiment import Experiment
+from lockstep.check.dynamic.fmi2_instance import Failed, Instance
+from lockstep.check.dynamic.probe_process import Task, Verdict
+from lockstep.check.dynamic.trajectory import Trajectory, difference, output_names
+
+LOADS = 4
+AWKWARD = ("accumulated", "subtracted")
+OTHER_PHASE = 11  # steps that a second instance's stimulus is ahead
+
+
+def instantiate(task: Task) -> Verdict:
+    """Load the library, ask what it implements, make one instance and free it."""
+    began = time.perf_counter()
+    instance = task.open()
+    lasted = 1e3 * (time.perf_counter() - began)
+    told = {}
+    for name, expected in (("fmi2GetVersion", b"2.0"), ("fmi2GetTypesPlatform", b"default")):
+        function = instance.library[name]
+        function.argtypes, function.restype = (), c_char_p
+        told[name] = function()
+        if told[name] != expected:
+            return Verdict(status="error", message=f"{name} returns {told[name]!r} instead of {expected!r}")
+    return Verdict(message=f"in {lasted:.0f} ms", numbers={"instantiate [ms]": lasted})
+
+
+def initialise(task: Task) -> Verdict:
+    """Initialise; every output must be finite."""
+    instance = task.started()
+    reals = instance.row()[0]
+    bad = [name for name, value in zip(output_names(task.experiment), reals, strict=False) if not np.isfinite(value)]
+    if bad:
+        return Verdict(status="error", message=f"{len(bad)} outputs are not finite, first {bad[0]}")
+    return Verdict(message=f"{len(task.experiment.outputs)} outputs, all finite")
+
+
+def step(task: Task) -> Verdict:
+    """Make steps under the stimulus until their number or the time is up; keep the trajectory as the reference."""
+    limit, deadline = task.options["steps"], time.monotonic() + task.options["seconds"]
+    instance = task.started()
+    parts: list[Trajectory] = []
+    while len(parts) < limit and (time.monotonic() < deadline or not parts):
+        parts.append(instance.run(len(parts), len(parts) + 1))
+    run, done = Trajectory.joined(parts), len(parts)
+    run.save(task.work / "base.npz")
+    experiment = task.experiment
+    still = "" if experiment.stimulated else "; inputs stay at their start values, as it refuses others"
+    told = f"{done} steps of {experiment.step:g} s ({experiment.step_source}){still}"
+    numbers = {"steps": done, "step [s]": experiment.step}
+    bad = np.argwhere(~np.isfinite(run.reals))
+    if len(bad):
+        k, column = bad[0]
+        name = output_names(experiment)[column]
+        first = f"output {name} is {run.reals[k, column]} after the step at t = {experiment.time(k):.9g} s"
+        return Verdict(status="error", message=first, details=(told,), numbers=numbers)
+    return Verdict(message=told, numbers=numbers)
+
+
+def trajectory(task: Task) -> Verdict:
+    """Run and keep the trajectory under a name."""
+    task.started().run(0, task.options["steps"]).save(task.work / f"{task.options['name']}.npz")
+    return Verdict()
+
+
+def awkward_times(task: Task) -> Verdict:
+    """Run with times that carry rounding errors, and keep the trajectories."""
+    for how in AWKWARD:
+        instance = task.started()
+        steps = task.options["steps"]
+        try:
+            run = instance.run(0, steps, times=task.experiment.times(how, steps))
+        except Failed as error:
+            raise Failed(f"times {how}, as hosts do: {error}") from None
+        run.save(task.work / f"{how}.npz")
+        instance.close()
+    return Verdict()
+
+
+def reset(task: Task) -> Verdict:
+    """Run, reset in the middle, initialise and run again."""
+    base = Trajectory.load(task.work / "base.npz")
+    instance = task.started()
+    for part in (len(base) // 2, len(base)):
+        instance.run(0, part, phase=OTHER_PHASE)
+        instance.reset()
+        instance.initialise()
+        _same(instance.run(0, len(base)), base, task.experiment, f"after {part} steps and fmi2Reset")
+        instance.reset()
+        instance.initialise()
+    return Verdict(message="the same bits after each reset")
+
+
+def second_instance(task: Task) -> Verdict:
+    """Step two instances in turn, free one, step the other on."""
+    base = Trajectory.load(task.work / "base.npz")
+    other = Trajectory.load(task.work / "other.npz")
+    half, quarter = len(base) // 2, max(1, len(base) // 4)
+    first = task.started("first")
+    runs: list[list[Trajectory]] = [[first.run(0, quarter)], []]
+    second = task.started("second")
+    for k in range(half):
+        runs[1].append(second.run(k, k + 1, phase=OTHER_PHASE))
+        if quarter + k < len(base):
+            runs[0].append(first.run(quarter + k, quarter + k + 1))
+    second.close()
+    done = sum(map(len, runs[0]))
+    runs[0].append(first.run(done, len(base)))
+    _same(Trajectory.joined(runs[0]), base, task.experiment, "first instance, stepped in turn with a second")
+    _same(Trajectory.joined(runs[1]), other[:half], task.experiment, "second instance, stepped in turn with the first")
+    return Verdict(message="two instances, stepped in turn, each give the bits that they give alone")
+
+
+def other_phase(task: Task) -> Verdict:
+    """Run alone what `second_instance` runs beside another instance."""
+    task.started().run(0, task.options["steps"], phase=OTHER_PHASE).save(task.work / "other.npz")
+    return Verdict()
+
+
+def second_load(task: Task) -> Verdict:
+    """Free, unload, load and run again in the same process."""
+    base = Trajectory.load(task.work / "base.npz")
+    for load in range(LOADS):
+        instance = task.started()
+        _same(instance.run(0, len(base)), base, task.experiment, f"load {load + 1} in one process")
+        instance.close()
+    return Verdict(message=f"loaded {LOADS} times in one process, the same bits each time")
+
+
+def side_by_side(task: Task) -> Verdict:
+    """Step this FMU and another one, or a copy of it unpacked elsewhere, in turn in one process."""
+    neighbour = Experiment.from_json(task.options["neighbour"])
+    folder, name = Path(task.options["neighbour_folder"]), task.options["neighbour_name"]
+    bases = Trajectory.load(task.work / "base.npz"), Trajectory.load(task.work / task.options["neighbour_base"])
+    for order in ((0, 1), (1, 0)):
+        made: dict[int, Instance] = {}
+        for which in order:
+            opened = task.open("neighbour", folder, neighbour) if which else task.open()
+            opened.initialise()
+            made[which] = opened
+        runs: tuple[list[Trajectory], list[Trajectory]] = ([], [])
+        for k in range(min(map(len, bases))):
+            for which in order:
+                runs[which].append(made[which].run(k, k + 1))
+        for which, experiment, words in ((0, task.experiment, f"beside {name}"), (1, neighbour, f"{name} beside it")):
+            run = Trajectory.joined(runs[which])
+            _same(run, bases[which][: len(run)], experiment, words)
+        for which in order:
+            made[which].close()
+    return Verdict(message=f"the same bits beside {name}, whichever is loaded first")
+
+
+def _same(got: Trajectory, expected: Trajectory, experiment: Experiment, when: str) -> None:
+    gap = difference(got, expected, experiment)
+    if gap:
+        raise Failed(f"{when}: {gap}")

@@ -1,0 +1,119 @@
+"""Checks under load: memory over many steps, and what a step costs."""
+
+from __future__ import annotations
+
+import os
+import time
+from ctypes import c_double, c_int
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lockstep.check.dynamic.experiment import PERIOD
+from lockstep.check.dynamic.fmi2_instance import Failed
+from lockstep.check.dynamic.probe_process import Task, Verdict
+
+PAGE = os.sysconf("SC_PAGE_SIZE")
+MEGABYTE = 2**20
+GROWTH_LIMIT = 1.0  # [MB] after the warm-up: allocators move by less than that
+SAMPLES = 40
+WARM_UP = 0.2  # of the steps
+COST_STEPS = 2000
+
+
+def resident() -> float:
+    """Return the resident memory of this process [MB]."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * PAGE / MEGABYTE
+
+
+def memory(task: Task) -> Verdict:
+    """Make many steps; after a warm-up the resident memory must not grow."""
+    aim, seconds = task.options["steps"], task.options["seconds"]
+    instance = task.started()
+    tables, experiment = instance.stimuli(), task.experiment
+    block = max(1, aim // SAMPLES)
+    deadline = time.monotonic() + seconds
+    sizes, counts, why = [resident()], [0], ""
+    done = 0
+    while done < aim and not why:
+        try:
+            for k in range(done, min(done + block, aim)):
+                instance.put([table[k % PERIOD] for table in tables])
+                instance.step(experiment.time(k), experiment.step)
+                instance.row()
+        except Failed as error:
+            if done < aim * WARM_UP:
+                raise
+            why = f"; ended by {error}"
+            break
+        done = min(done + block, aim)
+        sizes.append(resident())
+        counts.append(done)
+        if time.monotonic() > deadline and done < aim:
+            why = f"; the time limit of {seconds:g} s ended it before {aim:,} steps"
+    return judged(np.array(sizes), np.array(counts), why)
+
+
+def judged(sizes: Any, counts: Any, why: str) -> Verdict:
+    """Return what resident sizes [MB] after so many steps mean; `why` tells what ended them early."""
+    warm = int(np.searchsorted(counts, WARM_UP * counts[-1]))
+    steps = int(counts[-1] - counts[warm])
+    if not steps:
+        return Verdict(status="skipped", message=f"only {counts[-1]} steps{why}")
+    growth = float(sizes[-1] - sizes[warm])
+    middle = (warm + len(sizes)) // 2
+    late = float(sizes[-1] - sizes[middle])  # what fills a buffer once has ended by then
+    rate = growth * MEGABYTE / steps
+    numbers = {"steps": float(counts[-1]), "growth [MB]": growth, "growth [B/step]": rate, "resident [MB]": sizes[-1]}
+    told = f"{counts[-1]:,} steps: {growth:+.2f} MB after the first {counts[warm]:,}{why}"
+    if growth <= GROWTH_LIMIT:
+        return Verdict(message=told, numbers=numbers)
+    if late < 0.2 * growth:
+        return Verdict(status="info", message=f"{told}; it has stopped growing", numbers=numbers)
+    return Verdict(status="error", message=f"{told}, {rate:.0f} bytes a step", numbers=numbers)
+
+
+def cost(task: Task) -> Verdict:
+    """Measure setting, stepping and getting, each step by itself."""
+    steps, deadline = task.options["steps"], time.monotonic() + task.options["seconds"]
+    instance = task.started()
+    tables, experiment = instance.stimuli(), task.experiment
+    clock, spent = time.perf_counter_ns, []
+    begin = instance.function("fmi2DoStep", c_double, c_double, c_int)
+    for k in range(steps):
+        at, length = experiment.time(k), experiment.step
+        for (_, _, buffer, _), table in zip(instance.write, tables, strict=True):
+            buffer[:] = table[k % PERIOD]
+        moments = [clock()]
+        status = _all(instance.write)
+        moments.append(clock())
+        status |= begin(at, length, 1)
+        moments.append(clock())
+        status |= _all(instance.read)
+        moments.append(clock())
+        if status > 1:
+            raise Failed(f"a call failed in step {k + 1}: {instance.logged() or 'it logged nothing'}")
+        spent.append(np.diff(moments))
+        if time.monotonic() > deadline:
+            break
+    parts = np.array(spent[len(spent) // 10 :]) * 1e-3
+    numbers: dict[str, float] = {}
+    for name, column in (("set", parts[:, 0]), ("step", parts[:, 1]), ("get", parts[:, 2]), ("sum", parts.sum(axis=1))):
+        numbers[f"{name} median [us]"] = float(np.median(column))
+        numbers[f"{name} 99th percentile [us]"] = float(np.percentile(column, 99.0))
+    whole = numbers["sum median [us]"]
+    told = (
+        f"median {whole:.1f} us a step (set {numbers['set median [us]']:.1f}, step {numbers['step median [us]']:.1f}, "
+        f"get {numbers['get median [us]']:.1f}), 99th percentile {numbers['sum 99th percentile [us]']:.1f} us; "
+        f"{task.experiment.step * 1e6 / whole:.3g} times real time"
+    )
+    return Verdict(status="info", message=told, numbers=numbers)
+
+
+def _all(bound: list[Any]) -> int:
+    status = 0
+    for function, *_ in bound:
+        status |= function()
+    return status

@@ -1,0 +1,146 @@
+"""Checks of what an FMU refuses, and how it says so: bad steps, bad references, log messages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+
+from lockstep.check.dynamic.fmi2_instance import FATAL, OK, WARNING, Failed, Instance, status_name
+from lockstep.check.dynamic.probe_process import Task, Verdict
+
+BAD_REFERENCE = 4_000_000_007  # no model has so many variables
+EXCHANGE = (c_void_p, c_size_t, c_void_p)
+FRACTION = 1.5  # of the fixed step
+
+
+def refuses_step(task: Task) -> Verdict:
+    """Ask for steps that the FMU cannot make, each of a new instance; and for others that it says it can."""
+    h, fixed = task.experiment.step, not task.experiment.any_step
+    if not fixed:
+        for factor in (0.5, 2.0):
+            instance = _after_a_step(task)
+            try:
+                instance.step(task.experiment.time(1), factor * h)
+            except Failed as error:
+                raise Failed(f"claims variable steps, but refuses one of {factor * h:g} s: {error}") from None
+            instance.close()
+    # FMI 2.0 asks for steps > 0; hosts err, and an FMU that goes on silently hides it
+    odd = {"zero": 0.0, "negative": -h, "not-a-number": math.nan}
+    others = {f"{factor * h:g} s": factor * h for factor in (FRACTION, 0.5)} if fixed else {}
+    details, accepted = [], []
+    for words, step in (others | odd).items():
+        instance = _after_a_step(task)
+        status = instance.try_step(task.experiment.time(1), step)
+        details.append(f"step {words}: {status_name(status)}")
+        accepted += [words] * (status in (OK, WARNING))
+        _put_away(instance)
+        if status >= FATAL:
+            return Verdict(status="warning", message=f"a step of {words} is answered with {status_name(status)}, which "
+                           "ends every instance in the process", details=tuple(details))  # fmt: skip
+    wrong = [words for words in accepted if words in others]
+    if wrong:
+        told = f"its step is fixed at {h:g} s, but it silently accepts a step of {' and of '.join(wrong)}"
+        return Verdict(status="error", message=told, details=tuple(details))
+    if accepted:
+        told = f"silently accepts a step that is {' or '.join(accepted)}"
+        return Verdict(status="warning", message=told, details=tuple(details))
+    made = "only its own step is accepted" if fixed else f"makes steps of {0.5 * h:g}, {h:g} and {2 * h:g} s"
+    return Verdict(message=f"{made}; zero, negative and not-a-number are refused", details=tuple(details))
+
+
+def invalid_reference(task: Task) -> Verdict:
+    """Read and write a value reference that no variable has."""
+    details, silent = [], []
+    for kind, ctype in (("Real", c_double), ("Integer", c_int), ("Boolean", c_int), ("String", c_char_p)):
+        for verb in ("Get", "Set"):
+            instance = _after_a_step(task)
+            name = f"fmi2{verb}{kind}"
+            reference, value = c_uint(BAD_REFERENCE), (ctype * 1)()
+            if verb == "Set" and kind == "String":
+                value[0] = b""
+            instance.messages.clear()
+            status = instance.ask(name, byref(reference), 1, value, types=EXCHANGE)
+            logged = [text for level, _, _, text in instance.messages if level != OK]
+            details.append(f"{name}: {status_name(status)}{', logged' if logged else ''}")
+            if status in (OK, WARNING) and not logged:
+                silent.append(name)
+            _put_away(instance)
+            if status >= FATAL:
+                return Verdict(status="warning", message=f"{name} answers a bad reference with {status_name(status)}, "
+                               "which ends every instance in the process", details=tuple(details))  # fmt: skip
+    if silent:
+        told = f"accepted without a word by {', '.join(silent)}"
+        return Verdict(status="info", message=told, details=tuple(details))
+    return Verdict(message="each is refused or logged", details=tuple(details))
+
+
+def logging(task: Task) -> Verdict:
+    """Switch its log categories on, induce an error, and look at the message."""
+    categories = task.experiment.categories
+    instance = task.open("named by the host")
+    told = (c_char_p * max(1, len(categories)))(*(name.encode() for name in categories))
+    types = (c_int, c_size_t, c_void_p)
+    status = instance.ask("fmi2SetDebugLogging", 1, len(categories), told, types=types)
+    if status not in (OK, WARNING):
+        listed = ", ".join(categories) or "none"
+        return Verdict(status="warning", message=f"fmi2SetDebugLogging refuses the declared categories ({listed})")
+    instance.initialise()
+    instance.put([table[0] for table in instance.stimuli()])
+    instance.step(task.experiment.time(0), task.experiment.step)
+    instance.messages.clear()
+    induced = _induce(task, instance)
+    if induced is None:
+        return Verdict(status="skipped", message="no error could be induced: it accepts bad steps and references")
+    words, status = induced
+    said = [message for message in instance.messages if message[0] != OK]
+    if not said:
+        return Verdict(
+            status="warning", message=f"{words} is answered with {status_name(status)}, but nothing is logged"
+        )
+    level, category, name, text = said[0]
+    details = (
+        f"{words}: {status_name(status)}, logged {status_name(level)}, category {category or '(empty)'}: {text}",
+    )
+    if category not in categories:
+        listed = ", ".join(categories) or "none"
+        return Verdict(status="warning", message=f"logs in the category {category!r}; declared are {listed}",
+                       details=details)  # fmt: skip
+    if name != instance.name:
+        return Verdict(status="warning", message=f"its message names the instance {name!r} instead of "
+                       f"{instance.name!r}", details=details)  # fmt: skip
+    return Verdict(message=f"{words}: a message in the declared category {category}", details=details)
+
+
+def _induce(task: Task, instance: Instance) -> tuple[str, int] | None:
+    """Do what is wrong until it is noticed; return what was done, and the status."""
+    h, at = task.experiment.step, task.experiment.time(1)
+    reference, value = c_uint(BAD_REFERENCE), (c_double * 1)()
+    attempts: list[tuple[str, Callable[[], int]]] = [
+        ("a negative step", lambda: instance.try_step(at, -h)),
+        (
+            "a bad value reference",
+            lambda: instance.ask("fmi2GetReal", byref(reference), 1, value, types=EXCHANGE),
+        ),
+    ]
+    if not task.experiment.any_step:
+        attempts.insert(0, ("a step that it cannot make", lambda: instance.try_step(at, FRACTION * h)))
+    for words, attempt in attempts:
+        status = attempt()
+        if status not in (OK, WARNING) or any(level != OK for level, *_ in instance.messages):
+            return words, status
+    return None
+
+
+def _after_a_step(task: Task) -> Instance:
+    instance = task.started()
+    instance.put([table[0] for table in instance.stimuli()])
+    instance.step(task.experiment.time(0), task.experiment.step)
+    return instance
+
+
+def _put_away(instance: Instance) -> None:
+    """Close an instance that was provoked; how it takes that is not judged here."""
+    with suppress(Failed):
+        instance.close()

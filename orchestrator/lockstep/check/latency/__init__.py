@@ -1,0 +1,1 @@
+"""Measured latency and feedthrough of an FMU."""

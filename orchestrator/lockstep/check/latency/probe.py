@@ -1,0 +1,287 @@
+"""The true delay of an FMU from each input to each output, in its own steps, against what it claims: as values."""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from lockstep.check.dynamic.experiment import Experiment, Port, read_experiment, read_other_experiment
+from lockstep.check.dynamic.laboratory import Laboratory
+from lockstep.check.latency.measure import PROGRESS, RESULT
+from lockstep.errors import InputError, RunError, compact, suggestion
+from lockstep.fmi.model_description import Description, read_description
+from lockstep.fmi.safe_zip import unpacking_place
+from lockstep.plan.overrides import resolve_overrides
+from lockstep.system.system import Component, Kind, System, Value
+
+Verdict = Literal["agrees", "contradicted", "not confirmed", "not excited", "no claim"]
+NUMBERS = ("Real", "Integer", "Boolean")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How to probe."""
+
+    step: float | None = None  # [s]; None: what the FMU recommends
+    steps: int = 104  # watched after a change
+    starts: Mapping[str, str] | None = None  # values of parameters and inputs by name
+    amplitude: float | None = None  # of every Real input, in its unit
+    amplitudes: Mapping[str, float] | None = None  # by input, or by array
+    kind: Kind | None = None  # None: told by a shorter step, and sampled where none is possible
+    seconds: float = 60.0  # wall time after which no further input is tried
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pair:
+    """One output and one input, or one array of inputs that were changed together.
+
+    `least` and `most` are the steps after which the output answers, over changes before several steps; None if it did
+    not. An answer is seen after the step that sees the change first: 0 steps. `claimed` is None where the model
+    description does not say. Verdicts:
+
+    - agrees: claimed and seen, or neither
+    - contradicted: seen, but not claimed; or claimed, and no element of the two arrays answers before a later step
+    - not confirmed: claimed, but this element answers later, or vanishes with the step
+    - not excited: claimed, but nothing was seen
+    - no claim: the model description does not say
+    """
+
+    output: str
+    input: str
+    least: int | None
+    most: int | None
+    direct: bool  # seen without any step
+    feedthrough: bool  # seen within the step, and not vanishing with it
+    clear: bool  # the answer is far above rounding
+    claimed: bool | None
+    verdict: Verdict
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """What was measured of one FMU."""
+
+    file: str
+    sha256: str
+    model: str
+    step: float  # [s]
+    step_source: str
+    any_step: bool
+    kind: Kind | None
+    window: int  # steps watched after a change
+    amounts: Mapping[str, float]  # by input that was changed
+    inputs: tuple[str, ...]
+    texts: tuple[str, ...]  # of these: Strings, which are not changed
+    outputs: tuple[str, ...]
+    pairs: tuple[Pair, ...]  # those that answer, and those that claim to; the others are silent as they say
+    unmoved: tuple[str, ...]  # inputs that nothing answered to
+    refused: tuple[str, ...]  # lines
+    untried: int  # inputs, for lack of time
+    restless: tuple[str, ...]  # outputs that differ in two runs alike: nothing can be said of them
+    together: bool  # whether arrays were changed as a whole, for lack of time
+
+    def of(self, verdict: Verdict) -> tuple[Pair, ...]:
+        """Return the pairs of a verdict."""
+        return tuple(pair for pair in self.pairs if pair.verdict == verdict)
+
+
+def probe_latency(path: Path, settings: Settings, report: Callable[[Path], None] = lambda _: None) -> Report:
+    """Step an FMU in a process of its own, and measure its delays.
+
+    Parameters
+    ----------
+    path : a co-simulation FMU of FMI 1.0, 2.0 or 3.0
+    settings : how
+    report : called once with the file in which the progress is told
+
+    Raises
+    ------
+    InputError
+        If the file is no such FMU, or a setting does not fit it.
+    RunError
+        If the FMU fails. Nothing is left on disk in either case.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; give the path of an .fmu file")
+    description = read_description(Component(name=path.stem.replace(".", "_") or "fmu", source=path, period=1))
+    place = unpacking_place()
+    with tempfile.TemporaryDirectory(prefix="lockstep_latency_", dir=place, ignore_cleanup_errors=True) as folder:
+        limit = settings.seconds + 60.0
+        laboratory = Laboratory(archive=path.resolve(), work=Path(folder), time_limit=limit)
+        try:
+            folder_of_fmu = laboratory.unpack()
+            experiment = (
+                read_experiment(folder_of_fmu)
+                if description.version == "2.0"
+                else read_other_experiment(folder_of_fmu, description)
+            )
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        experiment = _set_up(path, experiment, description, settings)
+        report(laboratory.results / PROGRESS)
+        options: dict[str, Any] = {"steps": settings.steps, "seconds": settings.seconds, "archive": str(path.resolve())}
+        verdict = laboratory.run("latency_measure:measure", experiment, **options)
+        if verdict.status == "error":
+            raise RunError(f"{path}: {verdict.message}")
+        found = json.loads((laboratory.results / RESULT).read_text(encoding="utf-8"))
+    return _report(path, experiment, description, settings, found)
+
+
+def _set_up(path: Path, experiment: Experiment, description: Description, settings: Settings) -> Experiment:
+    """Return the experiment with the settings, each checked against the FMU."""
+    if not any(port.kind in NUMBERS for port in experiment.inputs):
+        raise InputError(f"{path}: has no numeric inputs, so that nothing can be changed")
+    if not experiment.outputs:
+        raise InputError(f"{path}: has no outputs, so that nothing can answer")
+    if settings.steps < 1:
+        raise InputError(f"--steps {settings.steps}: must be 1 or more")
+    if not 0.0 < settings.seconds < math.inf:
+        raise InputError(f"--time-limit {settings.seconds:g}: must be > 0 s")
+    if settings.step is not None:
+        if not 0.0 < settings.step < math.inf:
+            raise InputError(f"--step {settings.step:g}: must be > 0 s")
+        experiment = replace(experiment, step=settings.step, step_source="as told")
+    starts = _starts(path, description, settings.starts or {})
+    inputs = _amplified(tuple(_started(port, starts) for port in experiment.inputs), settings)
+    chosen = tuple((kind, reference, value) for kind, reference, value in starts.values())
+    return replace(experiment, inputs=inputs, starts=chosen)
+
+
+def _starts(path: Path, description: Description, values: Mapping[str, Value]) -> dict[str, tuple[str, int, Any]]:
+    """Return type, value reference and value by name."""
+    system = System(name="probe", tick=1, components=(Component(name="fmu", source=path, period=1),))
+    found: dict[str, tuple[str, int, Any]] = {}
+    for key, value in values.items():
+        for _, variable, parsed in resolve_overrides(f"fmu.{key}", value, system, {"fmu": description}):
+            kind = "Integer" if variable.type == "Enumeration" else variable.type
+            found[variable.name] = (kind, variable.reference, parsed)
+    return found
+
+
+def _started(port: Port, starts: Mapping[str, tuple[str, int, Any]]) -> Port:
+    if port.name not in starts or port.kind == "String":
+        return port
+    return replace(port, start=float(starts[port.name][2]))
+
+
+def _amplified(ports: tuple[Port, ...], settings: Settings) -> tuple[Port, ...]:
+    amplitudes = dict(settings.amplitudes or {})
+    reals = [port.name for port in ports if port.kind == "Real"]
+    for name, amount in amplitudes.items():
+        if not any(name in (port, port.partition("[")[0]) for port in reals):
+            raise InputError(
+                f"--amplitude {name}: no such Real input; there are {compact(reals)}{suggestion(name, reals)}"
+            )
+        _check_amplitude(f"--amplitude {name}", amount)
+    if settings.amplitude is not None:
+        _check_amplitude("--amplitude", settings.amplitude)
+    amplified = []
+    for port in ports:
+        told = amplitudes.get(port.name, amplitudes.get(port.name.partition("[")[0], settings.amplitude))
+        if told is not None and port.kind == "Real":
+            if port.minimum + 2.0 * told > port.maximum:
+                span = f"{port.minimum:g} to {port.maximum:g}"
+                raise InputError(f"--amplitude {told:g}: {port.name} ranges from {span}; give at most half of that")
+            low, high = port.minimum + told * 2.0, port.maximum - told * 2.0
+            port = replace(port, nudge=told, start=min(max(port.start, low), high) if low <= high else port.start)
+        amplified.append(port)
+    return tuple(amplified)
+
+
+def _check_amplitude(what: str, amount: float) -> None:
+    if not 0.0 < amount < math.inf:
+        raise InputError(f"{what}: {amount:g} must be a number > 0")
+
+
+def _report(
+    path: Path, experiment: Experiment, description: Description, settings: Settings, found: Mapping[str, Any]
+) -> Report:
+    kind = settings.kind or (None if experiment.any_step else "sampled")
+    pairs = _pairs(experiment, settings, found)
+    tried = [_named(inputs) for inputs in found["tried"]]
+    moved = {pair.input for pair in pairs if pair.least is not None}
+    return Report(
+        file=str(path),
+        sha256=description.sha256,
+        model=description.model,
+        step=experiment.step,
+        step_source=experiment.step_source,
+        any_step=experiment.any_step,
+        kind=kind,
+        window=found["window"],
+        amounts=found["amounts"],
+        inputs=tuple(port.name for port in experiment.inputs),
+        texts=tuple(port.name for port in experiment.inputs if port.kind == "String"),
+        outputs=tuple(port.name for port in experiment.outputs),
+        pairs=pairs,
+        unmoved=tuple(name for name in tried if name not in moved),
+        refused=tuple(found["refused"]),
+        untried=found["untried"],
+        restless=tuple(found["restless"]),
+        together=found["together"],
+    )
+
+
+def _named(inputs: list[str]) -> str:
+    return inputs[0] if len(inputs) == 1 else inputs[0].partition("[")[0]
+
+
+def _pairs(experiment: Experiment, settings: Settings, found: Mapping[str, Any]) -> tuple[Pair, ...]:
+    """Return the pairs that answer, or claim to."""
+    seen = {(answer["output"], _named(answer["inputs"])): answer for answer in found["answers"]}
+    silent = {"least": None, "most": None, "direct": False, "feedthrough": False, "clear": False}
+    pairs = []
+    for port in experiment.outputs:
+        if port.name in found["restless"]:
+            continue
+        for inputs in found["tried"]:
+            claimed = None if port.feeds is None else not set(port.feeds).isdisjoint(inputs)
+            answer = seen.get((port.name, _named(inputs)), silent)
+            if answer is silent and not claimed:
+                continue
+            feedthrough = answer["feedthrough"]
+            if settings.kind == "continuous" and not experiment.any_step:  # after such a step it answers anyhow
+                feedthrough = answer["direct"]
+            elif settings.kind == "sampled":
+                feedthrough = answer["direct"] or answer["least"] == 0
+            pairs.append(
+                Pair(
+                    output=port.name,
+                    input=_named(inputs),
+                    least=answer["least"],
+                    most=answer["most"],
+                    direct=answer["direct"],
+                    feedthrough=feedthrough,
+                    clear=answer["clear"],
+                    claimed=claimed,
+                    verdict="agrees",
+                )
+            )
+    earliest: dict[tuple[str, str], int] = {}  # of two arrays: a maker may claim for all elements alike
+    for pair in pairs:
+        if pair.least is not None:
+            earliest[_arrays(pair)] = min(pair.least, earliest.get(_arrays(pair), pair.least))
+    clear = {_arrays(pair) for pair in pairs if pair.clear}
+    late = {arrays for arrays, least in earliest.items() if least > 0 and arrays in clear}
+    return tuple(replace(pair, verdict=_verdict(pair, _arrays(pair) in late)) for pair in pairs)
+
+
+def _verdict(pair: Pair, late: bool) -> Verdict:
+    if pair.claimed is None:
+        return "no claim"
+    if not pair.claimed:
+        return "contradicted" if pair.feedthrough else "agrees"
+    if pair.feedthrough:
+        return "agrees"
+    if pair.least is None:
+        return "not excited"
+    return "contradicted" if late else "not confirmed"
+
+
+def _arrays(pair: Pair) -> tuple[str, str]:
+    return pair.output.partition("[")[0], pair.input.partition("[")[0]

@@ -1,0 +1,1 @@
+"""Findings of a check and the reports made from them."""

@@ -1,0 +1,113 @@
+"""Static checks of the archive: that it opens, what it holds, on which platforms it runs, what tells a receiver."""
+
+from __future__ import annotations
+
+import re
+import stat
+import zipfile
+import zlib
+from collections import Counter
+from pathlib import PurePosixPath
+
+from lockstep.check.static.subject import Notes, Subject, Verdict, check
+from lockstep.fmi.safe_zip import is_inside
+
+_LEFT_BEHIND = (
+    re.compile(r"(^|/)(__pycache__|\.git|\.svn|\.hg|\.idea|\.vscode|__MACOSX)/"),
+    re.compile(
+        r"(^|/)(\.DS_Store|Thumbs\.db|desktop\.ini|\.gitignore|[^/]*\.(pyc|pyo|orig|rej|bak|tmp|swp|swo)|[^/]*~)$", re.I
+    ),
+    re.compile(r"(^|/)#[^/]*#$"),
+)
+_METHODS = {zipfile.ZIP_STORED: "stored", zipfile.ZIP_DEFLATED: "deflate"}
+_ENCRYPTED, _UNIX = 0x1, 3  # general purpose bit 0; `version made by` of a file system with modes
+_SHORT = 60  # characters of a licence's name that are printed
+_LICENCE = re.compile(r"^documentation/licenses/.+|^documentation/license\.(txt|html|md)$", re.I)
+
+
+@check("archive", "the file is a zip archive that unpacks")
+def archive(subject: Subject) -> Verdict:
+    """Unpack every member and compare its checksum."""
+    if subject.members is None:
+        return Verdict(status="error", message=subject.problem)
+    try:
+        with zipfile.ZipFile(subject.path) as opened:
+            broken = opened.testzip()
+    except RuntimeError as error:  # encrypted members: hygiene tells which
+        return Verdict(status="error", message=f"cannot be unpacked: {error}")
+    except (OSError, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
+        return Verdict(status="error", message=f"cannot be unpacked: {error}")
+    if broken is not None:
+        return Verdict(status="error", message=f"checksum of {broken} is wrong: the file is damaged")
+    unpacked = sum(member.file_size for member in subject.members)
+    return Verdict(
+        status="pass",
+        message=f"{len(subject.names)} files, {subject.size / 1e6:.2f} MB, {unpacked / 1e6:.2f} MB unpacked",
+        numbers=(("files", len(subject.names)), ("packed_bytes", subject.size), ("unpacked_bytes", unpacked)),
+    )
+
+
+@check("hygiene", "members are safe, plain, and nothing was left behind")
+def hygiene(subject: Subject) -> Verdict:
+    """Look for unsafe paths, colliding names, unusual packing, links and leftovers."""
+    if subject.members is None:
+        return Verdict(status="skipped", message=subject.problem)
+    notes = Notes()
+    for member in subject.members:
+        name = member.orig_filename
+        if "\\" in name:
+            notes.error(f"{name!r}: a backslash in a path; zip demands forward slashes")
+        elif not is_inside(name):
+            notes.error(f"{name!r}: a path that leaves the folder it is unpacked to")
+        if member.flag_bits & _ENCRYPTED:
+            notes.error(f"{name}: encrypted")
+        if member.compress_type not in _METHODS:
+            notes.error(f"{name}: packed by method {member.compress_type}; FMI tools read stored and deflate only")
+        if member.create_system == _UNIX and stat.S_ISLNK(member.external_attr >> 16):
+            notes.warning(f"{name}: a symbolic link, which unpacks as a text file or not at all")
+        if any(pattern.search(name) for pattern in _LEFT_BEHIND):
+            notes.warning(f"{name}: left behind by a tool, not part of the model")
+    files = [member.filename for member in subject.members]
+    for name, count in Counter(files).items():
+        if count > 1:
+            notes.error(f"{name}: {count} members of this name")
+    for names in _grouped(sorted(set(files))):
+        notes.warning(f"{' and '.join(names)}: one file where upper and lower case are the same")
+    return notes.verdict("paths, names and packing are plain")
+
+
+def _grouped(names: list[str]) -> list[list[str]]:
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        groups.setdefault(name.casefold(), []).append(name)
+    return [group for group in groups.values() if len(group) > 1]
+
+
+@check("documentation", "documentation/index.html is there")
+def documentation(subject: Subject) -> Verdict:
+    """Look for the entry page of the documentation."""
+    if subject.members is None:
+        return Verdict(status="skipped", message=subject.problem)
+    count = sum(name.startswith("documentation/") for name in subject.names)
+    if "documentation/index.html" in subject.names:
+        return Verdict(status="pass", message=f"{count} files in documentation/")
+    other = sorted(name for name in subject.names if PurePosixPath(name).name.lower() in ("index.html", "index.htm"))
+    there = f"; there is {other[0]}" if other else ""
+    return Verdict(
+        status="warning", message=f"no documentation/index.html: a receiver has only the names of ports{there}"
+    )
+
+
+@check("licence", "a licence travels with the FMU")
+def licence(subject: Subject) -> Verdict:
+    """Look for licence texts, and for what the model description says."""
+    if subject.members is None:
+        return Verdict(status="skipped", message=subject.problem)
+    files = sorted(name for name in subject.names if _LICENCE.match(name))
+    said = "" if subject.model is None else subject.model.attributes.get("license", "")
+    if len(said) > _SHORT:  # some files carry the whole text
+        said = f"{said[:_SHORT]}..."
+    told = f"license={said!r} in the model description" if said else "the model description names none"
+    if files:
+        return Verdict(status="pass", message=f"{', '.join(files[:4])}; {told}")
+    return Verdict(status="warning", message=f"no text in documentation/licenses/; {told}")

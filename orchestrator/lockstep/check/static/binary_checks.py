@@ -1,0 +1,248 @@
+"""Static checks of the binaries: platforms, exported functions against capability flags, what must be there to load."""
+
+from __future__ import annotations
+
+import re
+import struct
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path, PurePosixPath
+
+from lockstep.check.static.elf import BITS, MACHINE, Library, exported_with_dependencies, find_library, read_library
+from lockstep.check.static.subject import Notes, Subject, Verdict, check, unreadable
+from lockstep.errors import compact
+from lockstep.fmi.model_description import PLATFORM
+
+SUFFIXES = {"linux64": ".so", "linux32": ".so", "win64": ".dll", "win32": ".dll", "darwin64": ".dylib"}
+EXTERNAL = ("documentation/externalDependencies.txt", "documentation/externalDependencies.html")
+_ELF_PLATFORM = "linux64"
+_MACHINES = {"win64": 0x8664, "win32": 0x014C}  # of a portable executable
+_MACH_O = (b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe")  # 64 bits, universal
+
+_TYPES = ("Real", "Integer", "Boolean", "String")
+_STATE = ("fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2FreeFMUstate")
+_SERIAL = ("fmi2SerializedFMUstateSize", "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate")
+_DIRECTIONAL = ("fmi2GetDirectionalDerivative",)
+_INTERPOLATION = ("fmi2SetRealInputDerivatives",)
+_ASYNCHRONOUS = ("fmi2CancelStep", "fmi2GetStatus", *(f"fmi2Get{kind}Status" for kind in _TYPES))
+# FMI 2.0.5, 2.3: all functions of co-simulation are present, even those of capabilities that the FMU lacks
+FUNCTIONS = (
+    "fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2SetDebugLogging", "fmi2Instantiate", "fmi2FreeInstance",
+    "fmi2SetupExperiment", "fmi2EnterInitializationMode", "fmi2ExitInitializationMode", "fmi2Terminate", "fmi2Reset",
+    *(f"fmi2{verb}{kind}" for verb in ("Get", "Set") for kind in _TYPES),
+    "fmi2DoStep", "fmi2GetRealOutputDerivatives",
+    *_STATE, *_SERIAL, *_DIRECTIONAL, *_INTERPOLATION, *_ASYNCHRONOUS,
+)  # fmt: skip
+FLAGS = {
+    "canGetAndSetFMUstate": _STATE,
+    "canSerializeFMUstate": (*_STATE, *_SERIAL),
+    "providesDirectionalDerivative": _DIRECTIONAL,
+    "canInterpolateInputs": _INTERPOLATION,
+    "canRunAsynchronuously": _ASYNCHRONOUS,  # FMI spells it so
+}
+
+
+def binary_name(subject: Subject, platform: str) -> str:
+    """Return the path of the binary of a platform, or of where it should be."""
+    identifier = subject.model.identifier if subject.model else ""
+    return f"binaries/{platform}/{identifier}{SUFFIXES.get(platform, '.so')}"
+
+
+def _nothing_to_load(subject: Subject) -> str:
+    """Say why there is no binary to look for; empty if there is."""
+    reason = unreadable(subject)
+    if not reason and subject.model is not None and not subject.model.identifier:
+        reason = "no modelIdentifier of a co-simulation FMU, which names the binary"
+    return reason
+
+
+@check("platforms", "there is a binary for this platform, and each is what its folder says")
+def platforms(subject: Subject) -> Verdict:
+    """List the binaries and look at their first bytes."""
+    reason = _nothing_to_load(subject)
+    if reason:
+        return Verdict(status="skipped", message=reason)
+    notes = Notes()
+    folders = sorted(
+        {PurePosixPath(n).parts[1] for n in subject.names if n.startswith("binaries/") and n.count("/") > 1}
+    )
+    good = []
+    for platform in folders:
+        if platform not in SUFFIXES:
+            notes.info(f"binaries/{platform} is no platform of FMI 2.0")
+            continue
+        name = binary_name(subject, platform)
+        if name not in subject.names:
+            notes.error(f"binaries/{platform} lacks {PurePosixPath(name).name}, which modelIdentifier asks for")
+            continue
+        problem = _foreign(subject.read(name), platform)
+        if problem:
+            notes.error(f"{name} is {problem}")
+        else:
+            good.append(platform)
+    sources = any(n.startswith("sources/") for n in subject.names)
+    if PLATFORM not in folders:
+        there = ", ".join(folders) or ("source code only, to be compiled" if sources else "none")
+        notes.error(f"no binary for {PLATFORM}, on which this check runs; there is {there}")
+    return notes.verdict(", ".join(good) + (", sources" if sources else ""))
+
+
+def _foreign(content: bytes, platform: str) -> str:
+    """Say what a binary is if it is not of its platform."""
+    if platform.startswith("win"):
+        if content[:2] != b"MZ" or len(content) < 0x40:
+            return "no Windows library"
+        (header,) = struct.unpack_from("<I", content, 0x3C)
+        if content[header : header + 4] != b"PE\0\0" or len(content) < header + 6:
+            return "no Windows library"
+        (machine,) = struct.unpack_from("<H", content, header + 4)
+        return "" if machine == _MACHINES[platform] else f"a Windows library for machine 0x{machine:04x}"
+    if platform.startswith("darwin"):
+        return "" if content[:4] in _MACH_O else "no macOS library"
+    if content[:4] != b"\x7fELF":
+        return "no ELF file"
+    bits = {1: 32, 2: 64}.get(content[4] if len(content) > 4 else 0, 0)
+    return "" if f"linux{bits}" == platform else f"an ELF file of {bits} bits"
+
+
+def _library(subject: Subject) -> Library | Verdict:
+    """Read the Linux library, or return why that is not possible."""
+    reason = _nothing_to_load(subject)
+    if not reason and binary_name(subject, _ELF_PLATFORM) not in subject.names:
+        reason = f"no {_ELF_PLATFORM} binary to look into"
+    if reason:
+        return Verdict(status="skipped", message=reason)
+    library = read_library(subject.read(binary_name(subject, _ELF_PLATFORM)))
+    if (library.machine, library.bits) != (MACHINE, BITS) or not library.shared:
+        kind = "shared library" if library.shared else "file that is no shared library"
+        return Verdict(status="error", message=f"a {library.bits} bit {kind} for {library.machine}, not x86-64")
+    return library
+
+
+@check("functions", "all FMI 2.0 co-simulation functions are exported, those of the capability flags above all")
+def functions(subject: Subject) -> Verdict:
+    """Compare the exported symbols with the standard and the flags."""
+    library = _library(subject)
+    if isinstance(library, Verdict):
+        return library
+    assert subject.model is not None
+    model, notes = subject.model, Notes()
+    told: set[str] = set()
+    for flag, names in FLAGS.items():
+        missing = [name for name in names if name not in library.exported]
+        if model.can(flag) and missing:
+            notes.error(f"{flag} is true, but {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not exported")
+            told |= set(missing)
+    if model.can("canSerializeFMUstate") and not model.can("canGetAndSetFMUstate"):
+        notes.error("canSerializeFMUstate is true without canGetAndSetFMUstate")
+    missing = [name for name in FUNCTIONS if name not in library.exported and name not in told]
+    if missing:
+        notes.error(f"not exported: {', '.join(missing)}; FMI demands every function, of unused capabilities too")
+    flags = [flag for flag in FLAGS if model.can(flag)]
+    return notes.verdict(f"{len(FUNCTIONS)} functions; {', '.join(flags) or 'no optional capability'}")
+
+
+@check("dependencies", "the Linux binary finds what it needs, and the FMU tells what it expects from outside")
+def dependencies(subject: Subject) -> Verdict:
+    """Look at needed libraries, search paths, and symbols that nothing needed offers."""
+    library = _library(subject)
+    if isinstance(library, Verdict):
+        return library
+    notes = Notes()
+    for path in library.paths:
+        if not path.startswith(("$ORIGIN", "${ORIGIN}")):
+            notes.warning(f"it searches libraries in {path}, a folder of the machine it was built on")
+    offered, lost = _offered(subject, library)
+    for name in lost:
+        notes.warning(f"it needs {name}, which is neither in the FMU nor on this machine")
+    open_ = sorted(library.undefined - offered)
+    python = _of_python(open_)
+    other = [name for name in open_ if name not in python]
+    text = _external_text(subject)
+    if python:
+        _needs_python(subject, "it", len(python), text, notes)
+    for name, inner in _inner_fmus(subject):
+        if symbols := _of_python(inner.undefined):
+            beside = name.startswith(f"binaries/{_ELF_PLATFORM}/")
+            who = f"{PurePosixPath(name).name} beside it" if beside else f"the FMU inside, {name},"
+            _needs_python(subject, who, len(symbols), text, notes)
+    if other and not lost:  # a library that is not there may offer them
+        notes.error(f"symbols that nothing it needs offers: {compact(other, 6)}")
+    assert subject.model is not None
+    if subject.model.can("needsExecutionTool") and not text and not python:
+        notes.warning(f"needsExecutionTool is true, but no {EXTERNAL[0]} tells which tool")
+    versions = [f"{name} {value}" for name, value in library.versions.items() if name in ("GLIBC", "GLIBCXX")]
+    needs = ", ".join([*library.needed, *(f"at least {version}" for version in versions)])
+    return notes.verdict(f"needs {needs or 'nothing'}")
+
+
+def _offered(subject: Subject, library: Library) -> tuple[set[str], list[str]]:
+    """Return the symbols that the needed libraries offer, and those libraries that were not found."""
+    offered: set[str] = set()
+    lost = []
+    beside = {
+        PurePosixPath(n).name: n for n in subject.names if n.startswith((f"binaries/{_ELF_PLATFORM}/", "resources/"))
+    }
+    for name in library.needed:
+        path = find_library(name)
+        if name in beside:
+            offered |= _exported_from(subject, beside[name])
+        elif path is not None:
+            offered |= exported_with_dependencies(path)
+        else:
+            lost.append(name)
+    return offered, lost
+
+
+def _exported_from(subject: Subject, name: str) -> frozenset[str]:
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / PurePosixPath(name).name
+        copy.write_bytes(subject.read(name))
+        return exported_with_dependencies(copy)
+
+
+def _external_text(subject: Subject) -> str:
+    there = [name for name in EXTERNAL if name in subject.names]
+    return subject.read(there[0]).decode("utf-8", "replace") if there else ""
+
+
+def _of_python(symbols: Iterable[str]) -> list[str]:
+    return [name for name in symbols if re.match(r"_?Py", name)]
+
+
+def _inner_fmus(subject: Subject) -> Iterator[tuple[str, Library]]:
+    """Yield the other libraries that travel in this FMU and offer FMI: a wrapper's, or an FMU's as in a container."""
+    for name in sorted(subject.names - {binary_name(subject, _ELF_PLATFORM)}):
+        if name.endswith(SUFFIXES[_ELF_PLATFORM]):
+            with suppress(ValueError):  # a library of another platform, or damaged: only the main one is ours to judge
+                library = read_library(subject.read(name))
+                if "fmi2DoStep" in library.exported:
+                    yield name, library
+
+
+def _needs_python(subject: Subject, who: str, count: int, text: str, notes: Notes) -> None:
+    """Tell that the host must have loaded libpython, and whether the FMU says so."""
+    assert subject.model is not None
+    what = f"{who} needs libpython in the host ({count} symbols of Python that no needed library offers)"
+    faults = []
+    if not re.search("python", text, re.I):
+        faults.append(f"{EXTERNAL[0]} does not say so")
+    if not subject.model.can("needsExecutionTool"):
+        faults.append("needsExecutionTool is not true")
+    if faults:
+        notes.warning(f"{what}; {' and '.join(faults)}")
+    else:
+        notes.info(f"{what}; {EXTERNAL[0]} says so")
+
+
+@check("instances", "how many instances a process may hold")
+def instances(subject: Subject) -> Verdict:
+    """Note the flags that limit how a master may use the FMU."""
+    reason = _nothing_to_load(subject)
+    if reason or subject.model is None:
+        return Verdict(status="skipped", message=reason)
+    notes = Notes()
+    if subject.model.can("canBeInstantiatedOnlyOncePerProcess"):
+        notes.info("one instance a process: two of it, or one in a parallel study, need a process each")
+    return notes.verdict("any number in one process")

@@ -1,0 +1,219 @@
+"""Static checks of the model description: schema, FMPy's validation, names, variables, experiment."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import defaultdict
+
+from lxml import etree  # type: ignore[import-untyped]
+
+from lockstep.check.static.model import DEFAULT_INITIAL, NUMBERS, Model, Scalar, duplicates, number
+from lockstep.check.static.subject import Notes, Subject, Verdict, check, model_check, unreadable
+from lockstep.errors import compact
+from lockstep.fmi.model_description import FMI2_SCHEMA, validation_problems
+
+NANOSECOND = 1e-9
+
+_PLAIN = r"[A-Za-z_][A-Za-z0-9_]*"
+_QUOTED = r"'(?:[A-Za-z0-9_!#$%&()*+,\-./:;<>=?@\[\]^{}|~ ]|\\['\"?\\abfnrtv])+'"
+_PART = rf"(?:{_PLAIN}|{_QUOTED})(?:\[\d+(?:,\d+)*\])?"
+_PATH = rf"{_PART}(?:\.{_PART})*"
+_STRUCTURED = re.compile(rf"{_PATH}|der\({_PATH}(?:,\d+)?\)")  # FMI 2.0.4, 2.2.9
+
+
+@check("kind", "an FMI 2.0 co-simulation FMU with a readable modelDescription.xml")
+def kind(subject: Subject) -> Verdict:
+    """Look at FMI version and interface kinds."""
+    reason = unreadable(subject)
+    if reason or subject.model is None:
+        return Verdict(status="error", message=reason)
+    model, said = subject.model, subject.model.attributes
+    if model.capabilities is None:
+        return Verdict(status="error", message="no CoSimulation element: the FMU is for model exchange only")
+    also = ", also for model exchange" if model.root.find("ModelExchange") is not None else ""
+    made_by = said.get("generationTool", "a tool that is not named")
+    return Verdict(
+        status="pass",
+        message=f"{said.get('modelName', '?')} {said.get('version', '')}, made by {made_by}{also}".replace(" ,", ","),
+        numbers=(("variables", len(model.variables)),),
+    )
+
+
+@model_check("schema", "modelDescription.xml is valid against the FMI 2.0 schema")
+def schema(model: Model) -> Verdict:
+    """Validate against the schema of the standard, with line numbers."""
+    rules = etree.XMLSchema(etree.parse(FMI2_SCHEMA))
+    notes = Notes()
+    if not rules.validate(model.root):
+        for problem in rules.error_log:
+            notes.error(f"line {problem.line}: {problem.message}")
+    return notes.verdict("valid")
+
+
+@check("fmpy", "FMPy's validate_fmu has no objection")
+def fmpy(subject: Subject) -> Verdict:
+    """Run the validation that most receivers run."""
+    reason = unreadable(subject)
+    if reason:
+        return Verdict(status="skipped", message=reason)
+    notes = Notes()
+    for problem in validation_problems(subject.path):
+        notes.error(" ".join(problem.split()))
+    return notes.verdict("no objection")
+
+
+@model_check("names", "names are unique and follow the declared convention")
+def names(model: Model) -> Verdict:
+    """Look at the names of the variables."""
+    notes = Notes()
+    convention = model.attributes.get("variableNamingConvention", "flat")
+    given = [variable.name for variable in model.variables]
+    for name in duplicates(given):
+        notes.error(f"{name}: more than one variable of this name")
+    for variable in model.variables:
+        if not variable.name.strip() or re.search(r"[\r\n\t]", variable.name):
+            notes.error(f"variable {variable.index} (line {variable.line}): {variable.name!r} is no name")
+        elif convention == "structured" and not _STRUCTURED.fullmatch(variable.name):
+            notes.error(f"{variable.place}: not a structured name, which is what the file declares")
+        elif variable.name != variable.name.strip():
+            notes.warning(f"{variable.place}: begins or ends with a blank")
+    folded = defaultdict(set)
+    for name in given:
+        folded[name.casefold()].add(name)
+    for alike in folded.values():
+        if len(alike) > 1:
+            notes.warning(f"{' and '.join(sorted(alike))}: differ in upper and lower case only")
+    arrays = [name for name in given if "[" in name]
+    if convention == "flat" and arrays:
+        notes.info(f"flat names with indices, such as {arrays[0]}: importers will not take them for arrays")
+    return notes.verdict(f"{len(given)} names, {convention}")
+
+
+@model_check("descriptions", "every port says what it is")
+def descriptions(model: Model) -> Verdict:
+    """Look for ports without a description."""
+    ports = [v for v in model.variables if v.causality in ("input", "output", "parameter")]
+    silent = [v.name for v in ports if not v.description.strip()]
+    notes = Notes()
+    if silent:
+        notes.warning(f"{len(silent)} of {len(ports)} ports have no description: {compact(silent)}")
+    if not model.attributes.get("description", "").strip():
+        notes.warning("the model has no description")
+    return notes.verdict(f"{len(ports)} ports described")
+
+
+@model_check("variables", "causality, variability, initial and start values fit together")
+def variables(model: Model) -> Verdict:
+    """Hold every variable against FMI's table of combinations, and its start value against its range."""
+    notes = Notes()
+    vague = [v.name for v in model.variables if v.type not in ("Real", "") and not v.variability_given]
+    if vague:
+        notes.warning(
+            f"{compact(vague)}: no variability; its default, continuous, is for a Real only; taken as discrete"
+        )
+    for variable in model.variables:
+        for problem in _combination(variable):
+            notes.error(f"{variable.place}: {problem}")
+        for problem in _range(variable):
+            notes.warning(f"{variable.place}: {problem}")
+    return notes.verdict(f"{len(model.variables)} variables")
+
+
+def _combination(variable: Scalar) -> list[str]:
+    v, found = variable, []
+    default = DEFAULT_INITIAL.get((v.variability, v.causality))
+    if default is None:
+        return [f"causality {v.causality} with variability {v.variability} is not allowed"]
+    if v.variability == "continuous" and v.type not in ("Real", ""):
+        found.append(f"a {v.type} cannot be continuous")
+    if v.initial_given:
+        allowed = {"": (), "exact": ("exact",), "calculated": ("approx", "calculated")}[default]
+        if v.causality in ("output", "local") and v.variability in ("discrete", "continuous"):
+            allowed = ("exact", "approx", "calculated")
+        if v.initial_given not in allowed:
+            accepted = " or ".join(allowed) or "none"
+            found.append(f"initial={v.initial_given} for a {v.variability} {v.causality}; FMI allows {accepted}")
+    needed = v.causality == "input" or v.initial in ("exact", "approx")
+    if needed and v.start is None and v.type:
+        found.append("a start value is required")
+    if v.start is not None and (v.initial == "calculated" or v.causality == "independent"):
+        found.append(f"start={v.start} where the value is calculated")
+    return found
+
+
+def _range(variable: Scalar) -> list[str]:
+    if variable.type not in NUMBERS:
+        return []
+    bounds = {name: number(text) for name, text in variable.bounds.items()}
+    low, high = bounds.get("min", -math.inf), bounds.get("max", math.inf)
+    found = []
+    if not low <= high:
+        found.append(f"min={low:g} is above max={high:g}")
+    if variable.start is not None:
+        start = number(variable.start)
+        if not math.isfinite(start):
+            found.append(f"start={variable.start} is not finite")
+        elif not low <= start <= high and low <= high:
+            found.append(f"start={start:g} is outside of {low:g} to {high:g}")
+    if not bounds.get("nominal", 1.0) > 0.0:
+        found.append(f"nominal={bounds['nominal']:g} is not above zero")
+    return found
+
+
+@model_check("aliases", "variables that share a value reference may do so")
+def aliases(model: Model) -> Verdict:
+    """Tell the variables of one type and value reference, and whether they contradict each other."""
+    groups = defaultdict(list)
+    for v in model.variables:
+        # an enumeration is read and written by the functions for integers
+        groups["Integer" if v.type == "Enumeration" else v.type, v.reference].append(v)
+    notes = Notes()
+    for (kind_, reference), group in groups.items():
+        if len(group) < 2 or not kind_:
+            continue
+        who = f"{', '.join(v.name for v in group)} (all {kind_} {reference})"
+        set_from_outside = [v for v in group if v.causality in ("input", "parameter")]
+        started = [v for v in group if v.start is not None and v.variability != "constant"]
+        if len(set_from_outside) > 1:
+            notes.error(f"{who}: more than one of them is set from outside")
+        elif len(started) > 1:
+            notes.error(f"{who}: more than one of them has a start value")
+        elif len({v.unit for v in group}) > 1:
+            notes.error(f"{who}: their units differ")
+        elif len({v.variability == "constant" for v in group}) > 1:
+            notes.error(f"{who}: constant and not constant")
+        else:
+            notes.info(f"aliases: {who}")
+    return notes.verdict("no aliases")
+
+
+@model_check("experiment", "the default experiment is usable, and a fixed step is stated")
+def experiment(model: Model) -> Verdict:
+    """Look at start, stop and step."""
+    fixed = not model.can("canHandleVariableCommunicationStepSize")
+    said = model.experiment or {}
+    notes = Notes()
+    if model.experiment is None:
+        notes.info("no DefaultExperiment: a receiver has to guess step and stop time")
+    if "stepSize" not in said and fixed:
+        notes.warning(
+            "the step cannot vary (canHandleVariableCommunicationStepSize is false), yet stepSize is not told"
+        )
+    start, stop, step = (number(said.get(name, "0")) for name in ("startTime", "stopTime", "stepSize"))
+    if "stepSize" in said:
+        if not (step > 0.0 and math.isfinite(step)):
+            notes.error(f"stepSize={said['stepSize']} is not above zero")
+        elif abs(step - round(step / NANOSECOND) * NANOSECOND) > 1e-9 * step:
+            notes.info(
+                f"stepSize={said['stepSize']} s is no whole number of nanoseconds, which is what our master counts"
+            )
+    if "stopTime" in said:
+        if not stop > start:
+            notes.error(f"stopTime={stop:g} is not after startTime={start:g}")
+        elif "stepSize" in said and step > stop - start:
+            notes.warning(f"stepSize={step:g} is longer than the experiment of {stop - start:g} s")
+    if "tolerance" in said and not number(said["tolerance"]) > 0.0:
+        notes.error(f"tolerance={said['tolerance']} is not above zero")
+    steps = f"step {step:g} s, {'fixed' if fixed else 'may vary'}" if step else "no preferred step"
+    return notes.verdict(f"{start:g} to {stop:g} s, {steps}" if stop else steps)

@@ -1,0 +1,199 @@
+"""The file under test: its archive, and its model description as far as it can be read."""
+
+from __future__ import annotations
+
+import hashlib
+import zipfile
+import zlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+
+from lockstep.check.report.finding import Finding, Status
+from lockstep.check.static.model import Model, parse_xml, read_model
+from lockstep.errors import InputError
+
+DESCRIPTION = "modelDescription.xml"
+LARGEST_DESCRIPTION = 500_000_000  # [bytes] unpacked: refuse a zip bomb, not a large model
+KEPT = 500  # details a finding, at most: a broken file may have one for each of 100,000 variables
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Subject:
+    """One FMU file; `problem` says why there is no archive or no model."""
+
+    path: Path
+    sha256: str
+    size: int  # bytes
+    members: tuple[zipfile.ZipInfo, ...] | None
+    description: bytes | None
+    model: Model | None
+    problem: str = ""
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Return the paths of the files in the archive."""
+        return frozenset(member.filename for member in self.members or () if not member.is_dir())
+
+    def read(self, name: str) -> bytes:
+        """Return a member's content; raise ValueError if it cannot be unpacked."""
+        try:
+            with zipfile.ZipFile(self.path) as archive:
+                return archive.read(name)
+        except (OSError, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+            raise ValueError(f"{name} cannot be unpacked: {error}") from None
+
+
+def open_subject(path: Path) -> Subject:
+    """Read a file.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it cannot be read. A file that is no FMU is no error: the checks tell.
+    """
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; pack it into one .fmu file (zip) to check it")
+    try:
+        with path.open("rb") as stream:
+            sha256 = hashlib.file_digest(stream, "sha256").hexdigest()
+            size = stream.tell()
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the path of an .fmu file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    members, description, model, problem = None, None, None, ""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = tuple(archive.infolist())
+            description = _description(archive)
+        model = read_model(parse_xml(description))
+    except (OSError, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        problem = f"not a readable zip file: {error}"
+    except ValueError as error:
+        problem = f"{DESCRIPTION}: {error}"
+    return Subject(
+        path=path,
+        sha256=sha256,
+        size=size,
+        members=members,
+        description=description,
+        model=model,
+        problem=problem,
+    )
+
+
+def _description(archive: zipfile.ZipFile) -> bytes:
+    try:
+        member = archive.getinfo(DESCRIPTION)
+    except KeyError:
+        raise ValueError("there is none at the top of the archive") from None
+    if member.file_size > LARGEST_DESCRIPTION:
+        raise ValueError(f"{member.file_size} bytes unpacked, more than {LARGEST_DESCRIPTION}")
+    return archive.read(member)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What a check found: the rest of the finding stands with the check."""
+
+    status: Status
+    message: str
+    details: tuple[str, ...] = ()
+    numbers: tuple[tuple[str, float], ...] = ()
+
+
+class Notes:
+    """Collect what one check has to say; the worst of it is its status."""
+
+    def __init__(self) -> None:
+        self._kept: dict[Status, list[str]] = {"error": [], "warning": [], "info": []}
+
+    def error(self, text: str) -> None:
+        """Note a violation of FMI, or what makes the FMU unusable."""
+        self._kept["error"].append(text)
+
+    def warning(self, text: str) -> None:
+        """Note what a receiver will stumble over."""
+        self._kept["warning"].append(text)
+
+    def info(self, text: str) -> None:
+        """Note what is worth knowing."""
+        self._kept["info"].append(text)
+
+    def verdict(self, passed: str, numbers: Iterable[tuple[str, float]] = ()) -> Verdict:
+        """Return all of it, the worst first; `passed` is the message when there is nothing to tell."""
+        told = [(status, text) for status, texts in self._kept.items() for text in texts]
+        if not told:
+            return Verdict(status="pass", message=passed, numbers=tuple(numbers))
+        worst: Status = told[0][0]
+        if len(told) == 1:
+            return Verdict(status=worst, message=told[0][1], numbers=tuple(numbers))
+        words: dict[Status, str] = {"error": "error", "warning": "warning", "info": "note"}
+        counts = [f"{len(texts)} {words[s]}{'s' * (len(texts) > 1)}" for s, texts in self._kept.items() if texts]
+        lines = [text if status == worst else f"{status}: {text}" for status, text in told]
+        if len(lines) > KEPT:
+            lines = [*lines[: KEPT - 1], f"and {len(lines) - KEPT + 1} more"]
+        return Verdict(
+            status=worst,
+            message=f"{', '.join(counts)}: {told[0][1]}",
+            details=tuple(lines[1:]),
+            numbers=tuple(numbers),
+        )
+
+
+Check = Callable[[Subject], Finding]
+
+
+def check(name: str, title: str) -> Callable[[Callable[[Subject], Verdict]], Check]:
+    """Make a static check of a function of the subject."""
+
+    def decorate(function: Callable[[Subject], Verdict]) -> Check:
+        @wraps(function)
+        def run(subject: Subject) -> Finding:
+            try:
+                verdict = function(subject)
+            except ValueError as error:  # a member that cannot be unpacked
+                verdict = Verdict(status="error", message=str(error))
+            return Finding(
+                check=f"static.{name}",
+                group="static",
+                title=title,
+                status=verdict.status,
+                message=verdict.message,
+                details=verdict.details,
+                numbers=dict(verdict.numbers),
+            )
+
+        return run
+
+    return decorate
+
+
+def model_check(name: str, title: str) -> Callable[[Callable[[Model], Verdict]], Check]:
+    """Make a static check of a function of the model description; skipped without a readable one of FMI 2.0."""
+
+    def decorate(function: Callable[[Model], Verdict]) -> Check:
+        @check(name, title)
+        @wraps(function)
+        def run(subject: Subject) -> Verdict:
+            reason = unreadable(subject)
+            return Verdict(status="skipped", message=reason) if reason else function(_model(subject))
+
+        return run
+
+    return decorate
+
+
+def unreadable(subject: Subject) -> str:
+    """Say why there is no model description of FMI 2.0 to look at; empty if there is."""
+    if subject.model is None:
+        return subject.problem
+    version = subject.model.attributes.get("fmiVersion", "")
+    return "" if version == "2.0" else f"FMI version {version or 'unknown'}, not 2.0"
+
+
+def _model(subject: Subject) -> Model:
+    assert subject.model is not None  # told by unreadable()
+    return subject.model

@@ -1,0 +1,50 @@
+"""The system of a run, put together again from what run.toml says of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from lockstep.adapter.component import replace_component
+from lockstep.adapter.read import read_adapter
+from lockstep.cli.shadow_options import shadow_as_before
+from lockstep.errors import InputError
+from lockstep.ssp.load import load_system
+from lockstep.ssp.step_times import timing_of_run
+from lockstep.system.clock import nanoseconds
+from lockstep.system.system import System
+
+
+def system_of(run: Mapping[str, Any]) -> System:
+    """Load the system of a run, with its replaced components, adapters, periods, delays and processes.
+
+    Raises
+    ------
+    InputError
+        If the run was not of a system file, or the file has changed.
+    """
+    told = run["system"]
+    if not told["path"]:
+        raise InputError(f"system {told['name']}: was made in Python, not read from a file; hand it over to `simulate`")
+    system = load_system(Path(told["path"]), timing_of_run(run))
+    if system.sha256 != told["sha256"]:
+        hashes = f"sha256 {told['sha256'][:12]} then, {(system.sha256 or '')[:12]} now"
+        raise InputError(f"{told['path']}: has changed since the run, {hashes}; put the old one back")
+    for entry in run["component"]:
+        name, source = entry["name"], Path(entry["source"])
+        if entry.get("adapter"):
+            adapter = read_adapter(Path(entry["adapter"]))
+            system = replace_component(system, name, source, adapter)
+        elif source != system.component(name).source:
+            system = replace_component(system, name, source, None)
+        system = system.with_period(name, nanoseconds(entry["period"], f"period of {name}"))
+        system = system.with_isolation(name, entry["isolated"])
+        if "shadow" in entry:
+            system = shadow_as_before(system, name, entry["shadow"])
+    pairs = Counter((entry["from"], entry["to"]) for entry in run["latency"])
+    for entry in run["latency"]:
+        if pairs[entry["from"], entry["to"]] == 1:  # several: then they are those of the file
+            system = system.with_delay(entry["from"], entry["to"], entry["delay"])
+    return system

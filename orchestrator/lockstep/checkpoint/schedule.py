@@ -1,0 +1,67 @@
+"""When checkpoints are wanted, and whether the components can save their state at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from lockstep.errors import InputError, compact
+from lockstep.plan.plan import Plan
+from lockstep.plan.schedule import whole_ticks
+from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.system.system import Component
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checkpoints:
+    """What was asked for: at these times [s], every so many seconds, without the state of these components."""
+
+    times: Sequence[float | str] = ()
+    every: float | str | None = None
+    without: Sequence[str] = field(default=())
+
+    def ticks(self, plan: Plan, first: int) -> list[int]:
+        """Return after how many ticks to save, in order; those of a run that begins at tick `first`.
+
+        Raises
+        ------
+        InputError
+            If a time is off the tick or after the end, or a component cannot save its state and is not left out.
+        """
+        found = {self._tick(time, plan) for time in self.times}
+        if self.every is not None:
+            step = whole_ticks(nanoseconds(self.every, "checkpoint every"), plan.system.tick, "checkpoint every")
+            found |= set(range(step, plan.ticks + 1, step))
+        if found:
+            self._refuse_mute(plan)
+        return sorted(tick for tick in found if tick >= first)
+
+    def _tick(self, text: float | str, plan: Plan) -> int:
+        time = nanoseconds(text, "checkpoint")
+        if time == 0:
+            return 0
+        tick = whole_ticks(time, plan.system.tick, "checkpoint")
+        if tick > plan.ticks:
+            end = seconds_text(plan.stop_time)
+            raise InputError(
+                f"checkpoint {seconds_text(time)} s: lies after the stop time {end} s; choose an earlier one"
+            )
+        return tick
+
+    def _refuse_mute(self, plan: Plan) -> None:
+        for name in self.without:
+            plan.system.component(name)
+        mute = [c.name for c in plan.system.components if not _saves_state(c, plan)]
+        left = [name for name in mute if name not in self.without]
+        if left:
+            raise InputError(
+                f"{compact(left)}: cannot save its state (canGetAndSetFMUstate, canSerializeFMUstate), so there can be "
+                f"no checkpoint; --checkpoint-without {left[0]} saves the others, and a branch begins {left[0]} anew"
+            )
+
+
+def _saves_state(component: Component, plan: Plan) -> bool:
+    shadow = component.shadow
+    if shadow is not None and not plan.shadows[shadow.component.name].saves_state:
+        return False
+    return plan.descriptions[component.name].saves_state

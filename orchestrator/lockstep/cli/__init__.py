@@ -1,0 +1,1 @@
+"""The command line of the master, and options that other command lines share."""

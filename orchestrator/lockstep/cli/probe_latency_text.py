@@ -1,0 +1,140 @@
+"""Measured delays as text, folded by arrays, and as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+
+from lockstep.check.latency.probe import Pair, Report
+from lockstep.errors import compact
+
+NARROWEST = 60  # characters of a terminal
+LISTED = 12  # contradictions, by arrays
+LEGEND = (
+    "k: answers after k steps, 0 being the step that sees the change; k-m: depending on when it samples;",
+    "f: direct feedthrough, within the step and not vanishing with it; . no answer; ? claimed, but not excited;",
+    "! contradicts the claim",
+)
+
+
+def as_json(report: Report) -> str:
+    """Return all of it; a pair that is not there did not answer, and does not claim to."""
+    content = asdict(report)
+    content["contradictions"] = len(report.of("contradicted"))
+    return json.dumps(content, indent=1) + "\n"
+
+
+def as_lines(report: Report, width: int) -> list[str]:
+    """Return the head, the matrix of arrays, and what it means for the claims."""
+    step = f"step {report.step:g} s ({report.step_source})"
+    lines = [f"{report.file}: {report.model}, {step}, {report.window} steps watched after each change"]
+    if report.kind is not None and not report.any_step:
+        other = "" if report.kind == "continuous" else "; --kind continuous if its outputs are true at a step's end"
+        lines.append(f"it makes one step only: taken as {report.kind}{other}")
+    lines += ["", *_matrix(report, max(width, NARROWEST)), "", *LEGEND, "", *_claims(report)]
+    if report.together:
+        lines.append("arrays were changed as a whole, for lack of time: --time-limit gives more")
+    if report.untried:
+        lines.append(f"inputs not tried for lack of time: {report.untried}; --time-limit gives more")
+    lines += [f"not to be changed: {line}" for line in report.refused]
+    if report.texts:
+        lines.append(f"Strings are not changed: {compact(report.texts)}")
+    if report.unmoved:
+        lines.append(f"nothing answered to: {compact(report.unmoved)}; other values (--set, --amplitude) may excite it")
+    if report.restless:
+        lines.append(f"differ in two runs alike, so that nothing can be said of them: {compact(report.restless)}")
+    return lines
+
+
+def _matrix(report: Report, width: int) -> list[str]:
+    groups: defaultdict[tuple[str, str], list[Pair]] = defaultdict(list)
+    for pair in report.pairs:
+        groups[_base(pair.output), _base(pair.input)].append(pair)
+    rows, columns = _folded(report.outputs), _folded(report.inputs)
+    numbers = {name: str(number) for number, name in enumerate(columns, start=1)}
+    cells = {key: _cell(pairs) for key, pairs in groups.items()}
+    size = 2 + max(map(len, [*cells.values(), *numbers.values()]))
+    left = 2 + max(len(text) for text in [*rows.values(), "output"])
+    across = max(1, (width - left) // size)
+    lines = ["inputs:", *_wrapped([f"{numbers[name]} {text}" for name, text in columns.items()], width)]
+    names = list(columns)
+    for first in range(0, len(names), across):
+        part = names[first : first + across]
+        lines += ["", "output".ljust(left) + "".join(numbers[name].rjust(size) for name in part)]
+        for row, text in rows.items():
+            lines.append(text.ljust(left) + "".join(cells.get((row, name), ".").rjust(size) for name in part))
+    return lines
+
+
+def _cell(pairs: Sequence[Pair]) -> str:
+    """Return delays over all elements, whether any is feedthrough, and the worst verdict."""
+    answering = [pair for pair in pairs if pair.least is not None]
+    verdicts = {pair.verdict for pair in pairs}
+    if not answering:
+        return "?"
+    # couplings that are hardly above rounding are seen late: they tell nothing of the array
+    telling = [pair for pair in answering if pair.clear] or answering
+    least = [pair.least for pair in telling if pair.least is not None]
+    most = [pair.most for pair in telling if pair.most is not None]
+    text = str(min(least)) if min(least) == max(most) else f"{min(least)}-{max(most)}"
+    return text + "f" * any(pair.feedthrough for pair in pairs) + "!" * ("contradicted" in verdicts)
+
+
+def _claims(report: Report) -> list[str]:
+    claimed = [pair for pair in report.pairs if pair.claimed]
+    seen = [pair for pair in claimed if pair.feedthrough]
+    parts = [f"{len(seen)} claimed and seen"]
+    silent, vanishing = report.of("not excited"), report.of("not confirmed")
+    parts += [f"{len(silent)} claimed, but not excited"] if silent else []
+    parts += [f"{len(vanishing)} claimed, but later or vanishing with the step"] if vanishing else []
+    undeclared = [pair for pair in report.of("no claim") if pair.feedthrough]
+    parts += [f"{len(undeclared)} seen where the model description makes no claim"] if undeclared else []
+    contradictions = report.of("contradicted")
+    parts.append(f"{len(contradictions)} contradict the claim" if contradictions else "no contradiction")
+    lines = [f"feedthrough, by pairs of output and input: {', '.join(parts)}"]
+    groups: defaultdict[tuple[str, str, str], list[Pair]] = defaultdict(list)
+    for pair in contradictions:
+        groups[_base(pair.output), _base(pair.input), _told(pair)].append(pair)
+    for (_, _, told), pairs in list(groups.items())[:LISTED]:
+        outputs, inputs = (list(dict.fromkeys(getattr(pair, end) for pair in pairs)) for end in ("output", "input"))
+        lines.append(f"  contradicted: {compact(outputs)} <- {compact(inputs)}: {told}")
+    if len(groups) > LISTED:
+        lines.append(f"  and {len(groups) - LISTED} more: --json tells all")
+    for name, listed in (("not excited", silent), ("later or vanishing", vanishing)):
+        ends = list(dict.fromkeys(f"{_base(pair.output)} <- {_base(pair.input)}" for pair in listed))
+        lines += [f"  {name}: {', '.join(ends[:6])}" + (f" and {len(ends) - 6} more" if len(ends) > 6 else "")] * bool(
+            ends
+        )
+    return lines
+
+
+def _told(pair: Pair) -> str:
+    if pair.claimed:
+        steps = "1 step" if pair.least == 1 else f"{pair.least} steps"
+        return f"claimed as feedthrough, but answers after {steps} at the earliest"
+    return "not claimed, but " + ("answers at once, without a step" if pair.direct else "answers within its step")
+
+
+def _base(name: str) -> str:
+    return name.partition("[")[0]
+
+
+def _folded(names: Iterable[str]) -> dict[str, str]:
+    """Return the arrays by name, with the number of their elements."""
+    counts: dict[str, int] = {}
+    for name in names:
+        counts[_base(name)] = counts.get(_base(name), 0) + 1
+    return {name: f"{name}[{count}]" if count > 1 else name for name, count in counts.items()}
+
+
+def _wrapped(parts: Sequence[str], width: int) -> list[str]:
+    lines = [""]
+    for part in parts:
+        joined = f"{lines[-1]},  {part}" if lines[-1] else f"  {part}"
+        if len(joined) > width and lines[-1]:
+            lines.append(f"  {part}")
+        else:
+            lines[-1] = joined
+    return lines

@@ -1,0 +1,68 @@
+"""Show how far a run is: a bar on a terminal, plain lines elsewhere."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from typing import TextIO
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from lockstep.run.real_time_pacing import Pacer
+from lockstep.simulate import Progress as Report
+
+_LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
+
+
+@contextmanager
+def show_progress(
+    title: str, stream: TextIO | None = None, begin: float = 0.0, pacer: Pacer | None = None
+) -> Iterator[Report]:
+    """Yield what `simulate` takes as `progress`; it writes to standard error unless told otherwise.
+
+    `begin` is the simulated time [s] at which the run begins. A pacer tells of its overruns.
+    """
+    stream = stream or sys.stderr
+    console = Console(file=stream)
+    if not console.is_terminal:
+        yield _Lines(title, stream, begin, pacer)
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[state]}"),
+        TimeRemainingColumn(),
+    )
+    started = perf_counter()
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(title, total=None, state="starting")
+
+        def report(simulated: float, stop: float) -> None:
+            speed = (simulated - begin) / max(perf_counter() - started, 1e-9)
+            pace = f"{speed:.1f} x real time" if pacer is None else str(pacer)
+            state = f"{simulated:.1f} of {stop:.6g} s, {pace}"
+            bar.update(task, completed=simulated, total=stop, state=state)
+
+        yield report
+
+
+class _Lines:
+    """One line now and then, and one at the end."""
+
+    def __init__(self, title: str, stream: TextIO, begin: float, pacer: Pacer | None) -> None:
+        self._title, self._stream, self._begin, self._pacer = title, stream, begin, pacer
+        self._started = perf_counter()
+        self._next = self._started + _LINE_INTERVAL
+
+    def __call__(self, simulated: float, stop: float) -> None:
+        now = perf_counter()
+        if now < self._next and simulated < stop:
+            return
+        self._next = now + _LINE_INTERVAL
+        elapsed = max(now - self._started, 1e-9)
+        speed = (simulated - self._begin) / elapsed
+        left = (stop - simulated) / speed if speed else 0.0
+        pace = f"{speed:.1f} x real time" if self._pacer is None else str(self._pacer)
+        text = f"{self._title}: {simulated:.6g} of {stop:.6g} s, {pace}, {left:.0f} s left"
+        print(text, file=self._stream, flush=True)

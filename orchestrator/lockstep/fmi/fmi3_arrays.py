@@ -1,0 +1,248 @@
+"""Values of FMI 3.0: variables are arrays, set and got as a whole, in a dozen types.
+
+To the master every element is one value in one of the types of `lockstep.fmi.slave`, by the reference that
+`lockstep.fmi.model_description` gave it. What an array's other elements are is remembered here, so that some can be set alone.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from ctypes import byref, c_char_p, c_size_t, c_void_p
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.fmi.model_description import Variable
+from lockstep.fmi.slave import DTYPES, ERROR, WARNING, Buffer, Scalar
+from lockstep.system.system import Value
+
+_NATIVE: Mapping[str, type] = {
+    "Float32": np.float32,
+    "Float64": np.float64,
+    "Int8": np.int8,
+    "Int16": np.int16,
+    "Int32": np.int32,
+    "Int64": np.int64,
+    "UInt8": np.uint8,
+    "UInt16": np.uint16,
+    "UInt32": np.uint32,
+    "UInt64": np.uint64,
+    "Boolean": np.bool_,
+    "String": np.object_,
+}
+Call = Callable[[], int]
+Place = slice | NDArray[np.intp]
+
+
+def _function_type(variable: Variable) -> str:
+    return "Int64" if variable.native == "Enumeration" else variable.native
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """The elements of one type among those of a call: their places in its buffer and in their arrays."""
+
+    kind: str
+    places: Place  # in the buffer of the call
+    handles: NDArray[np.uint32]  # value references of the arrays, in the order of their first element
+    elements: NDArray[np.intp]  # in the arrays, laid one after the other
+    size: int  # of these together
+
+
+class Arrays:
+    """The values of one instance. `problem` says why a call failed here already, before the FMU was asked."""
+
+    def __init__(
+        self, function: Callable[..., Callable[..., int]], instance: int, variables: Iterable[Variable]
+    ) -> None:
+        self._function, self._instance = function, instance
+        self._variables = {v.reference: v for v in variables if v.scalar is not None}
+        self._sizes: dict[int, int] = {}
+        for variable in self._variables.values():
+            self._sizes[variable.array] = max(self._sizes.get(variable.array, 0), variable.element + 1)
+        self._kept: list[object] = []  # what the library holds addresses of
+        self.present: dict[int, NDArray[Any]] = {  # what the arrays that can be set hold now, by value reference
+            handle: np.array([_start(v) for v in members], _NATIVE[_function_type(members[0])])
+            for handle, members in self._settable().items()
+        }
+        self.problem = ""
+        self.last = ""  # the name of the function that failed last
+
+    def _settable(self) -> dict[int, list[Variable]]:
+        found: dict[int, dict[int, Variable]] = {}
+        for variable in self._variables.values():
+            if variable.settable:
+                found.setdefault(variable.array, {})[variable.element] = variable
+        return {handle: [members[k] for k in sorted(members)] for handle, members in found.items()}
+
+    def getter(self, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+        """Return a call that fills the buffer with elements."""
+        calls = [self._get(part, buffer) for part in self._parts(references)]
+        return calls[0] if len(calls) == 1 else _in_turn(calls)
+
+    def setter(self, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+        """Return a call that sets elements; the others of their arrays stay what they are."""
+        calls = [self._set(part, references, buffer) for part in self._parts(references)]
+        return calls[0] if len(calls) == 1 else _in_turn(calls)
+
+    def set(self, values: Mapping[int, Value], scalar: Scalar) -> int:
+        """Set elements of one type by reference, once."""
+        buffer: Buffer = np.array(list(values.values()), DTYPES[scalar])
+        return self.setter(np.fromiter(values, np.uint32), buffer)()
+
+    def _parts(self, references: NDArray[np.uint32]) -> list[_Part]:
+        """Sort elements by type."""
+        groups: dict[str, list[int]] = {}
+        for place, reference in enumerate(references.tolist()):
+            groups.setdefault(_function_type(self._variables[reference]), []).append(place)
+        parts = []
+        for kind, places in groups.items():
+            members = [self._variables[references[place]] for place in places]
+            begins: dict[int, int] = {}
+            size = 0
+            for member in members:
+                if member.array not in begins:
+                    begins[member.array] = size
+                    size += self._sizes[member.array]
+            elements = [begins[member.array] + member.element for member in members]
+            handles, spots = np.array(list(begins), np.uint32), np.array(elements, np.intp)
+            parts.append(_Part(kind, _place(places), handles, spots, size))
+        return parts
+
+    def _get(self, part: _Part, buffer: Buffer) -> Call:
+        function = self._bound("Get", part.kind, part.handles)
+        places, elements = part.places, _place(part.elements.tolist())
+        if part.kind == "String":
+            texts = (c_char_p * part.size)()
+            address, count = byref(texts), part.size
+
+            def get_texts() -> int:
+                status = function(address, count)
+                if status <= WARNING:
+                    found = np.array([(text or b"").decode("utf-8", "replace") for text in texts], np.object_)
+                    buffer[places] = found[elements]
+                return status
+
+            return get_texts
+        straight = isinstance(places, slice) and isinstance(elements, slice) and len(buffer) == part.size
+        if straight and buffer.dtype == _NATIVE[part.kind] and buffer.flags.c_contiguous:
+            return self._with(function, buffer)  # as the FMU has them: nothing to move
+        values: NDArray[Any] = np.zeros(part.size, _NATIVE[part.kind])
+        call = self._with(function, values)
+
+        def get() -> int:
+            status = call()
+            buffer[places] = values[elements]
+            return status
+
+        return get
+
+    def _set(self, part: _Part, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+        function = self._bound("Set", part.kind, part.handles)
+        # one array for all of them, of which each keeps its piece: what one call sets, the next one sees
+        values: NDArray[Any] = np.concatenate([self.present[handle] for handle in part.handles.tolist()])
+        pieces: list[tuple[NDArray[Any], NDArray[Any]]] = []
+        begin = 0
+        for handle in part.handles.tolist():
+            end = begin + self._sizes[handle]
+            if end > begin + 1:  # what is no array is always set as a whole
+                pieces.append((self.present[handle], values[begin:end]))
+            begin = end
+        places, elements = part.places, _place(part.elements.tolist())
+        names = [self._variables[r].name for r in references[places].tolist()]
+        complete = len(set(part.elements.tolist())) == part.size
+        fit = self._fitting(part.kind, names)
+        send = self._text_sender(function, values) if part.kind == "String" else self._with(function, values)
+
+        def put() -> int:
+            given = fit(buffer[places])
+            if given is None:
+                return ERROR
+            if not complete:
+                for present, piece in pieces:
+                    piece[:] = present
+            values[elements] = given
+            status = send()
+            for present, piece in pieces:
+                present[:] = piece
+            return status
+
+        return put
+
+    def _fitting(self, kind: str, names: Sequence[str]) -> Callable[[NDArray[Any]], NDArray[Any] | None]:
+        """Return what turns values into those of a type, or notes the problem: no number is bent to fit."""
+        native = _NATIVE[kind]
+        if kind in ("Float64", "String"):
+            return lambda values: values
+        if kind == "Boolean":
+            return lambda values: np.asarray(values != 0)
+
+        def fit(values: NDArray[Any]) -> NDArray[Any] | None:
+            with np.errstate(over="ignore"):
+                given: NDArray[Any] = values.astype(native)
+            bad = ~np.isfinite(given) if kind == "Float32" else given != values
+            if bad.any():
+                first = int(np.argmax(bad))
+                self.problem = f"cannot set {names[first]}: {values[first]} does not fit into {kind}"
+                return None
+            return given
+
+        return fit
+
+    def _text_sender(self, function: Callable[..., int], values: NDArray[Any]) -> Call:
+        return lambda: function(byref((c_char_p * len(values))(*(str(text).encode() for text in values))), len(values))
+
+    def _with(self, function: Callable[..., int], values: NDArray[Any]) -> Call:
+        self._kept.append(values)
+        address, count = c_void_p(values.ctypes.data), c_size_t(len(values))
+        return lambda: function(address, count)
+
+    def _bound(self, verb: str, kind: str, handles: NDArray[np.uint32]) -> Callable[..., int]:
+        """Return fmi3Get<kind> or fmi3Set<kind> of these arrays, which then takes address and number of values."""
+        self._kept.append(handles)
+        name = f"fmi3{verb}{kind}"
+        function = self._function(name, c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
+        # instances of the ctypes are handed over as they are; Python integers would be converted at each call
+        instance, address = c_void_p(self._instance), c_void_p(handles.ctypes.data)
+        number = c_size_t(len(handles))
+
+        def bound(values: object, count: object) -> int:
+            status = function(instance, address, number, values, count)
+            if status > WARNING:
+                self.last = name
+            return status
+
+        return bound
+
+
+def _start(variable: Variable) -> Value:
+    """Return the start value; the model description has one for all that can be set."""
+    text = variable.start
+    match variable.scalar:
+        case "String":
+            return text or ""
+        case "Boolean":
+            return text in ("true", "1")
+        case "Real":
+            return float(text or 0.0)
+    return int(text or 0)
+
+
+def _place(indices: Sequence[int]) -> Place:
+    """Return a slice where it does: nothing is copied then."""
+    first, count = indices[0], len(indices)
+    if list(indices) == list(range(first, first + count)):
+        return slice(first, first + count)
+    return np.array(indices, np.intp)
+
+
+def _in_turn(calls: Sequence[Call]) -> Call:
+    def all_of_them() -> int:
+        worst = 0
+        for call in calls:
+            worst = max(worst, call())
+            if worst > WARNING:
+                break
+        return worst
+
+    return all_of_them

@@ -1,0 +1,244 @@
+"""Co-simulation FMUs of FMI 1.0, 2.0 and 3.0: what they declare. Instances are made by `lockstep.fmi.instantiate`."""
+
+import hashlib
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from fmpy.model_description import read_model_description
+
+from lockstep.errors import InputError, compact, siblings, suggestion
+from lockstep.fmi.safe_zip import open_file, open_zip
+from lockstep.fmi.slave import Scalar
+from lockstep.system.system import Component
+from lockstep.system.units import BASES, Unit
+
+SSP_SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
+FMI2_SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
+PLATFORM = str(fmpy.platform)  # as FMI 1.0 and 2.0 name the folder of their binaries
+PLATFORMS = {"1.0": PLATFORM, "2.0": PLATFORM, "3.0": str(fmpy.platform_tuple)}  # by version of FMI
+VERSION = str(fmpy.__version__)
+
+INTEGERS = {  # smallest and largest value, by FMI's name of the type
+    "Integer": (-(2**31), 2**31 - 1),
+    **{f"Int{bits}": (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) for bits in (8, 16, 32, 64)},
+    **{f"UInt{bits}": (0, 2**bits - 1) for bits in (8, 16, 32, 64)},
+}
+_SCALARS: Mapping[str, Scalar] = {
+    "Real": "Real",
+    "Float32": "Real",
+    "Float64": "Real",
+    "Integer": "Integer",
+    "Enumeration": "Integer",
+    "Int8": "Integer",
+    "Int16": "Integer",
+    "Int32": "Integer",
+    "UInt8": "Integer",
+    "UInt16": "Integer",
+    "UInt32": "Int64",
+    "Int64": "Int64",
+    "UInt64": "UInt64",
+    "Boolean": "Boolean",
+    "String": "String",
+}
+_BOUNDS = ("min", "max")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variable:
+    """What a model description says about one variable, or about one element of an array of FMI 3.0.
+
+    `reference` identifies it among those that travel in the same way: the value reference, or, with FMI 3.0, a
+    number of our own, since there all elements of an array share the value reference `array`.
+    """
+
+    name: str
+    reference: int
+    type: str  # Real, Integer, Boolean, String, Enumeration; Binary and Clock, which do not travel
+    causality: str
+    unit: Unit | None = None
+    relative: bool = False  # a difference: the unit's offset does not apply
+    minimum: float | None = None
+    maximum: float | None = None
+    description: str = ""
+    variability: str = "continuous"
+    initial: str = ""  # exact, approx or calculated
+    items: Mapping[str, int] = field(default_factory=dict, hash=False)  # of an Enumeration, value by name
+    native: str = ""  # the type as FMI 3.0 names it: Float32, UInt8, ...
+    array: int = 0
+    element: int = 0  # its place in the array, from 0, the last index running fastest
+    start: str | None = None  # as written in the model description
+
+    @property
+    def settable(self) -> bool:
+        """Tell whether a value may be given before initialization."""
+        if self.causality in ("output", "local"):
+            return self.initial in ("exact", "approx") and self.variability != "constant"
+        return self.causality in ("parameter", "input")
+
+    @property
+    def scalar(self) -> Scalar | None:
+        """The type in which its values travel; None: not at all."""
+        if self.native == "Enumeration":
+            return "Int64"  # FMI 3.0 hands them over so
+        return _SCALARS.get(self.native or self.type)
+
+    @property
+    def limits(self) -> tuple[int, int]:
+        """The smallest and largest value of an Integer or Enumeration."""
+        kind = self.native or self.type
+        return INTEGERS[("Int64" if self.native else "Integer") if kind == "Enumeration" else kind]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Description:
+    """What the master uses of a model description, and the digest of the file it came from."""
+
+    model: str
+    guid: str
+    identifier: str
+    once_per_process: bool
+    saves_state: bool  # and restores it in another process
+    sha256: str
+    variables: Mapping[str, Variable]
+    step_size: str | None = None  # of the default experiment [s]
+    version: str = "2.0"  # of FMI: 1.0, 2.0 or 3.0
+
+    @property
+    def prefix(self) -> str:
+        """How the names of its functions begin."""
+        return {"1.0": "fmi", "2.0": "fmi2", "3.0": "fmi3"}[self.version]
+
+    def names(self, *causalities: str) -> list[str]:
+        """Return the names of the variables of these causalities, in the order of the file."""
+        return [v.name for v in self.variables.values() if v.causality in causalities]
+
+    def lacks(self, component: str, name: str, kind: str) -> str:
+        """Say that there is no such variable, and which there are."""
+        # an input may be given a start value like a parameter, so both are offered
+        kinds = ("parameter", "input") if kind == "parameter" else (kind,)
+        names = [found for each in kinds for found in self.names(each)]
+        there = compact(siblings(name, names)) + suggestion(name, names)
+        return f"{component}.{name}: no such {kind}; {component} has {there}"
+
+
+def read_description(component: Component) -> Description:
+    """Read the FMU of a component, or raise InputError."""
+    with open_file(component.source, component.archive, component.name) as stream:
+        digest = hashlib.sha256(stream.read()).hexdigest()
+        stream.seek(0)
+        with open_zip(stream, f"{component.name}: {component.source}") as archive:
+            if "modelDescription.xml" not in archive.namelist():
+                raise InputError(f"{component.name}: {component.source} is no FMU: it has no modelDescription.xml")
+            members = set(archive.namelist())
+        stream.seek(0)
+        try:
+            model = read_model_description(stream)
+        except Exception as error:  # fmpy raises bare Exception for whatever is wrong in the XML
+            reason = " ".join(str(error).split())
+            raise InputError(f"{component.name}: {component.source} has a bad model description: {reason}") from None
+    where = f"{component.name}: {component.source}"
+    version = str(model.fmiVersion)[:3]
+    if version not in PLATFORMS or model.coSimulation is None:
+        kind = f"FMI {model.fmiVersion}" + ("" if model.coSimulation else " without co-simulation")
+        raise InputError(f"{where} is {kind}; a co-simulation FMU of FMI {', '.join(PLATFORMS)} is needed")
+    clocks = [v.name for v in model.modelVariables if v.type == "Clock"]
+    if clocks:
+        raise InputError(f"{where} has clocks ({compact(clocks)}), which the master cannot drive; use one without")
+    identifier, platform = model.coSimulation.modelIdentifier, PLATFORMS[version]
+    if f"binaries/{platform}/{identifier}{fmpy.sharedLibraryExtension}" not in members:
+        there = sorted({m.split("/")[1] for m in members if m.startswith("binaries/") and m.count("/") > 1})
+        raise InputError(f"{where} has no binary for {platform}; it has {', '.join(there) or 'none'}")
+    units = {unit.name: _unit(unit) for unit in model.unitDefinitions}
+    variables = list(_elements(model.modelVariables, units) if version == "3.0" else _scalars(model, units))
+    twice = [name for name, count in Counter(v.name for v in variables).items() if count > 1]
+    if twice:
+        raise InputError(f"{where} has {compact(twice)} twice; names must be unique")
+    return Description(
+        model=model.modelName,
+        guid=model.guid,
+        identifier=identifier,
+        once_per_process=bool(model.coSimulation.canBeInstantiatedOnlyOncePerProcess),
+        saves_state=bool(
+            getattr(model.coSimulation, "canGetAndSetFMUstate", False)
+            and getattr(model.coSimulation, "canSerializeFMUstate", False)
+        ),
+        sha256=digest,
+        variables={v.name: v for v in variables},
+        version=version,
+        step_size=model.defaultExperiment.stepSize if model.defaultExperiment else None,
+    )
+
+
+def validation_problems(path: Path) -> list[str]:
+    """Return what FMPy's own validation objects to in an FMU; nothing for a good one."""
+    from fmpy.validation import validate_fmu  # here only: it loads a grammar
+
+    return [str(problem) for problem in validate_fmu(str(path))]
+
+
+def _unit(unit: Any) -> Unit:
+    base = unit.baseUnit
+    if base is None:
+        return Unit(name=unit.name)
+    exponents = tuple(int(getattr(base, name)) for name in BASES)
+    return Unit(name=unit.name, exponents=exponents, factor=float(base.factor), offset=float(base.offset))
+
+
+def _scalars(model: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
+    for variable in model.modelVariables:
+        yield Variable(
+            name=variable.name,
+            reference=variable.valueReference,
+            type=variable.type,
+            start=variable.start,
+            **_shared(variable, variable.type, units),
+        )
+
+
+def _elements(variables: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
+    """Yield the variables of FMI 3.0, arrays element by element, with references counted from 0."""
+    reference = 0
+    for variable in variables:
+        kind = "Real" if variable.type.startswith("Float") else "Integer" if "Int" in variable.type else variable.type
+        shared = _shared(variable, kind, units)
+        # a String's start is one text, blanks and all; one number is that of all elements
+        starts = [variable.start] if kind == "String" or variable.start is None else variable.start.split()
+        for place, index in enumerate(product(*(range(1, size + 1) for size in variable.shape))):
+            yield Variable(
+                name=variable.name + (f"[{','.join(map(str, index))}]" if index else ""),
+                reference=reference,
+                type=kind,
+                native=variable.type,
+                array=variable.valueReference,
+                element=place,
+                start=starts[place] if place < len(starts) else starts[0] if len(starts) == 1 else None,
+                **shared,
+            )
+            reference += 1
+
+
+def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, Any]:
+    declared = variable.declaredType
+    unit = variable.unit or (declared.unit if declared else None)
+    minimum, maximum = (_bound(variable, declared, bound) if kind in ("Real", "Integer") else None for bound in _BOUNDS)
+    return {
+        "causality": variable.causality or "local",
+        "unit": units.get(unit, Unit(name=unit)) if unit else None,
+        "relative": bool(variable.relativeQuantity or (declared and declared.relativeQuantity)),
+        "minimum": minimum,
+        "maximum": maximum,
+        "description": variable.description or "",
+        "variability": variable.variability or ("continuous" if kind == "Real" else "discrete"),
+        "initial": variable.initial or "",
+        "items": {item.name: int(item.value) for item in declared.items} if declared else {},
+    }
+
+
+def _bound(variable: Any, declared: Any, name: str) -> float | None:
+    text = getattr(variable, name) or (getattr(declared, name) if declared else None)
+    return float(text) if text else None

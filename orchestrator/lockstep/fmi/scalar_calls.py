@@ -1,0 +1,76 @@
+"""Values of FMI 1.0 and 2.0, where every variable is one number or text: calls with their arguments bound."""
+
+from collections.abc import Callable, Mapping
+from ctypes import byref, c_char_p, c_size_t, c_void_p
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.fmi.slave import DTYPES, WARNING, Buffer, Scalar
+from lockstep.system.system import Value
+
+Call = Callable[[], int]
+
+
+class Scalars:
+    """The values of one instance. `prefix` is how the names of its functions begin: `fmi2`."""
+
+    def __init__(self, function: Callable[..., Callable[..., int]], prefix: str, instance: int) -> None:
+        self._function, self._prefix, self._instance = function, prefix, instance
+        self._kept: list[object] = []  # what the library holds addresses of
+
+    def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+        """Return the call that gets values of one type by reference."""
+        name = f"{self._prefix}Get{scalar}"
+        call = self._bound(name, references)
+        if scalar == "String":
+            texts = (c_char_p * len(references))()
+
+            def get() -> int:
+                status = call(byref(texts))
+                if status <= WARNING:
+                    buffer[:] = [(text or b"").decode("utf-8", "replace") for text in texts]
+                return status
+
+            return get
+        if scalar == "Boolean" and self._prefix != "fmi2":  # FMI 1.0 has them in one byte each
+            letters = np.zeros(len(references), np.uint8)
+
+            def get_letters() -> int:
+                status = call(letters.ctypes.data)
+                buffer[:] = letters
+                return status
+
+            return get_letters
+        return self._direct(name, references, buffer)
+
+    def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+        """Return the call that sets values of one type by reference."""
+        name = f"{self._prefix}Set{scalar}"
+        call = self._bound(name, references)
+        if scalar == "String":
+            return lambda: call(byref((c_char_p * len(references))(*(str(text).encode() for text in buffer))))
+        if scalar == "Boolean" and self._prefix != "fmi2":
+            return lambda: call((buffer != 0).astype(np.uint8).ctypes.data)
+        return self._direct(name, references, buffer)
+
+    def set(self, values: Mapping[int, Value], scalar: Scalar) -> int:
+        """Set values of one type by reference, once."""
+        buffer: Buffer = np.array(list(values.values()), DTYPES[scalar])
+        return self.setter(scalar, np.fromiter(values, np.uint32), buffer)()
+
+    def _direct(self, name: str, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+        """Bind the buffer too: the library reads and writes it where it is."""
+        if not (buffer.flags.c_contiguous and len(references) == len(buffer)):
+            raise ValueError(f"{name} needs a contiguous buffer of {len(references)} values")
+        self._kept.append(buffer)
+        return self._bound(name, references, c_void_p(buffer.ctypes.data))
+
+    def _bound(self, name: str, references: NDArray[np.uint32], *more: object) -> Callable[..., int]:
+        references = np.ascontiguousarray(references)
+        self._kept.append(references)
+        function = self._function(name, c_void_p, c_void_p, c_size_t, c_void_p)
+        # instances of the ctypes are handed over as they are; Python integers would be converted at each call
+        address, count = c_void_p(references.ctypes.data), c_size_t(len(references))
+        return partial(function, c_void_p(self._instance), address, count, *more)

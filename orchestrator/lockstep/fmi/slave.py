@@ -1,0 +1,93 @@
+"""What the master needs of a slave, whatever stands behind it: an FMU, or a toy in a test."""
+
+from collections.abc import Callable, Mapping
+from typing import Literal, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.system.system import Value
+
+# The types in which values travel. An Integer has 32 bits: all of FMI 1.0 and 2.0, and those of FMI 3.0 that fit.
+Scalar = Literal["Real", "Integer", "Boolean", "Int64", "UInt64", "String"]
+SCALARS: tuple[Scalar, ...] = ("Real", "Integer", "Boolean", "Int64", "UInt64", "String")
+DTYPES: Mapping[str, type] = {
+    "Real": np.float64,
+    "Integer": np.int32,
+    "Boolean": np.int32,
+    "Int64": np.int64,
+    "UInt64": np.uint64,
+    "String": np.object_,  # of str
+}
+Buffer = NDArray[np.float64] | NDArray[np.int32] | NDArray[np.int64] | NDArray[np.uint64] | NDArray[np.object_]
+
+OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+_STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
+
+
+class Slave(Protocol):
+    """One instance. Every call returns an FMI status; above WARNING the run is over."""
+
+    @property
+    def do_step(self) -> Callable[[float, float, int], int]:
+        """Call as do_step(time, step, 1)."""
+        ...
+
+    def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        """Return a call that fills the buffer; the buffer must stay where it is."""
+        ...
+
+    def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        """Return a call that hands the buffer over; the buffer must stay where it is."""
+        ...
+
+    def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
+        """Set parameters and start values by reference, before initialization."""
+        ...
+
+    def setup_experiment(self, start: float, stop: float) -> int:
+        """Announce the time span [s]."""
+        ...
+
+    def enter_initialization(self) -> int:
+        """Enter initialization mode."""
+        ...
+
+    def exit_initialization(self) -> int:
+        """Leave initialization mode."""
+        ...
+
+    def failed(self, status: int) -> None:
+        """Note the status that ended the run; after FATAL the instance is never called again."""
+        ...
+
+    def outcome(self, call: str, status: int) -> str:
+        """Say what a call came to that failed: `fmi2DoStep returned fmi2Error`. The call is told without its prefix."""
+        ...
+
+    def last_messages(self) -> str:
+        """Return what the slave logged last, or nothing."""
+        ...
+
+    def close(self) -> None:
+        """Terminate and free; never raises, may be called twice."""
+        ...
+
+
+@runtime_checkable
+class Stateful(Protocol):
+    """A slave that can save its state, and go on from it in another process. What wraps a slave saves both."""
+
+    def save_state(self, folder: str) -> int:
+        """Leave the whole state in files in an empty folder; each layer has files of its own names."""
+        ...
+
+    def restore_state(self, folder: str) -> int:
+        """Take the state that a folder holds; the instance has been initialized with the same parameters."""
+        ...
+
+
+def returned(prefix: str, call: str, status: int) -> str:
+    """Say that a call with this prefix (`fmi2`) returned a status."""
+    label = f"{prefix}{_STATUS[status]}" if 0 <= status < len(_STATUS) else f"status {status}"
+    return f"{prefix}{call} returned {label}"

@@ -1,0 +1,73 @@
+"""Everything about a run that is known before any FMU is started."""
+
+from collections.abc import Mapping, Sequence
+
+from lockstep.errors import InputError
+from lockstep.fmi.slave import Scalar
+from lockstep.plan.bus_layout import Layout, Reference
+from lockstep.plan.overrides import Override
+from lockstep.plan.schedule import Schedule, build_schedule, whole_ticks
+from lockstep.plan.wiring import Wiring, wire
+from lockstep.processes.isolation_policy import settle
+from lockstep.results.signal_patterns import Signal, select
+from lockstep.shadow.component import check_before, described, shadow_descriptions
+from lockstep.system.clock import nanoseconds
+from lockstep.system.system import System, Value
+
+
+class Plan:
+    """A checked run: schedule, descriptions, wiring, signals and memory layout. Raises InputError."""
+
+    def __init__(
+        self,
+        system: System,
+        stop_time: float | str | None,
+        overrides: Mapping[str, Override],
+        record: Sequence[str] | None,
+        record_period: float | str | None,
+    ) -> None:
+        self.system = system
+        stop = system.stop_time if stop_time is None else nanoseconds(stop_time, "stop time")
+        if stop is None:
+            raise InputError(f"system {system.name}: no stop time in the file; give one")
+        self.stop_time: int = stop
+        self.ticks = whole_ticks(stop, system.tick, "stop time")
+        self.schedule: Schedule = build_schedule(system)
+        self.descriptions = {component.name: described(component) for component in system.components}
+        self.shadows = shadow_descriptions(system)
+        check_before(system, stop)
+        self.system = system = settle(system, {**self.descriptions, **self.shadows})
+        self.wiring: Wiring = wire(system, self.descriptions, overrides)
+        self.record = tuple(system.record if record is None else record)
+        self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)
+        period = system.record_period if record_period is None else nanoseconds(record_period, "record period")
+        self.layout = Layout(
+            schedule=self.schedule,
+            links=self.wiring.links,
+            recorded=_by_component(self.signals),
+            record_ticks=1 if period is None else whole_ticks(period, system.tick, "record period"),
+        )
+        self.layout.cycle  # noqa: B018 (refuses a plan that would be too long, before any FMU is started)
+        self.names = {
+            (name, variable.scalar, variable.reference): variable.name
+            for name, description in self.descriptions.items()
+            for variable in description.variables.values()
+            if variable.scalar is not None and variable.causality in ("output", "input")
+        }
+
+    def starts(self, name: str) -> dict[Scalar, dict[int, Value]]:
+        """Return a component's parameters and start values by type and reference."""
+        starts: dict[Scalar, dict[int, Value]] = {}
+        for key, value in self.wiring.parameters[name].items():
+            variable = self.descriptions[name].variables[key]
+            if variable.scalar is not None:  # a value of another type has been refused
+                starts.setdefault(variable.scalar, {})[variable.reference] = value
+        return starts
+
+
+def _by_component(signals: Sequence[Signal]) -> dict[str, tuple[Reference, ...]]:
+    grouped: dict[str, list[Reference]] = {}
+    for signal in signals:
+        if signal.variable.scalar is not None:
+            grouped.setdefault(signal.component, []).append((signal.variable.scalar, signal.variable.reference))
+    return {name: tuple(references) for name, references in grouped.items()}

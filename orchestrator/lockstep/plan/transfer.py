@@ -1,0 +1,69 @@
+"""Values on their way from outputs to inputs, as arrays: what `lockstep.system.transformation` says, and from type to type."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.errors import RunError
+from lockstep.fmi.slave import DTYPES, Scalar
+from lockstep.system.transformation import Function
+
+Values = NDArray[Any]
+Convert = Callable[[Values], Values]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Way:
+    """What becomes of one value: the target receives gain * source + bias (Reals), or what the function makes of it."""
+
+    source: Scalar
+    gain: float = 1.0
+    bias: float = 0.0
+    function: Function | None = None
+
+    def plain(self, target: Scalar) -> bool:
+        """Tell whether the value arrives as it is."""
+        return self.source == target and (self.gain, self.bias, self.function) == (1.0, 0.0, None)
+
+
+def linear(ways: Iterable[Way], target: Scalar) -> bool:
+    """Tell whether one product and one sum of Reals do for all of them."""
+    return target == "Real" and all(way.source == "Real" and way.function is None for way in ways)
+
+
+def converter(target: Scalar, ways: Sequence[Way], names: Sequence[str]) -> Convert:
+    """Return what turns values of any type, (n,), into those of another. `names` are the n targets, for errors.
+
+    An integer out of the range of its new type is a RunError.
+    """
+    functions = [(k, way.function) for k, way in enumerate(ways) if way.function is not None]
+    gain, bias = np.array([way.gain for way in ways]), np.array([way.bias for way in ways])
+    scaled = target == "Real" and (bool(np.any(gain != 1.0)) or bool(np.any(bias)))
+
+    def convert(values: Values) -> Values:
+        if functions:
+            found = values.tolist()  # Python's integers: exact at any width
+            for k, function in functions:
+                found[k] = function(found[k])
+            values = np.array(found, np.object_)
+        if target == "String":
+            return values
+        if target == "Real":
+            reals = values.astype(np.float64)
+            return np.asarray(gain * reals + bias) if scaled else reals
+        if target == "Boolean":
+            return np.asarray(values != 0).astype(np.int32)
+        return _whole(values, target, names)
+
+    return convert
+
+
+def _whole(values: Values, target: Scalar, names: Sequence[str]) -> Values:
+    limits = np.iinfo(DTYPES[target])
+    for name, value in zip(names, values.tolist(), strict=True):
+        if not limits.min <= value <= limits.max:
+            raise RunError(f"{name}: {value} is outside [{limits.min}, {limits.max}], the range of its type")
+    return values.astype(DTYPES[target])

@@ -1,0 +1,156 @@
+"""Check a system against the model descriptions of its FMUs; resolve names, types and units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lockstep.errors import InputError
+from lockstep.fmi.model_description import Description, Variable
+from lockstep.fmi.slave import Scalar
+from lockstep.plan.overrides import Override, component_parameters, resolve_overrides, unfed
+from lockstep.plan.transfer import Way
+from lockstep.system.system import Component, Connection, System, Value
+from lockstep.system.transformation import Conversion, End, Function, convert
+from lockstep.system.units import checked_conversion, known_unit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Link:
+    """All scalars of one type from one producer to one consumer with one delay, by reference.
+
+    A target receives gain * source + bias; only Reals have other gains and biases than 1 and 0. Where there is a
+    function it receives what that makes of the value.
+    """
+
+    producer: str
+    consumer: str
+    delay: int  # [ticks]
+    scalar: Scalar
+    sources: tuple[int, ...]
+    targets: tuple[int, ...]
+    gains: tuple[float, ...]
+    biases: tuple[float, ...]
+    target_scalar: Scalar | None = None  # the type of the targets; None: that of the sources
+    functions: tuple[Function | None, ...] = ()  # one a value; (): none
+
+    @property
+    def ways(self) -> list[Way]:
+        """What becomes of each value."""
+        functions = self.functions or (None,) * len(self.sources)
+        rows = zip(self.gains, self.biases, functions, strict=True)
+        return [Way(source=self.scalar, gain=gain, bias=bias, function=function) for gain, bias, function in rows]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wiring:
+    """A checked system. `parameters` are the values set, in the FMUs' units, by component and variable."""
+
+    links: tuple[Link, ...]
+    parameters: Mapping[str, Mapping[str, Value]]
+
+
+def wire(system: System, descriptions: Mapping[str, Description], overrides: Mapping[str, Override]) -> Wiring:
+    """Check everything that can be checked without running, or raise InputError."""
+    for component in system.components:
+        _check_connectors(component, descriptions[component.name])
+    _check_single_instances(system, descriptions)
+    parameters = {
+        component.name: component_parameters(component, descriptions[component.name]) for component in system.components
+    }
+    for key, value in overrides.items():
+        for name, variable, item in resolve_overrides(key, value, system, descriptions):
+            parameters[name][variable.name] = item
+    links = _links(system, descriptions)
+    _check_fed(system, descriptions, parameters)
+    return Wiring(links=links, parameters=parameters)
+
+
+def _check_connectors(component: Component, description: Description) -> None:
+    for port in component.connectors or ():
+        what = f"{component.name}.{port.name}"
+        variable = description.variables.get(port.name)
+        if variable is None:
+            raise InputError(description.lacks(component.name, port.name, port.kind))
+        if variable.causality != port.kind:
+            raise InputError(f"{what}: declared as {port.kind}, but it is the FMU's {variable.causality}")
+        if port.type is not None and variable.type != port.type:
+            raise InputError(f"{what}: declared as {port.type}, but the FMU says {variable.type}")
+        declared = component.units.get(port.name)
+        if any(variable.items.get(item, number) != number for item, number in port.items.items()):
+            raise InputError(f"{what}: the file numbers the items of its Enumeration otherwise than the FMU")
+        if declared is None or variable.unit is None or declared.name == variable.unit.name:
+            continue
+        if variable.unit.exponents is None:
+            continue  # its name is all that the FMU tells: the file says what it is
+        if checked_conversion(declared, variable.unit, False, what) != (1.0, 0.0):
+            raise InputError(f"{what}: declared in '{declared.name}', but the FMU's unit is '{variable.unit.name}'")
+
+
+def _check_single_instances(system: System, descriptions: Mapping[str, Description]) -> None:
+    seen: dict[str, str] = {}
+    for component in system.components:
+        description = descriptions[component.name]
+        if component.isolated:
+            continue
+        first = seen.setdefault(description.sha256, component.name)
+        if first != component.name and description.once_per_process:
+            raise InputError(f"{component.name}: the FMU allows one instance per process, and {first} is it already")
+
+
+def _links(system: System, descriptions: Mapping[str, Description]) -> tuple[Link, ...]:
+    groups: dict[tuple[str, str, int, Scalar, Scalar], list[tuple[int, int, Conversion]]] = {}
+    for connection in system.connections:
+        source = _port(connection, "output", descriptions)
+        target = _port(connection, "input", descriptions)
+        if source.scalar is None or target.scalar is None:
+            raise InputError(f"{connection}: values of type {source.type} are not exchanged; remove the connection")
+        ends = _end(source, connection.from_component, system), _end(target, connection.to_component, system)
+        conversion = convert(*ends, connection.hops, str(connection))
+        key = (connection.from_component, connection.to_component, connection.delay, source.scalar, target.scalar)
+        groups.setdefault(key, []).append((source.reference, target.reference, conversion))
+    return tuple(
+        Link(
+            producer=key[0],
+            consumer=key[1],
+            delay=key[2],
+            scalar=key[3],
+            target_scalar=key[4],
+            sources=tuple(entry[0] for entry in entries),
+            targets=tuple(entry[1] for entry in entries),
+            gains=tuple(entry[2].gain for entry in entries),
+            biases=tuple(entry[2].bias for entry in entries),
+            functions=tuple(entry[2].function for entry in entries),
+        )
+        for key, entries in groups.items()
+    )
+
+
+def _port(connection: Connection, causality: str, descriptions: Mapping[str, Description]) -> Variable:
+    outward = causality == "output"
+    component = connection.from_component if outward else connection.to_component
+    name = connection.output if outward else connection.input
+    description = descriptions[component]
+    variable = description.variables.get(name)
+    if variable is None:
+        raise InputError(description.lacks(component, name, causality))
+    if variable.causality != causality:
+        raise InputError(
+            f"{connection}: {component}.{name} is the FMU's {variable.causality}, an {causality} is needed"
+        )
+    return variable
+
+
+def _end(variable: Variable, component: str, system: System) -> End:
+    unit = known_unit(variable.unit, system.component(component).units.get(variable.name))
+    return End(type=variable.native or variable.type, unit=unit, relative=variable.relative, items=variable.items)
+
+
+def _check_fed(
+    system: System, descriptions: Mapping[str, Description], parameters: Mapping[str, Mapping[str, Value]]
+) -> None:
+    fed = {(connection.to_component, connection.input) for connection in system.connections}
+    for component in system.components:
+        variables = descriptions[component.name].variables.values()
+        inputs = [v.name for v in variables if v.causality == "input" and v.scalar is not None]  # the others stay
+        loose = [n for n in inputs if (component.name, n) not in fed and n not in parameters[component.name]]
+        if loose:
+            raise InputError(unfed(component.name, loose, system))

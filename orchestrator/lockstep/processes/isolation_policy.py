@@ -1,0 +1,95 @@
+"""Which components run in processes of their own, when neither the system nor its user says so.
+
+Those are FMUs that we did not build, FMUs that allow one instance a process and have one already, and FMUs that bring a
+Python module or a library along of which another one brings a differing copy: one process has one of each name.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import PurePosixPath
+
+from lockstep.errors import InputError
+from lockstep.fmi.model_description import PLATFORMS, Description
+from lockstep.fmi.safe_zip import open_file, open_zip
+from lockstep.system.system import Component, System
+
+BUILD_RECORD = "resources/build.json"  # our export leaves it, with the GUID of the FMU that it was made for
+_CODE = (".py", ".so")
+
+Modules = Mapping[str, frozenset[tuple[str, int]]]  # path and checksum of every file, by module
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contents:
+    """What matters of an FMU's archive here."""
+
+    own: bool
+    modules: Modules
+
+
+def settle(system: System, descriptions: Mapping[str, Description]) -> System:
+    """Return the system with `isolated` decided for every component, or raise InputError."""
+    every = [*system.components, *(c.shadow.component for c in system.components if c.shadow)]
+    contents = {c.name: read_contents(c, descriptions[c.name]) for c in every if c.isolated is not True}
+    inside: list[Component] = []  # the master's process; those told to be there first
+    decided: dict[str, bool] = {}
+    for component in sorted(every, key=lambda c: c.isolated is not False):
+        isolated = component.isolated
+        if isolated is not True:
+            conflict = next((text for c in inside if (text := _conflict(component, c, contents, descriptions))), "")
+            if conflict and isolated is False:
+                raise InputError(f"{component.name}: {conflict}; run one of them in a process of its own")
+            isolated = bool(conflict) or (isolated is None and not contents[component.name].own)
+        if not isolated:
+            inside.append(component)
+        decided[component.name] = isolated
+    return replace(system, components=tuple(_settled(c, decided) for c in system.components))
+
+
+def _settled(component: Component, decided: Mapping[str, bool]) -> Component:
+    shadow = component.shadow and replace(component.shadow, component=_settled(component.shadow.component, decided))
+    return replace(component, isolated=decided[component.name], shadow=shadow)
+
+
+def read_contents(component: Component, description: Description) -> Contents:
+    """Look into the archive of an FMU."""
+    library = f"{description.identifier}.so"
+    files: dict[str, set[tuple[str, int]]] = {}
+    with (
+        open_file(component.source, component.archive, component.name) as stream,
+        open_zip(stream, f"{component.name}: {component.source}") as archive,
+    ):
+        own = False
+        if BUILD_RECORD in archive.namelist():
+            try:
+                own = json.loads(archive.read(BUILD_RECORD))["guid"] == description.guid
+            except (ValueError, KeyError, TypeError):
+                own = False
+        for member in archive.infolist():
+            path = PurePosixPath(member.filename)
+            if path.suffix not in _CODE:
+                continue
+            if path.parts[0] == "resources":
+                files.setdefault(path.parts[1].partition(".")[0], set()).add((member.filename, member.CRC))
+            elif path.parts[:2] == ("binaries", PLATFORMS[description.version]) and path.name != library:
+                files.setdefault(path.name, set()).add((member.filename, member.CRC))
+    return Contents(own=own, modules={name: frozenset(found) for name, found in files.items()})
+
+
+def _conflict(
+    component: Component,
+    other: Component,
+    contents: Mapping[str, Contents],
+    descriptions: Mapping[str, Description],
+) -> str:
+    """Say why two components cannot share a process; "" if they can."""
+    one, two = descriptions[component.name], descriptions[other.name]
+    if one.sha256 == two.sha256:
+        once = one.once_per_process
+        return f"the FMU allows one instance per process, and {other.name} is it already" if once else ""
+    mine, its = contents[component.name].modules, contents[other.name].modules
+    differing = sorted(name for name in mine.keys() & its.keys() if mine[name] != its[name])
+    return f"brings another copy of {differing[0]} than {other.name}" if differing else ""

@@ -1,0 +1,345 @@
+"""A slave whose FMU runs in another process: values through shared memory, one round trip a step.
+
+Inputs that are set wait for the step and travel with it. `do_step` sends and returns at once: `overlaps` says so. The
+first call after it waits for the answer, which holds the outputs that were asked for after the same step before. So a
+failure of any call is told when the answer is there, as a RunError that names the call, whatever called.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.errors import InputError, RunError
+from lockstep.fmi.log_callbacks import Log
+from lockstep.fmi.model_description import Description
+from lockstep.fmi.slave import ERROR, OK, Buffer, Scalar, returned
+from lockstep.interrupt import Interrupt
+from lockstep.processes.cpu_affinity import SAMPLE, cores
+from lockstep.processes.pipe_messages import pack, read_message, write_all
+from lockstep.processes.shared_memory import PLACE, STEP, TIME, Shared, shared_file
+from lockstep.processes.string_transfer import RAW, first_encode, then_decode
+from lockstep.processes.watched_process import Limits, Process
+from lockstep.system.system import Component, Value
+
+_LAST_STEP, _LAST_CALLS = 2.0, 10.0  # [s] for a step that nobody waits for any more, and for terminating
+
+_NONE: frozenset[int] = frozenset()
+
+Key = tuple[tuple[int, ...], bool, tuple[int, ...]]  # sets, whether to step, gets
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Program:
+    """What the worker does at one command."""
+
+    command: bytes
+    calls: tuple[str, ...]
+    gets: frozenset[int]
+
+
+class RemoteSlave:
+    """One running instance in a process of its own. Implements `lockstep.fmi.slave.Slave`."""
+
+    overlaps = True  # do_step only begins: complete, or a getter, waits for its end
+
+    def __init__(
+        self, component: Component, description: Description, folder: Path, log: Log, limits: Limits | None = None
+    ) -> None:
+        self.name = component.name
+        self._prefix = description.prefix
+        self._log = log
+        self._messages: deque[str] = deque(maxlen=3)
+        self._outcome = ""  # of the call that failed last
+        self._time = 0.0  # of the last step [s]
+        self._flying = self._ready = self._broken = self._closed = False
+        self._ports: dict[tuple[str, Scalar, bytes], tuple[int, Buffer]] = {}
+        self._names: list[str] = []  # of the ports' calls
+        self._programs: dict[Key, _Program] = {}
+        self._under_way = _Program(command=b"", calls=("Instantiate",), gets=frozenset())
+        self._pending: dict[int, None] = {}  # sets that wait for the next step, in order
+        self._fresh = _NONE  # gets whose regions hold the present values
+        self._used: list[int] = []  # gets asked for since the last step
+        self._last: _Step | None = None
+        memory = shared_file()
+        worker_commands, self._commands = os.pipe()
+        self._answers, worker_answers = os.pipe()
+        try:
+            self._shared = Shared(memory)
+            self._cores = cores()
+            self._cores.scatter()
+            self._process = Process((worker_commands, worker_answers, memory), folder, limits or Limits())
+        finally:
+            for descriptor in (memory, worker_commands, worker_answers):
+                os.close(descriptor)
+        self._worker = self._cores.join(self._process.pid, self._shared)
+        part = Component(name=self.name, source=component.source, period=1, archive=component.archive)
+        start = pickle.dumps((part, replace(description, variables=dict(description.variables)), str(folder)))
+        self._send((-len(start)).to_bytes(4, "little", signed=True) + start)
+
+    def ready(self) -> None:
+        """Wait until the FMU is instantiated, or raise what the worker did; several start side by side."""
+        if not self._ready:
+            self._ready = True
+            told = self._complete()
+            if "refused" in told:
+                raise (InputError if told["refused"] == "InputError" else RunError)(str(told["reason"]))
+
+    def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        """Return a call that waits for the step and copies what it gave."""
+        if buffer.dtype == object:
+            raw = np.zeros(len(references), RAW)
+            return then_decode(self.getter(scalar, references, raw), raw, buffer)
+        port, region = self._port("get", scalar, references)
+
+        def get() -> int:
+            if self._flying:
+                self._complete()
+            self._used.append(port)
+            if port not in self._fresh:
+                fresh = self._fresh
+                self._run(self._program((tuple(self._pending), False, (port,))))
+                self._complete()
+                self._fresh = fresh | {port}
+            buffer[:] = region
+            return OK
+
+        return get
+
+    def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        """Return a call that copies the values to where the next step finds them."""
+        if buffer.dtype == object:
+            raw = np.zeros(len(references), RAW)
+            return first_encode(buffer, raw, self.setter(scalar, references, raw), self._refuse)
+        port, region = self._port("set", scalar, references)
+        pending = self._pending
+
+        def put() -> int:
+            if self._flying:
+                self._complete()
+            region[:] = buffer
+            pending.pop(port, None)  # the later of two sets has to stay the later one
+            pending[port] = None
+            self._fresh = _NONE  # an output may depend on it at once
+            return OK
+
+        return put
+
+    def _refuse(self, reason: str) -> int:
+        raise RunError(f"{self.name}: {reason}")
+
+    @property
+    def do_step(self) -> Callable[[float, float, int], int]:
+        """Begin a step. Each callable expects the same gets after it as were called the last time."""
+        return _Step(self)
+
+    def begin(self, step: _Step, time: float, length: float) -> None:
+        """Send a step, with the sets before it and the gets that it expects."""
+        if self._flying:
+            self._complete()
+        last, used = self._last, self._used
+        if last is not None and used != last.expected:
+            last.expected, last.program = list(dict.fromkeys(used)), None
+        self._last, self._used = step, []
+        reals = self._shared.reals
+        self._time = reals[TIME] = time
+        reals[STEP] = length
+        sets = tuple(self._pending)
+        program = step.program
+        if program is None or sets != step.sets:
+            step.sets, step.program = sets, program = sets, self._program((sets, True, tuple(step.expected)))
+        self._run(program)
+
+    def complete(self) -> None:
+        """Wait for the end of the step, or raise RunError."""
+        if self._flying:
+            self._complete()
+
+    def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
+        """Set parameters and start values of one type by value reference."""
+        return self._ask("set_start", f"Set{scalar}", list(values.items()), scalar)
+
+    def setup_experiment(self, start: float, stop: float) -> int:
+        """Announce the time span."""
+        return self._ask("setup_experiment", "SetupExperiment", start, stop)
+
+    def enter_initialization(self) -> int:
+        """Enter initialization mode."""
+        return self._ask("enter_initialization", "EnterInitializationMode")
+
+    def exit_initialization(self) -> int:
+        """Leave initialization mode."""
+        return self._ask("exit_initialization", "ExitInitializationMode")
+
+    def save_state(self, folder: str) -> int:
+        """Serialise the state into a folder, which the worker sees as the master does."""
+        return self._ask("save_state", "GetFMUstate", folder)
+
+    def restore_state(self, folder: str) -> int:
+        """Set the state that a folder holds."""
+        return self._ask("restore_state", "SetFMUstate", folder)
+
+    def failed(self, status: int) -> None:
+        """Do nothing: the worker has noted it."""
+
+    def outcome(self, call: str, status: int) -> str:
+        """Say what a call came to that failed."""
+        return self._outcome or returned(self._prefix, call, status)
+
+    def last_messages(self) -> str:
+        """Return what the FMU logged last above fmi2OK."""
+        return " | ".join(self._messages)
+
+    def close(self) -> None:
+        """Terminate, free and end the process; what goes wrong is an event. Never raises, may be called twice."""
+        if self._closed:
+            return
+        self._closed = True
+        grace = 0.0
+        try:
+            if not self._broken:
+                self._process.interrupt = Interrupt()  # what comes now is its end anyway
+                self._process.limit = _LAST_STEP
+                self.complete()
+                self._process.limit = _LAST_CALLS
+                self._tell("FreeInstance", ask="close", arguments=[])
+                grace = _LAST_CALLS
+        except RunError as error:
+            self._log(self.name, ERROR, "isolation", str(error))
+        finally:
+            self._cores.leave(self._worker)
+            os.close(self._commands)
+            self._process.end(grace)
+            os.close(self._answers)
+
+    def _port(self, kind: str, scalar: Scalar, references: NDArray[np.uint32]) -> tuple[int, Buffer]:
+        key = (kind, scalar, references.tobytes())
+        if key not in self._ports:
+            self.ready()
+            self.complete()
+            try:
+                offset = self._shared.allocate(scalar, len(references))
+            except MemoryError as error:
+                raise RunError(f"{self.name}: {error}") from None
+            name = f"{kind.capitalize()}{scalar}"
+            self._tell(name, ask="port", kind=kind, scalar=scalar, references=references.tolist(), offset=offset)
+            self._ports[key] = (len(self._names), self._shared.region(scalar, len(references), offset))
+            self._names.append(name)
+        return self._ports[key]
+
+    def _run(self, program: _Program) -> None:
+        """Send the command of a program, which then has to be completed."""
+        self._pending.clear()
+        self._under_way = program
+        self._send(program.command)
+
+    def _program(self, key: Key) -> _Program:
+        """Return the program that does this, which the worker is told once."""
+        if key in self._programs:
+            return self._programs[key]
+        sets, steps, gets = key
+        self._tell("DoStep", ask="program", sets=sets, steps=steps, gets=gets)
+        names = self._names
+        calls = (*(names[port] for port in sets), *(("DoStep",) * steps), *(names[port] for port in gets))
+        number = len(self._programs) + 1
+        program = _Program(command=number.to_bytes(4, "little", signed=True), calls=calls, gets=frozenset(gets))
+        self._programs[key] = program
+        return program
+
+    def _ask(self, method: str, name: str, *arguments: object) -> int:
+        """Have the worker call a method of its slave; return the status."""
+        self.ready()
+        self.complete()
+        if self._pending:
+            self._run(self._program((tuple(self._pending), False, ())))
+            self._complete()
+        self._fresh = _NONE
+        told = self._tell(name, ask=method, arguments=arguments)
+        self._outcome = str(told.get("outcome", ""))
+        return int(told["status"])
+
+    def _tell(self, name: str, **message: object) -> dict[str, Any]:
+        """Send a message and return the answer. `name` is the call that it makes, for the case that it fails."""
+        content = pack(message)
+        length = -int.from_bytes(content[:4], "little", signed=True)
+        self._under_way = _Program(command=b"", calls=(name,), gets=frozenset())
+        self._shared.integers[PLACE] = 1
+        self._send(length.to_bytes(4, "little", signed=True) + content[4:])
+        return self._complete()
+
+    def _send(self, content: bytes) -> None:
+        self._process.busy_since = now = monotonic()
+        self._flying = True
+        worker = self._worker
+        worker.messages += 1
+        if worker.messages % SAMPLE == 0 or self._cores.watched:
+            self._cores.begins(worker, now)
+        try:
+            if len(content) == 4:
+                os.write(self._commands, content)
+            else:
+                write_all(self._commands, content)
+        except BrokenPipeError:
+            raise self._death() from None
+
+    def _complete(self) -> dict[str, Any]:
+        """Wait for the answer."""
+        if self._worker in self._cores.watched:
+            self._cores.waits(self._worker)
+        answer = os.read(self._answers, 1)
+        self._flying = False
+        self._process.busy_since = 0.0
+        if answer == b"\0":
+            self._fresh = self._under_way.gets
+            return {}
+        try:
+            if answer != b"\1":
+                raise EOFError
+            told = read_message(self._answers)
+            for status, category, message in told["log"]:
+                self._messages.append(" ".join(message.split()))
+                self._log(self.name, status, category, message)
+            failed = str(told["outcome"]) if "place" in told else None
+        except (EOFError, KeyError, TypeError, ValueError, IndexError):  # gone, or out of its mind
+            raise self._death() from None
+        if failed is not None:
+            said = f": {self.last_messages()}" if self._messages else ""
+            raise RunError(f"{self.name}: {failed} at {self._time:.9g} s{said}")
+        self._fresh = self._under_way.gets
+        return dict(told)
+
+    def _death(self) -> RunError | KeyboardInterrupt:
+        """Return what ended the process, as an error."""
+        self._broken, self._flying = True, False
+        self._cores.watched.discard(self._worker)
+        place = self._shared.integers[PLACE]
+        calls = [f"{self._prefix}{call}" for call in self._under_way.calls]
+        where = f"in {calls[place - 1]}" if 0 < place <= len(calls) else f"after {calls[-1]}" if calls else "idle"
+        said = self._shared.said()
+        cause = f"{self._process.how_it_ended()} {where} at {self._time:.9g} s"
+        if self._process.interrupted:
+            return self._process.interrupt.end()
+        return RunError(f"{self.name}: {cause}" + (f"; it said: {said}" if said else ""))
+
+
+class _Step:
+    """A step, the sets before it and the gets that followed, when it was called before."""
+
+    def __init__(self, slave: RemoteSlave) -> None:
+        self.expected: list[int] = []
+        self.sets: tuple[int, ...] = ()
+        self.program: _Program | None = None  # for these sets, and the gets expected
+        self._begin = slave.begin
+
+    def __call__(self, time: float, length: float, _no_set_state: int) -> int:
+        self._begin(self, time, length)
+        return OK

@@ -1,0 +1,1 @@
+"""Results folders: recording, run record and reading."""

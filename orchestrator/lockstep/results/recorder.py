@@ -1,0 +1,177 @@
+"""Stream recorded rows to disk while a run goes on, and turn them into one compressed file at its end."""
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
+from lockstep.results.read import PARQUET, STREAM, open_batches, read_batches
+from lockstep.results.signal_patterns import Signal
+
+_BLOCK_BYTES = 4_000_000  # of one batch on disk, when a simulated second is larger
+_GROUP_BYTES = 16_000_000  # of one row group of the final file; bounds the memory of the conversion
+
+_NUMBERS: tuple[Scalar, ...] = ("Real", "Integer", "Boolean")  # recorded as float64, which holds them all
+_AGAIN = f".{STREAM}.again"  # the file of a run that goes on, until it holds what was kept
+_COLUMNS = {"Int64": pa.int64(), "UInt64": pa.uint64(), "String": pa.string()}
+
+Rows = tuple[NDArray[Any], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kept:
+    """What a run had recorded at some time: rows in its file, and those that waited, as an Arrow stream."""
+
+    written: int
+    waiting: bytes
+
+
+class Recorder:
+    """Collect rows in blocks and write them out each simulated second.
+
+    A column is float64, unless the signal is a 64-bit integer or a text.
+    """
+
+    def __init__(self, folder: Path, signals: Sequence[Signal], rows_per_second: int, kept: Kept | None = None) -> None:
+        """Begin a file, or go on with that of an earlier run behind the rows that are kept of it."""
+        self._folder = folder
+        by_type = {scalar: [signal for signal in signals if signal.variable.scalar == scalar] for scalar in SCALARS}
+        columns = [signal for group in by_type.values() for signal in group]
+        self._order = [columns.index(signal) for signal in signals]  # columns of the blocks in the order of the file
+        self._size = max(1, min(rows_per_second, _BLOCK_BYTES // (8 * (len(columns) + 1))))
+        self._times = np.zeros(self._size)
+        ends = np.cumsum([0, *(len(by_type[scalar]) for scalar in _NUMBERS)])
+        self._block = np.zeros((self._size, ends[-1]))
+        self._others: list[NDArray[Any]] = [
+            np.zeros((self._size, len(by_type[scalar])), DTYPES[scalar]) for scalar in SCALARS if scalar not in _NUMBERS
+        ]
+        parts = [self._block[:, start:end] for start, end in pairwise(ends)] + self._others  # in the order of SCALARS
+        self._rows: list[Rows] = [tuple(part[k] for part in parts) for k in range(self._size)]
+        self._count = 0
+        self.schema = _schema(signals)
+        self._columns = [part[:, k] for part in parts for k in range(part.shape[1])]
+        self._written = 0  # rows
+        self._file = pa.OSFile(str(folder / (STREAM if kept is None else _AGAIN)), "wb")  # unbuffered: survives a kill
+        self._writer = pa.ipc.new_stream(self._file, self.schema)
+        if kept is not None:
+            self._keep(kept)
+
+    def saved(self) -> Kept:
+        """Return what has been recorded so far, with the file on disk for good."""
+        waiting = pa.BufferOutputStream()
+        with pa.ipc.new_stream(waiting, self.schema) as stream:
+            stream.write_batch(self._batch(self._count))
+        with (self._folder / STREAM).open("rb") as file:
+            os.fsync(file.fileno())
+        return Kept(written=self._written, waiting=waiting.getvalue().to_pybytes())
+
+    def _keep(self, kept: Kept) -> None:
+        """Copy rows of the earlier file in the batches that they came in, and put the new file in its place."""
+        for batch in first_rows(self._folder, kept.written, self._size):
+            self._writer.write_batch(batch)
+        self._written = kept.written
+        (self._folder / _AGAIN).replace(self._folder / STREAM)
+        (self._folder / PARQUET).unlink(missing_ok=True)
+        (batch,) = pa.ipc.open_stream(kept.waiting)
+        self._count = len(batch)
+        self._times[: self._count] = batch.column(0).to_numpy()
+        for k, position in enumerate(self._order, 1):
+            self._columns[position][: self._count] = batch.column(k).to_numpy(zero_copy_only=False)
+
+    def row(self, time: float) -> Rows:
+        """Return the next row to fill in, in the order of `lockstep.fmi.slave.SCALARS`."""
+        count = self._count
+        if count == self._size:
+            self._flush()
+            count = 0
+        self._count = count + 1
+        self._times[count] = time
+        return self._rows[count]
+
+    def _flush(self) -> None:
+        count, self._count = self._count, 0  # first of all: a failed write must not be repeated by close
+        self._writer.write_batch(self._batch(count))
+        self._written += count
+
+    def _batch(self, count: int) -> pa.RecordBatch:
+        columns = list(np.ascontiguousarray(self._block[:count].T))
+        for block in self._others:
+            columns += list(np.ascontiguousarray(block[:count].T))
+        arrays = [_array(self._times[:count]), *(_array(columns[position]) for position in self._order)]
+        return pa.RecordBatch.from_arrays(arrays, schema=self.schema)
+
+    def close(self) -> None:
+        """Write the last rows, convert the stream, remove it. When that fails the stream stays readable."""
+        try:
+            if self._count:
+                self._flush()
+            self._writer.close()
+        finally:
+            self._file.close()
+        convert(self._folder)
+
+
+def _array(values: NDArray[Any]) -> pa.Array:
+    """Return values as Arrow's; `pa.array` imports pandas at its first call, in the middle of the run."""
+    if values.dtype == np.object_:
+        return pa.array(values.tolist(), pa.string())
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [None, pa.py_buffer(values)])
+
+
+def first_rows(folder: Path, count: int, size: int) -> Iterator[pa.RecordBatch]:
+    """Yield the first rows of a run, ended or not, in batches of one size."""
+    if not count:
+        return
+    left, waiting, rows = count, [], 0
+    with open_batches(folder) as (_, batches):
+        for batch in batches:
+            start = 0
+            while left and start < len(batch):
+                part = batch.slice(start, min(len(batch) - start, size - rows, left))
+                start, rows, left = start + len(part), rows + len(part), left - len(part)
+                waiting.append(part)
+                if rows == size or not left:
+                    yield pa.Table.from_batches(waiting).combine_chunks().to_batches()[0]
+                    waiting, rows = [], 0
+            if not left:
+                return
+
+
+def convert(folder: Path) -> None:
+    """Turn the stream of a run into its compressed file, a bounded number of rows at a time."""
+    partial = folder / f".{PARQUET}.partial"
+    try:
+        with read_batches(folder / STREAM) as (schema, batches):
+            rows_per_group = max(1, _GROUP_BYTES // (8 * len(schema)))
+            with pq.ParquetWriter(partial, schema, compression="zstd") as writer:
+                waiting: list[pa.RecordBatch] = []
+                for batch in batches:
+                    waiting.append(batch)
+                    if sum(map(len, waiting)) >= rows_per_group:
+                        writer.write_table(pa.Table.from_batches(waiting), row_group_size=rows_per_group)
+                        waiting = []
+                if waiting:
+                    writer.write_table(pa.Table.from_batches(waiting), row_group_size=rows_per_group)
+        partial.replace(folder / PARQUET)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+    (folder / STREAM).unlink()
+
+
+def _schema(signals: Sequence[Signal]) -> pa.Schema:
+    fields = [pa.field("time", pa.float64(), nullable=False, metadata={"unit": "s", "description": "simulated time"})]
+    for signal in signals:
+        unit = signal.variable.unit.name if signal.variable.unit else ""
+        metadata = {"unit": unit, "description": signal.variable.description, "type": signal.variable.type}
+        kind = _COLUMNS.get(signal.variable.scalar or "", pa.float64())
+        fields.append(pa.field(signal.name, kind, nullable=False, metadata=metadata))
+    return pa.schema(fields)

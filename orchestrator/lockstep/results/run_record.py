@@ -1,0 +1,232 @@
+"""The record of a run: run.toml, enough to repeat it, and events.jsonl, what happened when."""
+
+import fcntl
+import json
+import os
+import platform
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from lockstep.faults.scenario import Scenario
+from lockstep.fmi.model_description import Description
+from lockstep.system.clock import seconds
+from lockstep.system.system import Component, System, Value
+
+RUN = "run.toml"
+EVENTS = "events.jsonl"
+_PACKAGES = ("numpy", "fmpy", "lxml", "pyarrow")
+_MOST_MESSAGES = 1000  # of one component in the events: a slave that complains at each step must not fill the disk
+
+Table = dict[str, object]
+
+
+def describe_run(
+    system: System,
+    descriptions: Mapping[str, Description],
+    parameters: Mapping[str, Mapping[str, Value]],
+    overrides: Mapping[str, object],
+    stop_time: int,
+    record: Sequence[str],
+    record_period: int,
+    faults: Sequence[Scenario] = (),
+) -> Table:
+    """Collect what a run depends on. Times are in seconds."""
+    delays = sorted({(c.from_component, c.to_component, c.delay) for c in system.connections})
+    return {
+        "status": "running",
+        "simulated_time": 0.0,
+        "wall_time": 0.0,
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "stop_time": seconds(stop_time),
+        "tick": seconds(system.tick),
+        "record": list(record),
+        "record_period": seconds(record_period),
+        "system": {"name": system.name, "path": str(system.path or ""), "sha256": system.sha256 or ""},
+        "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
+        "overrides": {key: _plain(value) for key, value in overrides.items()},
+        "component": [
+            {
+                "name": c.name,
+                "source": str(c.source),
+                "sha256": descriptions[c.name].sha256,
+                "model": descriptions[c.name].model,
+                "guid": descriptions[c.name].guid,
+                "period": seconds(c.shadow.period if c.shadow else c.period),
+                "offset": seconds(c.offset),
+                "kind": c.kind,
+                "isolated": bool(c.isolated),
+                "parameters": dict(parameters[c.name]),
+                **_adapter(c),
+                **_shadow(c, descriptions),
+            }
+            for c in system.components
+        ],
+        **({"faults": [{"path": str(s.path), "sha256": s.sha256, "text": s.text} for s in faults]} if faults else {}),
+        "latency": [{"from": start, "to": end, "delay": delay} for start, end, delay in delays],
+    }
+
+
+def _adapter(component: Component) -> Table:
+    if component.adapter is None or component.stands_for is None:
+        return {}
+    adapter, replaced = component.adapter, component.stands_for
+    return {"adapter": str(adapter.path), "adapter_sha256": adapter.sha256, "stands_for": str(replaced.source)}
+
+
+def _shadow(component: Component, descriptions: Mapping[str, Description]) -> Table:
+    if component.shadow is None:
+        return {}
+    shadow, over = component.shadow.component, component.shadow.hand_over
+    table: Table = {
+        "name": shadow.name,
+        "source": str(shadow.source),
+        "sha256": descriptions[shadow.name].sha256,
+        "model": descriptions[shadow.name].model,
+        "guid": descriptions[shadow.name].guid,
+        "period": seconds(shadow.period),
+        "isolated": bool(shadow.isolated),
+        "outputs": list(component.shadow.outputs),
+        "compared": [o for o in component.shadow.outputs if descriptions[component.name].variables[o].scalar == "Real"],
+        "blend": seconds(component.shadow.blend),
+        **({} if over is None else {"hand_over": seconds(over)}),
+        **_adapter(shadow),
+    }
+    return {"shadow": table}
+
+
+def write_manifest(folder: Path, content: Mapping[str, object]) -> None:
+    """Replace run.toml in one step: a reader sees the old one or the new one."""
+    partial = folder / f".{RUN}.partial"
+    try:
+        partial.write_text(to_toml(content), encoding="utf-8")
+        partial.replace(folder / RUN)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+def to_toml(content: Mapping[str, object]) -> str:
+    """Write scalars, then tables, then arrays of tables, as TOML 1.0."""
+    return "\n".join(_lines(content, "")) + "\n"
+
+
+def _lines(content: Mapping[str, object], prefix: str) -> list[str]:
+    lines: list[str] = []
+    later: list[str] = []
+    for key, value in content.items():
+        name = f"{prefix}{_key(key)}"
+        if isinstance(value, Mapping):
+            later += ["", f"[{name}]", *_lines(value, f"{name}.")]
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            for entry in value:
+                later += ["", f"[[{name}]]", *_lines(entry, f"{name}.")]
+        else:
+            lines.append(f"{_key(key)} = {_literal(value)}")
+    return lines + later
+
+
+def _key(key: str) -> str:
+    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _text(key)
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML's basic strings escape as JSON's
+
+
+def _literal(value: object) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case int() | float():
+            return repr(value)
+        case list() | tuple():
+            return f"[{', '.join(map(_literal, value))}]"
+    return _text(str(value))
+
+
+def _plain(value: object) -> object:
+    if hasattr(value, "tolist"):
+        return value.tolist()  # numpy's scalars and arrays
+    return list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
+
+
+def goes_on(folder: Path) -> bool:
+    """Tell whether a run is writing to this results folder."""
+    try:
+        file = os.open(folder / EVENTS, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # a file system without locks
+        return False
+    finally:
+        os.close(file)
+    return False
+
+
+class Events:
+    """Append events, one JSON object a line, each with its simulated time; before `open` they wait."""
+
+    def __init__(self, time: float = 0.0) -> None:
+        self.time = time  # [s] simulated; the master keeps it
+        self._waiting: list[str] = []
+        self._file: int | None = None
+        self._counts: Counter[str] = Counter()
+
+    def open(self, folder: Path, keep: int = 0) -> None:
+        """Create events.jsonl, or keep so many bytes of it, and write what waited.
+
+        The file is locked as long as this process lives: see `goes_on`.
+        """
+        self._file = os.open(folder / EVENTS, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.ftruncate(self._file, keep)
+        waiting, self._waiting = self._waiting, []
+        for line in waiting:
+            self._write(line)
+
+    def saved(self) -> dict[str, object]:
+        """Return how far the file has come, and how many messages each component has left."""
+        assert self._file is not None
+        return {"size": os.fstat(self._file).st_size, "counts": dict(self._counts)}
+
+    def open_again(self, folder: Path, saved: Mapping[str, Any]) -> None:
+        """Go on with the events of an earlier run, behind those that it had when it was saved; write what waited."""
+        self._counts.update(Counter(saved["counts"]))
+        self.open(folder, int(saved["size"]))
+
+    def add(self, event: str, **details: object) -> None:
+        """Write an event at the present simulated time."""
+        self._write(json.dumps({"time": self.time, "event": event, **details}, ensure_ascii=False) + "\n")
+
+    def log(self, component: str, status: int, category: str, message: str) -> None:
+        """Write an FMU's message if it is a warning or worse, up to a number of them."""
+        if status == 0:
+            return
+        self._counts[component] += 1
+        if self._counts[component] <= _MOST_MESSAGES:
+            level = ("ok", "warning", "discard", "error", "fatal", "pending")[min(status, 5)]
+            self.add("log", component=component, level=level, category=category, message=message)
+        elif self._counts[component] == _MOST_MESSAGES + 1:
+            self.add("log", component=component, level="warning", message="further messages are not listed")
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
+
+    def _write(self, line: str) -> None:
+        if self._file is None:
+            self._waiting.append(line)
+        else:
+            os.write(self._file, line.encode("utf-8", "replace"))  # unbuffered: it survives a kill

@@ -1,0 +1,1 @@
+"""One run: values exchanged, components initialised and stepped."""

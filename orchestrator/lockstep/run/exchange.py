@@ -1,0 +1,325 @@
+"""Turn a memory plan into ready-bound calls: for each tick of the cycle a flat tuple of steps.
+
+No scalar is touched by Python in a tick: each step is one gather from the bus, one set, one doStep and one get.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.errors import RunError, compact
+from lockstep.faults.inject import Faults
+from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer, Scalar, Slave
+from lockstep.plan.bus_layout import Layout
+from lockstep.plan.schedule import Task
+from lockstep.plan.transfer import Way, converter, linear
+from lockstep.run.overlapped_steps import BegunStep, Overlapping, interleaved
+from lockstep.system.clock import seconds
+
+Call = Callable[[], int]
+Step = Callable[[float], None]
+Row = Callable[[float], Sequence[NDArray[Any]]]  # the recorder's next row, in the order of SCALARS
+Names = Mapping[tuple[str, Scalar, int], str]  # of outputs and inputs
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """One value to set: to which input, from where on the bus of its source's type, and what becomes of it."""
+
+    target: int
+    position: int
+    way: Way
+
+
+class Exchange:
+    """The bus and everything bound to it."""
+
+    def __init__(self, layout: Layout, slaves: Mapping[str, Slave], names: Names, faults: Faults | None = None) -> None:
+        self._layout, self._faults = layout, faults
+        self._slaves = slaves
+        self._names = names
+        self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
+        self._steps: dict[object, Step] = {}  # equal phases share one step
+        self._initial: dict[tuple[str, Scalar], dict[int, Any]] = {}
+
+    def phases(self, row: Row) -> list[tuple[Step, ...]]:
+        """Return the steps of every tick of the cycle, in order."""
+        layout, tasks = self._layout, self._layout.schedule.tasks
+        first = () if self._faults is None else (self._faults.begin_tick,)
+        return [
+            (
+                *first,
+                *interleaved(layout, tick, [(t, self._step(t, tick)) for t in tasks if t.steps_at(tick)]),
+                *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.recorded else ()),
+            )
+            for tick in range(layout.cycle)
+        ]
+
+    @property
+    def faults(self) -> Faults | None:
+        """What goes wrong in the run."""
+        return self._faults
+
+    def finish(self) -> None:
+        """Note what ends with the run."""
+        if self._faults is not None:
+            self._faults.finish()
+
+    @property
+    def bus(self) -> Mapping[Scalar, Buffer]:
+        """All fetched outputs, by type, laid out as `Layout` says."""
+        return self._bus
+
+    def fetch_initial(self, name: str, newest: int = 0) -> None:
+        """Fetch a component's initial outputs: for its readers' first inputs, and into all slots up to a version."""
+        self.fetch_present(name)
+        for scalar in SCALARS:
+            for version in range(newest + 1 - self._layout.rings[name], newest + 1):
+                start, references = self._layout.fetched(name, scalar, version)
+                if references:
+                    self._bus[scalar][start : start + len(references)] = self.present(name, scalar, references)
+
+    def present(self, name: str, scalar: Scalar, references: list[int]) -> Buffer:
+        """Return outputs of a component as they are now."""
+        buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
+        self.check(name, f"Get{scalar}", 0.0, self._get(name, scalar, references, buffer)())
+        if scalar == "Real":
+            self._check_finite(name, references, buffer, 0.0)
+        return buffer
+
+    def fetch_present(self, name: str) -> None:
+        """Fetch a component's outputs as they are now, for what `set_initial` gives to their readers."""
+        for scalar in SCALARS:
+            links = [link for link in self._layout.links if (link.producer, link.scalar) == (name, scalar)]
+            sources = sorted({source for link in links for source in link.sources})
+            if sources:
+                values = self.present(name, scalar, sources)
+                self._initial[name, scalar] = dict(zip(sources, values.tolist(), strict=True))
+
+    def set_initial(self, name: str) -> None:
+        """Set the inputs whose producers' initial outputs have been fetched."""
+        for scalar in SCALARS:
+            entries: dict[int, Any] = {}
+            for link in self._layout.links:
+                known = self._initial.get((link.producer, link.scalar))
+                if (link.consumer, link.target_scalar or link.scalar) == (name, scalar) and known is not None:
+                    values: NDArray[Any] = np.array([known[source] for source in link.sources], DTYPES[link.scalar])
+                    convert = converter(scalar, link.ways, self._labels(name, scalar, link.targets))
+                    entries |= dict(zip(link.targets, convert(values).tolist(), strict=True))
+            if entries:
+                targets = sorted(entries)
+                buffer: Buffer = np.array([entries[target] for target in targets], DTYPES[scalar])
+                call = self._slaves[name].setter(scalar, np.array(targets, np.uint32), buffer)
+                self.check(name, f"Set{scalar}", 0.0, call())
+
+    def _labels(self, name: str, scalar: Scalar, references: Sequence[int]) -> list[str]:
+        return [f"{name}.{self._names.get((name, scalar, r), r)}" for r in references]
+
+    def check(self, name: str, call: str, time: float, status: int) -> None:
+        """Raise RunError if a call, told without FMI's prefix, failed; with what the slave logged."""
+        if status <= WARNING:
+            return
+        slave = self._slaves[name]
+        slave.failed(status)
+        outcome, message = slave.outcome(call, status), slave.last_messages()
+        raise RunError(f"{name}: {outcome} at {time:.9g} s" + (f": {message}" if message else ""))
+
+    def _get(self, name: str, scalar: Scalar, references: list[int], buffer: Buffer) -> Call:
+        return self._slaves[name].getter(scalar, np.array(references, np.uint32), buffer)
+
+    def _step(self, task: Task, tick: int) -> Step:
+        sets, gets = self._sets(task, tick), self._gets(task, tick)
+        key = (
+            task.name,
+            *((scalar, *((entry.target, entry.position) for entry in entries)) for scalar, entries in sets.items()),
+            *((scalar, start, tuple(references)) for scalar, (start, references) in gets.items()),
+        )
+        if key not in self._steps:
+            self._steps[key] = self._bind(task, sets, gets)
+        return self._steps[key]
+
+    def _sets(self, task: Task, tick: int) -> dict[Scalar, list[_Entry]]:
+        """Return what to set of each type, the targets in ascending order."""
+        sets: dict[Scalar, list[_Entry]] = {}
+        for link, version in self._layout.renewed(task, tick):
+            for source, target, way in zip(link.sources, link.targets, link.ways, strict=True):
+                position = self._layout.position(link.producer, link.scalar, source, version)
+                sets.setdefault(link.target_scalar or link.scalar, []).append(_Entry(target, position, way))
+        return {scalar: sorted(entries, key=lambda entry: entry.target) for scalar, entries in sets.items()}
+
+    def _gets(self, task: Task, tick: int) -> dict[Scalar, tuple[int, list[int]]]:
+        fetched = {scalar: self._layout.fetched(task.name, scalar, task.begun(tick)) for scalar in SCALARS}
+        return {scalar: (start, references) for scalar, (start, references) in fetched.items() if references}
+
+    def _bind(
+        self,
+        task: Task,
+        sets: Mapping[Scalar, list[_Entry]],
+        gets: Mapping[Scalar, tuple[int, list[int]]],
+    ) -> Step:
+        """Bind one doStep with the sets before it and the gets after it."""
+        name, slave, check = task.name, self._slaves[task.name], self.check
+        do_step = slave.do_step
+        length = seconds(task.period * self._layout.schedule.tick)
+        end = length if task.continuous else 0.0  # from the step's start to where its outputs are true
+        before = [self._bound_set(name, scalar, entries) for scalar, entries in sets.items()]
+        if self._faults is not None:
+            before += self._faults.on_step(name, slave, check)
+        after = [self._bound_get(name, scalar, *entry, end) for scalar, entry in gets.items()]
+        if isinstance(slave, Overlapping):
+
+            def begin(time: float) -> None:
+                for call in before:
+                    call(time)
+                do_step(time, length, 1)
+
+            return BegunStep(begin, slave.complete, after)
+        if len(before) == 1 and len(after) == 1:  # the usual step, without the two loops
+            first, last = before[0], after[0]
+
+            def usual_step(time: float) -> None:
+                first(time)
+                status = do_step(time, length, 1)
+                if status:
+                    check(name, "DoStep", time, status)
+                last(time)
+
+            return usual_step
+
+        def step(time: float) -> None:
+            for call in before:
+                call(time)
+            status = do_step(time, length, 1)
+            if status:
+                check(name, "DoStep", time, status)
+            for call in after:
+                call(time)
+
+        return step
+
+    def _bound_set(self, name: str, scalar: Scalar, entries: Sequence[_Entry]) -> Step:
+        check, take, function = self.check, self._bus[scalar].take, f"Set{scalar}"
+        targets = [entry.target for entry in entries]
+        buffer: Buffer = np.zeros(len(targets), DTYPES[scalar])
+        call = self._slaves[name].setter(scalar, np.array(targets, np.uint32), buffer)
+        if self._faults is not None:
+            call = self._faults.on_transfer(name, scalar, targets, buffer, call)
+        index = np.array([entry.position for entry in entries], np.intp)
+        ways = [entry.way for entry in entries]
+
+        def plain(time: float) -> None:
+            take(index, None, buffer, "clip")  # clip: the other modes copy through a temporary
+            status = call()
+            if status:
+                check(name, function, time, status)
+
+        if all(way.plain(scalar) for way in ways):
+            return plain
+        if not linear(ways, scalar):
+            return self._mixed_set(name, scalar, entries, buffer, call)
+        gain, bias = np.array([way.gain for way in ways]), np.array([way.bias for way in ways])
+
+        def converted(time: float) -> None:
+            take(index, None, buffer, "clip")
+            np.multiply(buffer, gain, buffer)
+            np.add(buffer, bias, buffer)
+            status = call()
+            if status:
+                check(name, function, time, status)
+
+        return converted
+
+    def _mixed_set(self, name: str, scalar: Scalar, entries: Sequence[_Entry], buffer: Buffer, call: Call) -> Step:
+        """Bind a set whose values come from outputs of several types, or through tables."""
+        check, function = self.check, f"Set{scalar}"
+        parts = []
+        for source in SCALARS:
+            places = [k for k, entry in enumerate(entries) if entry.way.source == source]
+            if places:
+                chosen = [entries[k] for k in places]
+                names = self._labels(name, scalar, [entry.target for entry in chosen])
+                index = np.array([entry.position for entry in chosen], np.intp)
+                convert = converter(scalar, [entry.way for entry in chosen], names)
+                parts.append((self._bus[source].take, index, convert, np.array(places, np.intp)))
+
+        def mixed(time: float) -> None:
+            for take, index, convert, places in parts:
+                try:
+                    buffer[places] = convert(take(index))
+                except RunError as error:
+                    raise RunError(f"{error} at {time:.9g} s") from None
+            status = call()
+            if status:
+                check(name, function, time, status)
+
+        return mixed
+
+    def _bound_get(self, name: str, scalar: Scalar, start: int, references: list[int], end: float) -> Step:
+        check, function = self.check, f"Get{scalar}"
+        part = self._bus[scalar][start : start + len(references)]
+        call = self._get(name, scalar, references, part)
+
+        def plain(time: float) -> None:
+            status = call()
+            if status:
+                check(name, function, time, status)
+
+        if scalar != "Real":
+            return plain
+        check_finite, isfinite = self._check_finite, np.isfinite
+        marks = bytearray(len(part))  # searched ten times faster than an array
+        finite = np.frombuffer(marks, np.bool_)
+
+        def checked(time: float) -> None:
+            status = call()
+            if status:
+                check(name, function, time, status)
+            isfinite(part, finite)
+            if 0 in marks:
+                check_finite(name, references, part, time + end)
+
+        return checked
+
+    def _check_finite(self, name: str, references: list[int], values: Buffer, time: float) -> None:
+        bad = [
+            self._names[name, "Real", r] for r, value in zip(references, values, strict=True) if not np.isfinite(value)
+        ]
+        if bad:
+            first = values[~np.isfinite(values)][0]
+            said = self._slaves[name].last_messages()  # a slave that cannot return an error tells it so
+            raise RunError(
+                f"{name}.{compact(bad)}: is {first} at {time:.9g} s; every exchanged value must be finite"
+                + (f"; it said: {said}" if said else "")
+            )
+
+    def _capture(self, tick: int, row: Row) -> Step:
+        """Bind the copy of what is true at this tick into the recorder's next row."""
+        layout = self._layout
+        index: dict[Scalar, NDArray[np.intp]] = {}
+        for scalar in SCALARS:
+            positions = [
+                layout.position(name, scalar, reference, layout.schedule.task(name).true_at(tick))
+                for name, references in layout.recorded.items()
+                for kind, reference in references
+                if kind == scalar
+            ]
+            index[scalar] = np.array(positions, np.intp)
+        key = ("capture", *(part.tobytes() for part in index.values()))
+        if key not in self._steps:
+            self._steps[key] = self._bind_capture(index, row)
+        return self._steps[key]
+
+    def _bind_capture(self, index: Mapping[Scalar, NDArray[np.intp]], row: Row) -> Step:
+        reals, take = index["Real"], self._bus["Real"].take
+        others = [(k, index[s], self._bus[s].take) for k, s in enumerate(SCALARS) if s != "Real" and len(index[s])]
+
+        def capture(time: float) -> None:
+            parts = row(time)
+            take(reals, None, parts[0], "clip")
+            for k, places, take_other in others:
+                parts[k][:] = take_other(places)
+
+        return capture

@@ -1,0 +1,82 @@
+"""Annotations of SSP elements: our own of the type `lockstep`, and the steps that OSP's tools and OMSimulator leave."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lockstep.errors import InputError
+from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, NS, Element
+from lockstep.system.clock import nanoseconds
+from lockstep.system.system import Kind
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Told:
+    """What a file tells of a component's steps; None: nothing. `ours`: in an annotation of ours. Times in ns."""
+
+    period: int | None = None
+    offset: int = 0
+    kind: Kind | None = None
+    isolated: bool | None = None
+    ours: bool = False
+    hint: int | None = None  # StepSizeHint of the Open Simulation Platform
+
+
+def annotation(element: Element, tag: str, name: str, attributes: Sequence[str]) -> Element | None:
+    """Return our own element in the annotations of `element`, or None. Raises InputError for what it cannot hold."""
+    found = element.findall(f"ssd:Annotations/ssc:Annotation[@type='{ANNOTATION}']/*", NS)
+    if not found:
+        return None
+    if len(found) > 1 or found[0].tag != f"{{{LOCKSTEP}}}{tag}":
+        raise InputError(f"{name}: the {ANNOTATION} annotation must hold one {tag} element in namespace {LOCKSTEP}")
+    for attribute in found[0].attrib:
+        if attribute not in attributes:
+            raise InputError(f"{name}: annotation {attribute}: no such attribute; there are {', '.join(attributes)}")
+    return found[0]
+
+
+def component_told(element: Element, name: str) -> Told:
+    """Read what the annotations of a component tell, or raise InputError."""
+    hints = element.findall("ssd:Annotations/ssc:Annotation/osp:StepSizeHint", NS)
+    hint = nanoseconds(hints[0].get("value", ""), f"{name}: StepSizeHint") if hints else None
+    own = annotation(element, "Component", name, ("period", "offset", "kind", "isolated"))
+    if own is None:
+        return Told(hint=hint)
+    kind = own.get("kind", "sampled")
+    if kind not in ("sampled", "continuous"):
+        raise InputError(f"{name}: kind {kind!r} must be sampled or continuous")
+    return Told(
+        period=nanoseconds(own.attrib["period"], f"{name}: period") if "period" in own.attrib else None,
+        offset=nanoseconds(own.get("offset", "0"), f"{name}: offset"),
+        kind="continuous" if kind == "continuous" else "sampled",
+        isolated=_flag(own, "isolated", name),
+        ours=True,
+        hint=hint,
+    )
+
+
+def master_step(root: Element) -> int | None:
+    """Return the step that OMSimulator's or OSP's master is told to make [ns], None if nothing is told."""
+    for place in ("ssd:System", "ssd:DefaultExperiment"):
+        for tag, attribute in (("FixedStepMaster", "stepSize"), ("FixedStepAlgorithm", "baseStepSize")):
+            for found in root.iterfind(f"{place}/ssd:Annotations/ssc:Annotation//{{*}}{tag}", NS):
+                if found.get(attribute):
+                    return nanoseconds(found.get(attribute), f"{tag} {attribute}")
+    return None
+
+
+def connection_delay(element: Element, name: str) -> int | None:
+    """Return the delay of a connection in ticks, None if nothing is told, or raise InputError."""
+    own = annotation(element, "Connection", name, ("delay",))
+    text = None if own is None else own.get("delay")
+    if text is None:
+        return None if own is None else 0
+    if not (text.isascii() and text.isdecimal()):
+        raise InputError(f"{name}: delay {text!r} must be a whole number of ticks >= 0")
+    return int(text)
+
+
+def _flag(element: Element, attribute: str, name: str) -> bool | None:
+    text = element.get(attribute)
+    if text not in (None, "true", "false", "1", "0"):
+        raise InputError(f"{name}: {attribute} {text!r} must be true or false")
+    return None if text is None else text in ("true", "1")

@@ -1,0 +1,217 @@
+"""Read SSP 1.0 system files: a .ssd file, an unpacked SSP folder, or a .ssp archive.
+
+Periods, offsets, kinds, delays, the tick and what to record are no part of SSP. They stand in annotations of the type
+`lockstep`, in a namespace of our own; `lockstep.ssp.write` writes them, and `lockstep.ssp.step_times` says what is done
+without. Systems in systems are flattened; a component of one has its path as its name: `aocs/controller`.
+
+In a file of others, one whose system has no annotation of ours, a value that no variable takes is left out, as SSP
+has it, and listed by `System.ignored`; in one of ours it is refused.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from lockstep.errors import InputError
+from lockstep.fmi.model_description import Description, Variable, read_description
+from lockstep.fmi.safe_zip import open_file
+from lockstep.ssp.annotations import annotation, master_step
+from lockstep.ssp.flatten import Settled, Way, refuse_ignored, settle, ways
+from lockstep.ssp.location import place_of
+from lockstep.ssp.read_tree import open_description, read_tree
+from lockstep.ssp.step_times import Timing
+from lockstep.ssp.tree import Branch, Leaf, Place, Setting
+from lockstep.ssp.xml import MAIN, NS, Element, unique
+from lockstep.system.clock import nanoseconds
+from lockstep.system.system import Component, Connection, Connector, Feed, Kind, System, SystemInput, Value
+from lockstep.system.transformation import End, Hop, transferred
+from lockstep.system.units import Unit, known_unit
+
+
+def load_system(path: Path | str, timing: Timing | None = None) -> System:
+    """Read a system file, or raise InputError.
+
+    Parameters
+    ----------
+    path : a .ssd, the folder of an unpacked package, a .ssp, or one variant in it: `package.ssp#Variant.ssd`
+    timing : what the command line says of periods, kinds and delays; what is not said is as in `lockstep.ssp.step_times`
+
+    FMUs stay unread unless they have to be asked for steps, variables or units; `simulate` checks against all.
+    """
+    place = place_of(Path(path))
+    document = open_description(place)
+    tree = read_tree(document)
+    file = place.archive or place.document
+    with open_file(file, None, str(file)) as stream:
+        digest = hashlib.sha256(stream.read()).hexdigest()
+    named = file if place.archive is None or place.document == Path(MAIN) else Path(f"{file}#{place.document}")
+    return _Assembly(named, document.root, tree, timing or Timing()).system(digest)
+
+
+class _Assembly:
+    """Holds the tree, and what is asked of the FMUs in it, while the system is put together."""
+
+    def __init__(self, path: Path, root: Element, tree: Branch, timing: Timing) -> None:
+        self.path, self.root, self.tree, self.timing = path, root, tree, timing
+        unique((child.path for branch in tree.branches() for child in branch.children.values()), f"{path}: element ")
+        self.leaves = {leaf.path: leaf for leaf in tree.leaves()}
+        self.own = annotation(root.find("ssd:System", NS), "System", "the system", ("tick", "recordPeriod"))
+        self.step = master_step(root)
+        self.asked: dict[str, Description] = {}
+
+    def system(self, digest: str) -> System:
+        name = str(self.root.get("name"))
+        if not self.leaves:
+            raise InputError(f"system {name}: no components")
+        settled = settle(self.tree, self._has)
+        if self.own is not None:
+            refuse_ignored(settled, self.tree)
+        found, free = ways(self.tree)
+        values = self._values(settled, [*found, *free])
+        components = tuple(self._component(leaf, values.get(leaf.path, {})) for leaf in self.leaves.values())
+        kinds: dict[str, Kind] = {component.name: component.kind for component in components}
+        period = None if self.own is None else self.own.get("recordPeriod")
+        record = () if self.own is None else (str(e.get("pattern")) for e in self.own.iterfind("lockstep:Record", NS))
+        system = System(
+            name=name,
+            tick=self._tick(components),
+            components=components,
+            connections=tuple(self._connection(way, kinds) for way in found),
+            stop_time=self._stop_time(),
+            record=tuple(record) or ("all",),
+            record_period=None if period is None else nanoseconds(period, "recordPeriod"),
+            path=self.path,
+            sha256=digest,
+            inputs=self._inputs(free, values),
+            ignored=tuple(f"{setting.name} ({setting.origin})" for setting in settled.ignored),
+        )
+        for named in self.timing.names():
+            system.component(named)
+        return system
+
+    def describe(self, leaf: Leaf) -> Description:
+        """Read the FMU of a component, once."""
+        if leaf.path not in self.asked:
+            component = Component(name=leaf.path, source=leaf.source, archive=leaf.archive, period=1)
+            self.asked[leaf.path] = read_description(component)
+        return self.asked[leaf.path]
+
+    def _has(self, leaf: Leaf, name: str) -> bool:
+        """Tell whether a value is for this component; in a file of ours a wrong name is told when all are checked."""
+        if self.own is not None:
+            return True
+        variable = self.describe(leaf).variables.get(name)
+        return variable is not None and variable.settable
+
+    def _tick(self, components: tuple[Component, ...]) -> int:
+        tick = self.timing.tick_of(self.tree.tick, (t for c in components for t in (c.period, c.offset)))
+        for branch in self.tree.branches():
+            if branch.tick not in (None, tick):
+                raise InputError(
+                    f"{branch.path}: its tick is not that of the whole system, in which delays count; make them equal"
+                )
+        return tick
+
+    def _stop_time(self) -> int | None:
+        experiment = self.root.find("ssd:DefaultExperiment", NS)
+        if experiment is None:
+            return None
+        start, stop = experiment.get("startTime"), experiment.get("stopTime")
+        if start is not None and float(start) != 0.0:
+            raise InputError(f"{self.path}: startTime {start} must be 0; a simulation begins there")
+        return None if stop is None else nanoseconds(stop, "stopTime")
+
+    def _component(self, leaf: Leaf, values: Mapping[str, tuple[Value, Unit | None]]) -> Component:
+        name = leaf.path
+        told = leaf.told if leaf.told.hint is not None else replace(leaf.told, hint=self.step)
+        asked = self.describe(leaf) if self.timing.needs_description(name, told) else None
+        declared = {port.name: port.unit for port in leaf.ports.values() if port.unit is not None}
+        return Component(
+            name=name,
+            source=leaf.source,
+            period=self.timing.period_of(name, told, asked),
+            offset=told.offset,
+            kind=self.timing.kind_of(name, told, asked),
+            parameters={key: value for key, (value, _) in values.items()},
+            units=declared | {key: unit for key, (_, unit) in values.items() if unit is not None},
+            connectors=tuple(
+                Connector(name=port.name, kind=port.kind, type=port.type, items=port.items)
+                for port in leaf.ports.values()
+                if port.type != "Binary"  # one that is connected has been refused
+            ),
+            archive=leaf.archive,
+            isolated=told.isolated,
+        )
+
+    def _connection(self, way: Way, kinds: Mapping[str, Kind]) -> Connection:
+        last = way.hops[-1]
+        return Connection(
+            from_component=way.start[0],
+            output=way.start[1],
+            to_component=way.end[0],
+            input=way.end[1],
+            delay=self.timing.delay_of(way.delay, kinds[way.start[0]]),
+            factor=last.factor,
+            offset=last.offset,
+            table=last.table,
+            convert_units=last.convert_units,
+            via=way.via,
+        )
+
+    def _values(self, settled: Settled, found: list[Way]) -> dict[str, dict[str, tuple[Value, Unit | None]]]:
+        """Return the values of the components' variables, those of connectors sent along their ways."""
+        chosen: dict[Place, tuple[Setting, tuple[Hop, ...]]] = {
+            place: (setting, setting.hops) for place, setting in settled.values.items() if place[0] in self.leaves
+        }
+        for way in found:
+            for number, place in enumerate((way.start, *way.passed)):
+                setting = settled.values.get(place)
+                if setting is None or place[0] in self.leaves:
+                    continue
+                other = chosen.get(way.end)
+                if other is None or setting.level < other[0].level:  # a higher binding wins
+                    chosen[way.end] = (setting, (*self._into(place, setting), *way.hops[number:]))
+        values: dict[str, dict[str, tuple[Value, Unit | None]]] = {}
+        for (path, name), (setting, hops) in chosen.items():
+            values.setdefault(path, {})[name] = self._sent(self.leaves[path], name, setting, hops)
+        return values
+
+    def _into(self, place: Place, setting: Setting) -> tuple[Hop, ...]:
+        """Return the hops of a value into a connector of a system."""
+        port = next(branch for branch in self.tree.branches() if branch.path == place[0]).ports[place[1]]
+        hops = setting.hops or (Hop(),)
+        return (*hops[:-1], replace(hops[-1], type=port.type, unit=port.unit, items=port.items))
+
+    def _sent(self, leaf: Leaf, name: str, setting: Setting, hops: tuple[Hop, ...]) -> tuple[Value, Unit | None]:
+        what = f"{leaf.path}.{name}"
+        port = leaf.ports.get(name)
+        declared = None if port is None else port.unit
+        if not hops:
+            value, unit = setting.value, setting.unit
+            if unit is None or port is None or not isinstance(value, float):
+                return value, unit
+            if declared == unit:
+                return value, unit
+            hops = (Hop(),)  # `Component.units` would take it for the unit of the connector
+        variable = self.describe(leaf).variables.get(name)
+        if variable is None:
+            raise InputError(self.describe(leaf).lacks(leaf.path, name, "parameter"))
+        return transferred(setting.value, setting.unit, hops, end_of(variable, declared), what)[0], None
+
+    def _inputs(self, free: list[Way], values: Mapping[str, Mapping[str, object]]) -> tuple[SystemInput, ...]:
+        """Return the connectors of the whole system that feed inputs and have no value."""
+        feeds: dict[str, list[Feed]] = {}
+        for way in free:
+            path, name = way.start
+            if path == "" and self.tree.ports[name].kind == "input" and way.end[1] not in values.get(way.end[0], {}):
+                feeds.setdefault(name, []).append(Feed(component=way.end[0], input=way.end[1], hops=way.hops))
+        return tuple(
+            SystemInput(name=name, unit=self.tree.ports[name].unit, feeds=tuple(found)) for name, found in feeds.items()
+        )
+
+
+def end_of(variable: Variable, declared: Unit | None) -> End:
+    """Return an FMU's variable as the end of a way; the file's unit counts where the FMU declares none."""
+    unit = known_unit(variable.unit, declared)
+    return End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items)

@@ -1,0 +1,79 @@
+"""Where a document of SSP lies, and what its relative sources mean: nothing may lie outside its package."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+from posixpath import normpath
+from urllib.parse import unquote, urlsplit
+
+from lockstep.errors import InputError
+from lockstep.fmi.safe_zip import is_inside, open_file
+from lockstep.ssp.xml import MAIN
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """A document.
+
+    Attributes
+    ----------
+    document : inside `archive`, if there is one; else on disk
+    archive : the .ssp that holds it; of one in another the path goes on inside: `outer.ssp/resources/inner.ssp`
+    root : the unpacked package, below which its sources have to lie; None: a .ssd alone, which may name any file
+    """
+
+    document: Path
+    archive: Path | None = None
+    root: Path | None = None
+
+    def __str__(self) -> str:
+        return str(Path(self.archive, self.document) if self.archive else self.document)
+
+    def read(self, name: str) -> bytes:
+        """Return the bytes of the document, or raise InputError that begins with `name`."""
+        with open_file(self.document, self.archive, name) as stream:
+            return stream.read()
+
+    def resolve(self, source: str, name: str) -> tuple["Place", str]:
+        """Return what a source of this document means, and its fragment. Raises InputError."""
+        parts = urlsplit(source)
+        if parts.scheme not in ("", "file") or parts.netloc:
+            raise InputError(f"{name}: source {source} is not a file; copy it beside the system file")
+        path, fragment = unquote(parts.path), unquote(parts.fragment)
+        if not path or "\0" in path:
+            raise InputError(f"{name}: source {source!r} names no file; give the path of one")
+        if self.archive is not None:
+            inside = normpath((PurePosixPath(self.document.as_posix()).parent / path).as_posix())
+            if not is_inside(inside):
+                what = f"{name}: source {source} lies outside {self.archive.name}"
+                raise InputError(f"{what}; put the file into the archive")
+            return replace(self, document=Path(inside)), fragment
+        file = Path(self.document.parent, path).resolve()
+        if self.root is not None and not file.is_relative_to(self.root.resolve()):
+            raise InputError(f"{name}: source {source} lies outside {self.root}; put the file into that folder")
+        return replace(self, document=file), fragment
+
+    def inner(self, member: str) -> "Place":
+        """Return a document inside this file, which is an archive."""
+        archive = Path(self.archive, self.document) if self.archive else self.document
+        return Place(document=Path(member), archive=archive)
+
+    def member(self, source: str, name: str) -> "Place":
+        """Return what a source means that is relative to this file, an archive, as its base. Raises InputError."""
+        parts = urlsplit(source)
+        inside = normpath(unquote(parts.path))
+        if parts.scheme or parts.netloc or not parts.path or not is_inside(inside):
+            raise InputError(f"{name}: source {source} is not inside {self.document.name}; put the file into it")
+        return self.inner(inside)
+
+
+def place_of(path: Path) -> Place:
+    """Return the document that a user means: a .ssd, the folder of a package, a .ssp, or `package.ssp#Variant.ssd`."""
+    path = path.absolute()
+    file, hash_, variant = path.name.partition("#")
+    if hash_ and not path.exists() and file.lower().endswith(".ssp"):
+        return Place(document=path.with_name(file)).inner(variant)
+    if path.is_dir():
+        return Place(document=path / MAIN, root=path)
+    if path.suffix.lower() == ".ssp" and path.is_file():
+        return Place(document=path).inner(MAIN)
+    return Place(document=path, root=path.parent if path.name == MAIN else None)

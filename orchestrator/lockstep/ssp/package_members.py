@@ -1,0 +1,58 @@
+"""Gather a system description and every file that it names into what an SSP package holds."""
+
+from pathlib import Path
+from urllib.parse import quote, unquote
+
+from lxml import etree  # type: ignore[import-untyped]
+
+from lockstep.errors import InputError
+from lockstep.ssp.xml import MAIN, NS, parse
+
+_NAMED = "//ssd:Component | //ssd:ParameterBinding | //ssd:ParameterMapping | //ssd:SignalDictionary"
+
+
+def package_entries(path: Path) -> dict[str, bytes]:
+    """Return the members of the .ssp of a .ssd file by name: `SystemStructure.ssd`, and `resources/...`.
+
+    Files are named by their last part; two of one name get numbers. Only `source` attributes change in the description.
+
+    Raises
+    ------
+    InputError
+        If the description, or a file that it names, cannot be read.
+    """
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot read the system description ({error.strerror})") from None
+    root = parse(text, str(path), "SystemStructureDescription.xsd")
+    places: dict[Path, str] = {}
+    for element in root.xpath(_NAMED, namespaces=NS):
+        source = element.get("source")
+        if source is None or ":" in source.partition("/")[0]:  # inline, or a URI with a scheme
+            continue
+        if element.get("sourceBase", "SSD") != "SSD":  # inside a component
+            continue
+        if element.get("type") in ("application/x-ssp-definition", "application/x-ssp-package"):
+            raise InputError(f"{path}: {element.get('name')}: refers to another system; pack it by hand, or flatten it")
+        file = (path.parent / unquote(source)).resolve()
+        if file not in places:
+            places[file] = _free_name(file.name, set(places.values()))
+        element.set("source", quote(places[file]))
+    entries = {}
+    for file, place in places.items():
+        try:
+            entries[place] = file.read_bytes()
+        except OSError as error:
+            raise InputError(f"{path}: cannot read {file}, which it names ({error.strerror})") from None
+    entries[MAIN] = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+    return entries
+
+
+def _free_name(name: str, taken: set[str]) -> str:
+    stem, dot, suffix = name.partition(".")
+    place, number = f"resources/{name}", 1
+    while place in taken:
+        number += 1
+        place = f"resources/{stem}_{number}{dot}{suffix}"
+    return place

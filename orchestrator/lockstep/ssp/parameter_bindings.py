@@ -1,0 +1,127 @@
+"""Parameter bindings of one element: values inline and from files, prefixes, and parameter mappings."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lockstep.errors import InputError
+from lockstep.ssp.location import Place
+from lockstep.ssp.tree import Setting
+from lockstep.ssp.xml import (
+    MAPPING,
+    NS,
+    PARAMETERS,
+    Element,
+    parse,
+    read_enumerations,
+    read_hop,
+    read_units,
+    read_value,
+    unique,
+    validate,
+)
+from lockstep.system.system import Value
+from lockstep.system.units import Unit
+
+_SET, _MAPPING = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mapping"
+Values = Mapping[str, tuple[Value, Unit | None]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Base:
+    """Against what the sources of an element's bindings are resolved, and what inline values may refer to.
+
+    `component` is the file behind a component; `inside` tells that it is an archive, so that its files lie inside.
+    """
+
+    document: Place
+    component: Place | None
+    inside: bool
+    units: Mapping[str, Unit]
+    enumerations: Mapping[str, Mapping[str, int]]
+
+
+def read_bindings(element: Element, base: Base, name: str, level: int) -> tuple[Setting, ...]:
+    """Return what the bindings of a system or component set, later ones after earlier ones.
+
+    A prefix goes before the names of the values; a mapping refers to the names with it, and what it does not map is
+    not set. Raises InputError.
+    """
+    found: list[Setting] = []
+    for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NS):
+        if binding.get("type", _SET) != _SET:
+            raise InputError(f"{name}: parameter binding of type {binding.get('type')} is not supported; use {_SET}")
+        values, origin = _values(binding, base, name)
+        prefix = binding.get("prefix", "")
+        values = {prefix + key: value for key, value in values.items()}
+        mapping = binding.find("ssd:ParameterMapping", NS)
+        if mapping is None:
+            found += [
+                Setting(name=key, value=value, unit=unit, hops=(), level=level, origin=origin)
+                for key, (value, unit) in values.items()
+            ]
+        else:
+            found += _mapped(mapping, values, base, name, level)
+    return tuple(found)
+
+
+def _values(binding: Element, base: Base, name: str) -> tuple[Values, str]:
+    inline = binding.find("ssd:ParameterValues", NS)
+    source = binding.get("source")
+    if (inline is None) == (source is None):
+        both = "both" if source is not None else "neither"
+        raise InputError(f"{name}: a ParameterBinding has {both} source and ParameterValues; give one of them")
+    if inline is not None:
+        (found,) = _one(inline, name, "ParameterSet")
+        validate(found, str(base.document), PARAMETERS)  # the schema of the system lets anything pass here
+        origin, units, enumerations = "inline", dict(base.units), dict(base.enumerations)
+    else:
+        place = _file(binding, base, name)
+        found = parse(place.read(name), str(place), PARAMETERS)
+        origin, units, enumerations = place.document.name, {}, {}
+    units |= read_units(found, origin)
+    enumerations |= read_enumerations(found, origin)
+    parameters = found.findall("ssv:Parameters/ssv:Parameter", NS)
+    unique((str(p.get("name")) for p in parameters), f"{name}: {origin}: parameter ")
+    return {
+        str(p.get("name")): read_value(p[0], units, enumerations, f"{name}.{p.get('name')}") for p in parameters
+    }, origin
+
+
+def _mapped(mapping: Element, values: Values, base: Base, name: str, level: int) -> list[Setting]:
+    if mapping.get("type", _MAPPING) != _MAPPING:
+        raise InputError(f"{name}: parameter mapping of type {mapping.get('type')} is not supported; use {_MAPPING}")
+    if mapping.get("source") is None:
+        (found,) = _one(mapping, name, "ParameterMapping")
+        validate(found, str(base.document), MAPPING)
+        origin = "inline mapping"
+    else:
+        place = _file(mapping, base, name)
+        found = parse(place.read(name), str(place), MAPPING)
+        origin = place.document.name
+    entries = found.findall("ssm:MappingEntry", NS)
+    unique((str(entry.get("target")) for entry in entries), f"{name}: {origin}: target ")
+    settings = []
+    for entry in entries:
+        source, target = str(entry.get("source")), str(entry.get("target"))
+        if source in values:  # of a large mapping, a set may serve a part
+            value, unit = values[source]
+            hop = read_hop(entry)
+            hops = () if hop.plain and hop.convert_units else (hop,)
+            settings.append(Setting(name=target, value=value, unit=unit, hops=hops, level=level, origin=origin))
+    return settings
+
+
+def _one(holder: Element, name: str, tag: str) -> list[Element]:
+    found = list(holder)
+    if len(found) != 1:
+        raise InputError(f"{name}: {holder.tag.partition('}')[2]} holds {len(found)} elements; give one {tag}")
+    return found
+
+
+def _file(element: Element, base: Base, name: str) -> Place:
+    source = str(element.get("source"))
+    if element.get("sourceBase", "SSD") == "SSD":
+        return base.document.resolve(source, name)[0]
+    if base.component is None:
+        raise InputError(f"{name}: {source}: sourceBase component needs a component, but this is a system")
+    return base.component.member(source, name) if base.inside else base.component.resolve(source, name)[0]

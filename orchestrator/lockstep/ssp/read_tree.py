@@ -1,0 +1,225 @@
+"""Read an SSD and every SSD that it refers to into one tree of systems and components."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import count
+
+from lockstep.errors import InputError, compact, suggestion
+from lockstep.ssp.annotations import annotation, component_told, connection_delay
+from lockstep.ssp.location import Place
+from lockstep.ssp.parameter_bindings import Base, read_bindings
+from lockstep.ssp.signal_dictionary import Dictionary, bus, read_dictionaries
+from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
+from lockstep.ssp.xml import (
+    DESCRIPTION,
+    MAIN,
+    NS,
+    SSC,
+    TYPES,
+    Element,
+    items_of,
+    local_name,
+    parse,
+    read_enumerations,
+    read_hop,
+    read_units,
+    unique,
+    unit_named,
+)
+from lockstep.system.clock import nanoseconds
+from lockstep.system.units import Unit
+
+_FMU = "application/x-fmu-sharedlibrary"
+_MOST, _DEEPEST = 10_000, 60  # elements of all documents; levels: an archive may hold itself
+_SSD, _SSP = "application/x-ssp-definition", "application/x-ssp-package"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Document:
+    """A parsed SSD and what its elements may refer to."""
+
+    place: Place
+    root: Element
+    units: Mapping[str, Unit]
+    enumerations: Mapping[str, Mapping[str, int]]
+    opened: tuple[str, ...]  # this document and those that lead to it: none of them may come again
+    elements: Iterator[int]  # counts those of all documents
+    dictionaries: Mapping[str, Dictionary] = field(default_factory=dict)  # of the system at hand and those around it
+
+
+def open_description(place: Place, outer: Document | None = None, name: str = "") -> Document:
+    """Parse and validate an SSD, that of the component `name` of another document if given, or raise InputError."""
+    root = parse(place.read(name or str(place)), str(place), DESCRIPTION)
+    units, enumerations = read_units(root, str(place)), read_enumerations(root, str(place))
+    return Document(
+        place=place,
+        root=root,
+        units=units,
+        enumerations=enumerations,
+        opened=(*(outer.opened if outer else ()), str(place)),
+        elements=outer.elements if outer else count(1),
+    )
+
+
+def read_tree(document: Document) -> Branch:
+    """Return the system of a document with all that it holds and refers to, or raise InputError."""
+    system = document.root.find("ssd:System", NS)
+    assert system is not None  # the schema demands it
+    return _system(system, document, "", 0)
+
+
+def _system(element: Element, document: Document, path: str, level: int) -> Branch:
+    name = path or "the system"
+    own = annotation(element, "System", name, ("tick", "recordPeriod"))
+    defined = read_dictionaries(element, document.place, path, _port)
+    document = replace(document, dictionaries={**document.dictionaries, **defined})
+    elements = element.findall("ssd:Elements/*", NS)
+    unique((str(child.get("name")) for child in elements), f"{name}: element ")
+    children = {
+        str(child.get("name")): _element(child, document, joined(path, str(child.get("name"))), level + 1)
+        for child in elements
+    }
+    base = _base(document, None, inside=False)
+    ports = _ports(element, document, name)
+    branch = Branch(
+        path=path, ports=ports, children=children, wires=(), settings=read_bindings(element, base, name, level)
+    )
+    return replace(
+        branch,
+        wires=tuple(_wire(wire, branch) for wire in element.iterfind("ssd:Connections/ssd:Connection", NS)),
+        tick=None if own is None or "tick" not in own.attrib else nanoseconds(own.attrib["tick"], f"{name}: tick"),
+    )
+
+
+def _element(element: Element, document: Document, path: str, level: int) -> Leaf | Bus | Branch:
+    if next(document.elements) > _MOST or level > _DEEPEST:
+        limits = f"more than {_MOST} elements or {_DEEPEST} levels"
+        raise InputError(f"{path[:60]}: {limits}; systems that refer to systems may multiply without end")
+    match local_name(element):
+        case "System":
+            return _system(element, document, path, level)
+        case "Component":
+            kind = element.get("type", _FMU)
+            if kind == _FMU:
+                return _fmu(element, document, path, level)
+            if kind in (_SSD, _SSP):
+                return _referred(element, document, path, level)
+            raise InputError(f"{path}: type {kind} is not supported; use {_FMU}, {_SSD} or {_SSP}")
+    return bus(path, str(element.get("dictionary")), _ports(element, document, path), document.dictionaries)
+
+
+def _fmu(element: Element, document: Document, path: str, level: int) -> Leaf:
+    if element.get("implementation") == "ModelExchange":
+        raise InputError(f"{path}: implementation ModelExchange is not supported; use CoSimulation")
+    place, _ = document.place.resolve(str(element.get("source")), path)
+    return Leaf(
+        path=path,
+        source=place.document,
+        archive=place.archive,
+        ports=_ports(element, document, path),
+        told=component_told(element, path),
+        settings=read_bindings(element, _base(document, place, inside=True), path, level),
+    )
+
+
+def _referred(element: Element, document: Document, path: str, level: int) -> Branch:
+    """Read the system that a component refers to: another SSD, one in an SSP, or one of this document by its id."""
+    source = str(element.get("source"))
+    if source.startswith("#"):
+        place = document.place
+        found = [e for e in document.root.iter("{*}System") if e.get("id") == source[1:]]
+        if not found:
+            raise InputError(f"{path}: source {source}: the file has no System with this id")
+        key = f"{document.place}{source}"
+        _refuse_again(key, document.opened, path)
+        branch = _system(found[0], replace(document, opened=(*document.opened, key)), path, level)
+    else:
+        file, fragment = document.place.resolve(source, path)
+        if element.get("type") == _SSP:
+            place = file.inner(fragment or MAIN)
+        elif fragment:
+            raise InputError(f"{path}: source {source}: a part of another file is not supported; name the file alone")
+        else:
+            place = file
+        _refuse_again(str(place), document.opened, path)
+        inner = open_description(place, document, path)
+        system = inner.root.find("ssd:System", NS)
+        branch = _system(system, inner, path, level)
+        place = file
+    for name, port in _ports(element, document, path).items():
+        there = branch.ports.get(name)
+        if there is None:
+            raise InputError(f"{path}.{name}: no such connector; {source} has {compact(branch.ports)}")
+        same_unit = port.unit is None or there.unit is None or replace(port.unit, name=there.unit.name) == there.unit
+        if (port.kind, port.type or there.type) != (there.kind, there.type or port.type) or not same_unit:
+            raise InputError(f"{path}.{name}: declared otherwise than in {source}; correct kind, type or unit")
+    base = _base(document, place, inside=element.get("type") == _SSP)
+    return with_more(branch, read_bindings(element, base, path, level))
+
+
+def _refuse_again(key: str, opened: tuple[str, ...], path: str) -> None:
+    if key in opened:
+        raise InputError(f"{path}: {key} holds itself: it is one of the systems that lead here")
+
+
+def _base(document: Document, component: Place | None, inside: bool) -> Base:
+    return Base(
+        document=document.place,
+        component=component,
+        inside=inside,
+        units=document.units,
+        enumerations=document.enumerations,
+    )
+
+
+def _ports(element: Element, document: Document, name: str) -> dict[str, Port]:
+    entries = element.findall("ssd:Connectors/ssd:Connector", NS)
+    unique((str(entry.get("name")) for entry in entries), f"{name}: connector ")
+    return {
+        str(e.get("name")): _port(e, document.units, document.enumerations, f"{name}.{e.get('name')}") for e in entries
+    }
+
+
+def _port(
+    element: Element, units: Mapping[str, Unit], enumerations: Mapping[str, Mapping[str, int]], what: str
+) -> Port:
+    kind = next((child for child in element if child.tag.startswith(f"{{{SSC}}}")), None)
+    type_name = None if kind is None else local_name(kind)
+    unit = None if kind is None or kind.get("unit") is None else str(kind.get("unit"))
+    return Port(
+        name=str(element.get("name")),
+        kind=element.get("kind", "inout"),  # entries of dictionaries have none
+        type=type_name,
+        unit=None if unit is None else unit_named(unit, units, what),
+        items=items_of(kind, enumerations, what) if type_name == "Enumeration" else {},
+    )
+
+
+def _wire(element: Element, branch: Branch) -> Wire:
+    start: End = (element.get("startElement"), str(element.get("startConnector")))
+    end: End = (element.get("endElement"), str(element.get("endConnector")))
+    what = f"{_shown(start, branch)} -> {_shown(end, branch)}"
+    for name, connector in (start, end):
+        owner, port = _found(name, connector, branch, what)
+        if port.type is not None and port.type not in TYPES:
+            raise InputError(f"{what}: type {port.type} cannot be connected; use one of {', '.join(TYPES)}")
+        if port.kind == "inout" and not isinstance(owner, Bus):
+            raise InputError(f"{what}: kind inout is for signal dictionaries; use input or output")
+    return Wire(start=start, end=end, hop=read_hop(element), delay=connection_delay(element, what), what=what)
+
+
+def _shown(end: End, branch: Branch) -> str:
+    name, connector = end
+    path = branch.path if name is None else joined(branch.path, name)
+    return f"{path}.{connector}" if path else connector
+
+
+def _found(name: str | None, connector: str, branch: Branch, what: str) -> tuple[Leaf | Bus | Branch, Port]:
+    owner: Leaf | Bus | Branch | None = branch if name is None else branch.children.get(name)
+    if owner is None:
+        there = branch.children
+        raise InputError(f"{what}: {name}: no such component; there are {compact(there)}{suggestion(str(name), there)}")
+    if connector not in owner.ports:
+        near = compact(owner.ports) + suggestion(connector, owner.ports)
+        raise InputError(f"{what}: {owner.path or 'the system'} declares no connector {connector}; it declares {near}")
+    return owner, owner.ports[connector]

@@ -1,0 +1,231 @@
+"""Write a system as an SSP 1.0 system structure description, schedule and delays in annotations."""
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from urllib.parse import quote
+
+from lxml import etree  # type: ignore[import-untyped]
+
+from lockstep.errors import InputError
+from lockstep.fmi.model_description import read_description
+from lockstep.plan.overrides import parse_value, settable
+from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV
+from lockstep.system.clock import seconds_text
+from lockstep.system.system import Component, Connection, Connector, System, Value
+from lockstep.system.transformation import End, Entry, Table, convert
+from lockstep.system.units import BASES, Unit, known_unit
+
+PARAMETER_SET = "initialValues"  # of every component: ecos applies the sets of one name, which its user gives
+
+
+def write_ssd(system: System, path: Path | str) -> None:
+    """Write `system` to a .ssd file, its FMUs relative to it.
+
+    Connectors that no component declares are filled in from the connections, their types from the FMUs. Inputs of the
+    whole system are left out: without them, the inputs that they feed need values.
+
+    Raises
+    ------
+    InputError
+        If an FMU cannot be read, lacks what is set, or a way of several mapping transformations is none connection.
+    """
+    path = Path(path).absolute()
+    root = etree.Element(
+        f"{{{SSD}}}SystemStructureDescription",
+        attrib={"version": "1.0", "name": system.name},
+        nsmap={"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP, "osp": OSP},
+    )
+    top = add(root, SSD, "System", name=system.name)
+    elements = add(top, SSD, "Elements")
+    enumerations: dict[tuple[tuple[str, int], ...], str] = {}
+    for component in system.components:
+        _write_component(elements, component, _connectors(component, system.connections), path.parent, enumerations)
+    if system.connections:
+        connections = add(top, SSD, "Connections")
+        for connection in system.connections:
+            _write_connection(connections, connection if not connection.via else _at_once(connection, system))
+    timing = {"tick": seconds_text(system.tick)}
+    if system.record_period is not None:
+        timing["recordPeriod"] = seconds_text(system.record_period)
+    own = _annotate(top, "System", **timing)
+    for pattern in system.record:
+        add(own, LOCKSTEP, "Record", pattern=pattern)
+    if enumerations:
+        group = add(root, SSD, "Enumerations")
+        for items, name in enumerations.items():
+            enumeration = add(group, SSC, "Enumeration", name=name)
+            for item, number in items:
+                add(enumeration, SSC, "Item", name=item, value=str(number))
+    write_units(root, SSD, {u.name: u for c in system.components for u in c.units.values()})
+    if system.stop_time is not None:
+        add(root, SSD, "DefaultExperiment", startTime="0", stopTime=seconds_text(system.stop_time))
+    etree.ElementTree(root).write(str(path), xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def _write_component(
+    parent: etree._Element,
+    component: Component,
+    ports: Iterable[Connector],
+    folder: Path,
+    enumerations: dict[tuple[tuple[str, int], ...], str],
+) -> None:
+    source = component.source
+    if component.archive is None:
+        source = Path(os.path.relpath(source.absolute(), folder))
+    element = add(
+        parent,
+        SSD,
+        "Component",
+        name=component.name,
+        type="application/x-fmu-sharedlibrary",
+        source=quote(source.as_posix()),
+        implementation="CoSimulation",
+    )
+    listed = list(ports)
+    if listed:
+        connectors = add(element, SSD, "Connectors")
+        for port in listed:
+            connector = add(connectors, SSD, "Connector", name=port.name, kind=port.kind)
+            if port.type == "Enumeration" and port.items:
+                items = tuple(port.items.items())
+                name = enumerations.setdefault(items, f"Enumeration{len(enumerations) + 1}")
+                add(connector, SSC, "Enumeration", name=name)
+            elif port.type not in (None, "Enumeration"):
+                unit = component.units.get(port.name) if port.type == "Real" else None
+                add(connector, SSC, port.type, **({"unit": unit.name} if unit else {}))
+    if component.parameters:
+        bindings = add(element, SSD, "ParameterBindings")
+        values = add(add(bindings, SSD, "ParameterBinding"), SSD, "ParameterValues")
+        parameters = add(add(values, SSV, "ParameterSet", version="1.0", name=PARAMETER_SET), SSV, "Parameters")
+        description = read_description(component)  # a value is written in its declared type, whatever it was given as
+        for name, value in component.parameters.items():
+            what = f"{component.name}.{name}"
+            variable = replace(settable(component.name, name, description), minimum=None, maximum=None)
+            kind, text = literal(parse_value(value, variable, what), variable.items)
+            parameter = add(add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text)
+            if kind == "Real" and name in component.units:
+                parameter.set("unit", component.units[name].name)
+        used = {u.name: u for n, u in component.units.items() if n in component.parameters}
+        write_units(parameters.getparent(), SSV, used)
+    timing = {"period": seconds_text(component.period), "offset": seconds_text(component.offset)}
+    if component.isolated is not None:
+        timing["isolated"] = str(component.isolated).lower()
+    own = _annotate(element, "Component", **timing, kind=component.kind)
+    # how libcosim and ecos are told of a component's own step
+    other = add(own.getparent().getparent(), SSC, "Annotation", type="com.opensimulationplatform")
+    add(other, OSP, "StepSizeHint", value=seconds_text(component.period))
+
+
+def _connectors(component: Component, connections: Iterable[Connection]) -> list[Connector]:
+    if component.connectors is not None:
+        return list(component.connectors)
+    ends = {c.input: "input" for c in connections if c.to_component == component.name}
+    ends |= {c.output: "output" for c in connections if c.from_component == component.name}
+    if not ends:
+        return []
+    variables = read_description(component).variables
+    return [
+        Connector(name=name, kind=kind, type=variables[name].type, items=variables[name].items)
+        if name in variables
+        else Connector(name=name, kind=kind)
+        for name, kind in ends.items()
+    ]
+
+
+def _at_once(connection: Connection, system: System) -> Connection:
+    """Return a connection through connectors of systems as one that does the same without them, or raise InputError."""
+    ends = []
+    for name, port in (
+        (connection.from_component, connection.output),
+        (connection.to_component, connection.input),
+    ):
+        component = system.component(name)
+        description = read_description(component)
+        if port not in description.variables:
+            raise InputError(description.lacks(name, port, "port"))
+        variable = description.variables[port]
+        unit = known_unit(variable.unit, component.units.get(port))
+        ends.append(End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items))
+    conversion = convert(ends[0], ends[1], connection.hops, str(connection))
+    if conversion.function is None:  # of Reals, or nothing happens at all
+        return replace(connection, via=(), factor=conversion.gain, offset=conversion.bias, convert_units=False)
+    acting = [hop for hop in connection.hops if not hop.plain]
+    if len(acting) != 1:
+        raise InputError(
+            f"{connection}: {len(acting)} transformations of a {ends[0].type} are not one; leave one of them"
+        )
+    one = acting[0]
+    return replace(connection, via=(), factor=one.factor, offset=one.offset, table=one.table)
+
+
+def _write_connection(parent: etree._Element, connection: Connection) -> None:
+    element = add(
+        parent,
+        SSD,
+        "Connection",
+        startElement=connection.from_component,
+        startConnector=connection.output,
+        endElement=connection.to_component,
+        endConnector=connection.input,
+    )
+    if not connection.convert_units:
+        element.set("suppressUnitConversion", "true")
+    write_transformation(element, connection.factor, connection.offset, connection.table)
+    if connection.delay:
+        _annotate(element, "Connection", delay=str(connection.delay))
+
+
+def write_transformation(element: etree._Element, factor: float, offset: float, table: Table | None) -> None:
+    """Write what happens on a connection or at an entry of a parameter mapping, if anything does."""
+    if (factor, offset) != (1.0, 0.0):
+        add(element, SSC, "LinearTransformation", factor=repr(factor), offset=repr(offset))
+    if table is not None:
+        entries = add(element, SSC, f"{table.kind}MappingTransformation")
+        for given, result in table.entries:
+            add(entries, SSC, "MapEntry", source=_text(given), target=_text(result))
+
+
+def write_units(parent: etree._Element | None, namespace: str, units: Mapping[str, Unit]) -> None:
+    """Define units, if there are any, in a system or in a parameter set."""
+    if parent is None or not units:
+        return
+    group = add(parent, namespace, "Units")
+    for unit in units.values():
+        base = add(add(group, SSC, "Unit", name=unit.name), SSC, "BaseUnit")
+        for symbol, exponent in zip(BASES, unit.exponents or (), strict=False):
+            if exponent:
+                base.set(symbol, str(exponent))
+        if (unit.factor, unit.offset) != (1.0, 0.0):
+            base.set("factor", repr(unit.factor))
+            base.set("offset", repr(unit.offset))
+
+
+def literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
+    """Return type and text of a value; `items` are those of its type, if that is an Enumeration."""
+    for item, number in items.items():
+        if number == value:
+            return "Enumeration", item
+    match value:
+        case bool():
+            return "Boolean", "true" if value else "false"
+        case int():
+            return "Integer", str(value)
+        case float():
+            return "Real", repr(value)
+    return "String", value
+
+
+def _text(entry: Entry) -> str:
+    return str(entry).lower() if isinstance(entry, bool) else str(entry)
+
+
+def _annotate(parent: etree._Element, tag: str, **attributes: str) -> etree._Element:
+    holder = add(add(parent, SSD, "Annotations"), SSC, "Annotation", type=ANNOTATION)
+    return add(holder, LOCKSTEP, tag, **attributes)
+
+
+def add(parent: etree._Element, namespace: str, tag: str, **attributes: str) -> etree._Element:
+    """Add an element below another one."""
+    return etree.SubElement(parent, f"{{{namespace}}}{tag}", attrib=attributes)

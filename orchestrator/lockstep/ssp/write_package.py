@@ -1,0 +1,126 @@
+"""Write a system as a .ssp, with values of components in files of their own: `.ssv`, and `.ssm` where names differ."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from lxml import etree  # type: ignore[import-untyped]
+
+from lockstep.fmi.safe_zip import open_file
+from lockstep.ssp.package_members import package_entries
+from lockstep.ssp.write import PARAMETER_SET, add, literal, write_ssd, write_transformation, write_units
+from lockstep.ssp.xml import NS, SSC, SSD, SSM, SSV
+from lockstep.system.system import System, Value
+from lockstep.system.transformation import Table
+from lockstep.system.units import Unit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Entry:
+    """What a value becomes on its way to a parameter of another name."""
+
+    source: str
+    target: str
+    factor: float = 1.0
+    offset: float = 0.0
+    table: Table | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParameterFile:
+    """Values of a component, by name with their units; with a mapping, if the names are not its own."""
+
+    component: str
+    name: str  # of the files, without suffix
+    values: dict[str, tuple[Value, Unit | None]]
+    mapping: tuple[Entry, ...] = ()
+    set_name: str = PARAMETER_SET
+
+
+def package(system: System, files: Sequence[ParameterFile]) -> bytes:
+    """Return a .ssp with the system, its FMUs, and the values.
+
+    Raises
+    ------
+    InputError
+        If an FMU cannot be read or lacks what is set.
+    """
+    with tempfile.TemporaryDirectory(prefix="lockstep-ssp-") as name:
+        folder = Path(name)
+        document = folder / f"{system.name}.ssd"
+        write_ssd(_unpacked(system, folder / "fmus"), document)
+        root = etree.parse(document).getroot()
+        for file in files:
+            if not file.values:
+                continue
+            (folder / f"{file.name}.ssv").write_bytes(_values(file))
+            if file.mapping:
+                (folder / f"{file.name}.ssm").write_bytes(_mapping(file))
+            component = root.xpath("//ssd:Component[@name=$name]", namespaces=NS, name=file.component)[0]
+            _bind(component, file)
+        etree.ElementTree(root).write(str(document), xml_declaration=True, encoding="UTF-8", pretty_print=True)
+        content = io.BytesIO()
+        with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+            for member, data in package_entries(document).items():
+                # a fixed time stamp: the same system gives the same bytes
+                archive.writestr(zipfile.ZipInfo(member, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
+        return content.getvalue()
+
+
+def _unpacked(system: System, folder: Path) -> System:
+    """Return the system with FMUs that lie in an archive as files of their own."""
+    components = []
+    for number, component in enumerate(system.components):
+        if component.archive is not None:
+            place = folder / str(number) / component.source.name
+            place.parent.mkdir(parents=True)
+            with open_file(component.source, component.archive, component.name) as stream:
+                place.write_bytes(stream.read())
+            component = replace(component, source=place, archive=None)
+        components.append(component)
+    return replace(system, components=tuple(components))
+
+
+def _bind(component: etree._Element, file: ParameterFile) -> None:
+    bindings = component.find("ssd:ParameterBindings", NS)
+    if bindings is None:
+        bindings = etree.Element(f"{{{SSD}}}ParameterBindings")
+        connectors = component.find("ssd:Connectors", NS)
+        component.insert(0 if connectors is None else 1, bindings)
+    binding = add(bindings, SSD, "ParameterBinding", type="application/x-ssp-parameter-set", source=f"{file.name}.ssv")
+    if file.mapping:
+        kind = "application/x-ssp-parameter-mapping"
+        add(binding, SSD, "ParameterMapping", type=kind, source=f"{file.name}.ssm")
+
+
+def _values(file: ParameterFile) -> bytes:
+    root = etree.Element(
+        f"{{{SSV}}}ParameterSet", attrib={"version": "1.0", "name": file.set_name}, nsmap={"ssv": SSV, "ssc": SSC}
+    )
+    parameters = add(root, SSV, "Parameters")
+    for name, (value, unit) in file.values.items():
+        kind, text = literal(value, {})
+        told = {"unit": unit.name} if kind == "Real" and unit is not None else {}
+        add(add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text, **told)
+    reals = (unit for value, unit in file.values.values() if isinstance(value, float) and unit is not None)
+    write_units(root, SSV, {unit.name: unit for unit in reals})
+    return _text(root)
+
+
+def _mapping(file: ParameterFile) -> bytes:
+    root = etree.Element(f"{{{SSM}}}ParameterMapping", attrib={"version": "1.0"}, nsmap={"ssm": SSM, "ssc": SSC})
+    for entry in file.mapping:
+        # the factor converts units too, so that nobody has to know them
+        element = add(root, SSM, "MappingEntry", source=entry.source, target=entry.target,
+                      suppressUnitConversion="true")  # fmt: skip
+        write_transformation(element, entry.factor, entry.offset, entry.table)
+    return _text(root)
+
+
+def _text(root: etree._Element) -> bytes:
+    return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))

@@ -1,0 +1,1 @@
+"""Systems of components and connections, as values."""

@@ -1,0 +1,195 @@
+"""What is simulated: components, their parameters, and who is connected to whom, as frozen values."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from lockstep.errors import InputError, compact, suggestion
+from lockstep.system.adapter_file import Adapter
+from lockstep.system.clock import seconds_text
+from lockstep.system.transformation import Hop, Table
+from lockstep.system.units import Unit
+
+if TYPE_CHECKING:
+    from lockstep.system.shadow_plan import Shadow
+
+Value = float | int | bool | str
+Kind = Literal["sampled", "continuous"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Connector:
+    """A port that a system file declares. The type is one of Real, Integer, Boolean, String, Enumeration.
+
+    `items` are those of the Enumeration that the file declares.
+    """
+
+    name: str
+    kind: str
+    type: str | None = None
+    items: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Component:
+    """One FMU and when it is stepped. `parameters` also holds start values of inputs.
+
+    The outputs of a `sampled` component hold from the start of its step on, those of a `continuous` one are
+    true at the step's end. `units` are those the system file declares, by variable; the FMU's own come first.
+    `connectors` are None when nothing was declared, and then every port of the FMU may be connected.
+    """
+
+    name: str
+    source: Path  # the FMU; inside `archive`, if there is one
+    period: int  # [ns]
+    offset: int = 0  # [ns]
+    kind: Kind = "sampled"
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    units: Mapping[str, Unit] = field(default_factory=dict)
+    connectors: tuple[Connector, ...] | None = None
+    archive: Path | None = None  # the .ssp that holds the FMU
+    isolated: bool | None = None  # in a process of its own; None: `lockstep.processes.isolation_policy` decides
+    adapter: Adapter | None = None  # from the FMU to the ports of `stands_for`
+    stands_for: "Component | None" = None
+    shadow: "Shadow | None" = None  # rides along beside it
+
+    def __post_init__(self) -> None:
+        if not self.name or "." in self.name:
+            raise InputError(f"component name {self.name!r}: must not be empty nor hold a dot")
+        if self.period <= 0:
+            raise InputError(f"{self.name}: period {seconds_text(self.period)} s must be > 0")
+        if not 0 <= self.offset < self.period:
+            limits = f"[0, {seconds_text(self.period)}) s, the component's period"
+            raise InputError(f"{self.name}: offset {seconds_text(self.offset)} s must be in {limits}")
+        if self.kind not in ("sampled", "continuous"):
+            raise InputError(f"{self.name}: kind {self.kind!r} must be sampled or continuous")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Connection:
+    """One scalar from an output to an input; the consumer sees the value of `delay` ticks ago (0: this tick).
+
+    The consumer receives factor * value + offset, or what the table maps the value to, after the conversion of
+    units. `via` is what happens before that, on the way through connectors of systems.
+    """
+
+    from_component: str
+    output: str
+    to_component: str
+    input: str
+    delay: int = 0  # [ticks]
+    factor: float = 1.0
+    offset: float = 0.0
+    convert_units: bool = True
+    table: Table | None = None
+    via: tuple[Hop, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.delay < 0:
+            raise InputError(f"{self}: delay {self.delay} must be >= 0 ticks")
+
+    @property
+    def hops(self) -> tuple[Hop, ...]:
+        """The whole way, for `lockstep.system.transformation.convert`."""
+        last = Hop(factor=self.factor, offset=self.offset, table=self.table, convert_units=self.convert_units)
+        return (*self.via, last)
+
+    def __str__(self) -> str:
+        return f"{self.from_component}.{self.output} -> {self.to_component}.{self.input}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Feed:
+    """An input that a connector of the whole system feeds, and the way there."""
+
+    component: str
+    input: str
+    hops: tuple[Hop, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SystemInput:
+    """A connector of the whole system that nothing feeds, so that it needs a value; `unit` if one is declared."""
+
+    name: str
+    unit: Unit | None
+    feeds: tuple[Feed, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class System:
+    """A whole system. Times are integer nanoseconds; `record` holds patterns on `component.variable`.
+
+    `ignored` are the values of a file of others that no variable takes, for its user to see.
+    """
+
+    name: str
+    tick: int  # [ns]
+    components: tuple[Component, ...]
+    connections: tuple[Connection, ...] = ()
+    stop_time: int | None = None  # [ns]
+    record: tuple[str, ...] = ("all",)
+    record_period: int | None = None  # [ns]; None: the tick
+    path: Path | None = None  # where it was read from
+    sha256: str | None = None  # of that file
+    inputs: tuple[SystemInput, ...] = ()
+    ignored: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.tick <= 0:
+            raise InputError(f"system {self.name}: tick {seconds_text(self.tick)} s must be > 0")
+        if not self.components:
+            raise InputError(f"system {self.name}: no components")
+        names = [component.name for component in self.components]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise InputError(f"system {self.name}: component {twice[0]} is there twice; names must be unique")
+        fed: dict[tuple[str, str], Connection] = {}
+        known = set(names)
+        for connection in self.connections:
+            for end in (connection.from_component, connection.to_component):
+                if end not in known:
+                    raise InputError(f"{connection}: {_no_component(end, names)}")
+            first = fed.setdefault((connection.to_component, connection.input), connection)
+            if first is not connection:
+                source = f"{first.from_component}.{first.output}"
+                raise InputError(f"{connection}: the input is already connected to {source}; remove one of them")
+
+    def component(self, name: str) -> Component:
+        """Return the component of that name, or raise InputError."""
+        for component in self.components:
+            if component.name == name:
+                return component
+        raise InputError(_no_component(name, [component.name for component in self.components]))
+
+    def with_delay(self, from_component: str, to_component: str, ticks: int) -> "System":
+        """Return the system with this delay on every connection between two components."""
+        self.component(from_component), self.component(to_component)
+        ends = (from_component, to_component)
+        if not any((c.from_component, c.to_component) == ends for c in self.connections):
+            raise InputError(f"{from_component} -> {to_component}: no such connection, so it cannot have a delay")
+        changed = (
+            replace(c, delay=ticks) if (c.from_component, c.to_component) == ends else c for c in self.connections
+        )
+        return replace(self, connections=tuple(changed))
+
+    def with_every_delay(self, ticks: int) -> "System":
+        """Return the system with this delay on all connections."""
+        return replace(self, connections=tuple(replace(c, delay=ticks) for c in self.connections))
+
+    def with_period(self, component: str, period: int) -> "System":
+        """Return the system with another period [ns] of one component."""
+        self.component(component)
+        changed = (replace(c, period=period) if c.name == component else c for c in self.components)
+        return replace(self, components=tuple(changed))
+
+    def with_isolation(self, component: str, isolated: bool) -> "System":
+        """Return the system with one component in a process of its own, or in the master's."""
+        self.component(component)
+        changed = (replace(c, isolated=isolated) if c.name == component else c for c in self.components)
+        return replace(self, components=tuple(changed))
+
+
+def _no_component(name: str, names: list[str]) -> str:
+    return f"{name}: no such component; there are {compact(names)}{suggestion(name, names)}"

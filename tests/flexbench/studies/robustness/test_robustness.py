@@ -1,0 +1,58 @@
+"""Frequency errors: what is drawn, what reaches the plant, and that an unstable loop is called so."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
+from flexbench.runs.run_folder import read_run
+from flexbench.studies.robustness.frequency_errors import frequency_errors, judge, run_robustness, table_rows
+from lockstep import InputError, load_system, simulate
+
+
+@pytest.fixture
+def fmus(delivered):
+    return delivered
+
+
+def test_errors_are_shifts_or_draws_of_the_level():
+    assert frequency_errors("all lower", 0.05, 1, 3).tolist() == [-0.05] * 3
+    assert frequency_errors("nominal", 0.05, 1, 2).tolist() == [0.0, 0.0]
+    drawn = np.concatenate([frequency_errors("random", 0.02, seed, 25) for seed in range(200)])
+    assert np.std(drawn) == pytest.approx(0.02, rel=0.03)
+    assert np.array_equal(frequency_errors("random", 0.02, 7, 25), frequency_errors("random", 0.02, 7, 25))
+    with pytest.raises(ValueError, match="'sideways': no such kind"):
+        frequency_errors("sideways", 0.1, 1, 2)
+
+
+@pytest.mark.slow
+def test_five_per_cent_leave_the_centralised_loop_stable(fmus, tmp_path):
+    outcomes = run_robustness(fmus, tmp_path, ("centralised",), "fine_pointing", (0.05,), (1,), 30.0, 25, processes=1)
+    assert [(o.kind, o.stable) for o in outcomes] == [
+        ("nominal", True),
+        ("all higher", True),
+        ("all lower", True),
+        ("random", True),
+    ]
+    assert len({o.deformation for o in outcomes}) == 4  # the errors reach the plant
+    assert [row[3] for row in table_rows(outcomes)] == ["0"] * 4
+    assert len(json.loads((tmp_path / "robustness.json").read_text())) == 4
+
+
+def test_a_loop_beyond_its_delay_margin_is_called_unstable(fmus, tmp_path):
+    system = load_system(fmus / "centralised" / "fine_pointing.ssd").with_delay("controller", "plant", 10)
+    values = scalar_overrides(scenario_parameters("fine_pointing", seed=1))
+    simulate(system, tmp_path / "run", stop_time=20.0, overrides=values)
+    assert not judge(read_run(tmp_path / "run"), "nominal", 0.0).stable
+
+
+@pytest.mark.parametrize(
+    ("levels", "stop", "message"), [((0.7,), 20.0, "--levels 70"), ((0.01,), 1.0, "--stop 1: quarters")]
+)
+def test_what_cannot_be_flown_is_refused_before_anything_runs(fmus, tmp_path, levels, stop, message):
+    with pytest.raises(InputError, match=message):
+        run_robustness(fmus, tmp_path / "out", ("centralised",), "slew", levels, (1,), stop, 25)
+    assert not (tmp_path / "out").exists()

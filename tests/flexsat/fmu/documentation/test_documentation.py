@@ -1,0 +1,185 @@
+"""Documentation, terminals, drawings and reference results, made from the same tables as the ports."""
+
+from html import escape
+from io import BytesIO
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib import image
+
+from flexbench.loop.systems import WIRES
+from flexsat.closed_loop import PORTS
+from flexsat.design.chain import Designs
+from flexsat.fmu.build import SHELLS, component_resources
+from flexsat.fmu.documentation.content import TEXTS, draw
+from flexsat.fmu.documentation.experiments import EXPERIMENTS, Experiment
+from flexsat.fmu.documentation.licences import licence_files
+from flexsat.fmu.documentation.page import page
+from flexsat.fmu.documentation.reference_results import reference_files, run_experiments
+from flexsat.fmu.documentation.tables import name_range
+from flexsat.fmu.documentation.terminals import TERMINALS, terminals_of
+from flexsat.ports.table import Port, PortTable
+
+COMPONENTS = tuple(PORTS)
+
+
+@pytest.fixture(params=COMPONENTS)
+def component(request):
+    """Return each component in turn."""
+    return request.param
+
+
+def table_of(design, component, naming="structured"):
+    return PortTable(PORTS[component](getattr(design, component)), naming)
+
+
+def page_of(design, component, naming="structured"):
+    return page(
+        table_of(design, component, naming),
+        TEXTS[component],
+        EXPERIMENTS[component],
+        model_name=f"{component}_{design.config.name}",
+        configuration="A layout of wheels.",
+        version="0",
+        step=0.001,
+        stop=1.0,
+    )
+
+
+@pytest.mark.parametrize("naming", ["structured", "flat"])
+def test_every_port_has_a_row_with_its_references_unit_and_description(design, component, naming):
+    table = table_of(design, component, naming)
+    root = ElementTree.fromstring(page_of(design, component, naming).partition(b"\n")[2])
+    rows = [["".join(cell.itertext()) for cell in row.findall("td")] for row in root.iter("tr")]
+    of_name = {row[0]: row for row in rows if row}
+
+    for port in table:
+        row = of_name[name_range(table, port)]
+        span = table.span(port.name)
+        assert row[1] == (str(span.start) if port.length == 1 else f"{span.start}…{span.stop - 1}")
+        if port.kind == "real":
+            assert port.unit in row[3], row
+        assert any(port.description in cell for cell in row), row
+        assert (port.frame or "-") in row
+
+
+def test_the_page_is_self_contained_and_repeats_byte_by_byte(centralised, component):
+    first = page_of(centralised, component)
+
+    assert first == page_of(centralised, component)
+    for outside in (b"http:", b"https:", b"//", b"<script", b"@import", b"url("):
+        assert outside not in first, outside
+
+
+def test_the_page_has_all_words_of_the_text(centralised, component):
+    text, found = TEXTS[component], page_of(centralised, component).decode()
+
+    for words in (text.summary, *text.models, *text.timing, *text.state):
+        assert escape(words) in found
+    for equation in text.equations:
+        assert equation.formula in found
+        assert equation.source.startswith("P, ")
+    assert len(text.equations) >= 4
+
+
+def test_the_page_tells_which_parameters_may_change_in_a_run(centralised):
+    plant, controller = (page_of(centralised, name).decode() for name in ("plant", "controller"))
+    assert "Real[6], tunable" in plant
+    assert "Those that are tunable may be set at any time" in plant
+    assert "All are fixed: set them before initialisation ends." in controller
+
+
+def test_pictures_repeat_and_tell_components_and_layouts_apart(centralised, distributed, component):
+    pictures = draw(centralised.spacecraft, centralised.config, component)
+
+    assert pictures == draw(centralised.spacecraft, centralised.config, component)
+    assert pictures != draw(distributed.spacecraft, distributed.config, component)
+    for other in set(COMPONENTS) - {component}:
+        assert pictures["model.png"] != draw(centralised.spacecraft, centralised.config, other)["model.png"]
+    drawn = image.imread(BytesIO(pictures["model.png"]))
+    assert drawn.shape[:2] == (480, 480)
+    assert np.ptp(drawn[..., 0]) == 1.0  # from black to white
+    assert b"matplotlib" not in pictures["model.png"]  # no version in the file
+
+
+def test_terminals_connect_what_the_closed_loop_connects():
+    plugs = {frozenset(terminal.ports) for terminal in TERMINALS if terminal.matching == "plug"}
+
+    assert plugs == {frozenset(names) for _, _, names, _ in WIRES}
+
+
+def test_terminals_of_one_name_have_equal_members_wherever_they_are(design):
+    tables = {component: table_of(design, component) for component in COMPONENTS}
+    for source, target, names, _ in WIRES:
+        (found,) = (t for t in terminals_of(tables[source]) if set(t.ports) == set(names))
+        assert found in terminals_of(tables[target])
+        for name in names:
+            assert tables[source][name].length == tables[target][name].length
+            assert tables[source][name].unit == tables[target][name].unit
+
+
+def test_licences_name_every_file_that_travels():
+    files = licence_files()
+    entry = files.pop("license.txt").decode()
+
+    assert all(name in entry for name in files)
+    assert "BSD-3-Clause AND MIT" in entry
+    assert sorted(content.split(b"\n")[0] for content in files.values()) == [b"BSD 3-Clause License", b"MIT License"]
+
+
+@pytest.fixture(scope="session")
+def resources(centralised):
+    """Return the resources of each component; the published variant is not asked for here."""
+    designs = Designs(corrected=centralised, as_published=centralised)
+    return {component: component_resources(designs, component) for component in COMPONENTS}
+
+
+def test_experiments_move_every_input_and_nearly_every_output(resources, component):
+    table, runs = run_experiments(SHELLS[component], resources[component], EXPERIMENTS[component])
+    moved = set()
+    for run in runs:
+        for causality, rows in (("input", run.inputs), ("output", run.outputs)):
+            names = [v.port.name for v in table.variables if v.port.causality == causality]
+            for name, *values in zip(names, *(row[1:] for row in rows), strict=True) if rows else ():
+                if len(set(values)) > 1 or name.startswith("command."):
+                    moved.add(name)
+        assert np.isfinite([row[1:] for row in run.outputs]).all()
+        assert len(run.outputs) == run.experiment.steps // run.experiment.record_every + 1
+
+    assert len(runs) >= 2
+    assert {port.name for port in table if port.causality != "parameter"} - moved == set()
+
+
+def test_reference_results_do_not_depend_on_what_ran_before(resources, component):
+    table, runs = run_experiments(SHELLS[component], resources[component], EXPERIMENTS[component])
+    _, backwards = run_experiments(SHELLS[component], resources[component], EXPERIMENTS[component][::-1])
+
+    assert reference_files(table, runs) == reference_files(table, backwards[::-1])
+
+
+def test_an_experiment_that_the_component_refuses_stops_the_build(resources):
+    wrong = Experiment(name="wrong", description="a step it does not take", step=2e-3, stop_time=0.01, record_every=1)
+    with pytest.raises(ValueError, match=r"experiment wrong: .* a step of 0.002 s is not accepted"):
+        run_experiments(SHELLS["sensors"], resources["sensors"], [wrong])
+
+
+def test_stimuli_for_an_input_that_is_not_there_stop_the_build(resources):
+    wrong = Experiment(
+        name="wrong",
+        description="an input it does not have",
+        step=1e-3,
+        stop_time=0.01,
+        record_every=1,
+        stimuli=lambda _, time: {"thrust": time},
+    )
+    with pytest.raises(ValueError, match="experiment wrong: no such inputs: thrust"):
+        run_experiments(SHELLS["sensors"], resources["sensors"], [wrong])
+
+
+def test_flat_names_that_fall_together_are_refused():
+    ports = [Port(name=name, causality="input", description=name) for name in ("wheel.speed", "wheel_speed")]
+
+    assert len(PortTable(ports).variables) == 2
+    with pytest.raises(ValueError, match=r"wheel.speed and wheel_speed both have a variable 'wheel_speed'"):
+        PortTable(ports, "flat")

@@ -1,0 +1,292 @@
+"""What a stranger finds in an FMU: documentation, licences, pictures, terminals, experiments that replay."""
+
+import hashlib
+import os
+import subprocess
+import sys
+import zipfile
+from html.parser import HTMLParser
+from io import BytesIO
+from pathlib import Path
+from urllib.parse import urlsplit
+from xml.etree import ElementTree
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+from lxml import etree
+from matplotlib import image
+
+TOYS = Path(__file__).parents[2] / "fmus" / "toys"
+sys.path.append(str(TOYS))
+from builds import python  # noqa: E402
+
+sys.path.remove(str(TOYS))
+
+COMPONENTS = ("plant", "sensors", "controller")
+FOLDERS = ("centralised", "distributed", "centralised/flat", "distributed/flat")
+TWELVE = [f"{folder}/{component}" for folder in FOLDERS for component in COMPONENTS]
+LAYER = "extra/org.fmi-standard.fmi-ls-ref"
+SCHEMAS = Path(fmpy.__file__).parent / "schema"
+MEGABYTE = 1_000_000
+
+
+@pytest.fixture(params=TWELVE)
+def fmu(request, delivered):
+    """Return each of the twelve in turn."""
+    return delivered / f"{request.param}.fmu"
+
+
+def contents(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+class Links(HTMLParser):
+    """Collect what a page refers to."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.targets, self.ids = [], set()
+        self.feed(page)
+
+    def handle_starttag(self, _tag, attributes):
+        for name, value in attributes:
+            if name in ("href", "src"):
+                self.targets.append(value)
+            if name == "id":
+                self.ids.add(value)
+
+
+def test_fmpy_and_the_schemas_find_no_problem(fmu):
+    files = contents(fmu)
+    description = etree.XMLSchema(etree.parse(str(SCHEMAS / "fmi2" / "fmi2ModelDescription.xsd")))
+    terminals = etree.XMLSchema(etree.parse(str(SCHEMAS / "fmi3" / "fmi3TerminalsAndIcons.xsd")))
+
+    assert validate_fmu(str(fmu)) == []
+    description.assertValid(etree.fromstring(files["modelDescription.xml"]))
+    terminals.assertValid(etree.fromstring(files["terminalsAndIcons/terminalsAndIcons.xml"]))
+
+
+def test_every_link_of_the_page_leads_to_a_file_in_the_archive(fmu):
+    files = contents(fmu)
+    links = Links(files["documentation/index.html"].decode())
+
+    assert links.targets
+    for target in links.targets:
+        parts = urlsplit(target)
+        assert not parts.scheme, target
+        assert not parts.netloc, target
+        if parts.path:
+            assert os.path.normpath(f"documentation/{parts.path}") in files, target
+        else:
+            assert parts.fragment in links.ids
+
+
+def test_the_page_shows_every_port_as_the_model_description_has_it(fmu):
+    files = contents(fmu)
+    page = "".join(ElementTree.fromstring(files["documentation/index.html"].partition(b"\n")[2]).itertext())
+    description = fmpy.read_model_description(str(fmu))
+
+    for variable in description.modelVariables:
+        last = variable.name.rstrip("]0123456789")
+        assert last in page, variable.name
+    assert description.modelName in page
+
+
+def test_the_pictures_open_and_are_small(fmu):
+    files = contents(fmu)
+
+    assert image.imread(BytesIO(files["model.png"])).shape[:2] == (480, 480)
+    assert image.imread(BytesIO(files["terminalsAndIcons/icon.png"])).shape[:2] == (128, 128)
+    assert len(files["model.png"]) < MEGABYTE / 5
+
+
+def test_licences_and_dependencies_are_there(fmu):
+    files = contents(fmu)
+    entry = files["documentation/licenses/license.txt"].decode()
+    texts = [name for name in files if name.startswith("documentation/licenses/") and not name.endswith("license.txt")]
+
+    assert len(texts) == 2
+    for name in texts:
+        assert Path(name).name in entry
+    both = b"".join(files[name] for name in texts)
+    assert b"BSD 3-Clause License" in both
+    assert b"MIT License" in both
+    needs = files["documentation/externalDependencies.txt"].decode()
+    for word in ("libpython3.11.so.1.0", "LD_PRELOAD", "RTLD_GLOBAL", "numpy", "PYTHONPATH", "python3.dll"):
+        assert word in needs, word
+
+
+def test_the_manifest_of_the_experiments_is_true_and_small(fmu):
+    files = contents(fmu)
+    root = ElementTree.fromstring(files[f"{LAYER}/fmi-ls-manifest.xml"])
+    listed = {}
+    for related in root.findall("Related"):
+        path = os.path.normpath(f"{LAYER}/{related.get('source')}")
+        listed[path] = related
+        if related.get("checksum"):
+            assert hashlib.sha3_256(files[path]).hexdigest() == related.get("checksum")
+
+    ours = {name for name in files if name.startswith(LAYER)} - {f"{LAYER}/fmi-ls-manifest.xml"}
+    assert ours <= set(listed)
+    assert set(listed) - ours == {"documentation/fmi-ls-ref.txt"}
+    with zipfile.ZipFile(fmu) as archive:
+        assert sum(archive.getinfo(name).compress_size for name in ours) < MEGABYTE
+
+
+REPLAY = """
+from replay import *
+from session import argument
+path = argument(0)
+archive = Archive(path)
+experiments = archive.experiments()
+assert len(experiments) >= 2
+for experiment in experiments:
+    names, references = archive.series(experiment, "References")
+    rows = replay(path, experiment, archive)
+    assert len(rows) == len(references) > 20
+    for row, reference in zip(rows, references):
+        wrong = [name for name, a, b in zip(["time", *names], row, reference) if a.hex() != b.hex()]
+        assert not wrong, (experiment.get("name"), row[0], wrong[:5])
+    moved = {name for name, *values in zip(names, *(row[1:] for row in references)) if len(set(values)) > 1}
+    assert len(moved) > 5
+# what is not as the experiment says is noticed
+change = {"seed": 9} if "seed" in archive.parameters(experiments[-1]) else {"delay.measurement": 0.0}
+if archive.naming == "flat":
+    change = {name.replace(".", "_"): value for name, value in change.items()}
+assert replay(path, experiments[-1], archive, **change) != references
+"""
+
+
+def test_the_experiments_replay_bit_by_bit(fmu):
+    """Bitwise: the results were made by the same sources, with the same numpy, on this machine."""
+    python(REPLAY, fmu)
+
+
+SIMULATE = """
+import io
+import numpy as np
+from fmpy import simulate_fmu
+from replay import *
+from session import argument
+path = argument(0)
+archive = Archive(path)
+for experiment in archive.experiments():
+    names, references = archive.series(experiment, "References")
+    inputs, stimuli = archive.series(experiment, "Stimuli")
+    kinds = [(n, float) for n in ("time", *inputs)]
+    columns = np.array([tuple(row) for row in stimuli], dtype=kinds) if stimuli else None
+    step = float(experiment.get("stepSize"))
+    result = simulate_fmu(
+        path, stop_time=float(experiment.get("stopTime")), step_size=step, output_interval=step, output=names,
+        start_values=archive.parameters(experiment), input=columns,
+    )
+    references = np.array(references)
+    rows = np.searchsorted(result["time"], references[:, 0] - 0.5 * step)
+    assert np.allclose(result["time"][rows], references[:, 0], atol=1e-9)
+    port = {}
+    for k, name in enumerate(names, start=1):
+        port.setdefault(name.partition("[")[0].rstrip("0123456789"), []).append((name, k))
+    for members in port.values():
+        found = np.array([result[name][rows] for name, _ in members], dtype=float)
+        wanted = np.array([references[:, k] for _, k in members])
+        # FMPy interpolates between rows whose times differ from its own in the last digit
+        assert np.abs(found - wanted).max() <= 1e-9 * np.abs(wanted).max() + 1e-300, members[0][0]
+"""
+
+
+@pytest.mark.parametrize("name", TWELVE[:6])
+def test_a_host_that_simulates_from_the_files_gets_the_same(delivered, name):
+    python(SIMULATE, delivered / f"{name}.fmu")
+
+
+def test_another_order_of_summation_stays_within_the_bound_that_the_text_gives(delivered):
+    """Other kernels of OpenBLAS add in another order: what a receiver with another processor sees."""
+    script = REPLAY.replace("a.hex() != b.hex()", "abs(a - b) > 1e-9 * scale[name]").replace(
+        "    rows = replay",
+        "    scale = {'time': 1.0}\n"
+        "    for k, n in enumerate(names, start=1):\n"
+        "        port = n.partition('[')[0]\n"
+        "        ks = [j for j, m in enumerate(names, start=1) if m.partition('[')[0] == port]\n"
+        "        scale[n] = max(abs(row[j]) for row in references for j in ks)\n"
+        "    rows = replay",
+    )
+    for component in COMPONENTS:
+        subprocess.run(
+            [sys.executable, "-c", f"import sys; sys.path.append({str(TOYS)!r})\n{script}",
+             delivered / "centralised" / f"{component}.fmu"],
+            check=True,
+            env=os.environ | {"OPENBLAS_CORETYPE": "Prescott"},
+        )  # fmt: skip
+
+
+LOGGING = """
+import ctypes
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from session import argument
+description = read_model_description(argument(0))
+folder = extract(argument(0))
+declared = [category.name for category in description.logCategories]
+
+def heard(on, categories, instantiated=False):
+    messages = []
+    callbacks = fmi2CallbackFunctions()
+    callbacks.logger = fmi2CallbackLoggerTYPE(
+        lambda _, name, status, category, text: messages.append((name, status, category))
+    )
+    fmu = FMU2Slave(guid=description.guid, unzipDirectory=folder, instanceName="one",
+                    modelIdentifier=description.coSimulation.modelIdentifier)
+    fmu.instantiate(callbacks=callbacks, loggingOn=instantiated)
+    if categories is not None:
+        listed = (ctypes.c_char_p * len(categories))(*(name.encode() for name in categories))
+        assert fmu.fmi2SetDebugLogging(fmu.component, on, len(categories), listed) == 0
+    fmu.setupExperiment(); fmu.enterInitializationMode(); fmu.exitInitializationMode()
+    try:
+        fmu.doStep(0.0, -1.0)
+    except Exception as error:
+        assert error.status == 2, error.status
+    else:
+        raise AssertionError("a step backwards was accepted")
+    ended = fmu.getBooleanStatus(3)  # fmi2Terminated
+    assert ended
+    fmu.terminate(); fmu.freeInstance()
+    return messages
+
+error = [(b"one", 3, b"logStatusError")]
+assert declared == ["logStatusError"], declared
+assert heard(True, declared) == error
+assert heard(True, []) == error  # no list: all categories
+assert heard(False, declared) == []
+assert heard(True, ["logStatusWarning"]) == []  # a category that was not asked for
+assert heard(None, None, instantiated=True) == error
+assert heard(None, None, instantiated=False) == []
+assert heard(False, [], instantiated=True) == []
+"""
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_the_log_categories_do_what_the_model_description_says(delivered, component):
+    python(LOGGING, delivered / "centralised" / f"{component}.fmu")
+
+
+def test_neither_the_wrapper_nor_our_package_needs_to_be_installed(delivered, tmp_path):
+    """The text says that numpy is all: here is a Python that has numpy and FMPy, and neither of them."""
+    packages = Path(fmpy.__file__).parents[1]
+    for entry in packages.iterdir():
+        if not entry.name.lower().startswith(("pythonfmu", "flexsat", "_flexsat", "lockstep", "flexbench")):
+            (tmp_path / entry.name).symlink_to(entry)
+    script = """
+import importlib.util, sys
+assert importlib.util.find_spec("pythonfmu") is None and importlib.util.find_spec("flexsat") is None
+from fmpy import simulate_fmu
+result = simulate_fmu(sys.argv[1], stop_time=0.05, output=["energy"])
+assert result["energy"][-1] > 0.0
+assert "/resources/" in sys.modules["pythonfmu"].__file__
+"""
+    subprocess.run(
+        [sys.executable, "-S", "-c", script, delivered / "centralised" / "plant.fmu"],
+        check=True,
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+    )

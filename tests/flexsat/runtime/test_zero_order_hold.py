@@ -1,0 +1,65 @@
+"""Sampling against closed forms and SciPy's exponential."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.linalg import expm
+
+from flexsat.runtime.zero_order_hold import matrix_exponential, zero_order_hold
+
+
+def test_held_undamped_mode_matches_closed_form():
+    omega, period = 3.0, 0.2  # [rad/s], [s]: 0.6 rad per sample, far from small-angle
+    a = np.array([[0.0, 1.0], [-(omega**2), 0.0]])
+    b = np.array([[0.0], [1.0]])
+    c, s = np.cos(omega * period), np.sin(omega * period)
+
+    ad, bd = zero_order_hold(a, b, period)
+
+    few_ulp = 1e-14  # the method is exact, so only rounding is allowed
+    assert_allclose(ad, [[c, s / omega], [-omega * s, c]], rtol=few_ulp)
+    assert_allclose(bd, [[(1.0 - c) / omega**2], [s / omega]], rtol=few_ulp)
+
+
+def test_exponential_of_nilpotent_and_zero():
+    assert_allclose(matrix_exponential(np.zeros((3, 3))), np.eye(3), rtol=0.0)  # nothing to round
+    chain = np.diag([4.0, 6.0], k=1)
+    exact = [[1.0, 4.0, 12.0], [0.0, 1.0, 6.0], [0.0, 0.0, 1.0]]
+    assert_allclose(matrix_exponential(chain), exact, rtol=1e-15)  # the series ends: binary fractions, no rounding
+
+
+@pytest.mark.parametrize("norm", [1e-8, 0.3, 1.0, 7.0, 50.0])
+def test_exponential_of_random_matrices(norm):
+    matrix = np.random.default_rng(2).standard_normal((12, 12))
+    matrix *= norm / np.linalg.norm(matrix, 1)
+    exact = expm(matrix)
+    # rounding of the 12-term products, doubled by each squaring, that is times the norm
+    assert np.linalg.norm(matrix_exponential(matrix) - exact) < 1e-14 * (1.0 + norm) * np.linalg.norm(exact)
+
+
+@pytest.mark.parametrize("period", [0.0005, 0.001, 0.005, 0.1])
+def test_exponential_of_the_plant(design, period):
+    """Frequencies to 500 rad/s in the filter, couplings over ten orders of magnitude."""
+    matrix = period * design.model.a
+    ours, theirs = matrix_exponential(matrix), expm(matrix)
+    # squarings amplify rounding by the norm: 1e-16 times |A| h, and both err so
+    bound = 1e-15 * (1.0 + np.linalg.norm(matrix, 1))
+    assert np.linalg.norm(ours - theirs, 1) < bound * np.linalg.norm(theirs, 1)
+
+
+def test_hold_composes(design):
+    """Two halves of a period make one: exact for held inputs."""
+    a, b = design.model.a, design.model.b_torque
+    whole, whole_input = zero_order_hold(a, b, 0.005)
+    half, half_input = zero_order_hold(a, b, 0.0025)
+    # rounding, at the scale of each matrix's largest entries
+    assert_allclose(half @ half, whole, atol=1e-13 * np.abs(whole).max())
+    assert_allclose(half @ half_input + half_input, whole_input, atol=1e-13 * np.abs(whole_input).max())
+
+
+def test_refusals():
+    with pytest.raises(ValueError, match=r"a must be \(3, 3\) to match b \(3, 1\), got \(2, 2\)"):
+        zero_order_hold(np.eye(2), np.zeros((3, 1)), 0.1)
+    for period in (0.0, -0.1, np.nan):
+        with pytest.raises(ValueError, match="period must be > 0 s"):
+            zero_order_hold(np.eye(2), np.zeros((2, 1)), period)

@@ -1,0 +1,206 @@
+"""Measured delays against an FMU whose delays stand in its source; claims that are right, wrong and missing."""
+
+import json
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from lockstep import InputError, RunError
+from lockstep.__main__ import main
+from lockstep.check.latency.probe import Settings, probe_latency
+
+FMUS = Path(__file__).parents[3] / "fmus"
+sys.path[:0] = [str(Path(__file__).parent), str(FMUS), str(FMUS / "vendor")]
+import reference.build as reference  # noqa: E402
+from delays_fmu import DELAYS, OUTPUTS, TRUE, build_delays  # noqa: E402
+from vendor3_fmu import vendor3_fmu  # noqa: E402
+from vendor_fmu import vendor_fmu  # noqa: E402
+
+ANY_STEP = 'canHandleVariableCommunicationStepSize="true"'
+STATE = 'canGetAndSetFMUstate="true"'
+WATCHED = Settings(steps=12, amplitude=0.1)  # crosses several of the quantiser's 1/64
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    """Return the FMU that takes any step, has a state, and claims what is true."""
+    return build_delays(tmp_path_factory.mktemp("good"), "STATE", flags=f"{ANY_STEP} {STATE}")
+
+
+@pytest.fixture(scope="module")
+def wrong(tmp_path_factory):
+    """Return one of a fixed step whose claims are wrong: one too few, one too many."""
+    feeds = TRUE | {"direct": (), "late[1]": ("v",), "late[2]": ("v",)}
+    return build_delays(tmp_path_factory.mktemp("wrong"), "FIXED=0.01", feeds=feeds)
+
+
+def delays(report):
+    """Return least and most steps by output and input, of what answers."""
+    return {(p.output, p.input): (p.least, p.most) for p in report.pairs if p.least is not None}
+
+
+def fed(report):
+    """Return the pairs of feedthrough."""
+    return {(p.output, p.input) for p in report.pairs if p.feedthrough}
+
+
+def test_the_delays_are_those_of_the_source(good):
+    report = probe_latency(good, WATCHED)
+
+    assert delays(report) == DELAYS
+    assert fed(report) == {(output, name) for output, names in TRUE.items() for name in names}
+    assert {pair.verdict for pair in report.pairs} == {"agrees"}
+    assert report.unmoved == ("idle",)
+
+
+def test_a_fixed_step_and_no_state_give_the_same_delays(wrong):
+    report = probe_latency(wrong, WATCHED)
+
+    assert delays(report) == DELAYS
+    # nobody can make its step shorter: whatever answers within it counts, unless told otherwise
+    assert ("integral", "u") in fed(report)
+    assert ("integral", "u") not in fed(probe_latency(wrong, Settings(steps=12, amplitude=0.1, kind="continuous")))
+
+
+def test_wrong_claims_are_contradicted_both_ways(wrong):
+    report = probe_latency(wrong, WATCHED)
+
+    found = {(p.output, p.input): p.claimed for p in report.of("contradicted")}
+    assert found == {("direct", "u"): False, ("integral", "u"): False, ("late[1]", "v"): True, ("late[2]", "v"): True}
+
+
+def test_without_dependencies_there_is_no_claim_to_contradict(tmp_path):
+    report = probe_latency(build_delays(tmp_path, feeds=None, flags=ANY_STEP), WATCHED)
+
+    assert {pair.verdict for pair in report.pairs} == {"no claim"}
+    assert delays(report) == DELAYS
+
+
+def test_what_answers_without_a_step_is_told(tmp_path):
+    fmu = build_delays(tmp_path, "AT_ONCE", feeds=TRUE | {"direct": ()}, flags=ANY_STEP)
+
+    (pair,) = probe_latency(fmu, WATCHED).of("contradicted")
+
+    assert (pair.output, pair.input, pair.direct) == ("direct", "u", True)
+
+
+def test_a_value_may_silence_an_answer_and_an_amplitude_wake_one(good):
+    silent = probe_latency(good, Settings(steps=12, starts={"scale": "0"}, amplitude=0.1))
+    assert [(pair.output, pair.input) for pair in silent.of("not excited")] == [("direct", "u")]
+    # by default an input changes by a thousandth: not enough for a quantiser of 1/64
+    (pair,) = probe_latency(good, Settings(steps=12)).of("not excited")
+    assert (pair.output, pair.input) == ("coarse", "u")
+
+
+def reference_fmu(folder, model, version, dependencies):
+    """Return a reference FMU with dependencies of its outputs, by the name that XML has for them."""
+    path = reference.build(model, version, folder)
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    text = members["modelDescription.xml"].decode()
+    for old, new in dependencies.items():
+        assert old in text
+        text = text.replace(old, new)
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in (members | {"modelDescription.xml": text.encode()}).items():
+            archive.writestr(name, content)
+    return path
+
+
+def test_fmi_3_array_by_array(tmp_path):
+    """The model hands every input to an output; of two outputs the claims are wrong."""
+    place = {v.name: k for k, v in enumerate(reference.variables_of("feedthrough", "3.0"))}
+    vector, flags = (f'<Output valueReference="{place[name]}"' for name in ("vector_out", "flags_out"))
+    told = {f"{vector}/>": f'{vector} dependencies=""/>', f"{flags}/>": f'{flags} dependencies="{place["flags_in"]}"/>'}
+    report = probe_latency(reference_fmu(tmp_path, "feedthrough", "3.0", told), Settings(steps=3, seconds=600.0))
+
+    assert dict(fed(report)) == {
+        name: name.replace("_out", "_in") for name in report.outputs if not name.startswith(("Str", "wor"))
+    }
+    assert set(delays(report).values()) == {(0, 0)}
+    assert {pair.output for pair in report.of("contradicted")} == {f"vector_out[{k}]" for k in (1, 2, 3)}
+    # by a diagonal: a maker of FMI 3.0 claims for whole arrays
+    assert {pair.output: pair.input for pair in report.of("agrees")} == {
+        f"flags_out[{k}]": f"flags_in[{k}]" for k in (1, 2)
+    }
+    assert "String_in" in report.texts
+
+
+@pytest.mark.parametrize("version", ["1.0", "3.0"])
+def test_an_integral_is_no_feedthrough_in_fmi_3_and_not_to_be_told_in_fmi_1(tmp_path, version):
+    report = probe_latency(reference.build("integrator", version, tmp_path), Settings(steps=3, starts={"rate": "2"}))
+
+    assert delays(report) == {("x", "u"): (0, 0)}
+    assert fed(report) == ({("x", "u")} if version == "1.0" else set())  # FMI 1.0 does not say that it takes any step
+
+
+@pytest.mark.parametrize("build", [vendor_fmu, vendor3_fmu], ids=["FMI 2.0", "FMI 3.0"])
+def test_a_vendor_stand_in_answers_at_once_while_flag_and_mode_allow_it(tmp_path, build):
+    """It takes no attitude while q_ok is not 3."""
+    fmu = build(tmp_path)
+    first = "q_IB[0]" if build is vendor_fmu else "q_IB[1]"
+    awake = {first: "1", "Mode": "2", "q_ok": "3"}
+
+    found = probe_latency(fmu, Settings(steps=5, starts=awake, amplitude=0.01))
+    assert set(delays(found).values()) == {(0, 0)}
+    answering = {(output.partition("[")[0], name.partition("[")[0]) for output, name in fed(found)}
+    assert answering == {("TauCmd", "q_IB"), ("TauCmd", "w_meas")}
+    blind = fed(probe_latency(fmu, Settings(steps=5, starts=awake | {"q_ok": "0"}, amplitude=0.01)))
+    assert {name.partition("[")[0] for _, name in blind} == {"w_meas"}
+
+
+def test_outputs_that_differ_without_a_cause_are_named(tmp_path):
+    report = probe_latency(build_delays(tmp_path, feeds=TRUE, flags=ANY_STEP, outputs=OUTPUTS), WATCHED)
+
+    assert report.restless == ("noise",)
+    assert delays(report) == DELAYS
+
+
+def test_a_crash_is_one_line_and_no_end_of_ours(tmp_path):
+    with pytest.raises(RunError, match=r"delays.fmu: crashed with SIGSEGV in fmi2DoStep at t = 0.2 s"):
+        probe_latency(build_delays(tmp_path, "CRASHES"), WATCHED)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (Settings(starts={"scales": "1"}), r"fmu.scales: no such parameter; fmu has .*scale"),
+        (Settings(starts={"scale": "much"}), "scale: 'much'"),
+        (Settings(amplitudes={"w": 1.0}), r"--amplitude w: no such Real input; there are u, v, slow, gated, idle"),
+        (Settings(amplitude=-1.0), r"--amplitude: -1 must be a number > 0"),
+        (Settings(step=0.0), r"--step 0: must be > 0 s"),
+        (Settings(steps=0), r"--steps 0: must be 1 or more"),
+        (Settings(seconds=0.0), r"--time-limit 0: must be > 0 s"),
+    ],
+)
+def test_a_setting_that_does_not_fit_is_refused_by_name(good, settings, message):
+    with pytest.raises(InputError, match=message):
+        probe_latency(good, settings)
+
+
+def test_the_command_prints_a_matrix_and_writes_json(good, wrong, tmp_path, capsys):
+    file = tmp_path / "latency.json"
+
+    assert main(["probe-latency", str(good), "--steps", "12", "--amplitude", "0.1", "--json", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert main(["probe-latency", str(wrong), "--steps", "12"]) == 1
+    contradicted = capsys.readouterr().out
+
+    rows = {line.split()[0]: line.split()[1:] for line in told.splitlines() if line.startswith((*TRUE, "late"))}
+    assert rows["late[2]"] == [".", "1-3", ".", ".", ".", "."]
+    assert rows["sampled"] == [".", ".", "0-3f", ".", ".", "."]
+    assert "no contradiction" in told
+    assert "direct <- u: not claimed, but answers within its step" in contradicted
+    assert "late[2] <- v: claimed as feedthrough, but answers after 3 steps at the earliest" in contradicted
+    written = json.loads(file.read_text(encoding="utf-8"))
+    assert written["contradictions"] == 0
+    assert {(p["output"], p["input"]): (p["least"], p["most"]) for p in written["pairs"]} == DELAYS
+
+
+def test_bad_input_is_one_line(good, tmp_path, capsys):
+    for arguments in ([tmp_path / "none.fmu"], [good, "--set", "scale"], [good, "--amplitude", "u=x"],
+                      [good, "--json", tmp_path / "no" / "folder.json"]):  # fmt: skip
+        assert main(["probe-latency", *map(str, arguments)]) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1

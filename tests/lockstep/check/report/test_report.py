@@ -1,0 +1,231 @@
+"""The report's files: JSON that reads back, JUnit that parses, HTML that needs nothing else; and the exit codes."""
+
+import json
+import math
+import os
+import pty
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from lockstep.check.report.finding import Finding
+from lockstep.check.report.report import FmuReport, as_json, as_junit, fails, from_json, write_text
+from lockstep.check.report.report_html import as_html
+from lockstep.check.report.report_text import plain_lines
+
+from ..conftest import BINARY, XML, Make
+
+STATIC = ("--static",)
+
+
+def finding(check: str, status: str, **more: object) -> Finding:
+    return Finding(check=check, group=check.partition(".")[0], title=f"title of {check}", status=status, **more)  # type: ignore[arg-type]
+
+
+FINDINGS = (
+    finding("static.a", "pass", message="fine"),
+    finding("static.b", "info", numbers={"size_bytes": 12.0, "odd": math.nan}),
+    finding("dynamic.c", "warning", message="<b>&\x00\x1b[31m", details=("one", "zwei ä")),
+    finding("dynamic.d", "error", message="does not repeat"),
+    finding("contract.e", "skipped", message="no contract"),
+)
+REPORT = FmuReport(
+    file='a&b"<.fmu',
+    sha256="00ff",
+    model="Model",
+    guid="{1}",
+    tool="by hand",
+    checked="2026-01-02T03:04:05+00:00",
+    host="linux64",
+    seconds=1.5,
+    findings=FINDINGS,
+)
+GOOD = replace(REPORT, file="good.fmu", findings=FINDINGS[:2])
+
+
+def test_json_reads_back() -> None:
+    text = as_json([REPORT, GOOD])
+    again = from_json(text)
+
+    assert again[1].findings[0] == FINDINGS[0]
+    assert math.isnan(again[0].findings[1].numbers["odd"])
+    assert as_json(again) == text
+    assert json.loads(text)["fmus"][0]["worst"] == "error"
+    assert json.loads(text)["fmus"][0]["counts"] == {"pass": 1, "info": 1, "warning": 1, "error": 1, "skipped": 1}
+
+
+def test_json_of_another_format_is_refused() -> None:
+    with pytest.raises(ValueError, match="format 99"):
+        from_json('{"format": 99}')
+
+
+@pytest.mark.parametrize(("strict", "failed"), [(False, ["dynamic.d"]), (True, ["dynamic.c", "dynamic.d"])])
+def test_junit_parses_and_counts(strict: bool, failed: list[str]) -> None:
+    root = ElementTree.fromstring(as_junit([REPORT, GOOD], strict))
+    suite = root[0]
+
+    assert [s.get("name") for s in root] == ['a&b"<.fmu', "good.fmu"]
+    assert suite.get("tests") == str(len(suite)) == "5"
+    assert [case.get("classname") for case in suite if case.find("failure") is not None] == failed
+    assert suite.get("failures") == str(len(failed))
+    assert [case.get("classname") for case in suite if case.find("skipped") is not None] == ["contract.e"]
+    assert suite.get("skipped") == "1"
+    assert "zwei ä" in str(ElementTree.tostring(suite[2], encoding="unicode"))
+
+
+class Page(HTMLParser):
+    """Note what a page loads or links to, and its text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.tags: list[str] = []
+        self.text = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.links += [value or "" for name, value in attrs if name in ("src", "href", "srcset", "action", "data")]
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_html_stands_alone_and_shows_all() -> None:
+    text = as_html([REPORT, GOOD])
+    page = Page(text)
+
+    assert all(link.startswith("#") for link in page.links)
+    assert not {"script", "link", "iframe", "img", "object"} & set(page.tags)
+    assert not re.search(r"https?:|@import|url\(", text)
+    assert "b" not in page.tags  # a message is text, not markup
+    for found in FINDINGS:
+        assert found.check in page.text
+        assert found.title in page.text
+    assert "does not repeat" in page.text
+    assert "size_bytes = 12" in page.text
+    assert "zwei ä" in page.text
+
+
+def test_a_terminal_is_spared_a_long_list_unless_it_is_the_contracts() -> None:
+    lines = tuple(f"line {i}" for i in range(40))
+    long = replace(REPORT, findings=(finding("dynamic.a", "info", details=lines),))
+    contract = replace(REPORT, findings=(finding("contract.a", "info", details=lines),))
+
+    assert len(plain_lines(long)) == 13
+    assert "and 29 lines more" in plain_lines(long)[-1]
+    assert "line 39" in as_html([long])
+    assert len(plain_lines(contract)) == 41
+
+
+def test_only_an_error_fails_unless_strict() -> None:
+    warned = replace(REPORT, findings=FINDINGS[:3])
+
+    assert [fails([GOOD, report], strict) for report in (GOOD, warned, REPORT) for strict in (False, True)] == [
+        False, False, False, True, True, True,
+    ]  # fmt: skip
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    write_text(tmp_path / "new" / "report.json", "first")
+    (tmp_path / "taken" / "report.json").mkdir(parents=True)
+    with pytest.raises(OSError, match="directory"):
+        write_text(tmp_path / "taken" / "report.json", "second")
+
+    assert (tmp_path / "new" / "report.json").read_text() == "first"
+    assert [path.name for path in tmp_path.rglob("*.part")] == []
+
+
+def check(*arguments: object, **options: object) -> "subprocess.CompletedProcess[str]":
+    command = [sys.executable, "-W", "error", "-m", "lockstep", "check", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60, **options)  # type: ignore[call-overload,no-any-return]
+
+
+def test_a_good_fmu_gets_0_and_every_file(make: Make, tmp_path: Path) -> None:
+    files = {option: tmp_path / "out" / f"report.{option}" for option in ("html", "json", "junit")}
+    options = [word for option, path in files.items() for word in (f"--{option}", path)]
+    done = check(make(), make(name="again.fmu"), *STATIC, "--strict", *options)
+
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "good.fmu: 18 passed\n" in done.stdout
+    assert "  pass     static.schema" in done.stdout
+    assert [Path(r.file).name for r in from_json(files["json"].read_text())] == ["good.fmu", "again.fmu"]
+    assert len(ElementTree.parse(files["junit"]).getroot()) == 2
+    assert "again.fmu" in files["html"].read_text()
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(p.name for p in files.values())
+
+
+@pytest.mark.parametrize(
+    ("changes", "strict", "code"),
+    [
+        ({"documentation/index.html": None}, (), 0),
+        ({"documentation/index.html": None}, ("--strict",), 1),
+        ({BINARY: None}, (), 1),
+    ],
+)
+def test_the_exit_code_tells_the_severity(
+    make: Make, changes: dict[str, None], strict: tuple[str, ...], code: int
+) -> None:
+    assert check(make(changes), *STATIC, *strict).returncode == code
+
+
+def test_a_file_that_is_no_fmu_is_a_finding(tmp_path: Path) -> None:
+    (tmp_path / "vendor.fmu").write_bytes(b"no zip")
+    done = check(tmp_path / "vendor.fmu")  # dynamic checks too: there is nothing to run
+
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "error    static.archive" in done.stdout
+    assert "skipped  dynamic.run" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["nowhere.fmu"], "nowhere.fmu: no such file"),
+        (["."], "is a folder; pack it"),
+        (["good.fmu", "--html", "."], "--html .: is a folder"),
+        (["good.fmu", "--html", "good.fmu/report.html"], "cannot be written"),
+        (["good.fmu", "--json", "good.fmu"], "is one of the FMUs"),
+        (["good.fmu", "--json", "x", "--junit", "x"], "the same file"),
+        (["good.fmu", "nowhere.fmu", "--json", "x"], "nowhere.fmu: no such file"),
+    ],
+)
+def test_bad_input_gets_2_and_one_line_before_anything_runs(make: Make, arguments: list[str], says: str) -> None:
+    folder = make().parent
+    done = check(*arguments, *STATIC, cwd=folder)
+
+    assert (done.returncode, done.stdout) == (2, "")
+    assert says in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not (folder / "x").exists()
+
+
+def test_a_terminal_gets_a_table_without_control_characters_of_the_fmu(make: Make) -> None:
+    path = make(xml=XML.replace('name="attitude[2]"', 'name="a&#x9b;31m[2]"'))
+    mine, theirs = pty.openpty()
+    command = [sys.executable, "-m", "lockstep", "check", str(path), *STATIC]
+    environment = os.environ | {"TERM": "xterm", "COLUMNS": "120"}
+    with subprocess.Popen(command, stdout=theirs, stderr=theirs, env=environment) as process:
+        os.close(theirs)
+        shown = b""
+        while True:
+            try:
+                part = os.read(mine, 65536)
+            except OSError:  # the other end is closed
+                break
+            if not part:
+                break
+            shown += part
+    os.close(mine)
+    text = shown.decode()
+
+    assert process.returncode == 1
+    assert "static.schema" in text
+    assert "\x1b[" in text  # colours
+    assert "\x9b" not in text
