@@ -1,4 +1,4 @@
-"""The arrows between modules and between folders are those of the tables, and no others; files are short and documented.
+"""The arrows between modules and folders are those of the tables, and no others; files are short and documented.
 
 Every import counts: at the top, inside functions, under TYPE_CHECKING, and as text in `import_module`.
 """
@@ -21,16 +21,16 @@ MOST_IN_A_FOLDER = 22  # files of one subject
 FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/python", "fmu/python/front", "fmu/documentation", "design", "spacecraft"),
-        *("ports", "runtime", "structure", "parameters"),
+        *("ports", "runtime", "structure", "parameters", "arrays"),
     ),
     "lockstep": (
-        *("__main__", "cli", "check", "check/report", "check/dynamic", "check/latency", "check/static", "simulate"),
+        *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulate"),
         *("checkpoint", "run", "ssp", "faults", "adapter", "plan", "shadow", "results", "processes", "fmi", "system"),
-        *("interrupt", "errors"),
+        *("interrupt", "errors", "arrays"),
     ),
     "flexbench": (
-        *("cli", "report", "figures", "adapt", "studies", "studies/paper", "studies/margins", "studies/budget"),
-        *("studies/spectra", "studies/health", "studies/robustness", "studies/waterfall", "studies/shadow"),
+        *("cli", "report", "figures", "adapt", "studies", "studies/paper", "studies/margins", "studies/health"),
+        *("studies/robustness", "studies/shadow", "studies/waterfall", "studies/spectra", "studies/budget"),
         *("runs", "loop", "icd", "html"),
     ),
 }  # fmt: skip
@@ -106,7 +106,7 @@ def imports_by_name(tree, module):
     if not calls:
         return set()
     texts = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
-    parts = {text.partition(":")[0] for text in texts if re.fullmatch(r"[\w.]+(:\w+)?", text)}
+    parts = {text.partition(":")[0] for text in texts if re.fullmatch(r"[\w.]+(:\w+)?", text)} - {"__main__"}
     package = module.partition(".")[0]
     # a name may be whole, or stand behind the package or the folder that the source adds to it
     return {name for part in parts for name in (part, f"{package}.{part}", f"{module.rpartition('.')[0]}.{part}")
@@ -228,7 +228,15 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     assert {"flexsat.runtime.plant", "flexsat.runtime.sensors", "flexsat.runtime.controller"} <= inside
     assert {module for module, _ in foreign} == {"flexsat.fmu.python.life_cycle"}
     assert {name.partition(".")[0] for _, name in foreign} == {"pythonfmu"}
-    assert {folder_of(module) for module in inside} <= {None, "runtime", "ports", "fmu", "fmu/python", "parameters"}
+    assert {folder_of(module) for module in inside} <= {
+        None,
+        "runtime",
+        "ports",
+        "fmu",
+        "fmu/python",
+        "parameters",
+        "arrays",
+    }
 
 
 def test_the_closed_loop_runs_without_fmi_files_and_master():

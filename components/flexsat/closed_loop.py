@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array
 from .design.chain import Designs
 from .ports import controller as controller_interface
 from .ports import plant as plant_interface
@@ -22,7 +22,6 @@ from .runtime import controller, plant, sensors
 from .runtime.bearing_friction import Bearings
 from .runtime.periods import whole_multiple
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 Parameters = Mapping[str, Mapping[str, Any]]  # component, then port (or `port[i]`), to value
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-# What a different order of additions may cost, relative to a signal's largest value (flexbench.loop.equivalence.TOLERANCE).
+# What a different order of additions may cost, relative to a signal's largest value.
 # Today nothing differs at all: both call the same functions on the same values.
 TOLERANCE = 1e-12
 CONFIGURATIONS = ("centralised", "distributed")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from ..arrays import Array
 from ..parameters import Configuration, ConfigurationName, configuration
 from ..runtime.controller import ControllerMatrices
 from ..runtime.plant_parameters import PlantMatrices
@@ -17,8 +17,6 @@ from ..spacecraft.linear_model import LinearModel, linearise
 from ..spacecraft.wheel_speeds import WheelResponse, select_speeds
 from .estimator import Estimator, design_estimator, measurement_noise
 from .regulator import Regulator, design_regulator
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

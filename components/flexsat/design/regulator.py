@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from ..arrays import Array
 from ..parameters import Weights
 from ..spacecraft.assembly import Spacecraft
 from ..spacecraft.linear_model import LinearModel
 from .riccati import RiccatiStep, steady_state
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from . import rotations
 from .plant_parameters import PlantMatrices, PlantParameters
 from .rotations import Triple
@@ -24,8 +24,6 @@ from .zero_order_hold import zero_order_hold
 
 if TYPE_CHECKING:
     from .bearing_friction import Bearings
-
-Array = NDArray[np.float64]
 
 
 @dataclass(slots=True)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from . import rotations
 from . import wheel_jitter as jitter
 from .zero_order_hold import matrix_exponential
 
-Array = NDArray[np.float64]
 STREAM = 2  # a component's own random streams: plant and sensors may be given the same seed
 
 

@@ -7,9 +7,8 @@ C_t W^2 (-cos th, sin th) (P, section 4). A value that is held over a step is ta
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ..arrays import Array
 
 
 def harmonic(speed: Array, angle: Array, hold: float, force: float, torque: float, out: Array) -> Array:

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..parameters import SITES, SITES_OF_MODE_ROWS_AS_PUBLISHED, Configuration, ConfigurationName, Wheel
 from ..runtime.rotations import skew
 from ..structure.mesh import polar, record_mesh
 from ..structure.modes import Structure, build_structure
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
+from ..arrays import Array
 from ..parameters import Plate
 from .mesh import Mesh
-
-Array = NDArray[np.float64]
 
 # Edges of a triangle as (from, to) corners; mid-side node 3 + k lies on edge k
 EDGES = ((0, 1), (1, 2), (2, 0))

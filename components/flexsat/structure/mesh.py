@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from ..arrays import Array, Index
 from ..parameters import Aperture
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 # Interior nodes of the mesh of record, radius [m] at angle [deg], each repeated every 60 deg (PHYSICS section 1)
 RECORD_INTERIOR = (

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh
 
+from ..arrays import Array
 from ..parameters import Plate
 from .kirchhoff_plate import PlateMatrices, assemble
 from .mesh import Mesh
 
-Array = NDArray[np.float64]
 Support = Literal["vertices", "edge"]
 DENSE_LIMIT = 2000  # degrees of freedom up to which the full eigenvalue problem is quicker than the sparse one
 PARTNER_GAP = 1e-6  # relative frequency difference below which two modes are one degenerate pair

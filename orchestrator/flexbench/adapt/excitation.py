@@ -17,8 +17,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from lockstep.adapter.bind import Binding, Ports, bind
 from lockstep.adapter.slave import AdaptedSlave, adapt_slave
 from lockstep.errors import InputError, RunError
@@ -29,7 +29,6 @@ from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds
 from lockstep.system.system import Component
 
-Array = NDArray[np.float64]
 Call = Callable[[], object]
 _TIME_LIMIT = 300.0  # [s] for all experiments of one command
 

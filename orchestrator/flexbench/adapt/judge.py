@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexbench.adapt.excitation import Excitation, Response
+from flexsat.arrays import Array
 
-Array = NDArray[np.float64]
 AXES = "xyz"
 _ALIGNED = 0.8  # cosine between the torque and the reference's
 _AT_REST = 5.0  # times what the turns and rates call for: jitter that is fed forward stays below

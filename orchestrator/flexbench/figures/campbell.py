@@ -22,11 +22,12 @@ from flexbench.studies.waterfall.campbell import (
     imbalance_deformation,
     modal_frequencies,
 )
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import RPM, ConfigurationName
 from flexsat.spacecraft.assembly import Spacecraft
 
-from .drawing import AXES, STYLE, WIDTH, Array, axis_name
+from .drawing import AXES, STYLE, WIDTH, axis_name
 
 HERTZ = 2.0 * np.pi  # rad/s
 MICROMETRE = 1e-6  # m

@@ -15,13 +15,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
-from numpy.typing import NDArray
 
 from flexbench.studies.paper.published import ROWS
+from flexsat.arrays import Array
 from flexsat.parameters import ConfigurationName
 from lockstep import Signals
 
-Array = NDArray[np.float64]
 Dashes = tuple[float, Sequence[float]]
 
 WIDTH = 9.6  # inch: as wide as a page of a README, so that a point of type is about a point on the screen

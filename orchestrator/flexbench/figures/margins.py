@@ -9,12 +9,12 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+
+from flexsat.arrays import Array
 
 from ..studies.margins.study import Curve, curves
 from .drawing import STYLE, WIDTH
 
-Array = NDArray[np.float64]
 # Okabe and Ito (2008): blue, vermillion, green, purple, orange, sky blue
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 GAIN_SHOWN = 40.0  # dB either side of one

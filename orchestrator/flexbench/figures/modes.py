@@ -16,11 +16,12 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.tri import Triangulation
 
 from flexbench.studies.paper.published import MODE_FREQUENCIES
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.structure.mesh import record_mesh
 from flexsat.structure.modes import Structure, build_structure
 
-from .drawing import STYLE, WIDTH, Array
+from .drawing import STYLE, WIDTH
 
 COLOURS = "RdBu_r"
 LEVELS = 24  # colour bands; zero lies between two

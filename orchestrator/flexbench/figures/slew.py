@@ -16,22 +16,12 @@ from flexbench.loop.scenarios import slew_end
 from flexbench.runs import histories
 from flexbench.runs.metrics import PUBLISHED_WINDOW, SETTLED_FROM
 from flexbench.studies.paper.published import ROWS
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName
 from lockstep import Signals
 
-from .drawing import (
-    LOOKS,
-    PUBLISHED,
-    STYLE,
-    WIDTH,
-    Array,
-    draw_line,
-    draw_noisy,
-    draw_published,
-    make_logarithmic,
-    span_runs,
-)
+from .drawing import LOOKS, PUBLISHED, STYLE, WIDTH, draw_line, draw_noisy, draw_published, make_logarithmic, span_runs
 
 BAND: dict[str, Any] = {"color": "#F0E442", "alpha": 0.25, "linewidth": 0.0}  # Okabe and Ito: yellow
 MARK: dict[str, Any] = {"color": "0.45", "linewidth": 0.8, "linestyle": (0.0, (6.0, 2.0, 1.0, 2.0))}

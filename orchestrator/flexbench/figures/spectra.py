@@ -11,9 +11,10 @@ from matplotlib.ticker import NullLocator
 from flexbench.studies.spectra.channels import CHANNELS, Channel, RunSpectra
 from flexbench.studies.spectra.welch import Spectrum
 from flexbench.studies.waterfall.campbell import modal_frequencies
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 
-from .drawing import AXES, STYLE, WIDTH, Array
+from .drawing import AXES, STYLE, WIDTH
 
 POINTS = 500  # across a panel
 DECADES = 10.0  # of a density axis, at most

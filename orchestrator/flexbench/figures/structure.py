@@ -14,12 +14,13 @@ from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import ConfigurationName
 from flexsat.spacecraft.assembly import Points, Spacecraft
 from flexsat.structure.mesh import tile_centres, tile_vertices
 
-from .drawing import AXES, STYLE, WIDTH, Array, axis_name
+from .drawing import AXES, STYLE, WIDTH, axis_name
 
 REACH = 17.6  # m, of the panels
 ARROW = 2.3  # m

@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 from flexbench.studies.waterfall.campbell import modal_frequencies
 from flexbench.studies.waterfall.crossings import Crossing
 from flexbench.studies.waterfall.sweep import Waterfall, predict
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import RPM
 
-from .drawing import LOOKS, STYLE, WIDTH, Array
+from .drawing import LOOKS, STYLE, WIDTH
 
 COLOURS = "cividis"
 DECADES = 6.0  # of the density's root, below its peak: 3 decades

@@ -10,9 +10,10 @@ import numpy as np
 
 from flexbench.loop.scenarios import slew_end
 from flexbench.runs.dataset import grouped
+from flexsat.arrays import Array
 from lockstep import InputError, Signals
 
-from .derived import Array, Derived, derive
+from .derived import Derived, derive
 from .gather import Result
 from .pack import History, pack_all
 from .scene import motion

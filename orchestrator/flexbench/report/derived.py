@@ -6,17 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
-from numpy.typing import NDArray
-
 from flexbench.runs import histories
 from flexbench.runs.run_folder import Run
+from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName, configuration
 from flexsat.spacecraft.assembly import Points, build_spacecraft
 from lockstep import Signals
 from lockstep.results.read import elements_of
-
-Array = NDArray[np.float64]
 
 ERRORS = (histories.ATTITUDE, histories.ATTITUDE_REFERENCE)
 RATES = ("plant.rate", "controller.reference.rate")

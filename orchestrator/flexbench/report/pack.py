@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexsat.arrays import Array
 
 FLOAT = 4  # bytes
 LEAST_INTERVALS = 600  # of a history; what would need more room than that is left out

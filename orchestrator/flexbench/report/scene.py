@@ -7,10 +7,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexbench.runs import histories
 from flexbench.runs.run_folder import Run
+from flexsat.arrays import Array
 from flexsat.parameters import ConfigurationName, configuration
 from flexsat.structure.mesh import record_mesh
 from flexsat.structure.modes import build_structure
@@ -18,8 +18,6 @@ from lockstep import Signals
 
 from .derived import ERRORS, MODAL, build_wheels, complete
 from .pack import encode
-
-Array = NDArray[np.float64]
 
 FEWEST_FRAMES = 400
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.runtime.rotations import error_angle, error_rotation, quaternion_from_mrp
 from lockstep import Signals
-
-Array = NDArray[np.float64]
 
 ATTITUDE, ATTITUDE_REFERENCE = "plant.attitude.mrp", "controller.reference.mrp"
 TORQUE, TORQUE_REFERENCE = "controller.wheel.torque", "controller.reference.torque"

@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from lockstep import InputError, Signals
 
 from . import histories
-
-Array = NDArray[np.float64]
 
 SETTLED_FROM = 150.0  # s: steady state, P section 5
 PUBLISHED_WINDOW = (75.0, 150.0)  # s: what the release calls converged for two rows of the slew

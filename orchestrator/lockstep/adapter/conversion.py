@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockstep.adapter.rotation import (
     compose,
@@ -15,9 +14,9 @@ from lockstep.adapter.rotation import (
     quaternion_from_matrix,
     quaternion_from_mrp,
 )
+from lockstep.arrays import Array
 from lockstep.system.adapter_file import DIRECTIONS, Entry, Matrix
 
-Array = NDArray[np.float64]
 Map = Callable[[Array], Array]
 
 

@@ -10,9 +10,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lockstep.arrays import Array
 
 
 def quaternion_from_mrp(mrp: Array) -> Array:

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from lockstep.adapter.bind import Binding, Bound
 from lockstep.adapter.conversion import Map
+from lockstep.arrays import Array
 from lockstep.errors import InputError, compact
 from lockstep.fmi.slave import DTYPES, ERROR, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
 from lockstep.system.system import Value
 
-Array = NDArray[np.float64]
 _FILE = "adapter.npz"
 _LIMITS = {  # the outermost doubles that fit, by the type of a buffer
     np.dtype(np.int32): (-(2.0**31), 2.0**31 - 1.0),
@@ -65,7 +65,7 @@ class _Work:
 
 
 class AdaptedSlave:
-    """Implements `lockstep.fmi.slave.Slave`. Values of ours are kept as doubles in one array, by their new reference."""
+    """Implements `lockstep.fmi.slave.Slave`. Values are kept as doubles in one array, by their new reference."""
 
     def __init__(self, slave: Slave, binding: Binding) -> None:
         self._slave, self._binding = slave, binding

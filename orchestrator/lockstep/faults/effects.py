@@ -10,8 +10,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from lockstep.arrays import Array
+
 Values = NDArray[Any]  # one value for each variable of a group, in the type in which they travel
-Array = NDArray[np.float64]
 Function = Callable[[int, Array], Array]  # of a tick and the values
 Limits = tuple[Array, Array]  # the smallest and largest values that fit
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lockstep.adapter.unit_names import UNITS, gain_between
+from lockstep.arrays import Array
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.faults import effects
 from lockstep.faults.effects import Effect
@@ -199,7 +200,7 @@ def _once(fault: Fault) -> bool:
     return fault.kind == "spike" and fault.probability is None
 
 
-def _function(fault: Fault, numbers: effects.Array, names: Sequence[str]) -> effects.Function:
+def _function(fault: Fault, numbers: Array, names: Sequence[str]) -> effects.Function:
     match fault.kind:
         case "nan":
             return effects.not_a_number()

@@ -1,7 +1,7 @@
 """Values of FMI 3.0: variables are arrays, set and got as a whole, in a dozen types.
 
 To the master every element is one value in one of the types of `lockstep.fmi.slave`, by the reference that
-`lockstep.fmi.model_description` gave it. What an array's other elements are is remembered here, so that some can be set alone.
+the model description gave it. What an array's other elements are is remembered here, so that some can be set alone.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Values on their way from outputs to inputs, as arrays: what `lockstep.system.transformation` says, and from type to type."""
+"""Values on their way from outputs to inputs, as arrays: transformed, and converted from type to type."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lockstep.arrays import Array
 from lockstep.errors import InputError, compact
 from lockstep.results.read import Signals, read_signals
 from lockstep.results.run_record import RUN
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW
-
-Array = NDArray[np.float64]
 
 NEIGHBOURS = 1.0  # s either side of the hand-over, whose steps its own is compared with
 LARGEST_LAG = 200  # rows

@@ -35,7 +35,7 @@ def load_system(path: Path | str, timing: Timing | None = None) -> System:
     Parameters
     ----------
     path : a .ssd, the folder of an unpacked package, a .ssp, or one variant in it: `package.ssp#Variant.ssd`
-    timing : what the command line says of periods, kinds and delays; what is not said is as in `lockstep.ssp.step_times`
+    timing : what the command line says of periods, kinds and delays; for the rest see `lockstep.ssp.step_times`
 
     FMUs stay unread unless they have to be asked for steps, variables or units; `simulate` checks against all.
     """

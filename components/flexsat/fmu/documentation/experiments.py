@@ -10,12 +10,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...ports.plant import JITTER
 from ...ports.table import PortTable, Scalar
 
-Array = NDArray[np.float64]
 Stimuli = Callable[[PortTable, Array], dict[str, Array]]
 
 DIGITS = 4  # of a stimulus

@@ -30,7 +30,7 @@ from pythonfmu.enums import Fmi2Status
 
 from ...ports.table import Kind, Naming, Port, PortTable
 from .model_description import About, model_description
-from .port_values import Array, PortValues, Refused
+from .port_values import AnyArray, PortValues, Refused
 from .resources import build_facts, find_resource, leave_search_path, let_go_at_exit
 from .saved_state import restored, sealed, unsealed
 from .shared_buffers import REFERENCE, DirectAccess
@@ -120,7 +120,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
 
     # What a final class uses.
 
-    def view(self, name: str) -> Array:
+    def view(self, name: str) -> AnyArray:
         """Return a port's values as a view that stays valid; shape () for a scalar."""
         return self.values.view(name)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...ports.table import CAUSALITIES, KINDS, Kind, PortTable, Scalar, Variable
 
-Array = np.ndarray[Any, Any]
+AnyArray = np.ndarray[Any, Any]
 Place = slice | np.ndarray[Any, np.dtype[np.intp]]
 
 
@@ -31,14 +31,14 @@ class PortValues:
         self.table = table
         self._variables = {kind: table.of_kind(kind) for kind in KINDS}
         starts = {kind: [v.port.starts[v.element] for v in self._variables[kind]] for kind in KINDS}
-        self.arrays: dict[Kind, Array] = {
+        self.arrays: dict[Kind, AnyArray] = {
             "real": np.array(starts["real"], dtype=np.float64),
             "integer": np.array(starts["integer"], dtype=np.int32),
             "boolean": np.array(starts["boolean"], dtype=np.bool_),
         }
         self.strings: list[str] = [str(text) for text in starts["string"]]
 
-    def view(self, name: str) -> Array:
+    def view(self, name: str) -> AnyArray:
         """Return a port as a writable view: shape (size,), or () for a scalar, which is written `view[()] = x`."""
         port = self.table[name]
         if port.kind == "string":

@@ -1,6 +1,6 @@
 """Tell the library in front of the wrapper where values lie, so that it copies those that Python would only copy.
 
-That library (`flexsat/fmu/python/front/front.c`) asks for one String by a reference that no variable has, and states the same
+That library (`front.c`) asks for one String by a reference that no variable has, and states the same
 reference, the same bits and the same order as here.
 """
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from lockstep import InputError
 
 from ...runs import histories
@@ -16,7 +16,6 @@ from ...runs.metrics import SETTLED_FROM
 from ...runs.run_folder import Run
 from . import indices
 
-Array = NDArray[np.float64]
 IndexName = Literal["APE", "MPE", "RPE", "PDE", "PRE"]
 INDICES: tuple[IndexName, ...] = ("APE", "MPE", "RPE", "PDE", "PRE")
 AxisName = Literal["x", "y", "z", "line_of_sight", "angle"]

@@ -20,9 +20,8 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexsat.arrays import Array
 
 
 def absolute(error: Array) -> Array:

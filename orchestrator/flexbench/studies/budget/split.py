@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ARCSECOND
 from flexsat.runtime.rotations import error_rotation, mrp_from_quaternion, quaternion_from_rotation_vector
@@ -33,7 +33,6 @@ from ...runs.jobs import Job, run_jobs
 from ...runs.run_folder import Run, read_run
 from .evaluate import INDICES, LEVELS, Budget, ErrorHistory, Windows, compute_budget, since_default, steady_error
 
-Array = NDArray[np.float64]
 RESULT = "split.json"
 # what switches each source off; every run but `all` has some
 OFF: Mapping[str, Mapping[str, Any]] = {

@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from lockstep import InputError
 
 from .covariance import Belief, belief
 from .replay import Replay
 from .statistics import Average, autocorrelation, average, normalised, portmanteau, whiteness_bound
-
-Array = NDArray[np.float64]
 
 SETTLED = 20.0  # s: the filter starts at zero, not in its steady state
 LONGER = 2.0  # s, the least to be judged: four times the longest lag

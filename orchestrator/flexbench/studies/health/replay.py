@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.closed_loop import port_values
 from flexsat.ports import controller as interface
 from flexsat.runtime import controller
@@ -17,8 +18,6 @@ from lockstep.shadow.ports import ORIGINAL, SHADOW
 
 from ...runs.histories import controller_rows, wheel_speed_deviation
 from ...runs.run_folder import Run
-
-Array = NDArray[np.float64]
 
 MEASURED = (
     "sensors.gyro.rate",

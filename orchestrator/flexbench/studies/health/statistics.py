@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2, norm
 
-Array = NDArray[np.float64]
+from flexsat.arrays import Array
 
 CONFIDENCE = 0.95
 

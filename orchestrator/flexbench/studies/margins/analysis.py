@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from flexsat.arrays import Array, Complex
 
 from .designed import DesignedLoop
-from .loop import Complex, PeriodicLoop, loop_of_sensitivity
+from .loop import PeriodicLoop, loop_of_sensitivity
 from .response import Margins, largest_singular_values, loop_margins, refine
 from .stability import StabilityMargins, stability_margins
 
-Array = NDArray[np.float64]
 LOWEST = 0.01  # Hz
 COARSE = 120  # lines to begin with
 ROUNDS = 9  # of halving where the loop turns fast

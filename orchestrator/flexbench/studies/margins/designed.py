@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.closed_loop import port_values
 from flexsat.design.chain import Design
 from flexsat.ports import controller as interface
@@ -18,7 +18,6 @@ from flexsat.runtime.zero_order_hold import zero_order_hold
 
 from .loop import PeriodicLoop, Phase
 
-Array = NDArray[np.float64]
 UNTOUCHED = 1e-9  # singular value, relative, below which the wheels do not reach a combination of states
 
 

@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from lockstep import InputError, System
 
 from .injection import NAME, Opened, open_loop_at, record_injection
 from .multisine import Multisine, design_multisine
 from .recognise import Loop
 
-Array = NDArray[np.float64]
 FINE_TICK = 100_000  # ns: the resolution of the delay
 PUSH = 1.0  # s of test signal
 WINDOW = 2.0  # s: growth is told from two windows after the push, one after the other

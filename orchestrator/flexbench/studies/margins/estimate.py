@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from flexsat.arrays import Array, Complex
+
 from .analysis import body_loops
-from .loop import Complex
 from .multisine import Multisine
 from .response import Margins, loop_margins
 
-Array = NDArray[np.float64]
 CONFIDENCE = 0.95
 COHERENT = 0.999  # coherence from which a line counts: one period then scatters by about 3 %
 Replica = tuple[Complex, Complex]  # loops (together, single) with one period left out

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.fmu.export import build_fmu
 from flexsat.ports.units import UNITS
 from lockstep import Component, Connection, InputError, System, read_signals, simulate
@@ -18,7 +18,6 @@ from lockstep.system.system import Value
 
 from .multisine import Multisine
 
-Array = NDArray[np.float64]
 NAME = "injector"  # of the component that is put in
 SHELL = "flexsat.fmu.python.test_signal_injector:Injector"
 Progress = Callable[[float, float], None]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexsat.arrays import Array
+
 Flags = NDArray[np.bool_]
 SPLIT = 8  # pieces of an interval between two lines
 

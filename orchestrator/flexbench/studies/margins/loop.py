@@ -9,10 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from flexsat.arrays import Array, Complex
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from flexsat.arrays import Array, Index
+
 REACH = 0.1  # relative: how far a line may be put from where it was wished
 FILLED = 0.6  # share of all lines that a slow sampler leaves apart which are used unless told otherwise
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import CONFIGURATIONS
 from lockstep import InputError, System
@@ -20,7 +20,6 @@ from .analysis import AXES
 from .designed import Delays, DesignedLoop
 from .injection import loop_channels
 
-Array = NDArray[np.float64]
 NANOSECOND = 1e-9
 SHARE_OF_LIMIT = 0.4  # peak of the test signal over a wheel's torque limit: far above the noise, far from saturation
 QUIET: Mapping[str, Value] = {

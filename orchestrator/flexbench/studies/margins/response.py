@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from flexsat.arrays import Array, Complex
 
 from .interpolation import SPLIT, densified
-from .loop import Complex
 
-Array = NDArray[np.float64]
 RESOLVED = (0.7, 1.1)  # from line to line: a factor of two in gain, 63 deg in phase; else a crossing is not trusted
 NEAR = 1.5  # logarithm of the factor from one within which the turns of a locus matter
 FOLLOWED = 40  # steps by which a crossover is followed; near half the sampling rate each leaves a third of the error

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array, Complex
 from lockstep import InputError
 from lockstep.fmi.model_description import read_description
 from lockstep.system.system import Value
@@ -20,12 +20,10 @@ from .analysis import Analysis, analyse
 from .destabilise import RealMargin, destabilising_delay
 from .estimate import TOGETHER, MeasuredLoop, Replica, estimate_loop, measured_margins, merged
 from .injection import open_loop_at, run_experiment
-from .loop import Complex
 from .multisine import Multisine, design_multisine, multisine_at, room
 from .recognise import Loop
 from .response import characteristic_loci
 
-Array = NDArray[np.float64]
 FILE = "margins.json"
 LOCI_KEPT = 3  # of all wheels together: those that come nearest to -1
 Say = Callable[[str], None]

@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND, ConfigurationName
 from lockstep import InputError, read_signals
 
@@ -18,8 +18,6 @@ from ...runs import histories
 from ...runs.jobs import Job, run_jobs
 from ...runs.metrics import root_mean_square
 from ...runs.run_folder import Run, read_run
-
-Array = NDArray[np.float64]
 
 LEVELS = (0.01, 0.02, 0.05)
 LIMIT_CYCLE = 5.0  # N.m, RMS of the sum of |torque|: PHYSICS section 6, what a loop beyond its margin does

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND
 from lockstep import InputError, Signals
@@ -16,8 +16,6 @@ from lockstep.shadow.residual import Jump, Residual, Ride, jump, read_ride, resi
 from ...runs import histories
 from ...runs.metrics import root_mean_square
 from ...runs.run_folder import Run
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

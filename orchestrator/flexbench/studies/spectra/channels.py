@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND, DEGREE
 from lockstep import Signals
 
@@ -15,8 +15,6 @@ from ...runs import histories
 from ...runs.run_folder import Run
 from ..budget.evaluate import since_default
 from .welch import LEVEL, RESOLUTION, Spectrum, estimate
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,12 +15,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal, stats
 
+from flexsat.arrays import Array
 from lockstep import InputError
 
-Array = NDArray[np.float64]
 WINDOW = "hann"
 LEVEL = 0.95
 RESOLUTION = 0.05  # Hz: a tenth of the lowest structural frequencies

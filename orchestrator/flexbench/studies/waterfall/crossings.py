@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexsat.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexsat.arrays import Array
 from flexsat.design.chain import Design, build_designs
 from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import CONFIGURATIONS, RPM
@@ -26,7 +26,6 @@ from ..spectra.welch import estimate, noise_bandwidth
 from .campbell import imbalance_deformation, modal_frequencies
 from .crossings import Crossing, find_crossings
 
-Array = NDArray[np.float64]
 RESULT = "waterfall.json"
 RECORD = ("plant.modal.displacement", "plant.wheel.speed")
 SLOWEST = 20.0 * RPM

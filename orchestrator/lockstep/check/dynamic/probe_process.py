@@ -1,4 +1,4 @@
-"""The process that one dynamic check runs in: `python -m lockstep.check.dynamic.probe_process TASK.json` writes one JSON result.
+"""The process that one dynamic check runs in; `python -m` it with TASK.json and it writes one JSON result.
 
 An FMU may crash here, end the process, hang or eat memory: the parent (`isolation`) makes a finding of each.
 """

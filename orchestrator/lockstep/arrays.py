@@ -1,0 +1,6 @@
+"""Types of arrays, by what they hold; docstrings and comments give the shapes and units."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
