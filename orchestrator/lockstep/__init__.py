@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lockstep.errors import InputError, RunError
     from lockstep.faults.read import read_scenario
     from lockstep.results.read import Signals, read_signals
-    from lockstep.simulate import RunSummary, simulate
+    from lockstep.simulation import RunSummary, simulate
     from lockstep.ssp.load import load_system
     from lockstep.ssp.write import write_ssd
     from lockstep.system.system import Component, Connection, Connector, System
@@ -50,7 +50,7 @@ _HOMES = {
     "checkpoint.resume": ("resume",),
     "errors": ("InputError", "RunError"),
     "faults.read": ("read_scenario",),
-    "simulate": ("RunSummary", "simulate"),
+    "simulation": ("RunSummary", "simulate"),
     "results.read": ("Signals", "read_signals"),
     "ssp.load": ("load_system",),
     "ssp.write": ("write_ssd",),

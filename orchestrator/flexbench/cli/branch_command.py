@@ -41,7 +41,7 @@ def branch(
     folder : to hold the folders of the runs
     stop_time : [s]; None: that of the checkpointed run
     fresh : components that begin anew
-    record : as in `lockstep.simulate`
+    record : as in `lockstep.simulation`
     processes : at once; None: one a core
 
     Raises

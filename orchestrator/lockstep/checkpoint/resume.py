@@ -17,7 +17,7 @@ from lockstep.faults.scenario import Scenario
 from lockstep.results.read import recorded_rows
 from lockstep.results.run_record import RUN, goes_on
 from lockstep.run.real_time_pacing import Pacer
-from lockstep.simulate import Progress, RunSummary, simulate
+from lockstep.simulation import Progress, RunSummary, simulate
 from lockstep.system.system import System
 
 

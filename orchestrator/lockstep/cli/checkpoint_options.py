@@ -14,7 +14,7 @@ from lockstep.checkpoint.start_from import Begin
 from lockstep.cli.progress import show_progress
 from lockstep.errors import InputError
 from lockstep.run.real_time_pacing import pacer_given
-from lockstep.simulate import RunSummary
+from lockstep.simulation import RunSummary
 from lockstep.system.clock import seconds
 from lockstep.system.system import System
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from lockstep.run.real_time_pacing import Pacer
-from lockstep.simulate import Progress as Report
+from lockstep.simulation import Progress as Report
 
 _LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 

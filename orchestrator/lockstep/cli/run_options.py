@@ -14,7 +14,7 @@ from lockstep.errors import InputError, compact
 from lockstep.faults.read import read_scenario
 from lockstep.run.real_time_pacing import pacer_given
 from lockstep.shadow.residual import residual_lines
-from lockstep.simulate import RunSummary, simulate
+from lockstep.simulation import RunSummary, simulate
 from lockstep.ssp.step_times import Timing
 from lockstep.system.clock import nanoseconds, seconds
 from lockstep.system.system import Kind, System, Value
