@@ -12,9 +12,12 @@ run: $(VENV)/installed
 	$(BIN)/flexsat paper
 
 # Three files at a time, as some tests wait; two of the slow ones, which are whole 300 s co-simulations.
+# Both halves run, whatever the first one finds.
 test: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -q -n 3 --dist loadfile -m "not slow"
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m slow
+	@failed=0; \
+	$(BIN)/python -m pytest -q -n 3 --dist loadfile -m "not slow" || failed=1; \
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m slow || failed=1; \
+	exit $$failed
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python tests/bench/speed.py

@@ -19,7 +19,7 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 import pytest  # noqa: E402
 
 _FLEXSAT = Path(sys.executable).with_name("flexsat")
-_REFERENCE = Path(__file__).parent / "fmus" / "reference" / "build.py"
+_TESTS = Path(__file__).parent
 
 
 @pytest.fixture(scope="session")
@@ -36,15 +36,33 @@ def delivered(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(scope="session")
-def reference() -> Any:
-    """Return the module that knows the FMUs of tests/fmus/reference."""
-    spec = importlib.util.spec_from_file_location("reference_fmus", _REFERENCE)
+def _load(name: str, path: Path) -> Any:
+    """Load a module of the tests from its file."""
+    spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="session")
+def reference() -> Any:
+    """Return the module that knows the FMUs of tests/fmus/reference."""
+    return _load("reference_fmus", _TESTS / "fmus" / "reference" / "build.py")
+
+
+@pytest.fixture(scope="session")
+def require_master() -> Callable[[str], None]:
+    """Return a function that skips where a foreign master, `ecos` or `libcosim`, cannot run, and says why."""
+    availability = _load("availability_of_hosts", _TESTS / "hosts" / "availability.py")
+
+    def require(name: str) -> None:
+        lacks = getattr(availability, f"{name}_lacks")()
+        if lacks:
+            pytest.skip(lacks)
+
+    return require
 
 
 @pytest.fixture(scope="session")

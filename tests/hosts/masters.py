@@ -6,13 +6,12 @@ reads it. It is measured with an FMU that stamps its steps, not taken from a mas
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import test_ecos
+from availability import ecos_lacks, libcosim_lacks
 from hosting import COMPONENTS, TICK, Bench, Trajectory
 from stamps.stamps import OUTPUTS, build_stamps, stamps_package
 
@@ -74,12 +73,10 @@ LOCKSTEP = Master(name="lockstep (ours)", script="run_package.py")
 LIBCOSIM = Master(
     name="libcosim",
     script="run_libcosim.py",
-    missing=lambda: (
-        "" if importlib.util.find_spec("libcosimpy") else "libcosim needs libcosimpy: pip install libcosimpy"
-    ),
+    missing=libcosim_lacks,
     late={"controller": 4},
 )
-ECOS = Master(name="ecos", script="run_ecos.py", missing=test_ecos.missing)
+ECOS = Master(name="ecos", script="run_ecos.py", missing=ecos_lacks)
 # one rate for all: the controller's, which does not change, so that the sensors are told to step at it too
 SIMULATE_SSP = Master(name="FMPy `simulate_ssp`", script="run_simulate_ssp.py", one_rate=SLOW)
 FOREIGN = (LIBCOSIM, ECOS, SIMULATE_SSP)

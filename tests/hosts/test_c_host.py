@@ -1,6 +1,5 @@
 """Our FMUs in a host without Python: `c/host.c`, compiled here, in an environment with nothing but what it names."""
 
-import shutil
 import subprocess
 import sys
 import sysconfig
@@ -9,7 +8,10 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from availability import c_host_lacks as missing
+from availability import libpython
 from hosting import COMPONENTS, CONFIGURATIONS, HERE, TICK, Row, agreement, joined, ordered
+from hosting import ENVIRONMENT as PYTHON_ENVIRONMENT
 
 from flexsat.fmu.python.front import front_library
 from lockstep import load_system
@@ -19,26 +21,11 @@ PERIODS = {"plant": 1, "sensors": 1, "controller": 5}  # ticks
 NUMPY = Path(np.__file__).parents[1]
 
 
-def libpython():
-    """Return the shared library of this Python, or nothing."""
-    name, folder = sysconfig.get_config_var("INSTSONAME"), Path(sysconfig.get_config_var("LIBDIR"))
-    places = (folder / name, folder / (sysconfig.get_config_var("MULTIARCH") or "") / name)
-    return next((str(place) for place in places if ".so" in name and place.is_file()), "")
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "available")
 
-
-def missing():
-    """Return what is lacking here, or nothing."""
-    if shutil.which("gcc") is None:
-        return "a C compiler is needed: apt-get install gcc libc6-dev"
-    if not libpython():
-        version = f"{sys.version_info.major}.{sys.version_info.minor}"
-        return f"this Python has no shared library to lend to a C program: apt-get install libpython{version}"
-    return ""
-
-
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "nothing is missing")
-
-ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "PYTHONHOME": sys.base_prefix, "PYTHONPATH": str(NUMPY)}
+# Both sides of a bitwise comparison compute with the same BLAS kernel: its variables are the only ones handed on.
+BLAS = {name: value for name, value in PYTHON_ENVIRONMENT.items() if name.startswith(("OPENBLAS_", "OMP_", "MKL_"))}
+ENVIRONMENT = BLAS | {"PYTHONHOME": sys.base_prefix, "PYTHONPATH": str(NUMPY)}
 PRELOADED = ENVIRONMENT | {"LD_PRELOAD": libpython()}
 
 
@@ -203,7 +190,7 @@ def test_without_numpy_the_fmu_says_what_is_missing(bench):
     for entry in standard.iterdir():
         if entry.name not in ("site-packages", "dist-packages"):
             (place / entry.name).symlink_to(entry)
-    without = {"LD_PRELOAD": libpython(), "PYTHONHOME": str(home), "PYTHONNOUSERSITE": "1"}
+    without = BLAS | {"LD_PRELOAD": libpython(), "PYTHONHOME": str(home), "PYTHONNOUSERSITE": "1"}
     done = call(bench, single(bench, "plant", ticks=20)[0], without)
 
     assert done.returncode == 1

@@ -5,34 +5,15 @@ controller computes reaches the plant after the first tick of its step. With one
 own master must give the same bits.
 """
 
-import ctypes.util
-import importlib.util
-
 import pytest
+from availability import ecos_lacks as missing
 from hosting import TICK, Row, agreement, arcseconds_apart
 
 ENDS = (("plant", "sensors"), ("sensors", "plant"), ("sensors", "controller"), ("controller", "plant"))
 DELAYS = dict.fromkeys(ENDS, 1)
 
 
-def missing():
-    """Return what ecos lacks here, or nothing."""
-    if importlib.util.find_spec("ecospy") is None:
-        return "ecos needs the Python package ecospy: pip install ecospy"
-    if ctypes.util.find_library("tbb") is None and not _loads("libtbb.so.12"):
-        return "ecos needs the library TBB: apt-get install libtbb12"
-    return ""
-
-
-def _loads(library):
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
-
-
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "nothing is missing")
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "available")
 
 
 def run(bench, scenario, ticks, components=("sensors", "controller", "plant")):

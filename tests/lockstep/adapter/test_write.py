@@ -281,7 +281,8 @@ with EcosSimulation(step_size=1e-3, ssp_path=sys.argv[1]) as simulation:
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_other_masters_apply_transformations_and_values(package, name):
+def test_other_masters_apply_transformations_and_values(package, name, require_master):
+    require_master(name)
     done = subprocess.run([sys.executable, "-c", OTHERS[name], package], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     controller, body = ([float(x) for x in line.split()] for line in done.stdout.splitlines()[-2:])
