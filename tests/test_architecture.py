@@ -29,9 +29,9 @@ FOLDERS = {
         *("interrupt", "errors", "arrays"),
     ),
     "flexbench": (
-        *("cli", "report", "figures", "adapt", "studies", "studies/paper", "studies/margins", "studies/health"),
-        *("studies/robustness", "studies/shadow", "studies/waterfall", "studies/spectra", "studies/budget"),
-        *("runs", "loop", "icd", "html"),
+        *("cli", "report", "report/sections", "figures", "adapt", "studies", "studies/paper", "studies/margins"),
+        *("studies/health", "studies/robustness", "studies/shadow", "studies/waterfall", "studies/spectra"),
+        *("studies/budget", "runs", "loop", "icd", "html"),
     ),
 }  # fmt: skip
 

@@ -16,7 +16,7 @@ from numpy.testing import assert_allclose
 
 import flexbench
 from flexbench.cli.parser import main
-from flexbench.report import pdf, sections, write_report
+from flexbench.report import pdf, study_sections, write_report
 from flexbench.runs.histories import pointing_error
 from flexsat.parameters import ARCSECOND, configuration
 from flexsat.structure.mesh import record_mesh
@@ -59,7 +59,7 @@ def page_file(runs, flexsat):
 @pytest.fixture
 def report(monkeypatch):
     """Return a function that writes a page without the sections of other studies, which take seconds each."""
-    monkeypatch.setattr(sections, "STUDIES", ())
+    monkeypatch.setattr(study_sections, "SECTIONS", ())
     return write_report
 
 

@@ -18,8 +18,8 @@ from .gather import Result, gather
 from .pdf import find_browser, print_pdf
 from .pictures import Image, drawn_images, image_of, stored_images, within_room
 from .scene import geometry
-from .sections import study_sections
 from .study import study_folders, study_table
+from .study_sections import study_sections
 from .tables import described, events, facts, numbers, provenance, scenario_of, system
 
 PAGE = "report.html"

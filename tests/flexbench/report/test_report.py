@@ -3,6 +3,7 @@
 import base64
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pyarrow as pa
@@ -12,12 +13,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from flexbench.figures import drawing
 from flexbench.html.document import Heading, Paragraph, Picture, Table
-from flexbench.report import sections
+from flexbench.report import study_sections as of_studies
 from flexbench.report.collect import collect, is_fault
 from flexbench.report.gather import MOST_RUNS, gather
 from flexbench.report.pack import FLOAT, LEAST_INTERVALS, History, extremes, pack, pack_all, stride_for, time_base
 from flexbench.report.pictures import Image, image_of, stored_images, within_room
 from flexbench.report.scene import motion
+from flexbench.report.sections import SECTIONS
 from flexbench.report.study import study_table
 from flexbench.report.write import page_of, write_report
 from flexbench.runs.run_folder import Run
@@ -222,35 +224,33 @@ def test_a_picture_of_a_section_keeps_its_names_to_itself():
     assert isinstance(image_of(Picture("", "", "")), Image)
 
 
-def test_sections_are_composed_and_may_decline(monkeypatch):
+def test_sections_of_studies_are_composed_and_may_be_absent(monkeypatch):
     run = Run(folder=Path(), configuration="distributed", as_published=False, slew=False, seed=1)
 
-    def declines(_):
+    def too_short(_):
         raise InputError("too short")
 
-    told = {"good": lambda _: [Heading(2, "Good"), Paragraph("fine")], "short": declines, "absent": None,
-            "silent": lambda _: []}  # fmt: skip
-    monkeypatch.setattr(sections, "STUDIES", tuple((name.title(), name) for name in told))
-    monkeypatch.setattr(sections, "section_of", told.get)
+    listed = (
+        ("Good", lambda _: [Heading(2, "Good"), Paragraph("fine")]),
+        ("Short", too_short),
+        ("Empty", lambda _: []),
+    )
+    monkeypatch.setattr(of_studies, "SECTIONS", listed)
+    result = SimpleNamespace(name="r", run=run)
 
-    class Ours:
-        name = "r"
-
-    ours = Ours()
-    ours.run = run
-
-    assert sections.study_sections([ours]) == [
+    assert of_studies.study_sections([result]) == [
         ("Good", [Paragraph("fine")]),
         ("Short", [Paragraph("Not for this run: too short")]),
     ]
-    ours.run = None
-    assert sections.study_sections([ours]) == []
+    result.run = None
+    assert of_studies.study_sections([result]) == []
 
 
-def test_a_study_that_is_not_installed_has_no_section():
-    assert sections.section_of("flexbench.no_such_study") is None
-    assert sections.section_of("no_such_package.study") is None
-    assert callable(sections.section_of("flexbench.studies.margins"))
+def test_every_study_has_its_section():
+    titles = [title for title, _ in SECTIONS]
+
+    assert titles == ["Pointing budget", "Spectra", "Shadow controller", "Margins", "Estimator health", "Design"]
+    assert all(callable(section) for _, section in SECTIONS)
 
 
 def test_the_table_of_a_study_stands_beside_the_published_one(tmp_path):
