@@ -1,6 +1,6 @@
 """One BLAS thread a process, before numpy is imported: the tests run side by side, and the matrices are small.
 
-Also the FMUs that several folders of tests use: ours, and those in C.
+Also the FMUs that several folders of tests use: those of flexsat, and those in C.
 """
 
 import fcntl

@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 SOURCES = {"flexsat": ROOT / "components", "lockstep": ROOT / "orchestrator", "flexbench": ROOT / "orchestrator"}
-LONGEST = 400  # lines of any file of ours, without exceptions
+LONGEST = 400  # lines of any file, without exceptions
 MOST_IN_A_FOLDER = 22  # files of one subject
 
 # The folders of each package, highest first: a folder imports from those below it in the list, never from above.
@@ -105,7 +105,7 @@ def imports(tree, module, is_package):
 
 
 def imports_by_name(tree, module):
-    """Return the modules of ours that texts in a source name, if it calls `import_module`."""
+    """Return the modules that texts in a source name, if it calls `import_module`."""
     calls = any(isinstance(node, ast.Name | ast.Attribute) and "import_module" in ast.unparse(node).split(".")
                 for node in ast.walk(tree))  # fmt: skip
     if not calls:

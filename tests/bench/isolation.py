@@ -1,7 +1,7 @@
-"""What isolation costs: us a step a component, of our FMUs in processes of their own against the same in this one.
+"""Cost of isolation: us a step and component, with the FMUs in processes of their own against in the master's process.
 
 `python tests/bench/isolation.py [STEPS]`. All inputs are set and all outputs fetched at each step. Both ways take turns
-in short blocks, and single steps are told: the quickest tenth, the median and the slowest tenth, so that one sees what
+in short blocks. Of the single steps the quickest tenth, the median and the slowest tenth are printed, which shows what
 else the machine does. The aim is below 60 us more. Nothing passes or fails here. First each component is isolated
 alone, then all of a system, stepped in turn; then two isolated ones, one after the other and side by side: plants,
 whose steps are shorter than waking a core takes, and two in C with longer ones; at last whole runs with all components
@@ -107,7 +107,7 @@ def opened(kind: type[Fmi2Slave] | type[RemoteSlave], components: Sequence[Compo
                 slave.close()
 
 
-def tell(name: str, one: list[float], two: list[float], steps: int) -> None:
+def print_row(name: str, one: list[float], two: list[float], steps: int) -> None:
     """Print a row: both ways at the three shares, and the difference for each of so many steps."""
     (low, middle, high), (low_two, middle_two, high_two) = (np.percentile(way, (10, 50, 90)) for way in (one, two))
     more = ((low_two - low) / steps, (middle_two - middle) / steps, (high_two - high) / steps)
@@ -133,7 +133,7 @@ def main(steps: int) -> None:
                 for first in range(0, steps, BLOCK):
                     for way, parts in zip(ways, (shared, isolated), strict=True):
                         way += in_turn(parts, period, first)
-            tell(name, *ways, len(chosen))
+            print_row(name, *ways, len(chosen))
         pairs(next(component for component in components if component.kind == "continuous"), steps)
         working = Component(
             name="those that work 500 us", source=working_fmu(Path(folder, "working")), period=10_000_000

@@ -1,11 +1,11 @@
-"""Time of a tick over the number of signals and of components, of our master, libcosim and ecos on the same systems.
+"""Time of a tick over the number of signals and of components, in lockstep, libcosim and ecos on the same systems.
 
 `make bench`, or `python tests/bench/scaling.py [ROUNDS]`. The components are rings of small compiled FMUs, whose own
 cost is next to nothing: two of them that exchange 10 to 10,000 signals, and 2 to 100 that give ten each to the next
-one. The masters take turns on each system, and the quickest round counts. Told are the time on the clock and, in
+one. The masters take turns on each system, and the quickest round counts. Printed are the time on the clock and, in
 brackets, the processor time of all threads, which what else the machine does disturbs less. Below each table stands a
 line through the processor times, at which each size counts alike, and the exponent by which they grow over the larger
-sizes: 1 is linear. One signal is recorded. `setup` is all that a run of ours does before its first tick and after its
+sizes: 1 is linear. One signal is recorded. `setup` is what a run in lockstep does before its first tick and after its
 last. nan: the master did not get that far within half a minute and 6 GB. Nothing passes or fails here.
 """
 
@@ -65,9 +65,9 @@ with EcosSimulation(step_size=1e-3, ssp_path=sys.argv[1]) as simulation:
     started, worked = perf_counter(), process_time()
     for _ in range(int(sys.argv[2])):
         simulation.step()
-    told = perf_counter() - started, process_time() - worked
+    spent = perf_counter() - started, process_time() - worked
     simulation.terminate()
-print(*told)
+print(*spent)
 """,
 }
 
@@ -120,7 +120,7 @@ def write_ring(folder: Path, count: int, width: int) -> Path:
     return folder / "ring.ssp"
 
 
-def ours(package: Path, ticks: int) -> tuple[float, float, float]:
+def in_lockstep(package: Path, ticks: int) -> tuple[float, float, float]:
     """Return what a tick takes on the clock and of the processor, and all the rest of a run on the clock [s]."""
     marks: list[tuple[float, float, float]] = []
 
@@ -131,7 +131,7 @@ def ours(package: Path, ticks: int) -> tuple[float, float, float]:
     summary = simulate(system, package.parent / "run", stop_time=ticks * TICK / 1e9, overwrite=True, progress=mark)
     rest = perf_counter() - started - summary.wall_time
     if len(marks) < 4:  # every 0.1 s there is one, and one at the end
-        return ours(package, 4 * ticks)
+        return in_lockstep(package, 4 * ticks)
     (first, clock, work), (last, clock_last, work_last) = marks[0], marks[-1]
     done = (last - first) / TICK * 1e9
     return (clock_last - clock) / done, (work_last - work) / done, rest
@@ -159,7 +159,7 @@ def measured(package: Path, ticks: int, rounds: int) -> dict[str, tuple[float, f
     """Return the quickest round of each master: on the clock and of the processor [s]."""
     times: dict[str, list[tuple[float, float]]] = {name: [] for name in ("setup", "lockstep", *OTHERS)}
     for _ in range(rounds):
-        clock, work, setup = ours(package, ticks)
+        clock, work, setup = in_lockstep(package, ticks)
         times["lockstep"].append((clock, work))
         times["setup"].append((setup, setup))
         for name in OTHERS:

@@ -1,4 +1,4 @@
-"""Make one FMU of our three with FMPy's `container_fmu`."""
+"""Make one FMU of the three components with FMPy's `container_fmu`."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from fmpy.model_description import (
 
 from lockstep import System
 
-# In which order FMPy's container hands values on, once before initialisation ends and then after every step.
-# The plant's initial outputs come first, since the sensors start from them, and the controller from theirs.
+# Order in which FMPy's container transfers values: once before initialisation ends, then after every step.
+# The plant's initial outputs come first: the sensors start from them, and the controller from those of the sensors.
 ORDER = (("plant", "sensors"), ("sensors", "controller"), ("sensors", "plant"), ("controller", "plant"))
 TYPES = {"Real": "Float64", "Boolean": "Boolean"}  # the container's own names, for connections too
 

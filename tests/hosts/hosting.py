@@ -54,15 +54,17 @@ class Trajectory:
         return self.values[:, [_port(name) == port for name in self.names]]
 
 
-def agreement(ours: Trajectory, theirs: Trajectory) -> str:
+def agreement(reference: Trajectory, found: Trajectory) -> str:
     """Return `bitwise`, or the largest difference in a port over the largest value in that port."""
-    assert ours.names == theirs.names
-    assert ours.values.shape == theirs.values.shape
-    assert np.ptp(ours.values, axis=0).any(), "nothing moves, so that nothing is compared"
-    if np.array_equal(ours.values, theirs.values):
+    assert reference.names == found.names
+    assert reference.values.shape == found.values.shape
+    assert np.ptp(reference.values, axis=0).any(), "nothing moves, so that nothing is compared"
+    if np.array_equal(reference.values, found.values):
         return "bitwise"
-    ports = sorted({_port(name) for name in ours.names})
-    return f"{max(distance(port, ours, theirs) for port in ports if ours[port].any() or theirs[port].any()):.0e}"
+    ports = sorted({_port(name) for name in reference.names})
+    return (
+        f"{max(distance(port, reference, found) for port in ports if reference[port].any() or found[port].any()):.0e}"
+    )
 
 
 def joined(rows: Mapping[str, Row]) -> Row:
@@ -72,15 +74,17 @@ def joined(rows: Mapping[str, Row]) -> Row:
     return replace(first, ran=f"{', '.join(rows)}: {first.ran}", agreement=", ".join(agreements))
 
 
-def arcseconds_apart(ours: Trajectory, theirs: Trajectory) -> float:
+def arcseconds_apart(reference: Trajectory, found: Trajectory) -> float:
     """Return the largest difference of attitude [arcsec]; a small rotation vector is four times its MRP."""
-    mrp = ours["plant.attitude.mrp"] - theirs["plant.attitude.mrp"]
+    mrp = reference["plant.attitude.mrp"] - found["plant.attitude.mrp"]
     return float(4.0 * np.linalg.norm(mrp, axis=1).max() * 180.0 * 3600.0 / np.pi)
 
 
-def distance(port: str, ours: Trajectory, theirs: Trajectory) -> float:
+def distance(port: str, reference: Trajectory, found: Trajectory) -> float:
     """Return the largest difference in a port over the largest value of it."""
-    return float(np.abs(ours[port] - theirs[port]).max() / max(np.abs(ours[port]).max(), np.abs(theirs[port]).max()))
+    return float(
+        np.abs(reference[port] - found[port]).max() / max(np.abs(reference[port]).max(), np.abs(found[port]).max())
+    )
 
 
 def _port(name: str) -> str:
@@ -179,7 +183,7 @@ class Bench:
         period: int | None = None,
         signals: Sequence[str] = ("all",),
     ) -> Trajectory:
-        """Run our own master.
+        """Run lockstep.
 
         Parameters
         ----------

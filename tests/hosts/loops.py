@@ -1,4 +1,4 @@
-"""Our closed loops in other masters, told how late those hand values over, and the metrics of each run."""
+"""Closed loops in other masters, with each master's delays compensated in the controller: metrics of each run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flexbench.loop.systems import RECORD
 from flexbench.runs import histories
 from flexbench.runs.metrics import root_mean_square
 
-AGREE = 0.15  # of each metric, against the same loop in our own master
+AGREE = 0.15  # of each metric, against the same loop in lockstep
 METRICS = ("torque", "pointing", "rate", "deformation")
 UNITS = {"torque": ("N.m", 1.0), "pointing": ("arcsec", 180.0 * 3600.0 / np.pi), "rate": ("deg/s", 180.0 / np.pi),
          "deformation": ("um", 1e6)}  # fmt: skip
@@ -37,7 +37,7 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop:
-    """One of our packages over some seconds, of which the last part is looked at."""
+    """A package run for some seconds; the metrics are taken over the last part."""
 
     configuration: str
     scenario: str
@@ -51,13 +51,15 @@ class Loop:
     def metrics(
         self, bench: Bench, master: Master, parameters: Mapping[str, Mapping[str, float]]
     ) -> Mapping[str, float]:
-        """Run in a master, the controller told what `parameters` say; return RMS values in SI."""
+        """Run in a master with these parameters; return RMS values in SI."""
         ports = references(bench, self.configuration, RECORD)
         found = master.run(bench, self.package(bench), ports, self.duration, parameters)
         return self._measured(found)
 
-    def ours(self, bench: Bench, late: Lateness | None = None, one_rate: int | None = None) -> Mapping[str, float]:
-        """Run in our own master: without delays, or with those of another."""
+    def in_lockstep(
+        self, bench: Bench, late: Lateness | None = None, one_rate: int | None = None
+    ) -> Mapping[str, float]:
+        """Run in lockstep: without delays, or with those of another."""
         ports = references(bench, self.configuration, RECORD)
         setup = {"package": str(self.package(bench)), "tick": TICK, "ticks": round(self.duration * 1e9) // TICK,
                  "every": SLOW // TICK, "references": ports, "parameters": {}}  # fmt: skip
@@ -65,8 +67,8 @@ class Loop:
             tick = one_rate or TICK
             setup |= {"tick": tick, "ticks": round(self.duration * 1e9) // tick, "every": SLOW // tick}
             setup |= {"delays": contracts(late, tick), "one_rate": one_rate}
-            told = {} if one_rate is None else {"sensors": {"step_size": one_rate / 1e9}}
-            setup["parameters"] = told | {name: dict(values) for name, values in late.known.items()}
+            settings = {} if one_rate is None else {"sensors": {"step_size": one_rate / 1e9}}
+            setup["parameters"] = settings | {name: dict(values) for name, values in late.known.items()}
         return self._measured(bench.run("run_package.py", setup))
 
     def _measured(self, found: Trajectory) -> Mapping[str, float]:
@@ -83,7 +85,7 @@ class Loop:
 
 
 def contracts(late: Lateness, tick: int) -> dict[str, int]:
-    """Return a master's lateness as delays of our connections, in ticks; the plant's outputs are true a tick later."""
+    """Return a master's lateness as delays of connections in lockstep, in ticks; the plant's outputs are true a tick later."""
     to_fast, to_slow = round(late.to_fast * 1e9) // tick, round(late.to_slow * 1e9) // tick
     return {"plant sensors": 1, "sensors plant": 1, "sensors controller": to_slow, "controller plant": to_fast}
 
@@ -110,25 +112,25 @@ def lateness_rows(bench: Bench) -> list[str]:
 
 
 def loop_rows(bench: Bench, loop: Loop) -> Iterator[str]:
-    """Yield lines of the table of a loop, in Markdown: metrics in each master, and how far they are from ours."""
-    none = loop.ours(bench)
+    """Yield lines of a loop's table, in Markdown: metrics in each master, and their distance from those in lockstep."""
+    none = loop.in_lockstep(bench)
     yield _line(loop, "lockstep, no delay", none, "")
     for master in FOREIGN:
         if master.missing():
             continue
         late = lateness(bench, master)
-        theirs = loop.metrics(bench, master, loop_parameters(master, late.known))
-        same = loop.ours(bench, late, master.one_rate)
-        apart = f"{100 * worst(theirs, same):.2g} % | " + ", ".join(
-            f"{100 * (theirs[name] / none[name] - 1):+.0f}" for name in METRICS
+        found = loop.metrics(bench, master, loop_parameters(master, late.known))
+        same = loop.in_lockstep(bench, late, master.one_rate)
+        apart = f"{100 * worst(found, same):.2g} % | " + ", ".join(
+            f"{100 * (found[name] / none[name] - 1):+.0f}" for name in METRICS
         )
-        yield _line(loop, master.name, theirs, apart)
+        yield _line(loop, master.name, found, apart)
 
 
 def loop_head() -> list[str]:
     """Return the head of the table of loops."""
     units = " | ".join(f"{name} [{UNITS[name][0]}]" for name in METRICS)
-    return [f"| system | master | {units} | from our master with its delays, at most | from no delay [%] |",
+    return [f"| system | master | {units} | from lockstep with its delays, at most | from no delay [%] |",
             "|---|---|" + "---:|" * len(METRICS) + "---:|---|"]  # fmt: skip
 
 

@@ -1,7 +1,7 @@
-"""The masters that load our .ssp: how each is run, and how late it hands a value over.
+"""Masters that load the .ssp packages of flexsat: how each is run, and its delay from output to input.
 
-A value is late by the time between the beginning of the step that made it and the beginning of the first step that
-reads it. It is measured with an FMU that stamps its steps, not taken from a master's documentation.
+The delay of a value is the time from the start of the step that made it to the start of the first step that reads it.
+It is measured with an FMU that stamps its steps, not taken from a master's documentation.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from availability import ecos_lacks, libcosim_lacks
 from hosting import COMPONENTS, TICK, Bench, Trajectory
 from stamps.stamps import OUTPUTS, build_stamps, stamps_package
 
-SLOW = 5 * TICK  # [ns] of our controller, and of what the sensors sample for it
+SLOW = 5 * TICK  # [ns] period of the controller, and of what the sensors sample for it
 STAMPS = ("fast", "slow", "slow_reader", "fast_reader")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Master:
-    """A master, and what has to be told to run our systems in it."""
+    """A master, and the settings that the systems need in it."""
 
     name: str
     script: str
@@ -51,7 +51,7 @@ class Master:
         references : value references of the outputs, by component and name
         parameters : values to set beside those of the package, by component and name
         """
-        told = {name: dict(values) for name, values in (parameters or {}).items()}
+        settings = {name: dict(values) for name, values in (parameters or {}).items()}
         return bench.run(
             self.script,
             {
@@ -60,16 +60,16 @@ class Master:
                 "ticks": round(duration * 1e9) // self.tick,
                 "every": rows // self.tick,
                 "references": references,
-                "parameters": told,
+                "parameters": settings,
                 "parameter_references": {
-                    name: bench.parameter_references(package, name, values) for name, values in told.items()
+                    name: bench.parameter_references(package, name, values) for name, values in settings.items()
                 },
                 "late": self.late,
             },
         )
 
 
-LOCKSTEP = Master(name="lockstep (ours)", script="run_package.py")
+LOCKSTEP = Master(name="lockstep", script="run_package.py")
 LIBCOSIM = Master(
     name="libcosim",
     script="run_libcosim.py",
@@ -77,7 +77,7 @@ LIBCOSIM = Master(
     late={"controller": 4},
 )
 ECOS = Master(name="ecos", script="run_ecos.py", missing=ecos_lacks)
-# one rate for all: the controller's, which does not change, so that the sensors are told to step at it too
+# one rate for all: the controller's, which does not change, so the sensors step at it too
 SIMULATE_SSP = Master(name="FMPy `simulate_ssp`", script="run_simulate_ssp.py", one_rate=SLOW)
 FOREIGN = (LIBCOSIM, ECOS, SIMULATE_SSP)
 
@@ -92,7 +92,7 @@ class Lateness:
 
     @property
     def known(self) -> dict[str, dict[str, float]]:
-        """Return what the controller has to be told.
+        """Return the delay parameters that the controller needs.
 
         The sensors sample every 5 ms, in step with the controller: what arrives a tick late is a sample of 5 ms ago.
         """
@@ -124,7 +124,7 @@ def _whole(time: float) -> float:
 
 
 def loop_parameters(master: Master, known: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
-    """Return what our systems have to be told in a master whose lateness is known."""
+    """Return the parameters of the components in a master whose delays are known."""
     one_rate = {} if master.one_rate is None else {"sensors": {"step_size": master.one_rate / 1e9}}
     return one_rate | {name: dict(values) for name, values in known.items()}
 

@@ -1,4 +1,4 @@
-"""Run a system with our own master and save what its outputs are after each tick."""
+"""Run a system with lockstep and save what its outputs are after each tick."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Run an SSP with our own master and save what its outputs are, as the scripts of the other masters do."""
+"""Run an SSP with lockstep and save what its outputs are, as the scripts of the other masters do."""
 
 import json
 import sys

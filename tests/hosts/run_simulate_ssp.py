@@ -1,7 +1,7 @@
 """Run an SSP in FMPy's `simulate_ssp` and save what the outputs are after each step, or after every so many.
 
 `simulate_ssp` returns connectors only; other outputs are read through its own instances, after their steps. It applies
-no parameter values of the package: its caller hands them over, with numbers for booleans.
+no parameter values of the package: they are passed in by its caller, with numbers for booleans.
 """
 
 import json
@@ -36,8 +36,8 @@ def main(given, saved):
     references = {name: list(outputs.values()) for name, outputs in setup["references"].items()}
     every, step = setup.get("every", 1), setup["tick"] / 1e9
     values = package_values(setup["package"])
-    for name, told in setup.get("parameters", {}).items():
-        values |= {f"{name}.{parameter}": value for parameter, value in told.items()}
+    for name, given in setup.get("parameters", {}).items():
+        values |= {f"{name}.{parameter}": value for parameter, value in given.items()}
     parameters = [SimpleNamespace(name=name, value=value) for name, value in values.items()]
     steps = dict.fromkeys(references, 0)
     columns = {name: [] for name in references}

@@ -36,12 +36,12 @@ def agreement(bench):
 
 
 def delays(bench):
-    """Print how late each master hands values over."""
+    """Print the delays of each master."""
     print("\n".join(lateness_rows(bench)), flush=True)
 
 
 def loops(bench):
-    """Print the metrics of our loops in each master."""
+    """Print the metrics of the closed loops in each master."""
     print("\n".join(loop_head()), flush=True)
     for loop in LOOPS:
         for row in loop_rows(bench, loop):

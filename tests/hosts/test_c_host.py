@@ -1,4 +1,4 @@
-"""Our FMUs in a host without Python: `c/host.c`, compiled here, in an environment with nothing but what it names."""
+"""The FMUs in a host without Python: `c/host.c`, compiled here and run with few environment variables."""
 
 import subprocess
 import sys
@@ -110,12 +110,12 @@ def loop(bench, ticks):
 def compare(bench, component, configuration):
     """Run one FMU in C and in FMPy."""
     lines, setup = single(bench, component, configuration)
-    theirs = trajectory(call(bench, lines), list(bench.outputs(component, configuration)))
+    found = trajectory(call(bench, lines), list(bench.outputs(component, configuration)))
     return Row(
         kind=component,
         host="C program, no Python",
         ran=f"whole life cycle twice, {setup['steps']} steps of {setup['step'] / 1e6:g} ms, inputs moving",
-        agreement=agreement(bench.low_level(component, configuration, **setup), theirs),
+        agreement=agreement(bench.low_level(component, configuration, **setup), found),
         remark="against FMPy's low-level calls; reset, saved and serialised state repeat bitwise",
     )
 
@@ -126,13 +126,13 @@ def rows(bench):
         yield joined({configuration: compare(bench, component, configuration) for configuration in CONFIGURATIONS})
     ticks = 200
     lines, names = loop(bench, ticks)
-    theirs = trajectory(call(bench, lines), names)
+    found = trajectory(call(bench, lines), names)
     yield Row(
         kind="three FMUs in a closed loop",
         host="C program, no Python",
         ran=f"fine pointing in one process, {ticks} ticks at own rates, {len(names)} outputs",
-        agreement=agreement(bench.reference(ticks), theirs),
-        remark="against our own master",
+        agreement=agreement(bench.reference(ticks), found),
+        remark="against lockstep",
     )
 
 
@@ -144,12 +144,12 @@ def test_one_fmu_in_c_agrees_bitwise_with_fmpy(bench, configuration, component):
 
 def test_three_fmus_in_one_c_process_agree_bitwise_with_our_master(bench):
     lines, names = loop(bench, 200)
-    theirs = trajectory(call(bench, lines), names)
+    found = trajectory(call(bench, lines), names)
 
-    assert agreement(bench.reference(200), theirs) == "bitwise"
+    assert agreement(bench.reference(200), found) == "bitwise"
     late = bench.reference(200, dict.fromkeys([("plant", "sensors"), ("sensors", "plant"), ("sensors", "controller"),
                                                ("controller", "plant")], 1))  # fmt: skip
-    assert agreement(late, theirs) != "bitwise"
+    assert agreement(late, found) != "bitwise"
 
 
 def test_libpython_may_be_loaded_by_the_host_instead_of_preloaded(bench):
@@ -170,7 +170,7 @@ def test_the_fmu_finds_libpython_where_the_system_does(bench):
 
 
 def test_without_libpython_the_fmu_says_what_is_missing(bench):
-    """The same library, told to look for a Python that is not there."""
+    """The same library, compiled for a libpython that does not exist."""
     lines, _ = single(bench, "plant", ticks=20)
     Path(lines[1].split()[2]).write_bytes(front_library("libpython0.0.so"))
     done = call(bench, lines, ENVIRONMENT)

@@ -1,7 +1,7 @@
 """All three components as one FMU, made with FMPy's `container_fmu`, that then runs alone.
 
-The container knows one rate, so all three step every 5 ms, the sensors told so by their parameter `step_size`. It steps
-them all, then hands all values on: with one tick of delay on every connection our own master must give the same bits.
+The container knows one rate, so all three step every 5 ms, the sensors by their parameter `step_size`. It steps
+them all, then transfers all values: with one tick of delay on every connection lockstep must give the same bits.
 """
 
 import shutil
@@ -47,7 +47,7 @@ def run(bench, steps, way):
 
 
 def reference(bench, steps, others=None):
-    """Run our master at one rate for all, with a tick of delay everywhere but where told otherwise."""
+    """Run lockstep at one rate for all, with a tick of delay on every connection, or the delays given."""
     return bench.reference(steps, dict.fromkeys(ENDS, 1) | (others or {}), period=STEP)
 
 
@@ -61,13 +61,13 @@ def rows(bench):
     if not c_host.missing():
         hosts["C program, no Python"] = lambda: run_in_c(bench, steps)
     for host, result in hosts.items():
-        theirs = result()
+        found = result()
         yield Row(
             kind="container of the three",
             host=host,
-            ran=f"fine pointing, {steps} steps of 5 ms, {len(theirs.names)} outputs",
-            agreement=agreement(reference(bench, steps), theirs),
-            remark="one rate for all; against our master with its delays (1 step each)",
+            ran=f"fine pointing, {steps} steps of 5 ms, {len(found.names)} outputs",
+            agreement=agreement(reference(bench, steps), found),
+            remark="one rate for all; against lockstep with its delays (1 step each)",
         )
 
 
@@ -90,10 +90,10 @@ def test_the_container_runs_in_a_program_without_python(bench):
 
 
 def test_each_of_its_delays_matters(bench):
-    theirs = run(bench, 20, "low-level")
-    assert agreement(reference(bench, 20), theirs) == "bitwise"
+    found = run(bench, 20, "low-level")
+    assert agreement(reference(bench, 20), found) == "bitwise"
     for ends in ENDS:
-        assert agreement(reference(bench, 20, {ends: 2}), theirs) != "bitwise", ends
+        assert agreement(reference(bench, 20, {ends: 2}), found) != "bitwise", ends
 
 
 def test_it_is_a_valid_fmu(bench):

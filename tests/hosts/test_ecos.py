@@ -1,7 +1,7 @@
-"""Our systems in ecos, from the .ssp as a receiver gets it.
+"""The systems in ecos, loaded from the .ssp.
 
 ecos steps every instance whose turn it is, then transfers all values. So every value arrives a tick late, and what the
-controller computes reaches the plant after the first tick of its step. With one tick of delay on every connection our
+controller computes reaches the plant after the first tick of its step. With one tick of delay on every connection
 own master must give the same bits.
 """
 
@@ -32,22 +32,22 @@ def run(bench, scenario, ticks, components=("sensors", "controller", "plant")):
 def rows(bench):
     """Compare, and say so in the table."""
     ticks = 300
-    theirs = run(bench, "fine_pointing", ticks)
-    apart = arcseconds_apart(bench.reference(ticks), theirs)
+    found = run(bench, "fine_pointing", ticks)
+    apart = arcseconds_apart(bench.reference(ticks), found)
     yield Row(
         kind="system of three (.ssp)",
         host="ecos",
-        ran=f"fine pointing, {ticks} ticks at own rates, {len(theirs.names)} outputs",
-        agreement=agreement(bench.reference(ticks, DELAYS), theirs),
-        remark=f"with ecos's delays (1 tick each); {apart:.1e} arcsec from our own timing",
+        ran=f"fine pointing, {ticks} ticks at own rates, {len(found.names)} outputs",
+        agreement=agreement(bench.reference(ticks, DELAYS), found),
+        remark=f"with ecos's delays (1 tick each); {apart:.1e} arcsec from the timing of lockstep",
     )
     ticks = 5300
-    theirs = run(bench, "slew", ticks, ("plant",))
+    found = run(bench, "slew", ticks, ("plant",))
     yield Row(
         kind="system of three (.ssp)",
         host="ecos",
-        ran=f"slew, begun 0.3 s ago, {ticks} ticks, {len(theirs.names)} outputs of the plant",
-        agreement=agreement(bench.reference(ticks, DELAYS, "slew", signals=["plant.*"]), theirs),
+        ran=f"slew, begun 0.3 s ago, {ticks} ticks, {len(found.names)} outputs of the plant",
+        agreement=agreement(bench.reference(ticks, DELAYS, "slew", signals=["plant.*"]), found),
         remark="with the same delays; ecos adds up its time",
     )
 
@@ -62,9 +62,9 @@ def test_ecos_agrees_once_its_delays_are_told(bench):
 
 def test_each_of_its_delays_matters(bench):
     ticks = 60
-    theirs = run(bench, "fine_pointing", ticks)
-    assert agreement(bench.reference(ticks, DELAYS), theirs) == "bitwise"
+    found = run(bench, "fine_pointing", ticks)
+    assert agreement(bench.reference(ticks, DELAYS), found) == "bitwise"
     for ends in DELAYS:
         # the measurements are held for five ticks, so that one or two ticks of delay are the same there
         others = DELAYS | {ends: 0 if ends == ("sensors", "controller") else 2}
-        assert agreement(bench.reference(ticks, others), theirs) != "bitwise", ends
+        assert agreement(bench.reference(ticks, others), found) != "bitwise", ends

@@ -1,15 +1,15 @@
-"""Our systems in libcosim, from the .ssp as a receiver gets it.
+"""The systems in libcosim, loaded from the .ssp.
 
 libcosim steps every slave whose turn it is, then transfers a value only when both its ends have completed their steps.
 So a value between sensors and plant arrives a tick late; the controller sees measurements of the tick before; and what
 it computes from them reaches the plant when its own step of five ticks is over. With these delays on the connections
-our own master must give the same bits.
+lockstep must give the same bits.
 """
 
 from hosting import TICK, Row, agreement, arcseconds_apart
 
 DELAYS = {
-    ("plant", "sensors"): 1,  # what is true now, as in our own systems
+    ("plant", "sensors"): 1,  # what is true now, as in the delivered systems
     ("sensors", "plant"): 1,
     ("sensors", "controller"): 1,
     ("controller", "plant"): 5,
@@ -33,14 +33,14 @@ def run(bench, ticks):
 def rows(bench):
     """Compare, and say so in the table."""
     ticks = 300
-    theirs = run(bench, ticks)
-    apart = arcseconds_apart(bench.reference(ticks), theirs)
+    found = run(bench, ticks)
+    apart = arcseconds_apart(bench.reference(ticks), found)
     yield Row(
         kind="system of three (.ssp)",
         host="libcosim",
-        ran=f"fine pointing, {ticks} ticks at own rates, {len(theirs.names)} outputs",
-        agreement=agreement(bench.reference(ticks, DELAYS), theirs),
-        remark=f"with libcosim's delays (1 tick, torque 5); {apart:.1e} arcsec from our own timing",
+        ran=f"fine pointing, {ticks} ticks at own rates, {len(found.names)} outputs",
+        agreement=agreement(bench.reference(ticks, DELAYS), found),
+        remark=f"with libcosim's delays (1 tick, torque 5); {apart:.1e} arcsec from the timing of lockstep",
     )
 
 
@@ -50,9 +50,9 @@ def test_libcosim_agrees_bitwise_once_its_delays_are_told(bench):
 
 def test_each_of_its_delays_matters(bench):
     ticks = 60
-    theirs = run(bench, ticks)
-    assert agreement(bench.reference(ticks, DELAYS), theirs) == "bitwise"
+    found = run(bench, ticks)
+    assert agreement(bench.reference(ticks, DELAYS), found) == "bitwise"
     for ends in DELAYS:
         # the measurements are held for five ticks, so that one or two ticks of delay are the same there
         others = DELAYS | {ends: 0 if ends == ("sensors", "controller") else DELAYS[ends] + 1}
-        assert agreement(bench.reference(ticks, others), theirs) != "bitwise", ends
+        assert agreement(bench.reference(ticks, others), found) != "bitwise", ends

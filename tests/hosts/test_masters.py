@@ -1,7 +1,7 @@
-"""Every .ssp of ours in libcosim, ecos and FMPy's `simulate_ssp`: how late each hands values over, and our loops there.
+"""Every flexsat .ssp in libcosim, ecos and FMPy's `simulate_ssp`: delays of each master, and the closed loops there.
 
-The controller is told the measured lateness. Then the loop is stable, and its metrics are those of our own master with
-the same delays; a delay itself costs torque and rate (README, Results), in ours as in theirs.
+With the measured delays as its parameters, the controller holds the loop stable, and the metrics are those of lockstep
+under the same delays. The delays themselves cost torque and rate (README, Results), in any master.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ PACKAGES = [
     (c, s) for c in ("centralised", "distributed") for s in ("slew", "fine_pointing", "fine_pointing_open_loop")
 ]
 # from 1 kHz to 200 Hz, and back [ms]: read off the stamps, and what the masters' algorithms amount to (see the hosts'
-# own tests, which agree bitwise with our master under these delays)
+# own tests, which agree bitwise with lockstep under these delays)
 EXPECTED = {LOCKSTEP.name: (0, 0), LIBCOSIM.name: (1, 5), "ecos": (1, 1), SIMULATE_SSP.name: (5, 5)}
 # the first inputs of simulate_ssp are zeros, of the wheel speeds too; what that stirs up decays in 5 s centralised,
 # in 40 s distributed, where the pointing error takes longest
@@ -37,7 +37,7 @@ def present(master):
 
 
 @pytest.mark.parametrize("master", ALL, ids=lambda master: master.name)
-def test_how_late_a_master_hands_values_over(bench, master):
+def test_delay_of_a_master_is_as_measured_before(bench, master):
     late = lateness(bench, present(master))
 
     assert (1e3 * late.to_slow, 1e3 * late.to_fast) == pytest.approx(EXPECTED[master.name])
@@ -59,21 +59,21 @@ def test_every_package_loads_and_runs(bench, master, configuration, scenario):
 
 
 def agrees(bench, configuration, scenario, master, duration, since, metrics=METRICS):
-    """Compare a loop in a master with the same one in ours."""
+    """Compare a loop in a master with the same loop in lockstep."""
     loop = Loop(configuration=configuration, scenario=scenario, duration=duration, since=since)
     late = lateness(bench, present(master))
-    theirs = loop.metrics(bench, master, loop_parameters(master, late.known))
-    assert worst(theirs, loop.ours(bench, late, master.one_rate), metrics) < AGREE
-    return theirs
+    found = loop.metrics(bench, master, loop_parameters(master, late.known))
+    assert worst(found, loop.in_lockstep(bench, late, master.one_rate), metrics) < AGREE
+    return found
 
 
 @pytest.mark.parametrize("case", FIRST_SECONDS, ids=lambda case: case[2].name)
-def test_a_loop_that_knows_the_delays_is_stable_and_agrees_with_ours(bench, case):
-    told = agrees(bench, *case)
-    untold = Loop(configuration=case[0], scenario=case[1], duration=2.0, since=1.0)
-    limit_cycle = untold.metrics(bench, case[2], loop_parameters(case[2], {}))
+def test_loop_with_compensated_delays_is_stable_and_agrees_with_lockstep(bench, case):
+    compensated = agrees(bench, *case)
+    uncompensated = Loop(configuration=case[0], scenario=case[1], duration=2.0, since=1.0)
+    limit_cycle = uncompensated.metrics(bench, case[2], loop_parameters(case[2], {}))
 
-    assert told["torque"] < 0.2  # N.m; .09 without delay, .15 with 5 ms in both paths (PHYSICS section 6)
+    assert compensated["torque"] < 0.2  # N.m; .09 without delay, .15 with 5 ms in both paths (PHYSICS section 6)
     assert limit_cycle["torque"] > 5.0
 
 

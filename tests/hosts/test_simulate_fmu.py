@@ -1,4 +1,4 @@
-"""Each FMU in FMPy's `simulate_fmu`, against our own sequence of FMPy's low-level calls."""
+"""Each FMU in FMPy's `simulate_fmu`, compared with a sequence of FMPy's low-level calls."""
 
 import pytest
 from hosting import CONFIGURATIONS, Row, agreement, joined
@@ -10,14 +10,14 @@ def compare(bench, configuration, component, steps=100):
     """Run both ways with the same moving inputs."""
     moving = bench.moving(component, configuration)
     setup = {"inputs": moving, "step": STEPS[component], "steps": steps, "times": "simulate_fmu"}
-    ours = bench.low_level(component, configuration, **setup)
+    expected = bench.low_level(component, configuration, **setup)
     own = {"fmu": str(bench.fmu(component, configuration)), "outputs": bench.outputs(component, configuration)}
-    theirs = bench.run("run_fmpy.py", setup | own | {"way": "simulate_fmu"})
+    found = bench.run("run_fmpy.py", setup | own | {"way": "simulate_fmu"})
     return Row(
         kind=component,
         host="FMPy `simulate_fmu`",
         ran=f"{steps} steps of {STEPS[component] / 1e6:g} ms, inputs moving",
-        agreement=agreement(ours, theirs),
+        agreement=agreement(expected, found),
         remark="against FMPy's low-level calls, flat names against structured ones",
     )
 

@@ -28,7 +28,7 @@
  *     watch REFERENCE                         a real output of the component above to print
  *     stateless                               do not ask for states, for an FMU that has none to give
  *
- * Components are initialised last one first, so that what is last, the plant, tells the others its initial outputs.
+ * Components are initialised last one first, so that the initial outputs of the plant, which is last, reach the others.
  * The host prints one line of 17 digits each tick. From the middle of the run it goes on from a saved state, from a
  * serialised one and once more from fmi2Reset, and fails if any output then differs in any bit.
  */
@@ -182,7 +182,7 @@ static void load(Component *c) {
     c->deserialize = symbol(c, "fmi2DeSerializeFMUstate");
 }
 
-/* Hand over the values of wires; those in a row that come from one component in one call. */
+/* Transfer the values of wires; consecutive ones from one component in one call. */
 static void transfer(Component *c) {
     static fmi2ValueReference from[MOST_ENTRIES], to[MOST_ENTRIES];
     static fmi2Real values[MOST_ENTRIES];

@@ -1,7 +1,7 @@
-/* An FMI 2.0 co-simulation slave that stamps and reads stamps: how old is what a master hands over?
+/* An FMI 2.0 co-simulation slave that stamps its steps and reads stamps: measures the age of values that a master transfers.
  *
- * A step begun at t puts out t + EPOCH, and compares what stands on its input with its own t. The epoch tells a stamp from
- * whatever a master starts a connection with.
+ * A step begun at t puts out t + EPOCH, and compares its input with its own t. The epoch distinguishes a stamp from
+ * whatever start value a master gives a connection.
  *
  * Variables: 0 input seen; outputs 1 stamp, 2 least, 3 largest age of what was seen [s], 4 stamps seen.
  */
