@@ -2,7 +2,7 @@
 
 ecos steps every instance whose turn it is, then transfers all values. So every value arrives a tick late, and what the
 controller computes reaches the plant after the first tick of its step. With one tick of delay on every connection
-own master must give the same bits.
+lockstep must give the same bits.
 """
 
 import pytest

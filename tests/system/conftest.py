@@ -52,11 +52,11 @@ def start_flexsat() -> Callable[..., "subprocess.Popen[str]"]:
 
 @pytest.fixture(scope="session")
 def python() -> RunScript:
-    """Return a function that runs a script in a fresh process with its arguments in `given`; its `told` comes back."""
+    """Return a function that runs a script in a fresh process with its arguments in `given`; its `result` comes back."""
 
     def run(script: str, *arguments: object, timeout: float = 300.0) -> Any:
         text = f"import json, sys\nfrom pathlib import Path\ngiven = json.loads(sys.argv[1])\n{script}\n"
-        text += "print('told:' + json.dumps(told))\n"
+        text += "print('result:' + json.dumps(result))\n"
         given = json.dumps([str(a) if isinstance(a, Path) else a for a in arguments])
         done = subprocess.run(
             [sys.executable, "-c", text, given],
@@ -67,7 +67,7 @@ def python() -> RunScript:
             env=ENVIRONMENT,
         )
         assert done.returncode == 0, f"exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
-        return json.loads(done.stdout.rpartition("told:")[2])
+        return json.loads(done.stdout.rpartition("result:")[2])
 
     return run
 

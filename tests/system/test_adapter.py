@@ -1,4 +1,4 @@
-"""A foreign controller takes the place of ours by configuration alone, and ours survives foreign conventions."""
+"""A foreign controller replaces the LQG by configuration alone, and the LQG works behind foreign conventions."""
 
 import shutil
 import sys
@@ -44,7 +44,7 @@ def replaced(flexsat, fmus, tmp_path):
     """Return a function that runs the system with another controller and returns its signals."""
 
     def run(fmu, adapter, *options, stop=2):
-        out = tmp_path / (f"{Path(fmu).parent.name}-{stop}" if fmu else "ours")
+        out = tmp_path / (f"{Path(fmu).parent.name}-{stop}" if fmu else "original")
         given = ("--replace", f"controller={fmu}", "--adapter", adapter) if fmu else ()
         done = flexsat("run", fmus / SYSTEM, *given, "--stop", stop, "--out", out, *options)
         assert done.returncode == 0, done.stderr
@@ -76,15 +76,15 @@ def test_our_controller_in_foreign_conventions_gives_the_same_run(fmus, tmp_path
     foreign.parent.mkdir()
     foreign_fmu(foreign, fmus / "centralised" / "controller.fmu")
     adapter.write_text(FOREIGN_ADAPTER)
-    theirs, _ = replaced(foreign, adapter)
-    ours, _ = replaced(None, None, "--record", "all")
+    adapted, _ = replaced(foreign, adapter)
+    original, _ = replaced(None, None, "--record", "all")
 
     limit = 4.4  # N.m; the other three are in rad, rad/s and modal units, all far below 1
     for name, scale in (("attitude.mrp", 1.0), ("rate", 1.0), ("modal.velocity", 1.0), ("wheel.torque", limit)):
         port = f"{'controller' if name == 'wheel.torque' else 'plant'}.{name}"
-        assert np.any(ours[port])
+        assert np.any(original[port])
         # rounding of the conversions, 1e-16 of a reading, times gains up to 2e5 N.m.s
-        assert np.max(np.abs(theirs[port] - ours[port])) < 1e-12 * scale, port
+        assert np.max(np.abs(adapted[port] - original[port])) < 1e-12 * scale, port
     assert check_adapter(foreign, read_adapter(adapter), excitation).right
 
 
@@ -96,9 +96,9 @@ def test_what_does_not_fit_is_refused_in_one_line(vendor, fmus, tmp_path, capsys
         given = ("run", fmus / SYSTEM, *replace, "--adapter", adapter, "--out", tmp_path / "none")
         assert main([str(argument) for argument in given]) == 2
         assert not (tmp_path / "none").exists()
-        told = capsys.readouterr().err
-        assert told.count("\n") == 1
-        return told
+        result = capsys.readouterr().err
+        assert result.count("\n") == 1
+        return result
 
     given = ("--replace", f"controller={vendor / 'vendor.fmu'}")
     assert "unit = 'degs' is unknown" in refused(ADAPTER.replace('"deg/s"', '"degs"'), *given)
@@ -121,7 +121,7 @@ def excitation():
 
 
 @pytest.mark.parametrize(
-    ("adapter", "fmu", "told"),
+    ("adapter", "fmu", "message"),
     [
         (ADAPTER, "vendor.fmu", "right: every turn and rate is opposed on its own axis"),
         (ADAPTER, "bare/vendor.fmu", "right: every turn and rate is opposed on its own axis"),
@@ -167,17 +167,17 @@ def excitation():
         "order-3",
     ],
 )
-def test_a_wrong_convention_is_told_by_name(vendor, tmp_path, excitation, adapter, fmu, told):
+def test_a_wrong_convention_is_told_by_name(vendor, tmp_path, excitation, adapter, fmu, message):
     (tmp_path / "vendor.toml").write_text(adapter)
     options = Namespace(fmu=vendor / fmu, adapter=tmp_path / "vendor.toml")
     verdict = check_adapter(options.fmu, read_adapter(options.adapter), excitation)
     printed = adapting.told(verdict, excitation, options)
 
     assert [line for line in printed if line.startswith(("right", "wrong", "or:"))] == [
-        line for line in printed if line.startswith(told)
+        line for line in printed if line.startswith(message)
     ]
-    assert any(line.startswith(told) for line in printed), printed
-    assert verdict.right == told.startswith("right")
+    assert any(line.startswith(message) for line in printed), printed
+    assert verdict.right == result.startswith("right")
 
 
 def test_a_controller_that_cannot_be_judged_is_refused_in_one_line(vendor, tmp_path, capsys):
@@ -217,6 +217,6 @@ def test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide(vendor, 
 def test_a_draft_tells_units_that_nobody_declared(vendor, capsys):
     assert main(["adapt", str(vendor / "bare" / "vendor.fmu"), "--like", "controller:centralised"]) == 0
 
-    told = capsys.readouterr()
-    assert told.err.count("unit: the FMU tells none; this is ours") == 3
-    assert 'theirs = "TauCmd[*]"\nindex_base = 0\nunit = "N.m"  # UNDECIDED' in told.out
+    result = capsys.readouterr()
+    assert result.err.count("unit: the FMU tells none; this is ours") == 3
+    assert 'theirs = "TauCmd[*]"\nindex_base = 0\nunit = "N.m"  # UNDECIDED' in result.out

@@ -18,7 +18,7 @@ from lockstep import read_signals
 PROGRESS = re.compile(r"[\w-]+: [\d.]+ of [\d.]+ s, .* left|[\w-]+: [\d.]+ s simulated \(\d+ of \d+\)")
 
 
-def told(done):
+def error_lines(done):
     """Return what stands on standard error besides progress; a traceback must never be there."""
     assert "Traceback" not in done.stderr
     return [line for line in done.stderr.splitlines() if not PROGRESS.fullmatch(line)]
@@ -35,7 +35,7 @@ def system(fmus):
 ANSWERS = """
 import contextlib, io, os
 from flexbench.cli import main
-told = {}
+result = {}
 for name, (folder, arguments) in given[0].items():
     Path(folder).mkdir(parents=True)
     os.chdir(folder)
@@ -45,7 +45,7 @@ for name, (folder, arguments) in given[0].items():
             code = main(arguments)
         except SystemExit as end:
             code = end.code
-    told[name] = {"code": code, "out": out.getvalue(), "error": error.getvalue(), "left": os.listdir()}
+    result[name] = {"code": code, "out": out.getvalue(), "error": error.getvalue(), "left": os.listdir()}
 """
 
 
@@ -144,7 +144,7 @@ def test_a_period_that_a_component_refuses_ends_the_run_at_once(flexsat, system,
     done = flexsat("run", system, "--stop", "0.1", "--period", f"{component}={period}", "--out", tmp_path / "out")
 
     assert done.returncode == 1
-    assert len(told(done)) == 1
+    assert len(error_lines(done)) == 1
     assert [part for part in (f"flexsat: {component}: ", f"{period} s", f"{own} s") if part not in done.stderr] == []
     run = tomllib.loads((tmp_path / "out/run.toml").read_text())
     assert (run["status"], run["simulated_time"]) == ("failed", 0.0)
@@ -253,7 +253,7 @@ def test_a_results_folder_that_exists_is_kept(flexsat, system, tmp_path):
     before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
     done = flexsat(*options)
 
-    assert (done.returncode, len(told(done))) == (2, 1)
+    assert (done.returncode, len(error_lines(done))) == (2, 1)
     assert f"{tmp_path / 'out'}: holds a run already; choose another folder or overwrite it" in done.stderr
     assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
     assert flexsat(*options, "--overwrite", "--seed", "2").returncode == 0
@@ -263,7 +263,7 @@ def test_a_results_folder_that_exists_is_kept(flexsat, system, tmp_path):
 def test_a_short_run_is_fine_but_says_why_it_has_no_metrics(flexsat, system, tmp_path):
     done = flexsat("run", system, "--stop", "0.1", "--out", tmp_path / "out")
 
-    assert (done.returncode, told(done)) == (0, [])
+    assert (done.returncode, error_lines(done)) == (0, [])
     assert "no metrics.json: metrics: the run ends at 0.095 s" in done.stdout
 
 
@@ -282,7 +282,7 @@ def test_a_full_disk_ends_the_run_and_what_was_recorded_before_is_readable(flexs
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, LIMIT)),
     )
 
-    assert (done.returncode, len(told(done))) == (1, 1)
+    assert (done.returncode, len(error_lines(done))) == (1, 1)
     assert f"cannot write to {out}: File too large, after " in done.stderr
     run = tomllib.loads((out / "run.toml").read_text())
     assert run["status"] == "failed"
@@ -351,7 +351,7 @@ def test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs(start_
 
 
 def alive(group):
-    """Tell whether a process of the group is left, zombies aside."""
+    """Return whether a process of the group is left, zombies aside."""
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             fields = stat.read_text().rpartition(")")[2].split()

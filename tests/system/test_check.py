@@ -90,9 +90,9 @@ def test_an_interrupted_check_leaves_nothing(tmp_path):
     assert len(processes_with(str(scratch))) == 2
 
     process.send_signal(signal.SIGINT)
-    _, told = process.communicate(timeout=60.0)
+    _, result = process.communicate(timeout=60.0)
 
     assert process.returncode == 130
-    assert "Traceback" not in told
+    assert "Traceback" not in result
     assert list(scratch.iterdir()) == []
     assert processes_with(str(scratch)) == []

@@ -103,7 +103,7 @@ ANY_STEP = XML.replace('VariableCommunicationStepSize="false"', 'VariableCommuni
     [
         (ANY_STEP, ("ACCEPTS_ANY_STEP", "INTEGRATES"), "info"),  # the answer vanishes with the step
         (ANY_STEP, ("ACCEPTS_ANY_STEP", "FEEDTHROUGH_WITHIN_STEP"), "warning"),
-        (XML, ("INTEGRATES",), "warning"),  # nobody outside can tell it from feedthrough
+        (XML, ("INTEGRATES",), "warning"),  # from outside it cannot be distinguished from feedthrough
     ],
 )
 def test_a_short_step_tells_integration_from_feedthrough(tmp_path, xml, defects, status):
@@ -192,7 +192,7 @@ def test_what_takes_its_process_down_ends_no_report(tmp_path, monkeypatch, defec
 
 
 def processes_below(folder: Path) -> list[str]:
-    """Return the command lines of the processes that were told of a folder."""
+    """Return the command lines of processes that name a folder."""
     lines = []
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         try:

@@ -4,7 +4,7 @@ import pytest
 
 pytestmark = pytest.mark.slow
 
-# A fine-pointing run with delays in the master [ticks of 1 ms] and those the controller is told [s]; RMS over the
+# A fine-pointing run with delays in the master [ticks of 1 ms] and those the controller is result [s]; RMS over the
 # second half. The loop is in its limit cycle within a second, and the start's transient is over after ten.
 DELAYED = """
 import numpy as np
@@ -12,7 +12,7 @@ from flexbench import histories
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from lockstep import load_system, read_signals, simulate
 fmus, folder, name, cases = given
-told = {}
+result = {}
 for case, (measurement, actuation, known_measurement, known_actuation) in cases.items():
     system = load_system(Path(fmus, name, "fine_pointing.ssd"))
     system = system.with_delay("sensors", "controller", measurement).with_delay("controller", "plant", actuation)
@@ -22,7 +22,7 @@ for case, (measurement, actuation, known_measurement, known_actuation) in cases.
     signals = read_signals(Path(folder, case))
     steady = signals.time >= 20.0
     rms = lambda history: float(np.sqrt(np.mean(history(signals)[steady] ** 2)))
-    told[case] = {"torque": rms(histories.torque_norm), "deformation": rms(histories.deformation),
+    result[case] = {"torque": rms(histories.torque_norm), "deformation": rms(histories.deformation),
                   "pointing": rms(histories.pointing_error)}
 """
 
@@ -92,7 +92,7 @@ def test_fractions_of_a_sample_are_known_too(centralised):
 
 
 def test_a_measurement_of_three_ticks_ago_is_a_sample_of_five(centralised):
-    # Sampled at 0, 5, 10 ms: what a controller sees at 5 ms through 3 ticks was sampled at 0. Told so, it does better.
+    # Sampled at 0, 5, 10 ms: what a controller sees at 5 ms through 3 ticks was sampled at 0. With that delay as its parameter, it does better.
     assert centralised["fraction and age known"]["torque"] < 0.95 * centralised["fraction known"]["torque"]
 
 

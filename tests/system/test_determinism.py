@@ -8,13 +8,13 @@ from hashlib import sha256
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from lockstep import load_system, read_signals, simulate
 fmus, folder, cases = given
-told = []
+result = []
 for number, (name, scenario, seed) in enumerate(cases):
     where = Path(folder, str(number))
     simulate(load_system(Path(fmus, name, f"{scenario}.ssd")), where, stop_time=1.5, record=["all"],
              overrides=scalar_overrides(scenario_parameters(scenario, seed=seed)))
     signals = read_signals(where)
-    told.append({"time": sha256(signals.time.tobytes()).hexdigest()}
+    result.append({"time": sha256(signals.time.tobytes()).hexdigest()}
                 | {column: sha256(values.tobytes()).hexdigest() for column, values in signals.columns.items()})
 """
 A, B = ["centralised", "fine_pointing", 1], ["distributed", "fine_pointing", 1]

@@ -11,7 +11,7 @@ GATE = """
 from flexbench.loop.equivalence import compare
 fmus, folder, name, scenario, duration = given
 found = compare(Path(fmus), Path(folder), name, scenario, 1, duration)
-told = [[difference.port, difference.scalars, difference.relative, difference.met] for difference in found]
+result = [[difference.port, difference.scalars, difference.relative, difference.met] for difference in found]
 """
 
 # Both sides get the same parameters; those in `monolith_only` go to the plain loop alone. Every output, every tick.
@@ -25,9 +25,9 @@ fmus, folder, name, cases = given
 designs = build_designs(name)
 outputs = [f"{component}.{port.name}" for component, ports in PORTS.items()
            for port in ports(getattr(designs.corrected, component)) if port.causality == "output"]
-told = {}
+result = {}
 for case in cases:
-    scenario, where = case["scenario"], Path(folder, str(len(told)))
+    scenario, where = case["scenario"], Path(folder, str(len(result)))
     parameters = scenario_parameters(scenario, as_published=case["as_published"], seed=3)
     for component, ports in case["changes"].items():
         parameters[component] |= {port: tuple(v) if isinstance(v, list) else v for port, v in ports.items()}
@@ -40,7 +40,7 @@ for case in cases:
     assert expected.time.tolist() == signals.time.tolist()
     assert sum(expected.signals[port][0].size for port in outputs) == len(signals.columns)  # nothing is left out
     rows = len(signals.time)
-    told[case["name"]] = {port: relative_difference(signals[port].reshape(rows, -1),
+    result[case["name"]] = {port: relative_difference(signals[port].reshape(rows, -1),
                                                     expected.signals[port].reshape(rows, -1)) for port in outputs}
 """
 

@@ -31,8 +31,8 @@ def faulty(flexsat, fmus, tmp_path):
                        "--stop", stop, *CALM, "--out", tmp_path / "out", "--record", "plant.*", "--record",
                        "controller.*", "--record-period", "0.005")  # fmt: skip
         assert done.returncode == 0, done.stderr
-        told = [json.loads(line) for line in (tmp_path / "out" / "events.jsonl").read_text().splitlines()]
-        return read_signals(tmp_path / "out"), [event for event in told if event["event"] == "fault"]
+        result = [json.loads(line) for line in (tmp_path / "out" / "events.jsonl").read_text().splitlines()]
+        return read_signals(tmp_path / "out"), [event for event in result if event["event"] == "fault"]
 
     return fly
 
@@ -77,7 +77,7 @@ def test_a_wheel_without_torque_is_replaced_by_the_others_and_momentum_is_kept(f
     after = signals.time >= 1.005
     commanded = signals["controller.wheel.torque[1]"][after]
     speed = signals["plant.wheel.speed"][after]
-    assert np.abs(commanded).max() > 1e-3  # N.m: the controller is not told
+    assert np.abs(commanded).max() > 1e-3  # N.m: the controller is not result
     assert np.ptp(speed[:, 0]) < 0.01 * np.ptp(speed[:, 11])  # it runs on; what is left is its mount's motion
     pointing = 4.0 * np.linalg.norm(signals["plant.attitude.mrp"], axis=1)[signals.time >= 1.0] / ARCSECOND
     assert pointing.max() < 0.5

@@ -26,7 +26,7 @@ def flown(tmp_path_factory, fmus, flexsat):
 
 
 def written(done, folder):
-    """Return the names of the figures that the command told of, each there as PNG and SVG, none empty."""
+    """Return the names of the figures that the command printed, each there as PNG and SVG, none empty."""
     assert (done.returncode, done.stderr) == (0, "")
     paths = [Path(line) for line in done.stdout.split()]
     assert sorted(paths) == sorted(folder.iterdir())
@@ -82,7 +82,7 @@ def test_the_design_is_drawn_without_results(flexsat, tmp_path):
 
 
 def test_what_holds_no_run_is_refused_in_one_line(flown, flexsat, tmp_path):
-    for arguments, told in (
+    for arguments, message in (
         ([tmp_path], f"flexsat: {tmp_path}: neither a run's results folder nor one that holds such"),
         (
             [flown / "centralised-slew", "--configuration", "distributed"],
@@ -93,6 +93,6 @@ def test_what_holds_no_run_is_refused_in_one_line(flown, flexsat, tmp_path):
         done = flexsat("figures", *arguments, "--out", tmp_path / "drawn")
 
         assert (done.returncode, done.stdout) == (2, "")
-        assert done.stderr.startswith(told)
+        assert done.stderr.startswith(message)
         assert done.stderr.count("\n") == 1
     assert not (tmp_path / "drawn").exists()

@@ -17,7 +17,7 @@ from lockstep.ssp.step_times import Timing
 path, folder, kinds = given
 system = load_system(path, Timing(kinds=json.loads(kinds)))
 simulate(system, folder, stop_time=0.1, record=["all"], record_period=0.001)
-told = {name: values.tolist() for name, values in read_signals(folder).columns.items()}
+result = {name: values.tolist() for name, values in read_signals(folder).columns.items()}
 """
 
 
@@ -41,7 +41,7 @@ def nested(root):
         if port not in declared:
             declared.add(port)
             etree.SubElement(ports, f"{{{SSD}}}Connector", name=port, kind=kind)
-            # from the connector to the element, although values go the other way: the kinds tell the direction
+            # from the connector to the element, although values go the other way: the kinds give the direction
             ends = {"startConnector": port, "endElement": element[0], "endConnector": element[1]}
             etree.SubElement(inner, f"{{{SSD}}}Connection", attrib=ends)
         wire.set(f"{side}Element", "aocs")
@@ -50,17 +50,17 @@ def nested(root):
 
 
 def test_our_loop_written_by_another_tool_runs_bitwise_the_same(tmp_path, fmus, python):
-    ours = fmus / "centralised" / "fine_pointing.ssd"
-    package = tmp_path / "theirs.ssp"
-    with zipfile.ZipFile(ours.with_suffix(".ssp")) as source, zipfile.ZipFile(package, "w") as target:
+    original = fmus / "centralised" / "fine_pointing.ssd"
+    package = tmp_path / "foreign.ssp"
+    with zipfile.ZipFile(original.with_suffix(".ssp")) as source, zipfile.ZipFile(package, "w") as target:
         for member in source.namelist():
             content = source.read(member)
             if member == "SystemStructure.ssd":
                 content = etree.tostring(nested(etree.fromstring(content)))
             target.writestr(member, content)
     kinds = {f"aocs/{name}": "sampled" for name in INNER}  # their outputs are declared continuous, as FMI's default is
-    before = python(f"import json\n{RUN}", ours, tmp_path / "ours", "{}")
-    after = python(f"import json\n{RUN}", package, tmp_path / "theirs", json.dumps(kinds))
+    before = python(f"import json\n{RUN}", original, tmp_path / "original", "{}")
+    after = python(f"import json\n{RUN}", package, tmp_path / "foreign", json.dumps(kinds))
     assert len(before) > 200
     assert max(map(abs, before["controller.wheel.torque[1]"])) > 1e-3
     renamed = {("aocs/" if name.startswith(INNER) else "") + name: values for name, values in before.items()}
@@ -68,7 +68,7 @@ def test_our_loop_written_by_another_tool_runs_bitwise_the_same(tmp_path, fmus, 
 
 
 def test_the_command_shows_and_draws_it(tmp_path, fmus, flexsat):
-    folder = tmp_path / "theirs"
+    folder = tmp_path / "foreign"
     with zipfile.ZipFile(fmus / "centralised" / "fine_pointing.ssp") as source:
         source.extractall(folder)
     description = folder / "SystemStructure.ssd"

@@ -12,13 +12,13 @@ isolated = system
 for component in system.components:
     isolated = isolated.with_isolation(component.name, True)
 mixed = system.with_isolation("controller", True)
-told = []
+result = []
 for name, one in {"shared": system, "isolated": isolated, "mixed": mixed}.items():
     simulate(one, Path(folder, name), stop_time=0.3, record=["all"], record_period=0.001, overrides=settings)
 import tomllib
 for name in ("shared", "isolated", "mixed"):
     run = tomllib.loads(Path(folder, name, "run.toml").read_text())
-    told.append([component["isolated"] for component in run["component"]])
+    result.append([component["isolated"] for component in run["component"]])
 """
 
 

@@ -27,13 +27,13 @@ from lockstep import load_system
 system, folder, options = given
 loop = recognise(load_system(Path(system)), options.get("overrides", {}))
 found, margins = measure(loop, Settings(**options), Path(folder))
-told = {"frequency": found.frequency.tolist(), "margins": margins, "names": list(found.names),
+result = {"frequency": found.frequency.tolist(), "margins": margins, "names": list(found.names),
         "period": found.period, "coherence": found.coherence.T.tolist(),
         "coherent": [found.of(name)[1].tolist() for name in (*found.names, "together")]}
 for name in ("single", "together"):
     values = getattr(found, name)
-    told[name] = [values.real.tolist(), values.imag.tolist()]
-    told[f"{name}_uncertainty"] = getattr(found, f"{name}_uncertainty").tolist()
+    result[name] = [values.real.tolist(), values.imag.tolist()]
+    result[f"{name}_uncertainty"] = getattr(found, f"{name}_uncertainty").tolist()
 """
 
 DELAY = """
@@ -42,12 +42,12 @@ from flexbench.studies.margins.destabilise import destabilising_delay
 from dataclasses import asdict
 from lockstep import load_system
 system, folder, between = given
-told = asdict(destabilising_delay(recognise(load_system(Path(system)), {}), Path(folder), tuple(between)))
+result = asdict(destabilising_delay(recognise(load_system(Path(system)), {}), Path(folder), tuple(between)))
 """
 
 
-def response(told, name):
-    real, imaginary = told[name]
+def response(result, name):
+    real, imaginary = result[name]
     return np.array(real) + 1j * np.array(imaginary)
 
 
@@ -86,8 +86,8 @@ def test_the_known_loop_lies_within_the_stated_uncertainty(known):
 
 def test_margins_of_the_known_loop_are_those_of_python_control(known):
     frequency = np.geomspace(0.1, 49.0, 4000)
-    theirs = control.FrequencyResponseData(known_response(frequency), 2.0 * np.pi * frequency, smooth=True)
-    gain, phase, _, _, _, _ = control.stability_margins(theirs)
+    known = control.FrequencyResponseData(known_response(frequency), 2.0 * np.pi * frequency, smooth=True)
+    gain, phase, _, _, _, _ = control.stability_margins(known)
     margins = known["margins"]["input"]
     value, uncertainty = margins["value"], margins["uncertainty"]
     for name, expected in (("gain_up", gain), ("phase", phase)):
@@ -102,44 +102,44 @@ def test_margins_of_the_known_loop_are_those_of_python_control(known):
 # Our LQG
 
 
-def compare(told, name, noisy):
+def compare(result, name, noisy):
     """Check a measurement of one of our loops against the analysis at the same lines."""
     loop = DesignedLoop(design=build_design(configuration(name)))
     share, makes = loop.body_axes
-    frequency = np.array(told["frequency"])
+    frequency = np.array(result["frequency"])
     together, single = body_loops(loop.at().complementary_sensitivity(frequency, share), makes)
-    coherent = np.array(told["coherent"])
+    coherent = np.array(result["coherent"])
     kept = coherent[:3].T
-    off = np.abs(response(told, "single") - single)
+    off = np.abs(response(result, "single") - single)
     assert kept.sum() > (20 if noisy else 30)
-    inside = (off <= np.array(told["single_uncertainty"]))[kept]
+    inside = (off <= np.array(result["single_uncertainty"]))[kept]
     assert inside.mean() > (0.9 if noisy else 0.97)
-    inside = (np.abs(response(told, "together") - together) <= np.array(told["together_uncertainty"]))[coherent[3]]
+    inside = (np.abs(response(result, "together") - together) <= np.array(result["together_uncertainty"]))[coherent[3]]
     assert inside.mean() > (0.9 if noisy else 0.97)
     if not noisy:  # and much nearer where no mode rings on: against the distance to -1
         quick = frequency > 12.0
-        assert_allclose(response(told, "single")[quick], single[quick], atol=1e-3)
+        assert_allclose(response(result, "single")[quick], single[quick], atol=1e-3)
     for k, which in enumerate((*AXES, "together")):
         keep = coherent[k]
         lines = (together if which == "together" else single[:, k])[keep]
-        margins = told["margins"][which]
+        margins = result["margins"][which]
         if "problem" in margins:
             assert keep.sum() < 2
             continue
-        expected = loop_margins(frequency[keep], lines, told["period"])
+        expected = loop_margins(frequency[keep], lines, result["period"])
         for kind in ("gain_up", "phase", "delay", "disk"):
             found = margins["value"][kind]
             if found is None:
                 assert not np.isfinite(getattr(expected, kind))
             else:
                 assert found == pytest.approx(getattr(expected, kind), abs=2.0 * margins["uncertainty"][kind])
-    return told["margins"]
+    return result["margins"]
 
 
 def test_the_measured_margins_are_the_designs_without_noise(python, fmus, tmp_path):
     options = {"length": 5.0, "settle": 1, "periods": 3, "quiet": True}
-    told = python(MEASURE, fmus / "centralised" / "fine_pointing.ssd", tmp_path / "runs", options)
-    margins = compare(told, "centralised", noisy=False)
+    result = python(MEASURE, fmus / "centralised" / "fine_pointing.ssd", tmp_path / "runs", options)
+    margins = compare(result, "centralised", noisy=False)
     # between lines a third of an octave apart; the exact one is 3.78 ms
     assert margins["together"]["value"]["delay"] == pytest.approx(3.78e-3, abs=0.1e-3)
 
@@ -147,20 +147,20 @@ def test_the_measured_margins_are_the_designs_without_noise(python, fmus, tmp_pa
 @pytest.mark.slow
 def test_the_measured_margins_are_the_designs_with_noise_and_jitter(python, fmus, tmp_path):
     options = {"length": 10.0, "settle": 1, "periods": 5, "overrides": {"plant.seed": 1, "sensors.seed": 1}}
-    told = python(MEASURE, fmus / "distributed" / "fine_pointing.ssd", tmp_path / "runs", options, timeout=600)
-    compare(told, "distributed", noisy=True)
+    result = python(MEASURE, fmus / "distributed" / "fine_pointing.ssd", tmp_path / "runs", options, timeout=600)
+    compare(result, "distributed", noisy=True)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "between"), [("centralised", (0.0035, 0.0041)), ("distributed", (0.0047, 0.0053))])
 def test_the_delay_that_destabilises_the_co_simulation_is_the_analysed_one(python, fmus, tmp_path, name, between):
     assert name in CONFIGURATIONS
-    told = python(DELAY, fmus / name / "fine_pointing.ssd", tmp_path / "runs", between, timeout=600)
+    result = python(DELAY, fmus / name / "fine_pointing.ssd", tmp_path / "runs", between, timeout=600)
     analysed = delay_margin(DesignedLoop(design=build_design(configuration(name))).at)
-    assert told["stable"] < analysed < told["unstable"]  # 0.1 ms apart
-    assert told["unstable"] - told["stable"] == pytest.approx(1e-4)
+    assert result["stable"] < analysed < result["unstable"]  # 0.1 ms apart
+    assert result["unstable"] - result["stable"] == pytest.approx(1e-4)
     # where the growth rate passes zero; the plant's step of 0.1 ms and the windows leave little
-    assert told["delay"] == pytest.approx(analysed, abs=5e-6)
+    assert result["delay"] == pytest.approx(analysed, abs=5e-6)
 
 
 # The command
@@ -183,15 +183,15 @@ def test_the_command_measures_a_vendors_controller(flexsat, known_system, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ((), "--amplitude: not known for this plant"),
         (("--amplitude", 1, "--controller", "nobody"), "nobody: no such component; there are controller, plant"),
         (("--analytic-only",), "controller: not a controller of ours"),
     ],
 )
-def test_bad_input_gets_one_line(flexsat, known_system, tmp_path, options, told):
+def test_bad_input_gets_one_line(flexsat, known_system, tmp_path, options, message):
     done = flexsat("margins", known_system, *options, "--out", tmp_path / "out")
     assert done.returncode == 2
-    assert told in done.stderr.splitlines()[-1]
+    assert message in done.stderr.splitlines()[-1]
     assert "Traceback" not in done.stderr

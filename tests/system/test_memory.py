@@ -9,7 +9,7 @@ import resource
 from lockstep import load_system, simulate
 fmus, folder, stop = given
 simulate(load_system(Path(fmus, "distributed", "fine_pointing.ssd")), Path(folder), stop_time=stop)
-told = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # MiB
+result = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # MiB
 """
 # The final conversion works on row groups of 16 MB, which 30 s do not fill: it holds a group as batches, as one table
 # and compressed. All that 300 s record are 115 MB: without streaming the difference would be larger than that.

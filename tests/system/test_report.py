@@ -99,7 +99,7 @@ def open_page(browser):
 
 
 def settle(page):
-    """Let the page draw what it was told to."""
+    """Wait until the page has drawn what was requested."""
     page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
@@ -151,8 +151,8 @@ def test_the_slider_moves_the_structure_as_it_moved(page_file, open_page, runs):
         # 16 bits of the largest of each mode
         room = 1e-4 * np.abs(shape @ np.abs(signals["plant.modal.displacement"]).max(axis=0)).max()
         assert_allclose(float(scene.get_attribute("data-largest")), largest, atol=room)
-        told = float(page.locator("#moment").inner_text().split()[2])
-        assert abs(told - signals.time[frame * rows]) < 0.006  # printed to 10 ms
+        result = float(page.locator("#moment").inner_text().split()[2])
+        assert abs(result - signals.time[frame * rows]) < 0.006  # printed to 10 ms
     assert len(pictures) == 3
 
 
@@ -237,8 +237,8 @@ def test_a_click_takes_the_structure_to_that_moment(page_file, open_page):
 
     plots(page).first.click(position={"x": 62 + 0.25 * (box["width"] - 72), "y": 60})
     settle(page)
-    told = page.locator("#moment").inner_text()
-    assert abs(float(told.split()[2]) - 2.5) < 0.05
+    result = page.locator("#moment").inner_text()
+    assert abs(float(result.split()[2]) - 2.5) < 0.05
 
 
 @needs_browser
@@ -347,9 +347,9 @@ def test_a_run_that_recorded_parts_gets_a_report_of_those(tmp_path, fmus, flexsa
     report([tmp_path / "run"])
 
     text = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    told = json.loads(text.partition('id="contents">')[2].partition("</script>")[0])
-    assert told["runs"][0]["motion"] is None
-    assert set(told["panels"]) == {part.partition("[")[0] for part in parts}  # no norm of a part of an array
+    result = json.loads(text.partition('id="contents">')[2].partition("</script>")[0])
+    assert result["runs"][0]["motion"] is None
+    assert set(result["panels"]) == {part.partition("[")[0] for part in parts}  # no norm of a part of an array
 
 
 @needs_browser
@@ -371,7 +371,7 @@ def test_pdf_without_a_browser_is_refused_and_leaves_nothing(runs, report, tmp_p
 
 
 def test_bad_input_gets_one_line(runs, capsys, tmp_path):
-    for arguments, told in (
+    for arguments, message in (
         (("report", tmp_path / "none"), "no such folder"),
         (("report", tmp_path), "holds no run.toml"),
         (("report", runs / "centralised-slew", runs / "centralised-slew"), "given twice"),
@@ -387,7 +387,7 @@ def test_bad_input_gets_one_line(runs, capsys, tmp_path):
         error = capsys.readouterr().err
         assert code == 2, arguments
         assert len(error.splitlines()) == 1, error
-        assert told in error
+        assert message in error
     assert list(tmp_path.iterdir()) == []
 
 

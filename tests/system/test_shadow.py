@@ -56,9 +56,16 @@ def taken_over(flexsat, fmus, softer, tmp_path_factory):
 
 def test_the_lqg_as_its_own_shadow_changes_nothing_bitwise(flexsat, fmus, tmp_path, capsys):
     given = ("run", fmus / SYSTEM, "--stop", "0.4", "--record", "all")
-    ours = ("--shadow", f"controller={fmus / 'centralised' / 'controller.fmu'}", "--hand-over", "0.2", "--blend", "0.1")
+    shadow_options = (
+        "--shadow",
+        f"controller={fmus / 'centralised' / 'controller.fmu'}",
+        "--hand-over",
+        "0.2",
+        "--blend",
+        "0.1",
+    )
     assert flexsat(*given, "--out", tmp_path / "alone").returncode == 0
-    done = flexsat(*given, "--out", tmp_path / "shadowed", *ours)
+    done = flexsat(*given, "--out", tmp_path / "shadowed", *shadow_options)
     assert done.returncode == 0, done.stderr
     alone, shadowed = read_signals(tmp_path / "alone"), read_signals(tmp_path / "shadowed")
 
@@ -81,7 +88,7 @@ import tomllib
 
 run = read_signals(given[1])
 manifest = tomllib.loads((Path(given[1]) / "run.toml").read_text())
-told = next(component for component in manifest["component"] if component["name"] == "controller")
+result = next(component for component in manifest["component"] if component["name"] == "controller")
 description, folder = read_model_description(given[0]), extract(given[0])
 number = {v.name: v.valueReference for v in description.modelVariables}
 kind = {v.name: v.type for v in description.modelVariables}
@@ -89,7 +96,7 @@ fmu = FMU2Slave(guid=description.guid, unzipDirectory=folder, modelIdentifier="c
 fmu.instantiate()
 put = {"Real": fmu.setReal, "Boolean": fmu.setBoolean}
 fmu.setupExperiment(startTime=0.0, stopTime=1.0)
-for name, value in told["parameters"].items():
+for name, value in result["parameters"].items():
     name = name.removeprefix("shadow.")
     put[kind[name]]([number[name]], [value])
 fmu.enterInitializationMode()
@@ -108,7 +115,7 @@ for row in range(len(run.time)):
     torque.append(fmu.getReal([number[w] for w in wheels]))
     acted = run["controller.wheel.torque"][row]
 fmu.terminate()
-told = torque
+result = torque
 """
 
 
@@ -120,7 +127,7 @@ def test_the_residual_is_what_a_replay_of_the_measurements_gives(taken_over, sof
 
     np.testing.assert_array_equal(run["controller.shadow.wheel.torque"], replayed)
     np.testing.assert_array_equal(run["controller.residual.wheel.torque"], replayed - original)
-    # told what acts, its estimate is that of the original: only the feedback differs
+    # with the applied torque as its input, its estimate is that of the original: only the feedback differs
     scale = np.max(np.abs(original))
     np.testing.assert_allclose(replayed[before], (1.0 - SHARE) * original[before], rtol=0.0, atol=1e-12 * scale)
 
@@ -156,18 +163,18 @@ def test_a_run_goes_on_in_the_middle_of_the_blend_bitwise(taken_over, flexsat, t
 def test_the_report_tells_residuals_and_the_loop_before_and_after(taken_over, capsys):
     assert main(["shadow", str(taken_over)]) == 0
     printed = capsys.readouterr().out
-    told = json.loads((taken_over / "shadow.json").read_text())
+    result = json.loads((taken_over / "shadow.json").read_text())
     run = read_signals(taken_over)
     before, after = run.time < 0.5 - 1e-9, run.time >= 0.7 - 1e-9
     residual, acting = run["controller.residual.wheel.torque"], run["controller.wheel.torque"]
 
     rms = np.sqrt(np.mean(residual[before] ** 2, axis=0))
-    np.testing.assert_allclose([one["rms"] for one in told["residuals"]], rms, rtol=1e-12)
-    np.testing.assert_allclose([one["relative"] for one in told["residuals"]], SHARE, rtol=1e-9)
-    np.testing.assert_allclose([one["correlation"] for one in told["residuals"]], 1.0, rtol=1e-9)
-    assert {one["lag"] for one in told["residuals"]} == {0.0}
-    assert told["jump"]["acting"] == 0.0
-    windows = told["windows"]
+    np.testing.assert_allclose([one["rms"] for one in result["residuals"]], rms, rtol=1e-12)
+    np.testing.assert_allclose([one["relative"] for one in result["residuals"]], SHARE, rtol=1e-9)
+    np.testing.assert_allclose([one["correlation"] for one in result["residuals"]], 1.0, rtol=1e-9)
+    assert {one["lag"] for one in result["residuals"]} == {0.0}
+    assert result["jump"]["acting"] == 0.0
+    windows = result["windows"]
     assert (windows["before"]["start"], windows["before"]["end"]) == pytest.approx((0.2, 0.5))  # as long as the other
     assert (windows["after"]["start"], windows["after"]["end"]) == pytest.approx((0.7, 1.0))
     effort = np.sqrt(np.mean(np.sum(np.abs(acting[after]), axis=1) ** 2))
@@ -186,12 +193,12 @@ def test_the_report_tells_residuals_and_the_loop_before_and_after(taken_over, ca
 
 
 def test_windows_that_do_not_fit_are_refused(taken_over, capsys):
-    for given, told in (
+    for given, message in (
         (("--window", "0.4"), "--window 0.4: must be > 0 and at most 0.3 s"),
         (("--from", "0.5"), "no two rows were recorded from 0.5 s to the hand-over"),
     ):
         assert main(["shadow", str(taken_over), *given]) == 2
-        assert told in capsys.readouterr().err
+        assert message in capsys.readouterr().err
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="the foreign controller is compiled with gcc")

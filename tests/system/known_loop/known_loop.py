@@ -1,4 +1,4 @@
-"""Build the plant and the controller of `known_loop.c`, connect them, and tell their loop."""
+"""Build the plant and the controller of `known_loop.c`, connect them, and state their loop's margins."""
 
 import subprocess
 import zipfile
