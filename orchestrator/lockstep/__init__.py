@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from lockstep.simulation import RunSummary, simulate
     from lockstep.ssp.load import load_system
     from lockstep.ssp.write import write_ssd
-    from lockstep.system.system import Component, Connection, Connector, System
+    from lockstep.system.component import Component, Connector
+    from lockstep.system.system import Connection, System
     from lockstep.system.units import Unit
 
 __all__ = [
@@ -54,7 +55,8 @@ _HOMES = {
     "results.read": ("Signals", "read_signals"),
     "ssp.load": ("load_system",),
     "ssp.write": ("write_ssd",),
-    "system.system": ("Component", "Connection", "Connector", "System"),
+    "system.component": ("Component", "Connector"),
+    "system.system": ("Connection", "System"),
     "system.units": ("Unit",),
 }
 

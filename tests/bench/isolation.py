@@ -27,7 +27,8 @@ from lockstep.fmi.fmi2 import Fmi2Slave
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import DTYPES, SCALARS, Slave
 from lockstep.processes.remote_slave import RemoteSlave
-from lockstep.system.system import Component, System
+from lockstep.system.component import Component
+from lockstep.system.system import System
 
 CONFIGURATION, SCENARIO, AIM = "distributed", "fine_pointing", 60.0  # [us]
 DURATION, ROUNDS = 30.0, 3  # [s] of whole runs

@@ -27,7 +27,7 @@ from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import DTYPES, SCALARS, WARNING
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds
-from lockstep.system.system import Component
+from lockstep.system.component import Component
 
 Call = Callable[[], object]
 _TIME_LIMIT = 300.0  # [s] for all experiments of one command

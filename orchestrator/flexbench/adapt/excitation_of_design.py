@@ -22,7 +22,7 @@ from lockstep.adapter.read import read_adapter
 from lockstep.check.contract import Contract, named
 from lockstep.fmi.model_description import Variable, read_description
 from lockstep.system.adapter_file import Adapter
-from lockstep.system.system import Component
+from lockstep.system.component import Component
 
 from ..loop.systems import NANOSECOND, scalar_names
 from .contracts import contracts

@@ -15,7 +15,7 @@ from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.model_description import read_description
 from lockstep.system.adapter_file import DIRECTIONS, Adapter, Entry
-from lockstep.system.system import Component
+from lockstep.system.component import Component
 
 _FAMILIES = (("rad/s", "deg/s", "rpm"), ("rad", "deg"), ("N.m", "mN.m", "uN.m"))
 _MOST_PAIRS = 80

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from lockstep import load_system
 from lockstep.cli.run_options import assignments, with_delays
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 from ..figures import save_figure
 from ..figures.margins import margin_figures

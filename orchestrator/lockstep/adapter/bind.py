@@ -14,7 +14,7 @@ from lockstep.fmi.model_description import Description, Variable
 from lockstep.plan.overrides import parse_value
 from lockstep.results.signal_patterns import matching
 from lockstep.system.adapter_file import Adapter, Entry
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 Ports = Mapping[str, Variable]
 

@@ -15,7 +15,8 @@ from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import Slave
 from lockstep.results.signal_patterns import matching
 from lockstep.system.adapter_file import Adapter
-from lockstep.system.system import Component, System
+from lockstep.system.component import Component
+from lockstep.system.system import System
 
 
 def shown_description(component: Component) -> Description:

@@ -12,7 +12,7 @@ from pathlib import Path
 from lockstep.adapter.bind import Ports
 from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.fmi.model_description import Variable, read_description
-from lockstep.system.system import Component
+from lockstep.system.component import Component
 
 # words by which makers call the same quantity
 _SYNONYMS = (

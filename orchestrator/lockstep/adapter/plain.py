@@ -12,7 +12,8 @@ from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description, Variable, read_description
 from lockstep.plan.overrides import component_parameters
 from lockstep.results.signal_patterns import matching
-from lockstep.system.system import Component, Connection, Connector, System, Value
+from lockstep.system.component import Component, Connector, Value
+from lockstep.system.system import Connection, System
 from lockstep.system.transformation import End, convert, family
 from lockstep.system.units import Unit, conversion, known_unit
 

@@ -15,7 +15,7 @@ from lockstep.adapter.conversion import Map
 from lockstep.arrays import Array
 from lockstep.errors import InputError, compact
 from lockstep.fmi.slave import DTYPES, ERROR, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 _FILE = "adapter.npz"
 _LIMITS = {  # the outermost doubles that fit, by the type of a buffer

@@ -17,7 +17,8 @@ from lockstep.fmi.model_description import PLATFORMS, Description, read_descript
 from lockstep.plan.overrides import parse_value
 from lockstep.simulation import simulate
 from lockstep.system.clock import nanoseconds, seconds_text
-from lockstep.system.system import Component, System
+from lockstep.system.component import Component
+from lockstep.system.system import System
 
 _STEPS, _STEP = 20, 10_000_000  # [ns], for an FMU that recommends none
 _ONLY_2 = "units, structure, names, capabilities, state, repetition and the ports of a contract"

@@ -8,7 +8,8 @@ from typing import Any
 from lockstep.errors import InputError, compact
 from lockstep.plan.plan import Plan
 from lockstep.system.clock import seconds_text
-from lockstep.system.system import Component, Connection, Value
+from lockstep.system.component import Component, Value
+from lockstep.system.system import Connection
 
 _FRESH = "give the same, or --fresh {name} to begin {name} anew"
 _TIMING = {"period": "period", "offset": "offset"}

@@ -9,7 +9,7 @@ from lockstep.errors import InputError, compact
 from lockstep.plan.plan import Plan
 from lockstep.plan.schedule import whole_ticks
 from lockstep.system.clock import nanoseconds, seconds_text
-from lockstep.system.system import Component
+from lockstep.system.component import Component
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,8 @@ from lockstep.results.results_folder import make_folder
 from lockstep.results.run_record import write_manifest
 from lockstep.run.exchange import Exchange
 from lockstep.system.clock import seconds, seconds_text
-from lockstep.system.system import System, Value
+from lockstep.system.component import Value
+from lockstep.system.system import System
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,7 +17,8 @@ from lockstep.shadow.residual import residual_lines
 from lockstep.simulation import RunSummary, simulate
 from lockstep.ssp.step_times import Timing
 from lockstep.system.clock import nanoseconds, seconds
-from lockstep.system.system import Kind, System, Value
+from lockstep.system.component import Kind, Value
+from lockstep.system.system import System
 
 
 def add_run_options(parser: argparse.ArgumentParser) -> None:

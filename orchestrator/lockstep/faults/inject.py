@@ -9,7 +9,7 @@ import numpy as np
 
 from lockstep.faults.resolve import Group, Resolved
 from lockstep.fmi.slave import DTYPES, Buffer, Scalar, Slave
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 Call = Callable[[], int]
 Step = Callable[[float], None]

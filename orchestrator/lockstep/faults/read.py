@@ -13,7 +13,7 @@ from lockstep.errors import InputError, suggestion
 from lockstep.faults.scenario import Fault, Kind, Scenario
 from lockstep.fmi.safe_zip import open_file
 from lockstep.system.clock import nanoseconds, seconds_text
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _COMMON = ("name", "connection", "parameter", "kind", "from", "to", "at", "duration")

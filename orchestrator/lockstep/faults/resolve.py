@@ -19,7 +19,8 @@ from lockstep.plan.overrides import parse_value
 from lockstep.plan.plan import Plan
 from lockstep.plan.schedule import Schedule
 from lockstep.system.clock import seconds, seconds_text
-from lockstep.system.system import System, Value
+from lockstep.system.component import Value
+from lockstep.system.system import System
 
 _ARITHMETIC = ("bias", "scale", "noise", "quantisation", "spike", "nan")  # these need numbers
 _ABSOLUTE = ("stuck",)  # amounts that are values and not differences: the unit's offset counts

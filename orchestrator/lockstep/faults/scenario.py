@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 Kind = Literal["stuck", "bias", "scale", "noise", "dropout", "delay", "quantisation", "spike", "nan"]
 

@@ -16,7 +16,7 @@ from lockstep.fmi.log_callbacks import Log, Messages, take_message
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.scalar_calls import Scalars
 from lockstep.fmi.slave import ERROR, FATAL, Buffer, Scalar, returned
-from lockstep.system.system import Component, Value
+from lockstep.system.component import Component, Value
 
 _LOGGER = fmi1.fmi1CallbackLoggerTYPE(take_message)
 _NAMES = {"ExitInitializationMode": "InitializeSlave"}  # of what FMI 2.0 calls otherwise

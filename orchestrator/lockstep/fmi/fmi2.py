@@ -17,7 +17,7 @@ from lockstep.fmi.model_description import Description
 from lockstep.fmi.saved_state import restore_state, save_state
 from lockstep.fmi.scalar_calls import Scalars
 from lockstep.fmi.slave import DISCARD, ERROR, FATAL, WARNING, Buffer, Scalar, returned
-from lockstep.system.system import Component, Value
+from lockstep.system.component import Component, Value
 
 _LOGGER = fmi2.fmi2CallbackLoggerTYPE(take_message)
 _TERMINATED = 3  # fmi2StatusKind: fmi2Terminated

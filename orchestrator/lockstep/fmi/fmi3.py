@@ -15,7 +15,7 @@ from lockstep.fmi.log_callbacks import Log, Messages, take_message
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.saved_state import restore_state, save_state
 from lockstep.fmi.slave import DISCARD, ERROR, FATAL, WARNING, Buffer, Scalar, returned
-from lockstep.system.system import Component, Value
+from lockstep.system.component import Component, Value
 
 _EVENT, _END, _EARLY = range(3)  # what a step may ask for or do, in the order of fmi3DoStep's arguments
 _SETS = "present.npz"

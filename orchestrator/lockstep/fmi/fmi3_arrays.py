@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lockstep.fmi.model_description import Variable
 from lockstep.fmi.slave import DTYPES, ERROR, WARNING, Buffer, Scalar
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 _NATIVE: Mapping[str, type] = {
     "Float32": np.float32,

@@ -8,7 +8,7 @@ from lockstep.fmi.fmi3 import Fmi3Slave
 from lockstep.fmi.log_callbacks import Log
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.slave import Slave
-from lockstep.system.system import Component
+from lockstep.system.component import Component
 
 
 def instantiate(component: Component, description: Description, folder: Path, log: Log) -> Slave:

@@ -9,7 +9,7 @@ from typing import Any
 from lockstep.errors import RunError
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.safe_zip import open_file, open_zip
-from lockstep.system.system import Component
+from lockstep.system.component import Component
 
 
 class Library:

@@ -14,7 +14,7 @@ from fmpy.model_description import read_model_description
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmi.safe_zip import open_file, open_zip
 from lockstep.fmi.slave import Scalar
-from lockstep.system.system import Component
+from lockstep.system.component import Component
 from lockstep.system.units import BASES, Unit
 
 SSP_SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.fmi.slave import DTYPES, WARNING, Buffer, Scalar
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 Call = Callable[[], int]
 

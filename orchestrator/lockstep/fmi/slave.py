@@ -6,7 +6,7 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 # The types in which values travel. An Integer has 32 bits: all of FMI 1.0 and 2.0, and those of FMI 3.0 that fit.
 Scalar = Literal["Real", "Integer", "Boolean", "Int64", "UInt64", "String"]

@@ -8,7 +8,8 @@ from typing import cast
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
-from lockstep.system.system import Component, System, Value
+from lockstep.system.component import Component, Value
+from lockstep.system.system import System
 from lockstep.system.transformation import End, transferred
 from lockstep.system.units import checked_conversion
 

@@ -12,7 +12,8 @@ from lockstep.processes.isolation_policy import settle
 from lockstep.results.signal_patterns import Signal, select
 from lockstep.shadow.component import check_before, described, shadow_descriptions
 from lockstep.system.clock import nanoseconds
-from lockstep.system.system import System, Value
+from lockstep.system.component import Value
+from lockstep.system.system import System
 
 
 class Plan:

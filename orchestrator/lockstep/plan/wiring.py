@@ -8,7 +8,8 @@ from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.slave import Scalar
 from lockstep.plan.overrides import Override, component_parameters, resolve_overrides, unfed
 from lockstep.plan.transfer import Way
-from lockstep.system.system import Component, Connection, System, Value
+from lockstep.system.component import Component, Value
+from lockstep.system.system import Connection, System
 from lockstep.system.transformation import Conversion, End, Function, convert
 from lockstep.system.units import checked_conversion, known_unit
 

@@ -14,7 +14,8 @@ from pathlib import PurePosixPath
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import PLATFORMS, Description
 from lockstep.fmi.safe_zip import open_file, open_zip
-from lockstep.system.system import Component, System
+from lockstep.system.component import Component
+from lockstep.system.system import System
 
 BUILD_RECORD = "resources/build.json"  # our export leaves it, with the GUID of the FMU that it was made for
 _CODE = (".py", ".so")

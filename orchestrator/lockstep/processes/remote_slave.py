@@ -29,7 +29,7 @@ from lockstep.processes.pipe_messages import pack, read_message, write_all
 from lockstep.processes.shared_memory import PLACE, STEP, TIME, Shared, shared_file
 from lockstep.processes.string_transfer import RAW, first_encode, then_decode
 from lockstep.processes.watched_process import Limits, Process
-from lockstep.system.system import Component, Value
+from lockstep.system.component import Component, Value
 
 _LAST_STEP, _LAST_CALLS = 2.0, 10.0  # [s] for a step that nobody waits for any more, and for terminating
 

@@ -13,7 +13,7 @@ from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import Slave
 from lockstep.processes.remote_slave import RemoteSlave
 from lockstep.processes.watched_process import Limits
-from lockstep.system.system import Component
+from lockstep.system.component import Component
 
 
 def start_slave(component: Component, description: Description, folder: Path, log: Log, limits: Limits) -> Slave:

@@ -15,7 +15,8 @@ from typing import Any
 from lockstep.faults.scenario import Scenario
 from lockstep.fmi.model_description import Description
 from lockstep.system.clock import seconds
-from lockstep.system.system import Component, System, Value
+from lockstep.system.component import Component, Value
+from lockstep.system.system import System
 
 RUN = "run.toml"
 EVENTS = "events.jsonl"

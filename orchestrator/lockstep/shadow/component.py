@@ -15,8 +15,8 @@ from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW, Joined, join
 from lockstep.shadow.slave import ShadowedSlave, Tell
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds_text
-from lockstep.system.shadow_plan import DEFAULT_BLEND, Shadow
-from lockstep.system.system import Component, System
+from lockstep.system.component import DEFAULT_BLEND, Component, Shadow
+from lockstep.system.system import System
 
 
 def with_shadow(

@@ -13,8 +13,7 @@ from lockstep.fmi.slave import DTYPES, ERROR, FATAL, OK, SCALARS, WARNING, Buffe
 from lockstep.shadow.ports import SHADOW, Joined, Match
 from lockstep.shadow.values import Convert, Values, conversion
 from lockstep.system.clock import seconds, seconds_text
-from lockstep.system.shadow_plan import Shadow
-from lockstep.system.system import Value
+from lockstep.system.component import Shadow, Value
 
 Call = Callable[[], int]
 Tell = Callable[..., None]

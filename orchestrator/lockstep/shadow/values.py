@@ -8,8 +8,9 @@ from math import gcd
 import numpy as np
 
 from lockstep.fmi.slave import DTYPES, Buffer, Scalar
+from lockstep.shadow.blend import remaining, short
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW, Joined, Match
-from lockstep.system.shadow_plan import Shadow, remaining, short
+from lockstep.system.component import Shadow
 
 Convert = Callable[[Buffer], Buffer]
 

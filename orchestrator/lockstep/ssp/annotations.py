@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from lockstep.errors import InputError
 from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, NS, Element
 from lockstep.system.clock import nanoseconds
-from lockstep.system.system import Kind
+from lockstep.system.component import Kind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,7 +24,8 @@ from lockstep.ssp.step_times import Timing
 from lockstep.ssp.tree import Branch, Leaf, Place, Setting
 from lockstep.ssp.xml import MAIN, NS, Element, unique
 from lockstep.system.clock import nanoseconds
-from lockstep.system.system import Component, Connection, Connector, Feed, Kind, System, SystemInput, Value
+from lockstep.system.component import Component, Connector, Kind, Value
+from lockstep.system.system import Connection, Feed, System, SystemInput
 from lockstep.system.transformation import End, Hop, transferred
 from lockstep.system.units import Unit, known_unit
 

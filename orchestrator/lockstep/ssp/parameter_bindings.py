@@ -19,7 +19,7 @@ from lockstep.ssp.xml import (
     unique,
     validate,
 )
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 from lockstep.system.units import Unit
 
 _SET, _MAPPING = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mapping"

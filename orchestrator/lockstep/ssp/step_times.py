@@ -23,7 +23,7 @@ from lockstep.errors import InputError
 from lockstep.fmi.model_description import Description
 from lockstep.ssp.annotations import Told
 from lockstep.system.clock import nanoseconds, seconds_text
-from lockstep.system.system import Kind
+from lockstep.system.component import Kind
 
 
 def timing_of_run(run: Mapping[str, Any]) -> "Timing":

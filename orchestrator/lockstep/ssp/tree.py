@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from lockstep.ssp.annotations import Told
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 from lockstep.system.transformation import Hop
 from lockstep.system.units import Unit
 

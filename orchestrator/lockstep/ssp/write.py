@@ -13,7 +13,8 @@ from lockstep.fmi.model_description import read_description
 from lockstep.plan.overrides import parse_value, settable
 from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV
 from lockstep.system.clock import seconds_text
-from lockstep.system.system import Component, Connection, Connector, System, Value
+from lockstep.system.component import Component, Connector, Value
+from lockstep.system.system import Connection, System
 from lockstep.system.transformation import End, Entry, Table, convert
 from lockstep.system.units import BASES, Unit, known_unit
 

@@ -15,7 +15,8 @@ from lockstep.fmi.safe_zip import open_file
 from lockstep.ssp.package_members import package_entries
 from lockstep.ssp.write import PARAMETER_SET, add, literal, write_ssd, write_transformation, write_units
 from lockstep.ssp.xml import NS, SSC, SSD, SSM, SSV
-from lockstep.system.system import System, Value
+from lockstep.system.component import Value
+from lockstep.system.system import System
 from lockstep.system.transformation import Table
 from lockstep.system.units import Unit
 

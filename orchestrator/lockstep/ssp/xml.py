@@ -9,7 +9,7 @@ from lxml import etree  # type: ignore[import-untyped]
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import SSP_SCHEMAS
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 from lockstep.system.transformation import Entry, Hop, Table
 from lockstep.system.units import BASES, Unit
 

@@ -1,69 +1,13 @@
 """What is simulated: components, their parameters, and who is connected to whom, as frozen values."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
 
 from lockstep.errors import InputError, compact, suggestion
-from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds_text
+from lockstep.system.component import Component
 from lockstep.system.transformation import Hop, Table
 from lockstep.system.units import Unit
-
-if TYPE_CHECKING:
-    from lockstep.system.shadow_plan import Shadow
-
-Value = float | int | bool | str
-Kind = Literal["sampled", "continuous"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Connector:
-    """A port that a system file declares. The type is one of Real, Integer, Boolean, String, Enumeration.
-
-    `items` are those of the Enumeration that the file declares.
-    """
-
-    name: str
-    kind: str
-    type: str | None = None
-    items: Mapping[str, int] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Component:
-    """One FMU and when it is stepped. `parameters` also holds start values of inputs.
-
-    The outputs of a `sampled` component hold from the start of its step on, those of a `continuous` one are
-    true at the step's end. `units` are those the system file declares, by variable; the FMU's own come first.
-    `connectors` are None when nothing was declared, and then every port of the FMU may be connected.
-    """
-
-    name: str
-    source: Path  # the FMU; inside `archive`, if there is one
-    period: int  # [ns]
-    offset: int = 0  # [ns]
-    kind: Kind = "sampled"
-    parameters: Mapping[str, Value] = field(default_factory=dict)
-    units: Mapping[str, Unit] = field(default_factory=dict)
-    connectors: tuple[Connector, ...] | None = None
-    archive: Path | None = None  # the .ssp that holds the FMU
-    isolated: bool | None = None  # in a process of its own; None: `lockstep.processes.isolation_policy` decides
-    adapter: Adapter | None = None  # from the FMU to the ports of `stands_for`
-    stands_for: "Component | None" = None
-    shadow: "Shadow | None" = None  # rides along beside it
-
-    def __post_init__(self) -> None:
-        if not self.name or "." in self.name:
-            raise InputError(f"component name {self.name!r}: must not be empty nor hold a dot")
-        if self.period <= 0:
-            raise InputError(f"{self.name}: period {seconds_text(self.period)} s must be > 0")
-        if not 0 <= self.offset < self.period:
-            limits = f"[0, {seconds_text(self.period)}) s, the component's period"
-            raise InputError(f"{self.name}: offset {seconds_text(self.offset)} s must be in {limits}")
-        if self.kind not in ("sampled", "continuous"):
-            raise InputError(f"{self.name}: kind {self.kind!r} must be sampled or continuous")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,9 +11,10 @@ import pytest
 from lockstep import Component, Connection, System, read_signals, write_ssd
 from lockstep.__main__ import main
 from lockstep.fmi.model_description import Variable
+from lockstep.shadow.blend import remaining
 from lockstep.shadow.ports import Joined, Match
 from lockstep.shadow.values import Values
-from lockstep.system.shadow_plan import Shadow, remaining
+from lockstep.system.component import Shadow
 
 MS = 1_000_000
 SLOWER = """\

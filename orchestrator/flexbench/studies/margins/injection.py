@@ -14,7 +14,7 @@ from flexsat.fmu.export import build_fmu
 from flexsat.ports.units import UNITS
 from lockstep import Component, Connection, InputError, System, read_signals, simulate
 from lockstep.fmi.model_description import read_description
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 from .multisine import Multisine
 

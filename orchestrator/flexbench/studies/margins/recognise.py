@@ -14,7 +14,7 @@ from flexsat.parameters import CONFIGURATIONS
 from lockstep import InputError, System
 from lockstep.fmi.model_description import read_description
 from lockstep.plan.overrides import parse_value
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 from .analysis import AXES
 from .designed import Delays, DesignedLoop

@@ -14,7 +14,7 @@ import numpy as np
 from flexsat.arrays import Array, Complex
 from lockstep import InputError
 from lockstep.fmi.model_description import read_description
-from lockstep.system.system import Value
+from lockstep.system.component import Value
 
 from .analysis import Analysis, analyse
 from .destabilise import RealMargin, destabilising_delay

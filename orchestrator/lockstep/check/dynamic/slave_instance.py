@@ -18,7 +18,7 @@ from lockstep.errors import RunError
 from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
-from lockstep.system.system import Component, Value
+from lockstep.system.component import Component, Value
 
 _LONG = 10**6  # steps that are announced
 _numbers = count(1)

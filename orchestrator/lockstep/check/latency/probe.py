@@ -17,7 +17,8 @@ from lockstep.errors import InputError, RunError, compact, suggestion
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.safe_zip import unpacking_place
 from lockstep.plan.overrides import resolve_overrides
-from lockstep.system.system import Component, Kind, System, Value
+from lockstep.system.component import Component, Kind, Value
+from lockstep.system.system import System
 
 Verdict = Literal["agrees", "contradicted", "not confirmed", "not excited", "no claim"]
 NUMBERS = ("Real", "Integer", "Boolean")

@@ -12,39 +12,7 @@ curvature, which excites a flexible structure least. After T the original is in 
 shadow's loop alone, with a disturbance that passes. m forgets with half of blend as its time constant.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-from lockstep.errors import InputError
-from lockstep.system.clock import seconds_text
-
-if TYPE_CHECKING:
-    from lockstep.system.system import Component
-
-DEFAULT_BLEND = 5_000_000_000  # [ns]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Shadow:
-    """What rides along beside the component that holds this. Times in ns.
-
-    `component` has the shadow's own period; the component that holds it is stepped at the common divisor of both.
-    `outputs` are those of the original that others read, which is what the shadow has to have too.
-    """
-
-    component: Component
-    period: int  # of the original
-    outputs: tuple[str, ...]
-    hand_over: int | None = None  # None: it rides along to the end
-    blend: int = DEFAULT_BLEND
-
-    def __post_init__(self) -> None:
-        if self.hand_over is not None and self.hand_over < 0:
-            raise InputError(f"hand-over {seconds_text(self.hand_over)} s must be >= 0 s")
-        if self.blend < 0:
-            raise InputError(f"blend {seconds_text(self.blend)} s must be >= 0 s; 0 switches at once")
+from lockstep.system.component import Shadow
 
 
 def short(plan: Shadow) -> int:
