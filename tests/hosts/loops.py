@@ -85,7 +85,7 @@ class Loop:
 
 
 def contracts(late: Lateness, tick: int) -> dict[str, int]:
-    """Return a master's delays as those of connections in lockstep [ticks]; the plant's outputs are true a tick later."""
+    """Return a master's delays as those of connections in lockstep [ticks]; the plant's outputs are true a tick on."""
     to_fast, to_slow = round(late.to_fast * 1e9) // tick, round(late.to_slow * 1e9) // tick
     return {"plant sensors": 1, "sensors plant": 1, "sensors controller": to_slow, "controller plant": to_fast}
 

@@ -52,7 +52,7 @@ def rows(bench):
     )
 
 
-def test_ecos_agrees_once_its_delays_are_told(bench):
+def test_ecos_agrees_under_its_delays(bench):
     fine_pointing, slew = rows(bench)
 
     assert fine_pointing.agreement == "bitwise"

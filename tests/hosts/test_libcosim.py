@@ -44,7 +44,7 @@ def rows(bench):
     )
 
 
-def test_libcosim_agrees_bitwise_once_its_delays_are_told(bench):
+def test_libcosim_agrees_bitwise_under_its_delays(bench):
     assert [row.agreement for row in rows(bench)] == ["bitwise"]
 
 

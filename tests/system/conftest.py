@@ -52,7 +52,7 @@ def start_flexsat() -> Callable[..., "subprocess.Popen[str]"]:
 
 @pytest.fixture(scope="session")
 def python() -> RunScript:
-    """Return a function that runs a script in a fresh process with its arguments in `given`; its `result` comes back."""
+    """Return a function that runs a script in a fresh process, arguments in `given`, and returns its `result`."""
 
     def run(script: str, *arguments: object, timeout: float = 300.0) -> Any:
         text = f"import json, sys\nfrom pathlib import Path\ngiven = json.loads(sys.argv[1])\n{script}\n"

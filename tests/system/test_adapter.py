@@ -167,7 +167,7 @@ def excitation():
         "order-3",
     ],
 )
-def test_a_wrong_convention_is_told_by_name(vendor, tmp_path, excitation, adapter, fmu, message):
+def test_a_wrong_convention_is_named(vendor, tmp_path, excitation, adapter, fmu, message):
     (tmp_path / "vendor.toml").write_text(adapter)
     options = Namespace(fmu=vendor / fmu, adapter=tmp_path / "vendor.toml")
     verdict = check_adapter(options.fmu, read_adapter(options.adapter), excitation)
@@ -177,7 +177,7 @@ def test_a_wrong_convention_is_told_by_name(vendor, tmp_path, excitation, adapte
         line for line in printed if line.startswith(message)
     ]
     assert any(line.startswith(message) for line in printed), printed
-    assert verdict.right == result.startswith("right")
+    assert verdict.right == message.startswith("right")
 
 
 def test_a_controller_that_cannot_be_judged_is_refused_in_one_line(vendor, tmp_path, capsys):
@@ -214,7 +214,7 @@ def test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide(vendor, 
     assert check_adapter(fmu, read_adapter(path), excitation).right
 
 
-def test_a_draft_tells_units_that_nobody_declared(vendor, capsys):
+def test_a_draft_marks_units_that_the_fmu_does_not_declare(vendor, capsys):
     assert main(["adapt", str(vendor / "bare" / "vendor.fmu"), "--like", "controller:centralised"]) == 0
 
     result = capsys.readouterr()

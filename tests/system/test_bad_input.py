@@ -132,7 +132,7 @@ def by_component(python, system, tmp_path_factory):
 
 
 @pytest.mark.parametrize("what", BY_COMPONENT)
-def test_a_value_that_a_component_refuses_is_told_in_its_words(by_component, what):
+def test_a_value_that_a_component_refuses_is_reported_in_its_words(by_component, what):
     answer = by_component[what]
     assert_refused(answer, BY_COMPONENT[what][1])
 

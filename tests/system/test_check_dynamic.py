@@ -106,7 +106,7 @@ ANY_STEP = XML.replace('VariableCommunicationStepSize="false"', 'VariableCommuni
         (XML, ("INTEGRATES",), "warning"),  # from outside it cannot be distinguished from feedthrough
     ],
 )
-def test_a_short_step_tells_integration_from_feedthrough(tmp_path, xml, defects, status):
+def test_a_short_step_distinguishes_integration_from_feedthrough(tmp_path, xml, defects, status):
     found = checked(bad_fmu(tmp_path, *defects, xml=xml), only=["dynamic.latency"])["dynamic.latency"]
 
     assert found.status == status
@@ -115,7 +115,7 @@ def test_a_short_step_tells_integration_from_feedthrough(tmp_path, xml, defects,
     assert ("undeclared feedthrough within the step" in found.message) == (status == "warning")
 
 
-def test_a_declared_feedthrough_that_is_none_is_told(tmp_path):
+def test_a_declared_feedthrough_that_is_none_is_reported(tmp_path):
     xml = ANY_STEP.replace('index="5" dependencies=""', 'index="5" dependencies="1 2"', 1)
     path = bad_fmu(tmp_path, "ACCEPTS_ANY_STEP", "INTEGRATES", xml=xml)
 
@@ -240,7 +240,7 @@ def test_another_fmu_beside_it_is_named(tmp_path):
                         "estimate.mrp <- gyro.rate: 0 steps, feedthrough"}),
     ],
 )  # fmt: skip
-def test_ours_pass(fmus, component, answers):
+def test_flexsat_fmus_pass(fmus, component, answers):
     findings = checked(fmus / "distributed" / f"{component}.fmu")
 
     assert of_note(findings) == {}, findings

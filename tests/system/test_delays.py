@@ -4,11 +4,11 @@ import pytest
 
 pytestmark = pytest.mark.slow
 
-# A fine-pointing run with delays in the master [ticks of 1 ms] and those the controller is result [s]; RMS over the
+# A fine-pointing run with delays in the master [ticks of 1 ms] and compensated in the controller [s]; RMS over the
 # second half. The loop is in its limit cycle within a second, and the start's transient is over after ten.
 DELAYED = """
 import numpy as np
-from flexbench import histories
+from flexbench.runs import histories
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from lockstep import load_system, read_signals, simulate
 fmus, folder, name, cases = given
@@ -92,7 +92,7 @@ def test_fractions_of_a_sample_are_known_too(centralised):
 
 
 def test_a_measurement_of_three_ticks_ago_is_a_sample_of_five(centralised):
-    # Sampled at 0, 5, 10 ms: what a controller sees at 5 ms through 3 ticks was sampled at 0. With that delay as its parameter, it does better.
+    # sampled at 0, 5, 10 ms: what a controller sees at 5 ms through 3 ticks was sampled at 0
     assert centralised["fraction and age known"]["torque"] < 0.95 * centralised["fraction known"]["torque"]
 
 

@@ -160,7 +160,7 @@ def test_a_run_goes_on_in_the_middle_of_the_blend_bitwise(taken_over, flexsat, t
         np.testing.assert_array_equal(branch[name], values[rows], err_msg=name)
 
 
-def test_the_report_tells_residuals_and_the_loop_before_and_after(taken_over, capsys):
+def test_the_report_shows_residuals_and_the_loop_before_and_after(taken_over, capsys):
     assert main(["shadow", str(taken_over)]) == 0
     printed = capsys.readouterr().out
     result = json.loads((taken_over / "shadow.json").read_text())
@@ -202,7 +202,7 @@ def test_windows_that_do_not_fit_are_refused(taken_over, capsys):
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="the foreign controller is compiled with gcc")
-def test_a_foreign_controller_rides_along_at_its_own_rate_and_holds_the_attitude(flexsat, fmus, tmp_path, capsys):
+def test_a_foreign_shadow_at_its_own_rate_holds_the_attitude_after_switchover(flexsat, fmus, tmp_path, capsys):
     vendor_fmu(tmp_path)
     (tmp_path / "vendor.toml").write_text(ADAPTER)
     given = (
