@@ -25,7 +25,7 @@ FOLDERS = {
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),
-        *("checkpoint", "run", "ssp", "faults", "adapter", "plan", "shadow", "results", "processes", "fmi", "system"),
+        *("checkpoint", "run", "ssp", "faults", "plan", "shadow", "adapter", "results", "processes", "fmi", "system"),
         *("interrupt", "errors", "arrays"),
     ),
     "flexbench": (

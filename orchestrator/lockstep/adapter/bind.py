@@ -11,7 +11,7 @@ from lockstep.adapter.conversion import Conversion, convert, flag
 from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmi.model_description import Description, Variable
-from lockstep.plan.overrides import parse_value
+from lockstep.fmi.parameter_values import parse_value
 from lockstep.results.signal_patterns import matching
 from lockstep.system.adapter_file import Adapter, Entry
 from lockstep.system.component import Value

@@ -10,7 +10,7 @@ from lockstep.adapter.expressible import Inexpressible, Pair, pairs, quaternion_
 from lockstep.adapter.unit_names import UNITS
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description, Variable, read_description
-from lockstep.plan.overrides import component_parameters
+from lockstep.fmi.parameter_values import component_parameters
 from lockstep.results.signal_patterns import matching
 from lockstep.system.component import Component, Connector, Value
 from lockstep.system.system import Connection, System

@@ -14,7 +14,7 @@ from lockstep.check.static.archive_checks import archive, documentation, hygiene
 from lockstep.check.static.subject import Subject
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.model_description import PLATFORMS, Description, read_description, validation_problems
-from lockstep.plan.overrides import parse_value
+from lockstep.fmi.parameter_values import parse_value
 from lockstep.simulation import simulate
 from lockstep.system.clock import nanoseconds, seconds_text
 from lockstep.system.component import Component

@@ -14,8 +14,8 @@ from lockstep.faults import effects
 from lockstep.faults.effects import Effect
 from lockstep.faults.scenario import Fault, Scenario
 from lockstep.faults.targets import Target, fed_inputs, tunables
+from lockstep.fmi.parameter_values import parse_value
 from lockstep.fmi.slave import DTYPES, Scalar
-from lockstep.plan.overrides import parse_value
 from lockstep.plan.plan import Plan
 from lockstep.plan.schedule import Schedule
 from lockstep.system.clock import seconds, seconds_text

@@ -1,44 +1,17 @@
-"""Values of parameters and start values: their names, types, units and ranges, checked against the FMU."""
+"""Resolve overrides, as `--set` gives them, to variables of FMUs and values in their units."""
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import cast
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
-from lockstep.system.component import Component, Value
+from lockstep.fmi.parameter_values import parse_value, settable
+from lockstep.system.component import Value
 from lockstep.system.system import System
 from lockstep.system.transformation import End, transferred
-from lockstep.system.units import checked_conversion
 
 Override = Value | Sequence[Value]
-
-
-def component_parameters(component: Component, description: Description) -> dict[str, Value]:
-    """Return what the system file sets, in the FMU's types and units, or raise InputError."""
-    values: dict[str, Value] = {}
-    for name, value in component.parameters.items():
-        what = f"{component.name}.{name}"
-        variable = settable(component.name, name, description)
-        if name in component.units and variable.type == "Real":
-            gain, bias = checked_conversion(component.units[name], variable.unit, variable.relative, what)
-            given = parse_value(value, replace(variable, minimum=None, maximum=None), what)
-            value = gain * float(given) + bias  # the FMU's range is in the FMU's unit
-        values[name] = parse_value(value, variable, what)
-    return values
-
-
-def settable(component: str, name: str, description: Description) -> Variable:
-    """Return the variable that a value may be given to, or raise InputError."""
-    variable = description.variables.get(name)
-    if variable is None:
-        raise InputError(description.lacks(component, name, "parameter"))
-    if not variable.settable:
-        what = f"{component}.{name}: is the FMU's {variable.causality}"
-        raise InputError(f"{what}; only parameters and inputs can be set, and what has initial exact or approx")
-    return variable
 
 
 def resolve_overrides(
@@ -108,65 +81,3 @@ def _spread(key: str, value: Override, elements: Sequence[str], single: bool) ->
     if len(values) != len(elements):
         raise InputError(f"{key}: got {len(values)} values for {compact(elements)}")
     return values
-
-
-def parse_value(value: Value, variable: Variable, what: str) -> Value:
-    """Convert a value or its text to the declared type of a variable, or raise InputError."""
-    if hasattr(value, "item"):
-        value = cast(Value, value.item())  # a numpy scalar
-    wrong = InputError(f"{what}: {value!r} is not of its type {variable.native or variable.type}")
-    parsed: Value
-    match variable.type:
-        case "String":
-            if not isinstance(value, str):
-                raise wrong
-            return value
-        case "Boolean":
-            if isinstance(value, str) and value.strip().lower() in ("true", "false", "1", "0"):
-                return value.strip().lower() in ("true", "1")
-            if not isinstance(value, bool):
-                raise InputError(f"{wrong}; write true or false")
-            return value
-        case "Enumeration":
-            return _item(value, variable, what)
-        case "Real" | "Integer":
-            if isinstance(value, bool):
-                raise wrong
-            try:
-                parsed = float(value) if variable.type == "Real" else _whole(value, variable)
-            except ValueError:
-                raise wrong from None
-        case _:
-            raise InputError(f"{what}: values of type {variable.type} cannot be set; remove it")
-    if not math.isfinite(parsed):
-        raise InputError(f"{what}: {value!r} must be finite")
-    low, high = variable.minimum, variable.maximum
-    if (low is not None and parsed < low) or (high is not None and parsed > high):
-        limits = f"[{'-inf' if low is None else low}, {'inf' if high is None else high}]"
-        raise InputError(f"{what}: {value!r} is outside {limits}, which the FMU declares")
-    return parsed
-
-
-def _item(value: Value, variable: Variable, what: str) -> int:
-    """Return the number of an Enumeration's item, given by its name or number."""
-    items = variable.items
-    if isinstance(value, str) and value in items:
-        return items[value]
-    wrong = f"{what}: {value!r} is no item of its Enumeration; there are {compact(items)}"
-    try:
-        number = _whole(value, variable)
-    except ValueError:
-        raise InputError(wrong + suggestion(str(value), items)) from None
-    if isinstance(value, bool) or (items and number not in items.values()):
-        raise InputError(wrong)
-    return number
-
-
-def _whole(value: str | float | int, variable: Variable) -> int:
-    if isinstance(value, float) and not value.is_integer():
-        raise ValueError
-    whole = int(value)
-    low, high = variable.limits
-    if not low <= whole <= high:
-        raise ValueError
-    return whole

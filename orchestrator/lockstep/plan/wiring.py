@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import Description, Variable
+from lockstep.fmi.parameter_values import component_parameters
 from lockstep.fmi.slave import Scalar
-from lockstep.plan.overrides import Override, component_parameters, resolve_overrides, unfed
+from lockstep.plan.overrides import Override, resolve_overrides, unfed
 from lockstep.plan.transfer import Way
 from lockstep.system.component import Component, Value
 from lockstep.system.system import Connection, System

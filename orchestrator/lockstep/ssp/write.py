@@ -10,7 +10,7 @@ from lxml import etree  # type: ignore[import-untyped]
 
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import read_description
-from lockstep.plan.overrides import parse_value, settable
+from lockstep.fmi.parameter_values import parse_value, settable
 from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV
 from lockstep.system.clock import seconds_text
 from lockstep.system.component import Component, Connector, Value

@@ -6,7 +6,7 @@ import pytest
 
 from lockstep import Component, Connection, Connector, InputError, System, Unit
 from lockstep.fmi.model_description import Variable, read_description
-from lockstep.plan.overrides import parse_value
+from lockstep.fmi.parameter_values import parse_value
 from lockstep.plan.wiring import wire
 from lockstep.results.signal_patterns import select
 from lockstep.system.units import conversion

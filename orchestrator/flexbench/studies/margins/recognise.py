@@ -13,7 +13,7 @@ from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import CONFIGURATIONS
 from lockstep import InputError, System
 from lockstep.fmi.model_description import read_description
-from lockstep.plan.overrides import parse_value
+from lockstep.fmi.parameter_values import parse_value
 from lockstep.system.component import Value
 
 from .analysis import AXES
