@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from flexbench.cli.parser import main
+from flexbench.report.sections.shadow import section
 from flexbench.runs.run_folder import read_run
 from flexbench.studies.health.replay import replay
-from flexbench.studies.shadow import section
 from flexsat.fmu.export import build_fmu
 from flexsat.fmu.reproducible_zip import npz_bytes
 from flexsat.runtime.rotations import quaternion_from_mrp

@@ -8,11 +8,13 @@ from pathlib import Path
 
 from lockstep import InputError, load_system
 
+from ..html.text_table import format_table
 from ..runs.run_folder import read_run
-from ..studies.budget import sections as tell
 from ..studies.budget import split as split_study
+from ..studies.budget import tables
 from ..studies.budget.evaluate import LEVELS, Windows, compute_budget, steady_error
 from ..studies.budget.requirements import judge, read_requirements
+from ..studies.budget.result_file import write_budget
 
 
 def budget(options: argparse.Namespace) -> int:
@@ -33,18 +35,18 @@ def budget(options: argparse.Namespace) -> int:
         run = read_run(folder)
         history = steady_error(run, options.since)
         found = compute_budget(history, windows, levels)
-        verdicts = [judge(history, requirement) for requirement in requirements]
-        failed += sum(not verdict.met for verdict in verdicts)
-        path = tell.write_budget(found, verdicts, run, options.requirements)
+        assessments = [judge(history, requirement) for requirement in requirements]
+        failed += sum(not one.met for one in assessments)
+        path = write_budget(found, assessments, run, options.requirements)
         from ..figures import save_figure
         from ..figures.budget import budget_figure
 
         save_figure(budget_figure(history, found), folder / "figures", "budget")
         print(f"{run.configuration}, seed {run.seed}: {folder}")
-        print(tell.as_text(tell.header(found), tell.rows(found)))
-        print("\n".join(tell.notes(found)))
-        if verdicts:
-            print(tell.as_text(tell.VERDICTS, tell.verdict_rows(verdicts), left=3))
+        print(format_table(tables.header(found), tables.rows(found)))
+        print("\n".join(tables.notes(found)))
+        if assessments:
+            print(format_table(tables.ASSESSMENTS, tables.assessment_rows(assessments), left=3))
         print(path)
     if failed:
         print(f"flexsat: {failed} of {len(requirements) * len(options.results)} requirements fail", file=sys.stderr)
@@ -61,7 +63,7 @@ def _split(options: argparse.Namespace, windows: Windows, levels: tuple[float, .
         system, folder, options.seed, options.stop, windows, options.since, levels, options.jobs
     )
     print(f"{name}, seed {found.seed}, {found.stop:g} s, from t = {found.start:g} s: line of sight, RMS [arcsec]")
-    print(tell.as_text(split_study.HEADER, split_study.rows(found), left=1))
-    print(tell.SPLIT)
+    print(format_table(split_study.HEADER, split_study.rows(found), left=1))
+    print(tables.SPLIT)
     print(folder / split_study.RESULT)
     return 0

@@ -96,8 +96,10 @@ def paper(options: argparse.Namespace) -> int:
     build(CONFIGURATIONS, options.fmus)
     results = study.run_paper(options.fmus, options.out, chosen, seeds, options.duration, options.jobs)
     print(as_text(results))
-    print("\n".join(str(path) for path in study.draw_paper(options.out, chosen, seeds[0])))
-    print(study.report_paper(options.out, chosen, seeds[0]))
+    from ..report.paper_pages import draw_paper, report_paper  # with matplotlib, which other commands need not wait for
+
+    print("\n".join(str(path) for path in draw_paper(options.out, chosen, seeds[0])))
+    print(report_paper(options.out, chosen, seeds[0]))
     print(f"table.txt, table.md, table.csv, table.json and every run: {options.out}")
     return 0
 

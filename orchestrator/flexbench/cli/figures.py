@@ -12,7 +12,7 @@ from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError
 
 from ..figures.drawing import save_figure
-from ..figures.sets import design_figures, result_figures
+from ..figures.figure_lists import design_figures, result_figures
 
 
 def draw(options: argparse.Namespace) -> int:

@@ -21,6 +21,10 @@ def health(options: argparse.Namespace) -> int:
     """Fly seeds 1 to N, judge the estimator, print the table."""
     seeds = _seeds(options.seeds)
     found = run_health(options.system, options.out, seeds, options.stop, {}, options.jobs)
+    from ..figures.drawing import save_figure
+    from ..figures.health import estimator_health
+
+    save_figure(estimator_health(found), options.out / "figures", "estimator-health")
     _print(HEADER, table_rows(found))
     white = found.whiteness
     print(

@@ -18,8 +18,8 @@ from ..figures import save_figure
 from ..figures.margins import margin_figures
 from ..studies.margins.estimate import COHERENT
 from ..studies.margins.recognise import recognise, with_controller
-from ..studies.margins.sections import EXACT_HEADER, HEADER, Rows, exact_rows, explanation, margin_rows
 from ..studies.margins.study import Settings, read_study, run_study
+from ..studies.margins.tables import EXACT_HEADER, HEADER, Rows, exact_rows, explanation, margin_rows
 
 
 def margins(options: argparse.Namespace) -> int:

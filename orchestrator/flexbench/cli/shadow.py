@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 
+from ..html.text_table import format_table
 from ..runs.run_folder import read_run
-from ..studies.budget.sections import as_text
-from ..studies.shadow import sections as tell
+from ..studies.shadow import tables
 from ..studies.shadow.study import study
 
 
@@ -15,14 +15,14 @@ def shadow(options: argparse.Namespace) -> int:
     for folder in options.results:
         run = read_run(folder)
         found = study(run, options.since, options.window)
-        path = tell.write_study(found, run)
+        path = tables.write_study(found, run)
         from ..figures import save_figure
         from ..figures.shadow import shadow_figure
 
         figures = save_figure(shadow_figure(run.signals(), found), folder / "figures", "shadow")
         print(f"{run.configuration}, seed {run.seed}: {folder}")
-        print("\n".join(tell.summary(found)))
-        print(as_text(tell.RESIDUALS, tell.residual_rows(found)))
-        print(as_text(tell.loop_header(found), tell.loop_rows(found)))
+        print("\n".join(tables.summary(found)))
+        print(format_table(tables.RESIDUALS, tables.residual_rows(found)))
+        print(format_table(tables.loop_header(found), tables.loop_rows(found)))
         print("\n".join(map(str, (path, *figures))))
     return 0

@@ -8,9 +8,9 @@ from pathlib import Path
 from flexsat.parameters import RPM
 from lockstep import InputError
 
-from ..studies.budget.sections import as_text
-from ..studies.waterfall.sections import HEADER, flagged_rows, summary
+from ..html.text_table import format_table
 from ..studies.waterfall.sweep import RESULT, design_of, read_waterfall, sweep
+from ..studies.waterfall.tables import HEADER, flagged_rows, summary
 
 
 def waterfall(options: argparse.Namespace) -> int:
@@ -29,6 +29,6 @@ def waterfall(options: argparse.Namespace) -> int:
     if content is not None:
         print(summary(content))
         if flagged := flagged_rows(content):
-            print(as_text(HEADER, flagged, left=0))
+            print(format_table(HEADER, flagged, left=0))
     print("\n".join(map(str, [folder / RESULT, *paths])))
     return 0

@@ -3,9 +3,9 @@
 from .architecture import architecture_diagram
 from .campbell import campbell_diagram
 from .drawing import save_figure
+from .figure_lists import design_figures, result_figures, save_figures
 from .fine_pointing import fine_pointing_comparison
 from .modes import mode_shapes
-from .sets import design_figures, result_figures, save_figures, section
 from .slew import slew_comparison
 from .structure import structure_layout
 from .wheels import wheel_responses
@@ -19,7 +19,6 @@ __all__ = [
     "result_figures",
     "save_figure",
     "save_figures",
-    "section",
     "slew_comparison",
     "structure_layout",
     "wheel_responses",

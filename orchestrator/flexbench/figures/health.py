@@ -17,7 +17,7 @@ LEAST = 1e-3  # of the logarithmic axis: what lies below is drawn at its edge, w
 BLUE, VERMILLION, GREY = "#0072B2", "#D55E00", "0.55"
 
 
-def estimator_health(health: Health, title: str = "") -> Figure:
+def estimator_health(health: Health) -> Figure:
     """Draw four panels: NIS by sensor, NEES by state, NEES over time, autocorrelation of the innovations."""
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
@@ -27,8 +27,8 @@ def estimator_health(health: Health, title: str = "") -> Figure:
         _averages(panels[0, 1], health.error, f"normalised estimation error squared (NEES), {seeds}")
         _history(panels[1, 0], health)
         _whiteness(panels[1, 1], health)
-        if title:
-            figure.suptitle(title, fontsize=10)
+        title = f"{health.configuration}, seeds {health.seeds[0]} to {health.seeds[-1]}"
+        figure.suptitle(title, fontsize=10)
     return figure
 
 

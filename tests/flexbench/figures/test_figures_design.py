@@ -27,6 +27,7 @@ from flexbench.figures.structure import ARROW
 from flexbench.figures.wheels import equal_wheels
 from flexbench.html.document import Heading
 from flexbench.loop.systems import WIRES, build_system
+from flexbench.report.sections.design import section
 from flexbench.runs.run_folder import Run
 from flexbench.studies.waterfall.campbell import harmonic_deformation, imbalance_deformation, modal_frequencies
 from flexsat.design.chain import Design, Designs, build_designs
@@ -388,7 +389,7 @@ def test_runs_of_both_configurations_share_a_figure_and_others_do_not():
 
 
 def test_a_report_is_given_the_design_of_a_run_as_pictures():
-    heading, *pictures = figures.section(run_of("distributed"))
+    heading, *pictures = section(run_of("distributed"))
 
     assert isinstance(heading, Heading)
     assert [picture.file for picture in pictures] == [

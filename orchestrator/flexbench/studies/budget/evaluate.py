@@ -129,7 +129,7 @@ def sizes(values: Array, axis: AxisName) -> Array:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Entry:
+class BudgetEntry:
     """One index on one axis."""
 
     index: IndexName
@@ -139,7 +139,7 @@ class Entry:
     levels: Mapping[float, float]  # rad, by level
 
     def sampled_enough(self, level: float) -> bool:
-        """Whether a level is told by more values than the largest alone."""
+        """Whether the value at a level rests on more than the largest value alone."""
         return self.count * (1.0 - level) >= 1.0
 
 
@@ -151,9 +151,9 @@ class Budget:
     levels: Sequence[float]
     start: float  # s
     duration: float  # s
-    entries: Sequence[Entry]
+    entries: Sequence[BudgetEntry]
 
-    def entry(self, index: IndexName, axis: AxisName) -> Entry | None:
+    def entry(self, index: IndexName, axis: AxisName) -> BudgetEntry | None:
         """Return one entry, None if the run is too short for the index."""
         return next((entry for entry in self.entries if (entry.index, entry.axis) == (index, axis)), None)
 
@@ -177,7 +177,7 @@ def compute_budget(history: ErrorHistory, windows: Windows, levels: Sequence[flo
         for axis in AXES:
             size = sizes(values, axis)
             entries.append(
-                Entry(
+                BudgetEntry(
                     index=index,
                     axis=axis,
                     count=len(size),

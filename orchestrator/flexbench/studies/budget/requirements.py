@@ -68,8 +68,8 @@ class Requirement:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
-    """What a run does about a requirement."""
+class Assessment:
+    """The value that a run reaches for a requirement."""
 
     requirement: Requirement
     value: float  # in the requirement's unit
@@ -169,8 +169,8 @@ def _number(table: Mapping[str, Any], key: str, place: str, default: float | Non
     return float(value)
 
 
-def judge(history: ErrorHistory, requirement: Requirement) -> Verdict:
-    """Return the verdict of one requirement on a run's error.
+def judge(history: ErrorHistory, requirement: Requirement) -> Assessment:
+    """Assess a run's error against one requirement.
 
     Raises
     ------
@@ -185,6 +185,6 @@ def judge(history: ErrorHistory, requirement: Requirement) -> Verdict:
             " judged; simulate longer, or shorten its window, separation or observation"
         )
     size = sizes(values, requirement.axis)
-    return Verdict(
+    return Assessment(
         requirement=requirement, value=at_level(size, requirement.level) / UNITS[requirement.unit], count=len(size)
     )

@@ -13,7 +13,6 @@ do not is part of the result. Two rows are no runs of their own:
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +21,6 @@ from typing import Any
 import numpy as np
 
 from flexsat.arrays import Array
-from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ARCSECOND
 from flexsat.runtime.rotations import error_rotation, mrp_from_quaternion, quaternion_from_rotation_vector
 from lockstep import InputError
@@ -30,6 +28,7 @@ from lockstep import InputError
 from ...loop.scenarios import slew_profile
 from ...runs import histories
 from ...runs.jobs import Job, run_jobs
+from ...runs.json_file import read_json, write_json
 from ...runs.run_folder import Run, read_run
 from .evaluate import INDICES, LEVELS, Budget, ErrorHistory, Windows, compute_budget, since_default, steady_error
 
@@ -207,10 +206,10 @@ def write_split(split: Split, folder: Path) -> None:
             for name, budget in split.budgets.items()
         },
     }  # fmt: skip
-    write_atomically(folder / RESULT, (json.dumps(content, indent=2) + "\n").encode())
+    write_json(folder / RESULT, content)
 
 
 def read_split(folder: Path) -> Mapping[str, Any] | None:
     """Return what `write_split` left, None if there is none."""
-    path = folder / RESULT
-    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+    content: Mapping[str, Any] | None = read_json(folder / RESULT)
+    return content

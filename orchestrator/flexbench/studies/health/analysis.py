@@ -36,6 +36,7 @@ class Whiteness:
 class Health:
     """What several runs of one controller say of its estimator. Averages are per degree of freedom."""
 
+    configuration: str
     seeds: tuple[int, ...]
     innovation: Mapping[str, Average]  # NIS by group of measurements
     error: Mapping[str, Average]  # NEES by group of states, bounds for one independent sample a seed
@@ -92,6 +93,7 @@ def analyse(replays: Mapping[int, Replay], design: Design) -> Health:
     settled = {seed: _from(run, SETTLED) for seed, run in replays.items()}
     first = next(iter(settled.values()))
     return Health(
+        configuration=design.config.name,
         seeds=tuple(settled),
         innovation=_innovations(list(settled.values()), believed, design),
         error={name: _errors(list(settled.values()), believed, part) for name, part in state_groups(design).items()},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
@@ -16,6 +15,7 @@ from lockstep import InputError
 from lockstep.fmi.model_description import read_description
 from lockstep.system.component import Value
 
+from ...runs.json_file import read_json, write_json
 from .analysis import Analysis, analyse
 from .destabilise import RealMargin, destabilising_delay
 from .estimate import TOGETHER, MeasuredLoop, Replica, estimate_loop, measured_margins, merged
@@ -159,11 +159,7 @@ def run_study(
         content["measured"] = _measured(measured, margins, settings)
     if find_delay:
         content["real"] = asdict(_find_delay(loop, folder, say))
-    path = folder / FILE
-    partial = folder / f".{FILE}.partial"
-    partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    partial.replace(path)
-    return path
+    return write_json(folder / FILE, content, indent=1)
 
 
 def _find_delay(loop: Loop, folder: Path, say: Say) -> RealMargin:
@@ -179,7 +175,7 @@ def read_study(folder: Path) -> dict[str, Any]:
     path = folder / FILE
     if not path.is_file():
         raise InputError(f"{folder}: holds no {FILE}; `flexsat margins SYSTEM --out {folder}` makes it")
-    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    content: dict[str, Any] = read_json(path)
     return content
 
 

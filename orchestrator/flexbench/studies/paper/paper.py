@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from flexsat.design.chain import build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 
 from ...loop.scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
 from ...runs.jobs import Job, run_jobs
-from ...runs.run_folder import read_run
 from .published import Variant
 from .table import Key, Results, as_csv, as_json, as_markdown, as_text
 
@@ -66,29 +64,11 @@ def run_paper(
     return results
 
 
-def draw_paper(folder: Path, variants: Sequence[Variant], seed: int) -> list[Path]:
-    """Draw the figures of the design and of one seed's runs into `folder`/figures; return their paths."""
-    from ... import figures  # matplotlib takes a second to import: only those who draw pay
-
-    runs = [
-        read_run(run_folder(folder, variant, name, scenario, seed))
-        for variant in variants
-        for scenario in SCENARIOS
-        for name in CONFIGURATIONS
-    ]
-    designs = {name: build_designs(name) for name in CONFIGURATIONS}
-    drawn = figures.design_figures(designs) | figures.result_figures(runs)
-    return figures.save_figures(drawn, folder / "figures")
-
-
-def report_paper(folder: Path, variants: Sequence[Variant], seed: int) -> Path:
-    """Write `folder`/report.html, of the table, the figures and one seed's runs; return its path."""
-    from ...report import write_report
-
-    runs = [
+def one_seed_folders(folder: Path, variants: Sequence[Variant], seed: int) -> list[Path]:
+    """Return the results folders of one seed's runs."""
+    return [
         run_folder(folder, variant, name, scenario, seed)
         for variant in variants
         for scenario in SCENARIOS
         for name in CONFIGURATIONS
     ]
-    return write_report(runs, folder / "report.html", studies=[folder])[0]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from lockstep import InputError, read_signals
 from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
 from ...runs import histories
 from ...runs.jobs import Job, run_jobs
+from ...runs.json_file import write_json
 from ...runs.metrics import root_mean_square
 from ...runs.run_folder import Run, read_run
 
@@ -98,10 +98,7 @@ def run_robustness(
                 )
     run_jobs(list(plan.values()), processes)
     outcomes = [judge(read_run(job.folder), kind, level) for (_, kind, level, _), job in plan.items()]
-    path = folder / RESULT
-    partial = path.with_name(f".{RESULT}.partial")
-    partial.write_text(json.dumps([asdict(outcome) for outcome in outcomes], indent=2) + "\n", encoding="utf-8")
-    partial.replace(path)
+    write_json(folder / RESULT, [asdict(outcome) for outcome in outcomes])
     return outcomes
 
 

@@ -1,6 +1,5 @@
-"""A shadow controller judged: torque residuals, and the closed loop before and after the hand-over."""
+"""A shadow controller judged: torque residuals, and the closed loop before and after the switchover."""
 
-from .sections import section
 from .study import Study, study
 
-__all__ = ["Study", "section", "study"]
+__all__ = ["Study", "study"]

@@ -1,7 +1,6 @@
 """Deformation over wheel speed, from a sweep of co-simulations, and the crossings of the linear Campbell diagram."""
 
 from .crossings import Crossing, find_crossings
-from .sections import blocks_beside
 from .sweep import Waterfall, sweep
 
-__all__ = ["Crossing", "Waterfall", "blocks_beside", "find_crossings", "sweep"]
+__all__ = ["Crossing", "Waterfall", "find_crossings", "sweep"]

@@ -7,7 +7,6 @@ RMS. In a run of 20 s a mode at 4 Hz and half a percent of damping has reached n
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,11 +16,11 @@ import numpy as np
 
 from flexsat.arrays import Array
 from flexsat.design.chain import Design, build_designs
-from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import CONFIGURATIONS, RPM
 from lockstep import InputError, load_system, read_signals
 
 from ...runs.jobs import Job, run_jobs
+from ...runs.json_file import read_json, write_json
 from ..spectra.welch import estimate, noise_bandwidth
 from .campbell import imbalance_deformation, modal_frequencies
 from .crossings import Crossing, find_crossings
@@ -185,7 +184,7 @@ def write_waterfall(result: Waterfall, design: Design, folder: Path) -> None:
             for crossing, deformation in zip(result.crossings, by_wheel, strict=True)
         ],
     }
-    write_atomically(folder / RESULT, (json.dumps(content, indent=2) + "\n").encode())
+    write_json(folder / RESULT, content)
 
 
 def crossing_deformation(design: Design, crossing: Crossing) -> float | None:
@@ -198,5 +197,5 @@ def crossing_deformation(design: Design, crossing: Crossing) -> float | None:
 
 def read_waterfall(folder: Path) -> Mapping[str, Any] | None:
     """Return what `write_waterfall` left in a folder, None if there is none."""
-    path = folder / RESULT
-    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+    content: Mapping[str, Any] | None = read_json(folder / RESULT)
+    return content

@@ -12,12 +12,13 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from flexbench.figures.budget import budget_figure
+from flexbench.html.text_table import format_table
 from flexbench.runs.run_folder import Run
 from flexbench.studies.budget import ErrorHistory, Windows, compute_budget, judge, read_requirements
 from flexbench.studies.budget import indices as subject
 from flexbench.studies.budget.evaluate import since_default
-from flexbench.studies.budget.sections import as_text, notes, rows, verdict_rows
 from flexbench.studies.budget.split import OFF, SOURCES, plan_runs
+from flexbench.studies.budget.tables import assessment_rows, notes, rows
 from flexsat.parameters import ARCSECOND
 from flexsat.runtime.rotations import error_angle, error_rotation
 from lockstep import InputError
@@ -207,9 +208,9 @@ def test_requirements_pass_and_fail_at_their_limit(tmp_path: Path):
 
     assert [verdict.met for verdict in verdicts] == [True, False, False]
     assert_allclose([v.value for v in verdicts], [3.0, 3.0, 3e6 * ARCSECOND], rtol=1e-12)
-    told = verdict_rows(verdicts)
+    told = assessment_rows(verdicts)
     assert [row[-1] for row in told] == ["pass", "FAIL", "FAIL"]
-    assert len({len(line) for line in as_text(tuple("abcdefghi"), told).splitlines()[1:]}) == 1
+    assert len({len(line) for line in format_table(tuple("abcdefghi"), told).splitlines()[1:]}) == 1
 
 
 @pytest.mark.parametrize(

@@ -9,15 +9,17 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from flexbench.figures.drawing import save_figure
 from flexbench.figures.health import estimator_health
 from flexbench.loop.build import release
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
+from flexbench.report.sections.health import section
 from flexbench.runs.run_folder import read_run
 from flexbench.studies.health.analysis import SETTLED, analyse, measurement_groups, state_groups
 from flexbench.studies.health.covariance import belief
 from flexbench.studies.health.replay import MEASURED, Replay, replay
 from flexbench.studies.health.statistics import autocorrelation, average, normalised, portmanteau, whiteness_bound
-from flexbench.studies.health.study import section, table_rows, write_health
+from flexbench.studies.health.study import table_rows, write_health
 from flexsat.design.chain import build_designs
 from flexsat.design.estimator import measurement_noise, process_covariance
 from lockstep import InputError, load_system, simulate
@@ -169,11 +171,12 @@ def test_the_real_filter_is_right_about_encoders_and_cautious_about_the_rest(run
 def test_results_and_section_tell_the_same(runs, tmp_path):
     run = read_run(runs / "1")
     found = analyse({1: replay(run)}, run.design)
-    write_health(found, run, tmp_path)
+    write_health(found, tmp_path)
     told = json.loads((tmp_path / "health.json").read_text())
     assert told["seeds"] == [1]
     assert told["nis"]["gyros"]["average"] == found.innovation["gyros"].value
-    assert (tmp_path / "figures" / "estimator-health.svg").stat().st_size > 1000
+    svg = save_figure(estimator_health(found), tmp_path / "figures", "estimator-health")[1]
+    assert svg.stat().st_size > 1000
     assert section(run)[2].rows == table_rows(found)
     assert "were not recorded" in section(read_run(runs / "bare"))[1].text
 

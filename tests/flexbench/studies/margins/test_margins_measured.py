@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose
 
 from flexbench.figures.margins import margin_figures, nichols_chart, sensitivity_singular_values
 from flexbench.html.document import Heading, Paragraph, Picture, Table, as_html
+from flexbench.report.sections.margins import section
 from flexbench.runs.run_folder import Run
-from flexbench.studies.margins import section
 from flexbench.studies.margins.destabilise import WINDOW, growth_of
 from flexbench.studies.margins.estimate import (
     COHERENT,
@@ -25,8 +25,8 @@ from flexbench.studies.margins.estimate import (
 from flexbench.studies.margins.injection import _drift
 from flexbench.studies.margins.multisine import design_multisine
 from flexbench.studies.margins.response import loop_margins
-from flexbench.studies.margins.sections import exact_rows, margin_rows
 from flexbench.studies.margins.study import FILE, Curve, curves, zoomed_lines
+from flexbench.studies.margins.tables import exact_rows, margin_rows
 
 SAMPLE = 0.01  # s
 

@@ -10,10 +10,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexbench.figures.waterfall import allowed_bands, waterfall_figure
-from flexbench.studies.waterfall import Waterfall, blocks_beside, find_crossings
+from flexbench.report.sections.waterfall import waterfall_blocks
+from flexbench.studies.waterfall import Waterfall, find_crossings
 from flexbench.studies.waterfall.campbell import modal_frequencies
-from flexbench.studies.waterfall.sections import flagged_rows
 from flexbench.studies.waterfall.sweep import crossing_deformation, predict, write_waterfall
+from flexbench.studies.waterfall.tables import flagged_rows
 from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import RPM
 
@@ -99,7 +100,7 @@ def test_the_figure_marks_flagged_crossings_and_draws_measured_over_linear(desig
 
 
 def test_a_sweep_is_told_beside_its_run(tmp_path: Path, design: Design):
-    assert blocks_beside(tmp_path / "run") == []
+    assert waterfall_blocks(tmp_path / "run") == []
     nominal = float(design.response.nominal.min())
     grid = np.array([0.9, 1.1]) * nominal
     crossings = find_crossings(grid, np.full((1, 2), nominal), design.response.nominal, design.config.wheel.speed_band)
@@ -108,4 +109,4 @@ def test_a_sweep_is_told_beside_its_run(tmp_path: Path, design: Design):
     content = json.loads((tmp_path / "waterfall" / "waterfall.json").read_text())
     (row,) = flagged_rows(content)
     assert row[0] == f"{nominal / RPM:.1f}"
-    assert len(blocks_beside(tmp_path / "run")) == 3
+    assert len(waterfall_blocks(tmp_path / "run")) == 3

@@ -1,17 +1,15 @@
-"""A shadow's study as rows of text, as a file, and as a section of a report."""
+"""The study of a shadow controller as rows of text and as a file."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 
-from flexsat.fmu.reproducible_zip import write_atomically
-from lockstep.shadow.residual import has_shadow, total_rms
+from lockstep.shadow.residual import total_rms
 
-from ...html.document import Block, Heading, Paragraph, Picture, Table
+from ...runs.json_file import write_json
 from ...runs.run_folder import Run
-from .study import MEASURES, Study, Window, study
+from .study import MEASURES, Study, Window
 
 RESULT = "shadow.json"
 RESIDUALS = ("output", "unit", "residual RMS", "largest", "bias", "original RMS", "share", "correlation", "later by")
@@ -94,31 +92,4 @@ def write_study(found: Study, run: Run) -> Path:
             for name, window in _windows(found)
         },
     }
-    path = run.folder / RESULT
-    write_atomically(path, (json.dumps(content, indent=2) + "\n").encode())
-    return path
-
-
-def section(run: Run) -> list[Block]:
-    """Return what a report shows; nothing for a run without a shadow.
-
-    Raises
-    ------
-    InputError
-        If the run is too short, or a signal was not recorded.
-    """
-    if not has_shadow(run.folder):
-        return []
-    from ...figures.drawing import svg_text
-    from ...figures.shadow import shadow_figure
-
-    found = study(run)
-    svg = svg_text(shadow_figure(run.signals(), found), "shadow")
-    return [
-        Heading(2, "Shadow controller"),
-        Paragraph(" ".join(summary(found))),
-        Table(loop_header(found), loop_rows(found), code=frozenset()),
-        Picture(svg, "shadow.svg", "Torque of the original and of the shadow, their residual, and the pointing error"),
-        Table(RESIDUALS, residual_rows(found)),
-        Paragraph(f"Seed {run.seed}. {NOTE}"),
-    ]
+    return write_json(run.folder / RESULT, content)

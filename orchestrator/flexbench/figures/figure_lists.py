@@ -1,4 +1,4 @@
-"""Which figures there are of a design, and of some runs."""
+"""Lists of the figures of a design and of runs, each drawn when it is asked for."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from flexbench.html.document import Block, Heading, Picture
 from flexbench.loop.systems import build_system
 from flexbench.runs.run_folder import Run
 from flexsat.closed_loop import PORTS, port_values
@@ -20,7 +19,7 @@ from lockstep.faults.windows import fault_windows
 
 from .architecture import architecture_diagram
 from .campbell import campbell_diagram
-from .drawing import save_figure, svg_text
+from .drawing import save_figure
 from .faults import shade_faults
 from .fine_pointing import fine_pointing_comparison
 from .modes import mode_shapes
@@ -122,22 +121,3 @@ def _signals(
     group: Mapping[tuple[ConfigurationName, bool], Run], *, open_loop: bool
 ) -> dict[ConfigurationName, Signals]:
     return {name: run.signals() for (name, opened), run in group.items() if opened == open_loop}
-
-
-def section(run: Run) -> list[Block]:
-    """Return the design that a run flew, for a report: structure, chosen wheel speeds, architecture."""
-    designs = run.designs
-    name = run.configuration
-    design = {name: designs.corrected}
-    pictures = {
-        f"structure-{name}": ("Structure, wheels and sensors", structure_layout(design)),
-        f"wheel-responses-{name}": ("Response of each wheel, and its chosen speed", wheel_responses(designs.corrected)),
-        f"architecture-{name}": ("Architecture and schedule", architecture(designs)),
-    }
-    return [
-        Heading(2, "Design"),
-        *(
-            Picture(svg=svg_text(figure, stem), file=f"{stem}.svg", description=told)
-            for stem, (told, figure) in pictures.items()
-        ),
-    ]

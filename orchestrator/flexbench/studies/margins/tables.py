@@ -1,22 +1,12 @@
-"""Tell what a study of margins found: rows of tables, and the section of a report."""
+"""The results of a study of margins as rows of text, and what they mean."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
 from math import log10
 from typing import Any
 
-from flexbench.html.document import Block, Heading, Paragraph, Picture, Table
-from flexbench.runs.run_folder import Run
-from flexsat.design.chain import build_design
-from flexsat.parameters import ConfigurationName, configuration
-
-from .designed import DesignedLoop
 from .estimate import COHERENT, CONFIDENCE, TOGETHER
-from .stability import delay_margin
-from .study import FILE, read_study
 
 EXACT_HEADER = ("all inputs of the plant together", "margin")
 HEADER = ("loop", "gain", "phase", "delay", "disk", "left out")
@@ -74,37 +64,6 @@ def explanation(content: Mapping[str, Any]) -> str:
             "there, with longer periods."
         )
     return text
-
-
-def section(run: Run) -> list[Block]:
-    """Return the report's section: the study in the run's folder, or the delay margin alone and how to get the rest."""
-    heading = Heading(2, "Margins")
-    if not (run.folder / FILE).is_file():
-        margin = _designed_delay_margin(run.configuration, run.as_published)
-        text = (
-            f"Delay margin of the design at the plant's input, all wheels together, exact: {margin * 1e3:.2f} ms. "
-            f"`flexsat margins SYSTEM --out {run.folder}` finds gain, phase and disk margins, and measures them "
-            "through the FMUs."
-        )
-        return [heading, Paragraph(text)]
-    content = read_study(run.folder)
-    blocks: list[Block] = [heading, Paragraph(explanation(content))]
-    if exact_rows(content):
-        blocks.append(Table(EXACT_HEADER, exact_rows(content), frozenset()))
-    blocks.append(Table(HEADER, margin_rows(content), frozenset()))
-    from flexbench.figures.margins import margin_figures  # matplotlib takes a second to import
-
-    for name, figure in margin_figures(content, COHERENT).items():
-        drawn = io.StringIO()
-        figure.savefig(drawn, format="svg", metadata={"Date": None, "Creator": None})
-        svg = drawn.getvalue()
-        blocks.append(Picture(svg[svg.index("<svg") :], f"{name}.svg", name))
-    return blocks
-
-
-@lru_cache(maxsize=4)
-def _designed_delay_margin(name: ConfigurationName, as_published: bool) -> float:
-    return delay_margin(DesignedLoop(design=build_design(configuration(name), as_published)).at)
 
 
 def _cells(margins: Mapping[str, Any], uncertainty: Mapping[str, float]) -> Sequence[str]:

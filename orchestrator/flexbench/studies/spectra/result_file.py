@@ -1,30 +1,23 @@
-"""Spectra of a results folder: spectra.json, figures, and what a report shows of them."""
+"""Spectra of a run as a file, spectra.json, and as rows of text."""
 
 from __future__ import annotations
 
-import io
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from flexsat.fmu.reproducible_zip import write_atomically
-
-from ...html.document import Block, Heading, Paragraph, Picture, Table
+from ...runs.json_file import write_json
 from ...runs.run_folder import Run
-from .channels import CHANNELS, DEFINITIONS, Channel, RunSpectra, run_spectra
+from .channels import CHANNELS, DEFINITIONS, Channel, RunSpectra
 from .welch import Spectrum
 
 RESULT = "spectra.json"
 HEADER = ("quantity", "RMS", "unit", "mean", "strongest line", "half of the power below")
 
 
-def write_spectra(result: RunSpectra, run: Run) -> list[Path]:
-    """Leave spectra.json, and the figure as PNG and SVG under figures/; return the paths."""
-    from ...figures.drawing import save_figure
-    from ...figures.spectra import spectra_figure
-
+def write_spectra(result: RunSpectra, run: Run) -> Path:
+    """Write spectra.json to the results folder; return its path."""
     content: dict[str, Any] = {
         "configuration": run.configuration,
         "seed": run.seed,
@@ -46,10 +39,7 @@ def write_spectra(result: RunSpectra, run: Run) -> list[Path]:
             "frequency": spectrum.frequency.tolist(),
             "density": spectrum.total.tolist(),
         }
-    path = run.folder / RESULT
-    write_atomically(path, (json.dumps(content) + "\n").encode())
-    figure = spectra_figure(result, run.design)
-    return [path, *save_figure(figure, run.folder / "figures", "spectra")]
+    return write_json(run.folder / RESULT, content, indent=None)
 
 
 def rows(result: RunSpectra) -> list[tuple[str, ...]]:
@@ -73,27 +63,3 @@ def _row(channel: Channel, spectrum: Spectrum) -> tuple[str, ...]:
         f"{line:.2f} Hz",
         f"{half:.2f} Hz",
     )
-
-
-def section(run: Run) -> list[Block]:
-    """Return what a report shows; raise InputError if the run is too short or lacks a signal."""
-    from ...figures.spectra import spectra_figure
-
-    result = run_spectra(run)
-    method = result.spectra[CHANNELS[0].name].method
-    drawn = io.StringIO()
-    spectra_figure(result, run.design).savefig(drawn, format="svg", metadata={"Date": None, "Creator": None})
-    svg = drawn.getvalue()
-    blocks: list[Block] = [
-        Heading(2, "Spectra"),
-        Paragraph(
-            f"From t = {result.start:g} s, over {result.duration:g} s, seed {run.seed}. {method.describe()}"
-            " Cumulative: from one periodogram of the whole history, without a window, so that it ends at the RMS."
-        ),
-        Table(HEADER, rows(result), code=frozenset()),
-        Picture(svg[svg.index("<svg") :], "spectra.svg", "Densities and cumulative spectra"),
-        Paragraph(DEFINITIONS),
-    ]
-    from ..waterfall import blocks_beside
-
-    return [*blocks, *blocks_beside(run.folder)]

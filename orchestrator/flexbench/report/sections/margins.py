@@ -1,0 +1,43 @@
+"""The report's section on stability margins."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from flexbench.figures.drawing import svg_text
+from flexbench.figures.margins import margin_figures
+from flexbench.html.document import Block, Heading, Paragraph, Picture, Table
+from flexbench.runs.run_folder import Run
+from flexbench.studies.margins.designed import DesignedLoop
+from flexbench.studies.margins.estimate import COHERENT
+from flexbench.studies.margins.stability import delay_margin
+from flexbench.studies.margins.study import FILE, read_study
+from flexbench.studies.margins.tables import EXACT_HEADER, HEADER, exact_rows, explanation, margin_rows
+from flexsat.design.chain import build_design
+from flexsat.parameters import ConfigurationName, configuration
+
+
+def section(run: Run) -> list[Block]:
+    """Return the study in the run's folder; without one the design's delay margin, and the command for the rest."""
+    heading = Heading(2, "Margins")
+    if not (run.folder / FILE).is_file():
+        margin = _designed_delay_margin(run.configuration, run.as_published)
+        text = (
+            f"Delay margin of the design at the plant's input, all wheels together, exact: {margin * 1e3:.2f} ms. "
+            f"`flexsat margins SYSTEM --out {run.folder}` finds gain, phase and disk margins, and measures them "
+            "through the FMUs."
+        )
+        return [heading, Paragraph(text)]
+    content = read_study(run.folder)
+    blocks: list[Block] = [heading, Paragraph(explanation(content))]
+    if exact_rows(content):
+        blocks.append(Table(EXACT_HEADER, exact_rows(content), frozenset()))
+    blocks.append(Table(HEADER, margin_rows(content), frozenset()))
+    for name, figure in margin_figures(content, COHERENT).items():
+        blocks.append(Picture(svg_text(figure, name), f"{name}.svg", name))
+    return blocks
+
+
+@lru_cache(maxsize=4)
+def _designed_delay_margin(name: ConfigurationName, as_published: bool) -> float:
+    return delay_margin(DesignedLoop(design=build_design(configuration(name), as_published)).at)
