@@ -9,8 +9,8 @@ from typing import Any
 
 from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
-from lockstep.cli.shadow_options import shadow_as_before
 from lockstep.errors import InputError
+from lockstep.shadow.component import with_isolation, with_shadow
 from lockstep.ssp.load import load_system
 from lockstep.ssp.step_times import timing_of_run
 from lockstep.system.clock import nanoseconds
@@ -42,9 +42,17 @@ def system_of(run: Mapping[str, Any]) -> System:
         system = system.with_period(name, nanoseconds(entry["period"], f"period of {name}"))
         system = system.with_isolation(name, entry["isolated"])
         if "shadow" in entry:
-            system = shadow_as_before(system, name, entry["shadow"])
+            system = _with_shadow_of_run(system, name, entry["shadow"])
     pairs = Counter((entry["from"], entry["to"]) for entry in run["latency"])
     for entry in run["latency"]:
         if pairs[entry["from"], entry["to"]] == 1:  # several: then they are those of the file
             system = system.with_delay(entry["from"], entry["to"], entry["delay"])
     return system
+
+
+def _with_shadow_of_run(system: System, name: str, entry: Mapping[str, Any]) -> System:
+    """Return the system with the shadow that run.toml describes for a component."""
+    adapter = read_adapter(Path(entry["adapter"])) if "adapter" in entry else None
+    over = nanoseconds(entry["hand_over"], "hand-over") if "hand_over" in entry else None
+    system = with_shadow(system, name, Path(entry["source"]), adapter, over, nanoseconds(entry["blend"], "blend"))
+    return with_isolation(system, entry["name"], entry["isolated"])

@@ -9,10 +9,11 @@ from pathlib import Path
 from lockstep.adapter.component import with_replacements
 from lockstep.cli.checkpoint_options import add_checkpoint_options, begin_told, checkpoints_told, print_summary
 from lockstep.cli.progress import show_progress
-from lockstep.cli.shadow_options import add_shadow_options, isolate, record_as_told, shadow_as_told
+from lockstep.cli.shadow_options import add_shadow_options, record_as_told, shadow_as_told
 from lockstep.errors import InputError, compact
 from lockstep.faults.read import read_scenario
 from lockstep.run.real_time_pacing import pacer_given
+from lockstep.shadow.component import with_isolation
 from lockstep.shadow.residual import residual_lines
 from lockstep.simulation import RunSummary, simulate
 from lockstep.ssp.step_times import Timing
@@ -95,7 +96,7 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
     system = with_replacements(system, options.replace, options.adapter)
     system = with_periods(with_delays(system, options.delay), options.period)
     system = shadow_as_told(options, system)
-    system = with_isolation(system, options.isolate, options.share_process)
+    system = with_processes(system, options.isolate, options.share_process)
     folder = options.out or Path("results", folder_name(system.name))
     if options.stop is not None:
         nanoseconds(options.stop, "--stop")
@@ -151,12 +152,12 @@ def with_periods(system: System, texts: Iterable[str]) -> System:
     return system
 
 
-def with_isolation(system: System, isolated: Iterable[str], shared: Iterable[str]) -> System:
+def with_processes(system: System, isolated: Iterable[str], shared: Iterable[str]) -> System:
     """Return the system with components, given by name, in processes of their own or in the master's."""
     for name in isolated:
-        system = isolate(system, name, True)
+        system = with_isolation(system, name, True)
     for name in shared:
-        system = isolate(system, name, False)
+        system = with_isolation(system, name, False)
     return system
 
 

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from lockstep.adapter.read import read_adapter
 from lockstep.errors import InputError
@@ -44,26 +41,8 @@ def shadow_as_told(options: argparse.Namespace, system: System) -> System:
     return with_shadow(system, match[1], Path(match[2]), adapter, over, blend)
 
 
-def shadow_as_before(system: System, name: str, told: Mapping[str, Any]) -> System:
-    """Return the system with the shadow of an earlier run, as its run.toml tells of it."""
-    adapter = read_adapter(Path(told["adapter"])) if "adapter" in told else None
-    over = nanoseconds(told["hand_over"], "hand-over") if "hand_over" in told else None
-    system = with_shadow(system, name, Path(told["source"]), adapter, over, nanoseconds(told["blend"], "blend"))
-    return isolate(system, told["name"], told["isolated"])
-
-
 def record_as_told(options: argparse.Namespace, system: System) -> list[str] | None:
     """Return the patterns to record: those asked for, and always what a shadow is judged by."""
     if options.record is None:
         return None
     return [*options.record, *(pattern for component in system.components for pattern in recorded(component))]
-
-
-def isolate(system: System, name: str, isolated: bool) -> System:
-    """Return the system with a component or a shadow, by name, in a process of its own or in the master's."""
-    for holder in system.components:
-        if holder.shadow is not None and holder.shadow.component.name == name:
-            shadow = replace(holder.shadow, component=replace(holder.shadow.component, isolated=isolated))
-            changed = replace(holder, shadow=shadow)
-            return replace(system, components=tuple(changed if c is holder else c for c in system.components))
-    return system.with_isolation(name, isolated)

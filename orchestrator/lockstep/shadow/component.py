@@ -161,3 +161,13 @@ def with_shadows(system: System, slaves: Mapping[str, Slave], tell: Tell) -> dic
             slave = ShadowedSlave(slave, shadow, joined_ports(component), plan, plan.component.offset, tell)
         found[component.name] = slave
     return found
+
+
+def with_isolation(system: System, name: str, isolated: bool) -> System:
+    """Return the system with a component or a shadow, by name, in a process of its own or in the master's."""
+    for holder in system.components:
+        if holder.shadow is not None and holder.shadow.component.name == name:
+            shadow = replace(holder.shadow, component=replace(holder.shadow.component, isolated=isolated))
+            changed = replace(holder, shadow=shadow)
+            return replace(system, components=tuple(changed if c is holder else c for c in system.components))
+    return system.with_isolation(name, isolated)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from lockstep import Component, Connection, System, read_signals, simulate
-from lockstep.cli.shadow_options import isolate
 from lockstep.fmi.model_description import read_description
-from lockstep.shadow.component import with_shadow
+from lockstep.shadow.component import with_isolation, with_shadow
 
 MS = 1_000_000
 GIVEN = {"String": "90°", "Boolean": True}
@@ -36,7 +35,7 @@ def test_a_shadow_of_all_types_changes_nothing_when_it_takes_over(reference_fmu,
         ),
     )
     simulate(system, tmp_path / "alone")
-    shadowed = isolate(with_shadow(system, "first", fmu, None, 4 * MS, 2 * MS), "first_shadow", isolated)
+    shadowed = with_isolation(with_shadow(system, "first", fmu, None, 4 * MS, 2 * MS), "first_shadow", isolated)
     simulate(shadowed, tmp_path / "shadowed")
     alone, run = read_signals(tmp_path / "alone"), read_signals(tmp_path / "shadowed")
 
