@@ -29,10 +29,10 @@ from ..studies.paper.table import as_text
 
 def build(names: Sequence[ConfigurationName], folder: Path, *, flat: bool = False) -> int:
     """Build FMUs, systems and what documents them, a line each."""
-    from ..loop.build import release  # with matplotlib, which other commands need not wait for
+    from ..loop.build import build_all  # with matplotlib, which other commands need not wait for
 
     started = perf_counter()
-    release(names, folder, flat=flat)
+    build_all(names, folder, flat=flat)
     print(f"built in {perf_counter() - started:.1f} s")
     return 0
 

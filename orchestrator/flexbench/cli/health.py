@@ -12,7 +12,7 @@ from rich.table import Table
 from flexsat.parameters import CONFIGURATIONS, configuration
 from lockstep import InputError
 
-from ..loop.build import release
+from ..loop.build import build_all
 from ..studies.health.study import HEADER, RESULT, run_health, table_rows
 from ..studies.robustness import frequency_errors as frequency
 
@@ -42,7 +42,7 @@ def robustness(options: argparse.Namespace) -> int:
     frequency.check_plan(levels, options.stop)  # before anything is built
     missing = tuple(name for name in names if not (options.fmus / name / f"{options.scenario}.ssd").is_file())
     if missing:
-        release(missing, options.fmus)
+        build_all(missing, options.fmus)
     modes = configuration(names[0]).plate.mode_count
     outcomes = frequency.run_robustness(
         options.fmus, options.out, names, options.scenario, levels, seeds, options.stop, modes, options.jobs

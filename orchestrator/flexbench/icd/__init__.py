@@ -1,1 +1,1 @@
-"""The interface document of the FMUs: what each port is, where it comes from and where it goes."""
+"""The interface control document of the FMUs: meaning, unit, range, source and destination of each port."""

@@ -1,4 +1,4 @@
-"""What the interface document says, in order: conventions, files, timing, ports, what array elements mean, units."""
+"""Compose the interface document: conventions, files, timing, ports, array elements, units."""
 
 from __future__ import annotations
 
@@ -17,11 +17,10 @@ from lockstep.plan.timeline import timeline_lines
 from lockstep.plan.timeline_svg import timeline_svg
 
 from ..html.document import Block, Heading, Listing, Paragraph, Picture, Table
-from ..loop.systems import WIRES
-from .rows import Row, rows
+from .rows import PortRow, Wire, port_rows
 
 TIMELINE_FILE = "ICD-timeline.svg"
-TIMELINE_TICKS = 6  # one controller period and the tick that begins the next
+TIMELINE_TICKS = 6  # one controller period and the first tick of the next
 
 _ROLES = {
     "plant": "The flexible spacecraft: rigid body, structural modes, reaction wheels. Continuous: its step holds the "
@@ -45,15 +44,19 @@ _CONVENTIONS = (
 )
 
 
-def contents(
-    designs: Mapping[ConfigurationName, Designs], system: System, identities: Sequence[tuple[str, str, str]]
+def icd_blocks(
+    designs: Mapping[ConfigurationName, Designs],
+    wires: Sequence[Wire],
+    system: System,
+    identities: Sequence[tuple[str, str, str]],
 ) -> list[Block]:
-    """Return the document.
+    """Return the interface document.
 
     Parameters
     ----------
     designs : of both configurations
-    system : one system of ours, for the timeline; all have the same schedule
+    wires : connections of the loop, the same in every system
+    system : one flexsat system, for the timeline; all have the same schedule
     identities : file, GUID and SHA-256 of each FMU
     """
     blocks: list[Block] = [
@@ -71,19 +74,19 @@ def contents(
             "the producer computed in this tick. `1 tick`: the reader sees the plant's outputs as they are true at the "
             "tick's time."
         ),
-        Table(("from", "to", "ports", "latency"), [_wire(*wire) for wire in WIRES]),
+        Table(("from", "to", "ports", "latency"), [_wire(*wire) for wire in wires]),
         Picture(timeline_svg(system, TIMELINE_TICKS), TIMELINE_FILE, "who runs when, and what travels where"),
         Listing("\n".join(timeline_lines(system, TIMELINE_TICKS))),
     ]
     for component, role in _ROLES.items():
-        found = rows(designs, component)
+        rows = port_rows(designs, wires, component)
         blocks += [Heading(2, component.capitalize()), Paragraph(role)]
         for causality, title, partner in (
             ("input", "Inputs", "source"),
             ("output", "Outputs", "destination"),
             ("parameter", "Parameters", ""),
         ):
-            chosen = [row for row in found if row.causality == causality]
+            chosen = [row for row in rows if row.causality == causality]
             blocks += [Heading(3, f"{title} of the {component}"), _ports(chosen, partner)]
     for name, both in designs.items():
         blocks += [Heading(2, f"Elements of the arrays: {name}"), *_elements(both.corrected)]
@@ -94,7 +97,7 @@ def _wire(source: str, target: str, names: Sequence[str], delay: int) -> tuple[s
     return source, target, ", ".join(names), "same tick" if delay == 0 else f"{delay} tick"
 
 
-def _ports(chosen: Sequence[Row], partner: str) -> Table:
+def _ports(chosen: Sequence[PortRow], partner: str) -> Table:
     header = [*_HEADER, *([partner] if partner else []), "meaning"]
     cells = []
     for row in chosen:
@@ -104,7 +107,7 @@ def _ports(chosen: Sequence[Row], partner: str) -> Table:
 
 
 def _elements(design: Design) -> list[Block]:
-    """Tell what element i of each array belongs to."""
+    """Return tables of the mount, wheel, sensor or mode that each array element belongs to."""
     craft, speeds = design.spacecraft, design.plant.nominal_speed / RPM
     mounts = [[str(i), *_numbers(p)] for i, p in enumerate(craft.mounts.position, 1)]
     wheels = [
@@ -114,16 +117,16 @@ def _elements(design: Design) -> list[Block]:
     gyros = _devices(craft.gyros.position, craft.gyros.axis)
     accelerometers = _devices(craft.accelerometers.position, craft.accelerometers.axis)
     modes = [[str(i), f"{f / (2.0 * np.pi):.4f}"] for i, f in enumerate(craft.frequency, 1)]
-    place, axis = ("x [m]", "y [m]", "z [m]"), ("axis x", "axis y", "axis z")
+    position, axis = ("x [m]", "y [m]", "z [m]"), ("axis x", "axis y", "axis z")
     return [
         Paragraph("Mounts, of jitter.force_* and jitter.torque_*:"),
-        Table(("mount", *place), mounts, frozenset()),
+        Table(("mount", *position), mounts, frozenset()),
         Paragraph("Wheels, of every wheel.*, encoder.* and *.torque:"),
         Table(("wheel", "mount", *axis, "nominal speed [rpm]"), wheels, frozenset()),
         Paragraph("Gyros, of gyro_site.rate and gyro.rate:"),
-        Table(("gyro", *place, *axis), gyros, frozenset()),
+        Table(("gyro", *position, *axis), gyros, frozenset()),
         Paragraph("Accelerometers, of accelerometer_site.acceleration and accelerometer.acceleration:"),
-        Table(("accelerometer", *place, *axis), accelerometers, frozenset()),
+        Table(("accelerometer", *position, *axis), accelerometers, frozenset()),
         Paragraph("Modes with the bus clamped, of modal.*:"),
         Table(("mode", "frequency [Hz]"), modes, frozenset()),
     ]

@@ -1,4 +1,4 @@
-"""Between which values the signals of the loop stay, from the same design as the FMUs."""
+"""Bound the signals of the closed loop, from the same design as the FMUs."""
 
 from __future__ import annotations
 

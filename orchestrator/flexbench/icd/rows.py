@@ -1,8 +1,8 @@
-"""Collect what the interface document tells about each port, for both configurations in one row."""
+"""Describe each port in one row for both configurations: size, unit, frame, period, range, start, partner."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from flexsat.closed_loop import PORTS
@@ -10,14 +10,13 @@ from flexsat.design.chain import Designs
 from flexsat.parameters import ConfigurationName, Rates
 from flexsat.ports.table import Port
 
-from ..loop.systems import WIRES
 from .ranges import range_text, signal_ranges
 
-BOTH: Mapping[str, str] = {"centralised": "C", "distributed": "D"}
+Wire = tuple[str, str, Sequence[str], int]  # from, to, ports of the same name at both ends, delay in ticks
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class PortRow:
     """One port. Texts that differ between the configurations read `centralised / distributed`."""
 
     name: str
@@ -33,8 +32,8 @@ class Row:
     description: str
 
 
-def rows(designs: Mapping[ConfigurationName, Designs], component: str) -> list[Row]:
-    """Return a row for each port of a component, in the order of its table."""
+def port_rows(designs: Mapping[ConfigurationName, Designs], wires: Sequence[Wire], component: str) -> list[PortRow]:
+    """Return a row for each port of a component, in the order of its port table."""
     tables = {name: PORTS[component](getattr(both.corrected, component)) for name, both in designs.items()}
     ranges = {name: signal_ranges(both.corrected) for name, both in designs.items()}
     rates = next(iter(designs.values())).corrected.config.rates
@@ -44,7 +43,7 @@ def rows(designs: Mapping[ConfigurationName, Designs], component: str) -> list[R
         if any(port.name != first.name for port in ports):
             raise ValueError(f"{component}: the configurations order their ports differently, at {first.name}")
         found.append(
-            Row(
+            PortRow(
                 name=first.name,
                 causality=first.causality,
                 kind=str(first.kind).capitalize(),
@@ -54,7 +53,7 @@ def rows(designs: Mapping[ConfigurationName, Designs], component: str) -> list[R
                 period=_period(first, tables, component, rates),
                 range=_joined([range_text(port, ranges[name]) for name, port in zip(designs, ports, strict=True)]),
                 start=_joined([_start(port) for port in ports]),
-                partner=_partner(component, first),
+                partner=_partner(component, first, wires),
                 description=first.description,
             )
         )
@@ -93,10 +92,10 @@ def _period(port: Port, tables: Mapping[ConfigurationName, tuple[Port, ...]], co
     return f"{1e3 * seconds:g} ms"
 
 
-def _partner(component: str, port: Port) -> str:
-    """Return the other ends of a port in our systems, with their latency."""
+def _partner(component: str, port: Port, wires: Sequence[Wire]) -> str:
+    """Return the other ends of a port in the flexsat systems, with their latency."""
     ends = []
-    for source, target, names, delay in WIRES:
+    for source, target, names, delay in wires:
         if port.name not in names:
             continue
         latency = "same tick" if delay == 0 else f"{delay} tick"

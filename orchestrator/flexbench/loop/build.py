@@ -1,4 +1,4 @@
-"""All that `flexsat build` leaves: FMUs, systems, packages with their meta data, manifest, interface document."""
+"""Build FMUs, system files, packages with their metadata, manifest and interface document: `flexsat build`."""
 
 from __future__ import annotations
 
@@ -15,59 +15,66 @@ from lockstep.ssp.package_members import package_entries
 from lockstep.ssp.traceability import srmd_bytes
 
 from ..html.document import as_html, as_markdown
-from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, contents
+from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, icd_blocks
 from .build_manifest import MANIFEST, describe_configuration, versions, write_manifest
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
-from .systems import build_system, write_systems
+from .systems import WIRES, build_system, write_systems
 
-Report = Callable[[str], None]
+PrintLine = Callable[[str], None]
 
 
-def release(names: Sequence[ConfigurationName], folder: Path, report: Report = print, *, flat: bool = False) -> None:
-    """Build the FMUs of some configurations and everything beside them, a line each; the same input, the same bytes.
+def build_all(
+    names: Sequence[ConfigurationName], folder: Path, print_line: PrintLine = print, *, flat: bool = False
+) -> None:
+    """Build the FMUs of some configurations and all files that go with them. The same input gives the same bytes.
 
-    `flat` adds the same FMUs with flat names, in a folder of their own.
+    Parameters
+    ----------
+    names : configurations to build
+    folder : to write to
+    print_line : called with the path of each file written
+    flat : also build the FMUs with flat variable names, in a folder of their own
     """
-    designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document tells of both
+    designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
     entries = {}
     for name in names:
         both = designs[name]
-        built = build_configuration(both, folder, report)
-        renamed = build_configuration(both, folder, report, "flat") if flat else {}
+        built = build_configuration(both, folder, print_line)
+        flat_named = build_configuration(both, folder, print_line, "flat") if flat else {}
         paths = write_systems(both, folder / name)
         packages = write_packages(both, paths, built)
         for path in (*paths, *packages):
-            report(str(path))
-        every = built | {f"{component}, flat names": fmu for component, fmu in renamed.items()}
-        entries[name] = describe_configuration(both.corrected.config, every, [*paths, *packages], folder)
+            print_line(str(path))
+        fmus = built | {f"{component}, flat names": fmu for component, fmu in flat_named.items()}
+        entries[name] = describe_configuration(both.corrected.config, fmus, [*paths, *packages], folder)
     manifest = write_manifest(folder, entries)
-    report(str(folder / MANIFEST))
+    print_line(str(folder / MANIFEST))
     identities = [
         (file, fmu["guid"], fmu["sha256"])
         for entry in manifest["configurations"].values()
         for file, fmu in entry["fmus"].items()
     ]
     for path in write_icd(designs, folder, identities):
-        report(str(path))
+        print_line(str(path))
 
 
 def write_packages(designs: Designs, systems: Sequence[Path], built: Mapping[str, BuiltFmu]) -> list[Path]:
-    """Write each system as an .ssp package and its simulation resource meta data beside it; return all paths."""
+    """Write each system as an .ssp package, with its simulation resource metadata (.srmd); return all paths."""
     paths = []
     for scenario, path in zip(SCENARIOS, systems, strict=True):
-        package, described = path.with_suffix(".ssp"), path.with_suffix(".srmd")
+        package, metadata = path.with_suffix(".ssp"), path.with_suffix(".srmd")
         content = zip_bytes(package_entries(path), compress=False)  # FMUs are compressed already
         write_atomically(package, content)
-        write_atomically(described, _meta_data(designs, scenario, package.name, content, built))
-        paths += [package, described]
+        write_atomically(metadata, _metadata(designs, scenario, package.name, content, built))
+        paths += [package, metadata]
     return paths
 
 
-def _meta_data(
+def _metadata(
     designs: Designs, scenario: ScenarioName, package: str, content: bytes, built: Mapping[str, BuiltFmu]
 ) -> bytes:
     config = designs.corrected.config
-    set_values = scalar_overrides(scenario_parameters(scenario))
+    set_values = scalar_overrides(scenario_parameters(scenario, slew=config.slew))
     classifications: dict[str, dict[str, str]] = {
         "com.flexsat.versions": versions(),
         "com.flexsat.system": {"configuration": config.name, "scenario": scenario},
@@ -91,9 +98,9 @@ def _text(value: float | int | bool) -> str:
 def write_icd(
     designs: Mapping[ConfigurationName, Designs], folder: Path, identities: Sequence[tuple[str, str, str]]
 ) -> list[Path]:
-    """Write the interface document as ICD.md, its picture, and ICD.html; return their paths."""
+    """Write the interface document as ICD.md with its drawing, and as ICD.html; return their paths."""
     system = build_system(designs["distributed"], "fine_pointing", folder / "distributed")
-    blocks = contents(designs, system, identities)
+    blocks = icd_blocks(designs, WIRES, system, identities)
     files = {
         "ICD.md": as_markdown(blocks),
         TIMELINE_FILE: timeline_svg(system, TIMELINE_TICKS),

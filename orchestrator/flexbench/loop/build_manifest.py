@@ -1,4 +1,4 @@
-"""What a build left behind: `fmus/manifest.json`, with the hash, origin and parameters of every file."""
+"""Write `fmus/manifest.json`: hash, GUID, versions and parameters of every built file."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ def describe_configuration(
 
 
 def write_manifest(folder: Path, entries: Mapping[ConfigurationName, dict[str, Any]]) -> dict[str, Any]:
-    """Write the manifest and return it. Entries of configurations built before stay if their files have not changed."""
+    """Write the manifest and return it. Entries of earlier builds are kept if their files are unchanged."""
     path = folder / MANIFEST
     configurations: dict[str, Any] = dict(entries.items())
     for name, entry in _configurations(path).items():
-        if name not in configurations and _intact(folder, entry):
+        if name not in configurations and _unchanged(folder, entry):
             configurations[name] = entry
     content = {
         "format": 1,
@@ -68,7 +68,7 @@ def _configurations(path: Path) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _intact(folder: Path, entry: Any) -> bool:
+def _unchanged(folder: Path, entry: Any) -> bool:
     try:
         listed = {**entry["fmus"], **entry["files"]}
         return all(_sha256(folder / name) == facts["sha256"] for name, facts in listed.items())

@@ -1,4 +1,4 @@
-"""The equivalence gate: the co-simulation through FMUs against the same steppers in one plain loop."""
+"""Compare the co-simulation through FMUs with the same steppers called in one Python loop (the monolith)."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from lockstep.cli.progress import show_progress
 
 from .scenarios import ScenarioName, scalar_overrides, scenario_parameters
 
-TOLERANCE = 1e-12  # relative to a signal's largest value: what a different order of additions may cost
+TOLERANCE = 1e-12  # relative to a signal's largest value: what a different order of additions may change
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """The largest difference in one port, relative to its largest value in the monolith."""
+    """Largest difference of one port, relative to its largest value in the monolith."""
 
     port: str
     scalars: int
@@ -31,7 +31,7 @@ class Difference:
 
     @property
     def met(self) -> bool:
-        """Whether the gate holds for this port."""
+        """Whether the tolerance is met for this port."""
         return self.relative <= TOLERANCE
 
 
@@ -44,7 +44,7 @@ def compare(
     duration: float,
     record: Sequence[str] | None = None,
 ) -> list[Difference]:
-    """Run both and compare every recorded signal.
+    """Run both and compare every recorded signal, port by port.
 
     Parameters
     ----------
@@ -81,9 +81,9 @@ def compare(
     ]
 
 
-def relative_difference(ours: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-    """Return the largest difference over the reference's largest value; of zero signals, zero or infinity."""
-    difference, size = float(np.abs(ours - reference).max()), float(np.abs(reference).max())
+def relative_difference(values: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
+    """Return the largest difference over the reference's largest value; for a reference of zeros, zero or infinity."""
+    difference, size = float(np.abs(values - reference).max()), float(np.abs(reference).max())
     if difference == 0.0:
         return 0.0
     return difference / size if size > 0.0 else float("inf")

@@ -1,4 +1,4 @@
-"""The paper's scenarios, as parameters of the three components."""
+"""Define the paper's scenarios as parameters of plant, sensors and controller."""
 
 from __future__ import annotations
 
@@ -21,14 +21,17 @@ INITIAL_ERROR_CORRECTED = 0.1 * ARCSECOND  # standard deviation about each axis 
 INITIAL_ERROR_AS_PUBLISHED = 1.0 * ARCSECOND  # about each axis
 
 
-def scenario_parameters(scenario: ScenarioName, as_published: bool = False, seed: int | None = None) -> Parameters:
+def scenario_parameters(
+    scenario: ScenarioName, as_published: bool = False, seed: int | None = None, slew: Slew | None = None
+) -> Parameters:
     """Return what a scenario sets, by component and port.
 
     Parameters
     ----------
-    scenario : slews are flown without wheel jitter, as in the authors' release
-    as_published : with the slips of the published release (PHYSICS section 7), in one switch
-    seed : of plant and sensors; None leaves theirs
+    scenario : slews are simulated without wheel jitter, as in the authors' code
+    as_published : with the errors of the published code (PHYSICS section 7), in one switch
+    seed : of plant and sensors; None keeps the seeds that the FMUs start with
+    slew : commanded in the scenario `slew`; None for the paper's
 
     Raises
     ------
@@ -37,7 +40,7 @@ def scenario_parameters(scenario: ScenarioName, as_published: bool = False, seed
     """
     if scenario not in SCENARIOS:
         raise ValueError(f"scenario {scenario!r}: no such scenario; there are {', '.join(SCENARIOS)}")
-    slew = scenario == "slew"
+    command, slewing = slew or Slew(), scenario == "slew"
     parameters: Parameters = {
         "plant": {
             "as_published": as_published,
@@ -45,20 +48,20 @@ def scenario_parameters(scenario: ScenarioName, as_published: bool = False, seed
             "initial.attitude_deviation": 0.0,
             "initial.mrp": (0.0, 0.0, 0.0),
         },
-        "sensors": {"as_published": as_published, "star_tracker.fine": not slew, "jitter.enabled": not slew},
+        "sensors": {"as_published": as_published, "star_tracker.fine": not slewing, "jitter.enabled": not slewing},
         "controller": {
             "as_published": as_published,
-            "star_tracker.fine": not slew,
-            "jitter.feed_forward": not slew,
+            "star_tracker.fine": not slewing,
+            "jitter.feed_forward": not slewing,
             "reference.smoothed": as_published,
             "open_loop": scenario == "fine_pointing_open_loop",
-            "command.rotation": Slew().rotation if slew else (0.0, 0.0, 0.0),
-            "command.start_time": Slew().start_time,
+            "command.rotation": command.rotation if slewing else (0.0, 0.0, 0.0),
+            "command.start_time": command.start_time,
         },
     }
-    if not slew and as_published:
+    if not slewing and as_published:
         parameters["plant"]["initial.mrp"] = (0.25 * INITIAL_ERROR_AS_PUBLISHED,) * 3
-    elif not slew:
+    elif not slewing:
         parameters["plant"]["initial.attitude_deviation"] = INITIAL_ERROR_CORRECTED
     if seed is not None:
         parameters["plant"]["seed"] = parameters["sensors"]["seed"] = seed
@@ -66,7 +69,7 @@ def scenario_parameters(scenario: ScenarioName, as_published: bool = False, seed
 
 
 def scalar_overrides(parameters: Mapping[str, Mapping[str, Value | tuple[float, ...]]]) -> dict[str, Value]:
-    """Return `component.port` or `component.port[i]` to value, one scalar each, as a master takes them."""
+    """Return values by `component.port` or `component.port[i]`, one scalar each, as a master takes them."""
     flat: dict[str, Value] = {}
     for component, ports in parameters.items():
         for port, value in ports.items():
@@ -78,7 +81,7 @@ def scalar_overrides(parameters: Mapping[str, Mapping[str, Value | tuple[float, 
 
 
 def slew_profile(design: Design) -> Profile:
-    """Return the paper's rigid slew, as the design's controller plans it."""
+    """Return the rigid slew that the design's controller plans for the configured rotation."""
     matrices, config = design.controller, design.config
     capability = config.slew.authority * np.sum(np.abs(matrices.wheel_axis), axis=0)
     return plan(

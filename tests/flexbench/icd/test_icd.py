@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from flexbench.html.document import Heading, Paragraph, Table, as_html, as_markdown
-from flexbench.icd.contents import contents
+from flexbench.icd.contents import icd_blocks
 from flexbench.icd.ranges import signal_ranges
-from flexbench.icd.rows import rows
+from flexbench.icd.rows import port_rows
 from flexbench.loop.scenarios import scenario_parameters
-from flexbench.loop.systems import build_system, connections
+from flexbench.loop.systems import WIRES, build_system, connections
 from flexsat.closed_loop import PORTS, Monolith
 from flexsat.design.chain import build_designs
 from flexsat.parameters import CONFIGURATIONS
@@ -33,7 +33,7 @@ def blocks(designs, tmp_path_factory):
     folder = tmp_path_factory.mktemp("fmus")
     build_configuration(designs["distributed"], folder)
     system = build_system(designs["distributed"], "fine_pointing", folder / "distributed")
-    return contents(designs, system, [("distributed/plant.fmu", "{guid}", "sha")])
+    return icd_blocks(designs, WIRES, system, [("distributed/plant.fmu", "{guid}", "sha")])
 
 
 def tables(blocks, heading):
@@ -61,7 +61,7 @@ def test_every_port_stands_in_its_table(blocks, designs, component):
 
 
 def test_sources_and_destinations_are_those_of_the_systems(designs):
-    told = {(component, row.name): row for component in PORTS for row in rows(designs, component)}
+    told = {(component, row.name): row for component in PORTS for row in port_rows(designs, WIRES, component)}
     wires = {
         (c.from_component, c.output.partition("[")[0], c.to_component, c.input.partition("[")[0], c.delay)
         for c in connections(designs["centralised"])
@@ -77,7 +77,7 @@ def test_sources_and_destinations_are_those_of_the_systems(designs):
 
 
 def test_sizes_starts_and_periods_are_told_for_both_configurations(designs):
-    told = {component: {row.name: row for row in rows(designs, component)} for component in PORTS}
+    told = {component: {row.name: row for row in port_rows(designs, WIRES, component)} for component in PORTS}
     assert told["plant"]["wheel.torque"].size == "6 / 33"
     assert told["plant"]["wheel.torque"].range == "±4.4 / ±0.8"
     assert told["plant"]["wheel.torque_limit"].start == "4.4 / 0.8"

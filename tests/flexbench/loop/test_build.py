@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 from pyssp_standard.srmd import SRMD
 
-from flexbench.loop.build import release
+from flexbench.loop.build import build_all
 from flexbench.loop.build_manifest import MANIFEST
 from flexbench.loop.scenarios import SCENARIOS
 from flexsat.parameters import CONFIGURATIONS
@@ -22,7 +22,7 @@ from lockstep import load_system, read_signals, simulate
 def fmus(tmp_path_factory):
     """Return a folder that holds a whole build."""
     folder = tmp_path_factory.mktemp("fmus")
-    release(CONFIGURATIONS, folder, lambda _: None)
+    build_all(CONFIGURATIONS, folder, lambda _: None)
     return folder
 
 
@@ -86,11 +86,11 @@ def test_building_one_configuration_keeps_what_is_true_of_the_other(fmus, tmp_pa
         if path.is_file():
             (tmp_path / path.relative_to(fmus)).parent.mkdir(parents=True, exist_ok=True)
             (tmp_path / path.relative_to(fmus)).write_bytes(path.read_bytes())
-    release(("centralised",), tmp_path, lambda _: None)
+    build_all(("centralised",), tmp_path, lambda _: None)
     assert json.loads((tmp_path / MANIFEST).read_text()) == manifest
     assert (tmp_path / "ICD.md").read_bytes() == (fmus / "ICD.md").read_bytes()
     with (tmp_path / "distributed" / "plant.fmu").open("ab") as file:
         file.write(b"x")
-    release(("centralised",), tmp_path, lambda _: None)
+    build_all(("centralised",), tmp_path, lambda _: None)
     assert list(json.loads((tmp_path / MANIFEST).read_text())["configurations"]) == ["centralised"]
     assert "distributed/plant.fmu" not in (tmp_path / "ICD.md").read_text()

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from flexbench.figures.drawing import save_figure
 from flexbench.figures.health import estimator_health
-from flexbench.loop.build import release
+from flexbench.loop.build import build_all
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexbench.report.sections.health import section
 from flexbench.runs.run_folder import read_run
@@ -34,7 +34,7 @@ def design():
 def runs(tmp_path_factory):
     """Return 26 s of centralised fine pointing with two seeds, measurements recorded, and one run without them."""
     folder = tmp_path_factory.mktemp("health")
-    release(("centralised",), folder / "fmus", lambda _: None)
+    build_all(("centralised",), folder / "fmus", lambda _: None)
     system = load_system(folder / "fmus" / "centralised" / "fine_pointing.ssd")
     for name, seed, record, stop in (
         ("1", 1, (*system.record, *MEASURED), 26.0),
