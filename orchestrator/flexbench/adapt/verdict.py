@@ -11,11 +11,11 @@ from typing import Any
 from flexbench.adapt.excitation import Excitation, Response, respond
 from flexbench.adapt.judge import Judgement, axes_named, judge
 from lockstep.adapter.bind import Binding, bind
-from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.model_description import read_description
 from lockstep.system.adapter_file import DIRECTIONS, Adapter, Entry
 from lockstep.system.component import Component
+from lockstep.system.unit_table import UNITS, gain_between
 
 _FAMILIES = (("rad/s", "deg/s", "rpm"), ("rad", "deg"), ("N.m", "mN.m", "uN.m"))
 _MOST_PAIRS = 80

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
 from lockstep.adapter.conversion import Conversion, convert, flag
-from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.parameter_values import parse_value
 from lockstep.results.signal_patterns import matching
 from lockstep.system.adapter_file import Adapter, Entry
 from lockstep.system.component import Value
+from lockstep.system.unit_table import UNITS, gain_between
 
 Ports = Mapping[str, Variable]
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockstep.adapter.bind import Ports
-from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.fmi.model_description import Variable, read_description
 from lockstep.system.component import Component
+from lockstep.system.unit_table import UNITS, gain_between
 
 # words by which makers call the same quantity
 _SYNONYMS = (

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 
 from lockstep.adapter.bind import Binding, Bound, bind
 from lockstep.adapter.expressible import Inexpressible, Pair, pairs, quaternion_pairs
-from lockstep.adapter.unit_names import UNITS
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description, Variable, read_description
 from lockstep.fmi.parameter_values import component_parameters
@@ -15,6 +14,7 @@ from lockstep.results.signal_patterns import matching
 from lockstep.system.component import Component, Connector, Value
 from lockstep.system.system import Connection, System
 from lockstep.system.transformation import End, convert, family
+from lockstep.system.unit_table import UNITS
 from lockstep.system.units import Unit, conversion, known_unit
 
 _TWICE = "has a transformation already, and a connection has one"

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 from lockstep.adapter.rotation import rotation_problem
-from lockstep.adapter.unit_names import UNITS
 from lockstep.errors import InputError, suggestion
 from lockstep.fmi.safe_zip import open_file
 from lockstep.system.adapter_file import ATTITUDES, DIRECTIONS, SCALARS_AT, Adapter, Direction, Entry, Matrix, Number
 from lockstep.system.clock import nanoseconds
+from lockstep.system.unit_table import UNITS
 
 _TOP = ("step", "kind", "ignore", "input", "output", "constants", "parameters", "substitutes")
 _GENERAL = ("ours", "theirs", "index_base", "unit", "scale", "offset", "sign", "order", "frame", "true", "false",

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 from lockstep.check.static.model import Model, Scalar
 from lockstep.errors import InputError
-from lockstep.system.units import BASES, Unit, conversion
+from lockstep.system.units import Unit, conversion, without_radian
 
-_RADIAN = BASES.index("rad")
 _FEW = 3
 _NUMERIC = ("Real", "Integer", "Boolean", "Enumeration")
 
@@ -170,7 +169,7 @@ def _unit_work(port: ContractPort, unit: Unit | None) -> tuple[str, tuple[str, .
     try:
         gain, bias = conversion(unit, ours)
     except ValueError as error:
-        if _without_radian(unit) is not None and _without_radian(unit) == _without_radian(ours):
+        if unit.exponents is not None and without_radian(unit).exponents == without_radian(ours).exponents:
             gain = unit.factor / ours.factor
             return "", (f"unit {unit.name}, whose base units leave out the radian, factor {gain:.9g}",)
         return f"does not fit: {error}", ()
@@ -178,10 +177,6 @@ def _unit_work(port: ContractPort, unit: Unit | None) -> tuple[str, tuple[str, .
         return "", ()
     offset = f" and offset {bias:.9g}" if bias else ""
     return "", (f"unit {unit.name} instead of {ours.name}, factor {gain:.9g}{offset}",)
-
-
-def _without_radian(unit: Unit) -> tuple[int, ...] | None:
-    return None if unit.exponents is None else tuple(e for i, e in enumerate(unit.exponents) if i != _RADIAN)
 
 
 def _alike(causality: str, missing: Sequence[ContractPort], model: Model, used: set[str]) -> list[tuple[str, str]]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lockstep.adapter.unit_names import UNITS, gain_between
 from lockstep.arrays import Array
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.faults import effects
@@ -21,6 +20,7 @@ from lockstep.plan.schedule import Schedule
 from lockstep.system.clock import seconds, seconds_text
 from lockstep.system.component import Value
 from lockstep.system.system import System
+from lockstep.system.unit_table import UNITS, gain_between
 
 _ARITHMETIC = ("bias", "scale", "noise", "quantisation", "spike", "nan")  # these need numbers
 _ABSOLUTE = ("stuck",)  # amounts that are values and not differences: the unit's offset counts

@@ -1,6 +1,6 @@
-"""Units by their base-unit exponents, and the linear conversion between two of them."""
+"""Describe units by their base-unit exponents, and convert linearly between two of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lockstep.errors import InputError
 
@@ -20,17 +20,17 @@ class Unit:
     offset: float = 0.0
 
 
-def known_unit(told: Unit | None, declared: Unit | None) -> Unit | None:
-    """Return the unit that an FMU tells; of one that it only names, what the system file declares."""
-    if told is None or (told.exponents is None and declared is not None):
+def known_unit(fmu: Unit | None, declared: Unit | None) -> Unit | None:
+    """Return the unit that an FMU defines; where it gives none, or a name alone, that of the system file."""
+    if fmu is None or (fmu.exponents is None and declared is not None):
         return declared
-    return told
+    return fmu
 
 
 def conversion(source: Unit | None, target: Unit | None, relative: bool = False) -> tuple[float, float]:
     """Return (gain, bias) with which target value = gain * source value + bias.
 
-    An undeclared unit is taken to be the other end's. A difference of values (`relative`) has no bias.
+    A value without a unit is taken to be in that of the other end. A difference (`relative`) has no bias.
 
     Raises
     ------
@@ -53,13 +53,20 @@ def conversion(source: Unit | None, target: Unit | None, relative: bool = False)
 
 
 def _same_but_rad(one: Unit, other: Unit) -> bool:
-    """Tell whether two units of one name differ in the exponent of rad alone: some tools write rad as 1.
+    """Return whether two units of one name differ in the exponent of rad alone: some tools write rad as 1.
 
     Between units of different names it counts, or Hz would become rad/s without a factor.
     """
-    mine, its = one.exponents or (), other.exponents or ()
-    equal = (one.name, one.factor, one.offset) == (other.name, other.factor, other.offset)
-    return equal and mine[: len(BASES) - 1] == its[: len(BASES) - 1]
+    return one.name == other.name and without_radian(one) == without_radian(other)
+
+
+def without_radian(unit: Unit) -> Unit:
+    """Return a unit with the exponent of rad set to 0: files that write rad as 1 leave it out."""
+    if unit.exponents is None:
+        return unit
+    return replace(
+        unit, exponents=tuple(0 if base == "rad" else e for base, e in zip(BASES, unit.exponents, strict=True))
+    )
 
 
 def describe(unit: Unit) -> str:

@@ -8,8 +8,8 @@ import pytest
 from lockstep.adapter.bind import bind
 from lockstep.adapter.expressible import Inexpressible, pairs, quaternion_pairs
 from lockstep.adapter.read import read_adapter
-from lockstep.adapter.unit_names import UNITS
 from lockstep.fmi.model_description import Variable
+from lockstep.system.unit_table import UNITS
 
 HALF_TURN = "[[1, 0, 0], [0, -1, 0], [0, 0, -1]]"
 QUARTER_TURN = "[[1, 0, 0], [0, 0, 1], [0, -1, 0]]"

@@ -7,10 +7,10 @@ from numpy.testing import assert_array_equal
 from lockstep.adapter.bind import bind
 from lockstep.adapter.read import read_adapter
 from lockstep.adapter.slave import adapt_slave
-from lockstep.adapter.unit_names import UNITS
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import Variable
 from lockstep.fmi.slave import DTYPES, ERROR, OK
+from lockstep.system.unit_table import UNITS
 
 
 def variables(*rows):

@@ -8,38 +8,11 @@ from collections import defaultdict
 from lockstep.check.static.model import Model, UnitDefinition, duplicates, number
 from lockstep.check.static.subject import Notes, Verdict, model_check
 from lockstep.errors import compact
-from lockstep.system.units import BASES
+from lockstep.system.unit_table import meanings
+from lockstep.system.units import BASES, Unit, without_radian
 
 _PORTS = ("input", "output", "parameter")
-# What these names say everywhere: factor to the base units, and exponents of kg, m, s, A, K, mol, cd, rad
-_KNOWN: dict[str, tuple[float, tuple[int, ...]]] = {
-    "kg": (1.0, (1, 0, 0, 0, 0, 0, 0, 0)),
-    "g": (1e-3, (1, 0, 0, 0, 0, 0, 0, 0)),
-    "m": (1.0, (0, 1, 0, 0, 0, 0, 0, 0)),
-    "mm": (1e-3, (0, 1, 0, 0, 0, 0, 0, 0)),
-    "km": (1e3, (0, 1, 0, 0, 0, 0, 0, 0)),
-    "s": (1.0, (0, 0, 1, 0, 0, 0, 0, 0)),
-    "ms": (1e-3, (0, 0, 1, 0, 0, 0, 0, 0)),
-    "min": (60.0, (0, 0, 1, 0, 0, 0, 0, 0)),
-    "h": (3600.0, (0, 0, 1, 0, 0, 0, 0, 0)),
-    "A": (1.0, (0, 0, 0, 1, 0, 0, 0, 0)),
-    "K": (1.0, (0, 0, 0, 0, 1, 0, 0, 0)),
-    "rad": (1.0, (0, 0, 0, 0, 0, 0, 0, 1)),
-    "deg": (math.pi / 180.0, (0, 0, 0, 0, 0, 0, 0, 1)),
-    "rad/s": (1.0, (0, 0, -1, 0, 0, 0, 0, 1)),
-    "deg/s": (math.pi / 180.0, (0, 0, -1, 0, 0, 0, 0, 1)),
-    "rpm": (math.pi / 30.0, (0, 0, -1, 0, 0, 0, 0, 1)),
-    "m/s": (1.0, (0, 1, -1, 0, 0, 0, 0, 0)),
-    "m/s2": (1.0, (0, 1, -2, 0, 0, 0, 0, 0)),
-    "N": (1.0, (1, 1, -2, 0, 0, 0, 0, 0)),
-    "N.m": (1.0, (1, 2, -2, 0, 0, 0, 0, 0)),
-    "J": (1.0, (1, 2, -2, 0, 0, 0, 0, 0)),
-    "W": (1.0, (1, 2, -3, 0, 0, 0, 0, 0)),
-    "Pa": (1.0, (1, -1, -2, 0, 0, 0, 0, 0)),
-    "V": (1.0, (1, 2, -3, -1, 0, 0, 0, 0)),
-}
 _TOLERANCE = 1e-3  # relative: factors are often written with a few digits
-_RADIAN = BASES.index("rad")
 
 
 @model_check("units", "every real port has a unit, defined once, used, and meaning what its name says")
@@ -101,23 +74,20 @@ def _definition(definition: UnitDefinition, notes: Notes) -> None:
         notes.error(f"unit {unit.name!r} (line {line}): factor {unit.factor:g}, offset {unit.offset:g} make no unit")
         return
     known = _known(unit.name)
-    if known is None:
-        return
-    factor, exponents = known
     # the radian is a base unit of FMI's own, and many files leave it out
-    if _without_angle(exponents) != _without_angle(unit.exponents) or not _near(unit.factor, factor):
+    if known and not any(_same_dimension(one, unit) and _near(unit.factor, one.factor) for one in known):
         powers = " ".join(f"{base}={e}" for base, e in zip(BASES, unit.exponents, strict=True) if e) or "no base unit"
         notes.warning(
             f"unit {unit.name!r} (line {line}) is defined as {unit.factor:g} x ({powers}), not what its name says"
         )
 
 
-def _known(name: str) -> tuple[float, tuple[int, ...]] | None:
-    return _KNOWN.get(name.replace("*", ".").replace("^", ""))
+def _known(name: str) -> tuple[Unit, ...]:
+    return meanings(name.replace("*", ".").replace("^", ""))
 
 
-def _without_angle(exponents: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(e for i, e in enumerate(exponents) if i != _RADIAN)
+def _same_dimension(one: Unit, other: Unit) -> bool:
+    return without_radian(one).exponents == without_radian(other).exponents
 
 
 def _near(value: float, expected: float) -> bool:
@@ -136,10 +106,9 @@ def _display_units(model: Model, notes: Notes) -> None:
             if not (factor > 0.0 and math.isfinite(factor) and math.isfinite(offset)):
                 notes.error(f"{where}: factor {factor_text}, offset {offset_text} make no unit")
                 continue
-            known, base = _known(name), definition.unit
-            if known is None or base.exponents is None:
-                continue
-            expected = base.factor / known[0]
-            if _without_angle(known[1]) == _without_angle(base.exponents) and not _near(factor, expected):
-                inverse = ", the inverse" if _near(factor, 1.0 / expected) else ""
-                notes.warning(f"{where}: factor {factor:g}, expected {expected:g}{inverse}")
+            base = definition.unit
+            known = [one for one in _known(name) if base.exponents is not None and _same_dimension(one, base)]
+            expected = [base.factor / one.factor for one in known]
+            if expected and not any(_near(factor, one) for one in expected):
+                inverse = ", the inverse" if any(_near(factor, 1.0 / one) for one in expected) else ""
+                notes.warning(f"{where}: factor {factor:g}, expected {expected[0]:g}{inverse}")
