@@ -65,7 +65,7 @@ def port_values(component: str, ports: Sequence[Port], given: Mapping[str, Any])
     return values
 
 
-class Monolith:
+class ClosedLoop:
     """The closed loop of one configuration, ready to run once."""
 
     def __init__(self, designs: Designs, parameters: Parameters) -> None:

@@ -73,7 +73,7 @@ def main(duration: float) -> None:
     """Measure and print the table."""
     from flexbench.cli.commands import build
     from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
-    from flexsat.closed_loop import Monolith
+    from flexsat.closed_loop import ClosedLoop
     from flexsat.design.chain import build_designs
     from lockstep import load_system, simulate
 
@@ -96,7 +96,7 @@ def main(duration: float) -> None:
                 overwrite=True,
             )
             times["co-simulation"].append(summary.wall_time)
-            monolith = Monolith(designs, parameters)
+            monolith = ClosedLoop(designs, parameters)
             started = perf_counter()
             monolith.run(duration, PORTS)
             times["monolith"].append(perf_counter() - started)

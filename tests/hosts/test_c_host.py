@@ -13,7 +13,7 @@ from availability import libpython
 from hosting import COMPONENTS, CONFIGURATIONS, HERE, TICK, Row, agreement, joined, ordered
 from hosting import ENVIRONMENT as PYTHON_ENVIRONMENT
 
-from flexsat.fmu.python.front import front_library
+from flexsat.fmu.python.shim import shim_library
 from lockstep import load_system
 
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -172,7 +172,7 @@ def test_the_fmu_finds_libpython_where_the_system_does(bench):
 def test_without_libpython_the_fmu_says_what_is_missing(bench):
     """The same library, compiled for a libpython that does not exist."""
     lines, _ = single(bench, "plant", ticks=20)
-    Path(lines[1].split()[2]).write_bytes(front_library("libpython0.0.so"))
+    Path(lines[1].split()[2]).write_bytes(shim_library("libpython0.0.so"))
     done = call(bench, lines, ENVIRONMENT)
 
     assert done.returncode == 1

@@ -19,7 +19,7 @@ EVERYTHING = """
 from flexbench.loop.equivalence import relative_difference
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexsat.design import build_designs
-from flexsat.closed_loop import PORTS, Monolith
+from flexsat.closed_loop import PORTS, ClosedLoop
 from lockstep import load_system, read_signals, simulate
 fmus, folder, name, cases = given
 designs = build_designs(name)
@@ -36,7 +36,7 @@ for case in cases:
     signals = read_signals(where)
     for component, ports in case["monolith_only"].items():
         parameters[component] |= ports
-    expected = Monolith(designs, parameters).run(case["duration"], outputs, record_ticks=1)
+    expected = ClosedLoop(designs, parameters).run(case["duration"], outputs, record_ticks=1)
     assert expected.time.tolist() == signals.time.tolist()
     assert sum(expected.signals[port][0].size for port in outputs) == len(signals.columns)  # nothing is left out
     rows = len(signals.time)

@@ -20,8 +20,8 @@ from pythonfmu import FmuBuilder
 from pythonfmu._version import __version__ as pythonfmu_version
 
 from ..ports.table import Naming
-from .python.front import WRAPPER, front_library, front_sources
 from .python.resources import BUILD_FILE
+from .python.shim import WRAPPER, shim_library, shim_sources
 from .reproducible_zip import write_atomically, zip_bytes
 from .source_bundle import collect
 
@@ -55,7 +55,7 @@ def build_fmu(
     ----------
     shell : import path of the final class, such as "flexsat.fmu.python.plant:Plant"
     out : file to write; replaced in one piece
-    resources : files below resources/, found by `SiSlave.resource`
+    resources : files below resources/, found by `ComponentSlave.resource`
     model_name : a C identifier; names the model and its binaries
     documentation : files below documentation/
     extra : files at other places in the archive, such as "model.png"
@@ -73,9 +73,9 @@ def build_fmu(
         raise ValueError(f"shell must look like 'package.module:Class', got {shell!r}")
     top, inner = module.split(".", 1)
     sources = collect(module)
-    front = front_sources()
+    shim = shim_sources()
     version = importlib.metadata.version("flexsat")
-    content = _content_hash(sources, resources, front, (shell, model_name, version, pythonfmu_version, naming))
+    content = _content_hash(sources, resources, shim, (shell, model_name, version, pythonfmu_version, naming))
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, content)}}}"
     package, script = f"{top}_{content[:16]}", f"{model_name}_{content[:16]}"
     facts = {"model_name": model_name, "guid": guid, "version": version, "shell": shell, "naming": naming}
@@ -87,7 +87,7 @@ def build_fmu(
     entries = _built(files, script, (package, script))
     library = f"binaries/linux64/{model_name}.so"
     entries[f"binaries/linux64/{WRAPPER}"] = entries.pop(library)
-    entries[library] = front_library()
+    entries[library] = shim_library()
     entries |= {f"documentation/{name}": page for name, page in (documentation or {}).items()}
     for name, file in (extra or {}).items():
         if name in entries:
@@ -99,10 +99,10 @@ def build_fmu(
 
 
 def _content_hash(
-    sources: Mapping[str, bytes], resources: Mapping[str, bytes], front: Mapping[str, bytes], facts: tuple[str, ...]
+    sources: Mapping[str, bytes], resources: Mapping[str, bytes], shim: Mapping[str, bytes], facts: tuple[str, ...]
 ) -> str:
     digest = hashlib.sha256(json.dumps(facts).encode())
-    for group in (sources, resources, front):
+    for group in (sources, resources, shim):
         for name in sorted(group):
             for part in (name.encode(), group[name]):
                 digest.update(len(part).to_bytes(8, "little") + part)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsat.closed_loop import Monolith
+from flexsat.closed_loop import ClosedLoop
 from flexsat.design.chain import build_designs
 from flexsat.parameters import ConfigurationName
 from lockstep import load_system, read_signals, simulate
@@ -68,7 +68,7 @@ def compare(
         )
     signals = read_signals(folder)
     ports = list(dict.fromkeys(re.sub(r"\[\d+\]$", "", column) for column in signals.columns))
-    expected = Monolith(build_designs(name), parameters).run(duration, ports)
+    expected = ClosedLoop(build_designs(name), parameters).run(duration, ports)
     if not np.array_equal(expected.time, signals.time):
         return [Difference(port="time", scalars=1, relative=float("inf"))]
     return [

@@ -14,7 +14,7 @@ from flexbench.icd.ranges import signal_ranges
 from flexbench.icd.rows import port_rows
 from flexbench.loop.scenarios import scenario_parameters
 from flexbench.loop.systems import WIRES, build_system, connections
-from flexsat.closed_loop import PORTS, Monolith
+from flexsat.closed_loop import PORTS, ClosedLoop
 from flexsat.design.chain import build_designs
 from flexsat.parameters import CONFIGURATIONS
 
@@ -99,7 +99,7 @@ def test_the_loop_stays_in_the_ranges(designs, name, scenario, stop):
         for port in PORTS[component](getattr(designs[name].corrected, component))
         if port.causality == "output" and port.name in ranges
     }
-    signals = Monolith(designs[name], scenario_parameters(scenario, seed=1)).run(stop, list(ports), 1).signals
+    signals = ClosedLoop(designs[name], scenario_parameters(scenario, seed=1)).run(stop, list(ports), 1).signals
     for port, (low, high) in ports.items():
         if low is not None:
             assert np.min(signals[port]) >= low, port

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..fmu.python.life_cycle import SiSlave
+from ..fmu.python.life_cycle import ComponentSlave
 from ..ports.table import Port
 
 GAIN = 2.0  # tests change this line to make another build
@@ -23,7 +23,7 @@ class State:
     steps: int
 
 
-class Counter(SiSlave):
+class Counter(ComponentSlave):
     """Add noisy torque to levels; break when told to."""
 
     description = "Toy component of the tests"

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from ...ports import controller as interface
 from ...ports.table import Port
 from ...runtime import controller
-from .life_cycle import SiSlave
+from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 
 
-class Controller(SiSlave):
+class Controller(ComponentSlave):
     """The LQG attitude controller with its slew guidance."""
 
     description = "LQG attitude controller: periodic Kalman filter, slew guidance, regulator, known delays"

@@ -33,7 +33,7 @@ from .model_description import About, model_description
 from .port_values import AnyArray, PortValues, Refused
 from .resources import build_facts, find_resource, leave_search_path, let_go_at_exit
 from .saved_state import restored, sealed, unsealed
-from .shared_buffers import REFERENCE, DirectAccess
+from .shared_buffers import BUFFERS_REFERENCE, SharedBuffers
 
 STEP_TOLERANCE = 1e-6  # relative; a host that subtracts times at t = 1e5 s errs by 1e-11 s in its step
 
@@ -47,7 +47,7 @@ class Phase(Enum):
     TERMINATED = auto()
 
 
-class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type information
+class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type information
     """Give a stepper ports and a life cycle. A final class states its ports and calls its stepper.
 
     A final class implements `ports`, `start` and `advance`, and `evaluate` if it has outputs on demand.
@@ -85,7 +85,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         self._zeros = np.zeros_like(self._outputs)
         self._starting = {port.name for port in self.table if self.table.starts_from(port)}
         self._feeds_on_demand = any(port.on_demand and port.depends_on for port in self.table)
-        self._direct = DirectAccess(self.values, self._feeds_on_demand)
+        self._buffers = SharedBuffers(self.values, self._feeds_on_demand)
         self._enter(Phase.INSTANTIATED)
         self._started = False  # whether `start` has run with the present parameters and inputs
         self._stale = False  # whether the outputs on demand are older than the state
@@ -179,7 +179,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         self._enter(Phase.TERMINATED)
 
     # Values, called by the wrapper with fresh lists at every step: the two methods for reals are the hot path where
-    # the wrapper has no library in front of it that copies them.
+    # no shim copies them.
 
     def get_real(self, vrs: list[int]) -> list[float]:
         """Read reals."""
@@ -220,9 +220,9 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
         return self._read_or("boolean", vrs, False)
 
     def get_string(self, vrs: list[int]) -> list[str]:
-        """Read strings; the library in front of the wrapper asks for one that is no variable."""
-        if vrs == [REFERENCE]:
-            return [self._direct.text()]
+        """Read strings; the shim asks for one that is no variable."""
+        if vrs == [BUFFERS_REFERENCE]:
+            return [self._buffers.layout()]
         return self._read_or("string", vrs, "")
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
@@ -299,7 +299,7 @@ class SiSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type infor
 
     def _enter(self, phase: Phase) -> None:
         self._phase = phase
-        self._direct.allow(phase in (Phase.STEPPING, Phase.TERMINATED))
+        self._buffers.allow(phase in (Phase.STEPPING, Phase.TERMINATED))
 
     def _prepare(self) -> None:
         """Run `start` unless it has run with the present parameters and inputs."""

@@ -11,13 +11,13 @@ from ...ports.table import Port
 from ...runtime import plant
 from ...runtime.bearing_friction import Bearings
 from ...runtime.plant_parameters import PlantMatrices
-from .life_cycle import SiSlave
+from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 
 KEPT_STEPS = 8  # prepared models, a few hundred kB each
 
 
-class Plant(SiSlave):
+class Plant(ComponentSlave):
     """The flexible spacecraft with its reaction wheels."""
 
     description = "Flexible spacecraft: rigid body, structural modes, reaction wheels"

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from ...ports import sensors as interface
 from ...ports.table import Port
 from ...runtime import sensors
-from .life_cycle import SiSlave
+from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 
 
-class Sensors(SiSlave):
+class Sensors(ComponentSlave):
     """Star tracker, gyros, accelerometers and encoders, and the jitter of the wheels."""
 
     description = "Sensors with noise and sampling, and the jitter that the wheels cause"

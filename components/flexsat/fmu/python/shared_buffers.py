@@ -1,7 +1,7 @@
-"""Tell the library in front of the wrapper where values lie, so that it copies those that Python would only copy.
+"""Describe the buffers of the values to the shim, which copies those that Python would only copy.
 
-That library (`front.c`) asks for one String by a reference that no variable has, and states the same
-reference, the same bits and the same order as here.
+The shim (`shim/shim.c`) asks for one String by a reference that no variable has, and states the same reference, the
+same bits and the same order as here.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ import numpy as np
 from ...ports.table import Kind
 from .port_values import PortValues
 
-REFERENCE = 0x7FFFFFF0
+BUFFERS_REFERENCE = 0x7FFFFFF0
 READ, WRITE, ON_DEMAND = 1, 2, 4
 
 
-class DirectAccess:
-    """Which values a host may read and write without Python, and whether at present.
+class SharedBuffers:
+    """Which values a host may read and write without Python, and whether it may now.
 
-    Reals and Booleans may be read, and inputs without declared limits be written, while a run goes on: before,
-    parameters may change and outputs follow them. What is not finite, and inputs that feed outputs on demand, go
-    through Python all the same.
+    Reals and Booleans may be read, and inputs without declared limits be written, while a run goes on: before it,
+    parameters may change and outputs follow them. Values that are not finite, and inputs that feed outputs on demand,
+    always go through Python.
     """
 
     def __init__(self, values: PortValues, feeds_on_demand: bool) -> None:
@@ -40,13 +40,13 @@ class DirectAccess:
         return bits
 
     def allow(self, running: bool) -> None:
-        """Allow it from now on, or stop it."""
+        """Allow the shim to access the buffers from now on, or forbid it."""
         self._running[0] = running
 
-    def text(self) -> str:
-        """Return what the front library reads: counts and addresses, which stay as they are for the object's life."""
+    def layout(self) -> str:
+        """Return what the shim parses: counts and addresses, which stay the same for the life of the object."""
         parts = []
         for kind, access in self._access.items():
             array = self._values.arrays[kind]  # type: ignore[index]
             parts += [f"{array.ctypes.data:#x}", str(len(array)), f"{access.ctypes.data:#x}"]
-        return " ".join(["direct", *parts, f"{self._running.ctypes.data:#x}"])
+        return " ".join(["buffers", *parts, f"{self._running.ctypes.data:#x}"])

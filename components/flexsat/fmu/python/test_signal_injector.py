@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...ports.table import Port
-from .life_cycle import SiSlave
+from .life_cycle import ComponentSlave
 
 WAVEFORM_FILE = "waveform.npz"  # arrays `waveform`, (k,), `channels`, `period` [s] and `unit`
 
@@ -23,7 +23,7 @@ class InjectorState:
     count: int
 
 
-class Injector(SiSlave):
+class Injector(ComponentSlave):
     """Add a periodic waveform along a direction to the signals that pass through."""
 
     description = "Adds a periodic test signal to the signals that pass through"

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from flexsat.fmu.python.life_cycle import SiSlave
+from flexsat.fmu.python.life_cycle import ComponentSlave
 from flexsat.ports.table import Port
 
 
-class Toy(SiSlave):
+class Toy(ComponentSlave):
     """Hold the sum of two inputs; 130 of them, so that references pass 256."""
 
     description = "toy"

@@ -2,11 +2,11 @@
 
 import pytest
 
-from flexsat.fmu.python.life_cycle import SiSlave
+from flexsat.fmu.python.life_cycle import ComponentSlave
 from flexsat.ports.table import Port, PortTable
 
 
-class Tuned(SiSlave):
+class Tuned(ComponentSlave):
     """Multiply by a gain that may change, and by one that may not."""
 
     description = "tuned"

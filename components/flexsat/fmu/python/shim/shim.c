@@ -1,13 +1,13 @@
-/* The library that a host loads. It stands before pythonfmu's wrapper, which lies beside it, and does three things:
+/* The shim: the library that a host loads. It stands before pythonfmu's wrapper, which lies in the same folder:
 
-   - it hands the wrapper a location that the wrapper understands, whatever valid form of URI the host has given. The
-     wrapper (pythonfmu 0.7) cuts off the first seven characters, decodes %20, and dies when it finds no file there;
-   - it says in the host's log what is missing, where the wrapper would end the process: Python, or a resource;
-   - it copies Reals and Booleans between the host and the values of the model directly, where Python has nothing to do
+   - It passes the wrapper a resource location that the wrapper accepts, whatever valid form of URI the host uses. The
+     wrapper (pythonfmu 0.7) cuts off the first seven characters, decodes %20, and aborts when it finds no file there.
+   - It logs what is missing, Python or a resource, where the wrapper would end the process.
+   - It copies Reals and Booleans straight between the host and the buffers of the model where Python would do nothing
      but copy. The wrapper calls Python for each set and get, and builds four objects for each scalar.
 
-   Everything else is handed through, and so is any set or get that has to be checked, refused or computed.
-   shells/direct.py tells where the values lie and which may be touched; it states the same constants. */
+   Every other call is forwarded, and so is any set or get that must be checked, refused or computed.
+   shared_buffers.py defines where the values lie and which may be accessed; it states the same constants. */
 
 #define _GNU_SOURCE
 #include "fmi2.h"
@@ -34,19 +34,19 @@ __asm__(".symver memcpy,memcpy@GLIBC_2.2.5");
 #define WRAPPER "libpythonfmu-export.so"
 #define MARKER "slavemodule.txt" /* in the resources: the wrapper opens it first of all */
 #define CATEGORY "logStatusError"
-#define DIRECT 0x7ffffff0u /* the String that tells where the values lie; no variable has this reference */
+#define BUFFERS_REFERENCE 0x7ffffff0u /* the String that describes the shared buffers; no variable has it */
 enum { READ = 1, WRITE = 2, ON_DEMAND = 4 };
 
 typedef struct {
     size_t count;
     unsigned char *values; /* doubles or bytes */
     const unsigned char *access;
-} Values;
+} Buffer;
 
 typedef struct {
     fmi2Component wrapped;
-    const int *running; /* not 0 while values may be touched; NULL if nobody told */
-    Values reals, booleans;
+    const int *running; /* not 0 while values may be accessed; NULL if the model shares no buffers */
+    Buffer reals, booleans;
 } Instance;
 
 #define MEMBER(name, parameters, ...) fmi2Status(*name) parameters;
@@ -55,17 +55,17 @@ static struct {
     fmi2Component (*fmi2Instantiate)(fmi2String name, int type, fmi2String guid, fmi2String resources,
                                      const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging);
     void (*fmi2FreeInstance)(fmi2Component);
-    HANDED_THROUGH(MEMBER)
-    TAKEN_PART_IN(MEMBER)
+    FORWARDED(MEMBER)
+    INTERCEPTED(MEMBER)
 } wrapper;
 
-/* Whom to tell when something is missing. */
+/* Where errors are logged. */
 typedef struct {
     const fmi2CallbackFunctions *functions;
     fmi2String name;
 } Host;
 
-static void tell(const Host *host, const char *what, const char *detail) {
+static void log_error(const Host *host, const char *what, const char *detail) {
     if (host->functions && host->functions->logger)
         host->functions->logger(host->functions->componentEnvironment, host->name, fmi2Error, CATEGORY, "%s%s", what,
                                 detail ? detail : "");
@@ -81,14 +81,14 @@ static int own_folder(char *folder, size_t size) {
     return 1;
 }
 
-/* Bring Python into the process, with its symbols global, unless it is there. */
+/* Load Python with its symbols global, unless the process has it. */
 static int find_python(const Host *host) {
     if (dlsym(RTLD_DEFAULT, "Py_IsInitialized")) return 1;
     if (dlopen(LIBPYTHON, RTLD_NOW | RTLD_GLOBAL)) return 1;
-    tell(host,
-         "this FMU runs in Python, and there is none in this process nor " LIBPYTHON " on this machine; install it, or "
-         "preload the library of another version",
-         NULL);
+    log_error(host,
+              "this FMU runs in Python, and there is none in this process nor " LIBPYTHON
+              " on this machine; install it, or preload the library of another version",
+              NULL);
     return 0;
 }
 
@@ -96,26 +96,26 @@ static int load_wrapper(const Host *host) {
     char path[PATH_MAX + sizeof WRAPPER];
     if (wrapper.handle) return 1;
     if (!own_folder(path, PATH_MAX)) {
-        tell(host, "cannot find the folder of its own library", NULL);
+        log_error(host, "cannot find the folder of its own library", NULL);
         return 0;
     }
     strcat(path, WRAPPER);
     if (!find_python(host)) return 0;
     void *handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!handle) {
-        tell(host, "cannot load pythonfmu's wrapper: ", dlerror());
+        log_error(host, "cannot load pythonfmu's wrapper: ", dlerror());
         return 0;
     }
 #define FIND(name, ...)                                                                                                \
     if (!(*(void **)&wrapper.name = dlsym(handle, #name))) {                                                           \
-        tell(host, WRAPPER " lacks ", #name);                                                                          \
+        log_error(host, WRAPPER " lacks ", #name);                                                                     \
         dlclose(handle);                                                                                               \
         return 0;                                                                                                      \
     }
     FIND(fmi2Instantiate)
     FIND(fmi2FreeInstance)
-    HANDED_THROUGH(FIND)
-    TAKEN_PART_IN(FIND)
+    FORWARDED(FIND)
+    INTERCEPTED(FIND)
     wrapper.handle = handle;
     return 1;
 }
@@ -133,7 +133,7 @@ static int hexadecimal(char letter) {
     return -1;
 }
 
-/* Write the path that a URI means: file:///p, file://localhost/p, file:/p, or a bare path, percent-encoded or not. */
+/* Write the path of a URI: file:///p, file://localhost/p, file:/p, or a bare path, percent-encoded or not. */
 static int decode(const char *uri, char *path, size_t size) {
     if (!strncmp(uri, "file:", 5)) {
         uri += 5;
@@ -164,7 +164,7 @@ static int holds_resources(const char *folder) {
     return access(marker, R_OK) == 0;
 }
 
-/* Write the location for the wrapper: that which the host gave, or else the resources beside the binaries. */
+/* Write the location for the wrapper: the one that the host gave, or else the resources next to the binaries. */
 static int locate(const Host *host, fmi2String given, char *location) {
     char folder[PATH_MAX];
     int found = given && decode(given, folder, sizeof folder) && holds_resources(folder);
@@ -173,32 +173,33 @@ static int locate(const Host *host, fmi2String given, char *location) {
         found = holds_resources(folder);
     }
     if (!found && own_folder(folder, sizeof folder) && strlen(folder) + 16 < sizeof folder) {
-        char beside[PATH_MAX];
+        char own[PATH_MAX];
         strcat(folder, "../../resources");
-        found = realpath(folder, beside) && holds_resources(beside);
-        if (found) strcpy(folder, beside);
+        found = realpath(folder, own) && holds_resources(own);
+        if (found) strcpy(folder, own);
     }
     if (!found) {
-        tell(host, "no resources at fmuResourceLocation = ", given ? given : "NULL");
+        log_error(host, "no resources at fmuResourceLocation = ", given ? given : "NULL");
         return 0;
     }
     if (strstr(folder, "%20")) {
-        tell(host, "the letters %20 in a path are a blank to pythonfmu's wrapper; unpack elsewhere than to ", folder);
+        log_error(host, "the letters %20 in a path are a blank to pythonfmu's wrapper; unpack elsewhere than to ",
+                  folder);
         return 0;
     }
     sprintf(location, "file://%s", folder);
     return 1;
 }
 
-/* Ask the model where its values lie. An FMU of another shell does not answer, and then Python does all the copying. */
+/* Ask the model where its buffers lie. One that shares none gives no answer, and Python then does all the copying. */
 static void connect(Instance *instance) {
-    const fmi2ValueReference reference = DIRECT;
-    fmi2String told = NULL;
+    const fmi2ValueReference reference = BUFFERS_REFERENCE;
+    fmi2String layout = NULL;
     instance->running = NULL;
-    if (wrapper.fmi2GetString(instance->wrapped, &reference, 1, &told) != fmi2OK || !told) return;
-    Values reals, booleans;
+    if (wrapper.fmi2GetString(instance->wrapped, &reference, 1, &layout) != fmi2OK || !layout) return;
+    Buffer reals, booleans;
     const int *running;
-    if (sscanf(told, "direct %p %zu %p %p %zu %p %p", (void **)&reals.values, &reals.count, (void **)&reals.access,
+    if (sscanf(layout, "buffers %p %zu %p %p %zu %p %p", (void **)&reals.values, &reals.count, (void **)&reals.access,
                (void **)&booleans.values, &booleans.count, (void **)&booleans.access, (void **)&running) != 7)
         return;
     instance->reals = reals;
@@ -236,26 +237,26 @@ EXPORTED void fmi2FreeInstance(fmi2Component c) {
 
 EXPORTED fmi2Status fmi2Reset(fmi2Component c) {
     Instance *instance = c;
-    instance->running = NULL; /* the wrapper makes a new object, with values elsewhere */
+    instance->running = NULL; /* the wrapper makes a new object, whose buffers lie elsewhere */
     fmi2Status status = wrapper.fmi2Reset(instance->wrapped);
     if (status == fmi2OK) connect(instance);
     return status;
 }
 
-#define HAND_THROUGH(name, parameters, arguments)                                                                      \
+#define FORWARD(name, parameters, arguments)                                                                           \
     EXPORTED fmi2Status name parameters {                                                                              \
         fmi2Component i = ((Instance *)c)->wrapped;                                                                    \
         return wrapper.name arguments;                                                                                 \
     }
-HANDED_THROUGH(HAND_THROUGH)
+FORWARDED(FORWARD)
 
-/* Tell whether all references may be touched so; `on_demand` becomes one that has to be computed first, if any. */
-static int allowed(const Instance *instance, const Values *values, const fmi2ValueReference vr[], size_t n, int how,
+/* Return whether all references allow `access`; `on_demand` becomes one that has to be computed first, if any. */
+static int allowed(const Instance *instance, const Buffer *buffer, const fmi2ValueReference vr[], size_t n, int access,
                    const fmi2ValueReference **on_demand) {
     if (!instance->running || !*instance->running) return 0;
     for (size_t k = 0; k < n; k++) {
-        if (vr[k] >= values->count || !(values->access[vr[k]] & how)) return 0;
-        if (values->access[vr[k]] & ON_DEMAND) *on_demand = &vr[k];
+        if (vr[k] >= buffer->count || !(buffer->access[vr[k]] & access)) return 0;
+        if (buffer->access[vr[k]] & ON_DEMAND) *on_demand = &vr[k];
     }
     return 1;
 }
@@ -278,9 +279,9 @@ EXPORTED fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], 
 EXPORTED fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
     Instance *instance = c;
     const fmi2ValueReference *on_demand = NULL;
-    int direct = allowed(instance, &instance->reals, vr, n, WRITE, &on_demand);
-    for (size_t k = 0; direct && k < n; k++) direct = isfinite(values[k]); /* Python refuses it, by name */
-    if (!direct) return wrapper.fmi2SetReal(instance->wrapped, vr, n, values);
+    int shared = allowed(instance, &instance->reals, vr, n, WRITE, &on_demand);
+    for (size_t k = 0; shared && k < n; k++) shared = isfinite(values[k]); /* Python refuses it, by name */
+    if (!shared) return wrapper.fmi2SetReal(instance->wrapped, vr, n, values);
     fmi2Real *all = (fmi2Real *)instance->reals.values;
     for (size_t k = 0; k < n; k++) all[vr[k]] = values[k];
     return fmi2OK;

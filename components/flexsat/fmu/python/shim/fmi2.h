@@ -1,7 +1,7 @@
-/* FMI 2.0 for co-simulation: the types and functions that the front library takes part in or hands through. */
+/* FMI 2.0 for co-simulation: the types and functions that the shim intercepts or forwards. */
 
-#ifndef FLEXSAT_FRONT_FMI2_H
-#define FLEXSAT_FRONT_FMI2_H
+#ifndef FLEXSAT_SHIM_FMI2_H
+#define FLEXSAT_SHIM_FMI2_H
 
 #include <stddef.h>
 
@@ -24,8 +24,8 @@ typedef struct {
     void *componentEnvironment;
 } fmi2CallbackFunctions;
 
-/* X(name, parameters, arguments) for each function that is handed through as it is; `i` is the wrapper's instance. */
-#define HANDED_THROUGH(X)                                                                                              \
+/* X(name, parameters, arguments) for each function that is forwarded as it is; `i` is the wrapper's instance. */
+#define FORWARDED(X)                                                                                                   \
     X(fmi2SetDebugLogging, (fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]),                 \
       (i, on, n, categories))                                                                                          \
     X(fmi2SetupExperiment,                                                                                             \
@@ -69,8 +69,8 @@ typedef struct {
     X(fmi2GetBooleanStatus, (fmi2Component c, int kind, fmi2Boolean *value), (i, kind, value))                         \
     X(fmi2GetStringStatus, (fmi2Component c, int kind, fmi2String *value), (i, kind, value))
 
-/* X(name, parameters) for each function that the front library also does something in. */
-#define TAKEN_PART_IN(X)                                                                                               \
+/* X(name, parameters) for each function that the shim intercepts. */
+#define INTERCEPTED(X)                                                                                                 \
     X(fmi2Reset, (fmi2Component c))                                                                                    \
     X(fmi2GetReal, (fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]))                      \
     X(fmi2SetReal, (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]))                \

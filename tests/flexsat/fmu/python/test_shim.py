@@ -1,4 +1,4 @@
-"""The library in front of pythonfmu's wrapper: any location, a word where something is missing, and the same values."""
+"""The shim before pythonfmu's wrapper: every form of location, errors in the log, and the wrapper's values."""
 
 import os
 import subprocess
@@ -6,11 +6,11 @@ import sys
 import zipfile
 from pathlib import Path
 
-import flexsat.export
 import pytest
 
+import flexsat.fmu.export
 from flexsat.fmu.export import build_fmu
-from flexsat.fmu.python.front import SOURCES, WRAPPER, front_library
+from flexsat.fmu.python.shim import SOURCES, WRAPPER, shim_library
 from lockstep.check.static.elf import read_library
 
 TOYS = Path(__file__).parents[3] / "fmus" / "toys"
@@ -26,13 +26,13 @@ from fmpy import fmi2
 
 class Host:
     def __init__(self, library, guid):
-        self.said = []
+        self.logged = []
         self.guid = guid.encode()
         self.dll = ctypes.CDLL(str(library))
         self.dll.fmi2Instantiate.restype = ctypes.c_void_p
         callbacks = fmi2.fmi2CallbackFunctions()
         callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(
-            lambda _, __, status, category, text: self.said.append((status, category.decode(), text.decode())))
+            lambda _, __, status, category, text: self.logged.append((status, category.decode(), text.decode())))
         fmi2.addLoggerProxy(ctypes.byref(callbacks))
         self.callbacks = callbacks
 
@@ -59,12 +59,12 @@ class Host:
         return self.SetReal(*known, (ctypes.c_double * count)(*values))
 
     def start(self, location, *parameters):
-        assert self.instantiate(location), self.said
+        assert self.instantiate(location), self.logged
         self.SetupExperiment(0, ctypes.c_double(0), ctypes.c_double(0), 0, ctypes.c_double(0))
         for known, value in parameters:
             self.write([known], [value])
         self.EnterInitializationMode()
-        self.early = self.reals([reference["level[1]"]])  # what follows from the parameters, and is computed now
+        self.early = self.reals([reference["level[1]"]])  # computed now from the parameters
         self.ExitInitializationMode()
         return self
 
@@ -96,15 +96,15 @@ def unpacked(toy, folder):
     return folder, toy[1]
 
 
-def test_every_form_of_a_location(toy, tmp_path):
+def test_every_form_of_location_is_accepted(toy, tmp_path):
     python(
         HOST
         + """
 path = str(folder / "resources")
-beside = (None, "file:///moved/elsewhere/resources")  # then those beside the binaries are meant
+next_to_binaries = (None, "file:///moved/elsewhere/resources")  # then the resources next to the binaries are used
 host = Host(library, guid)
-for form in beside:
-    assert host.instantiate(form), (form, host.said)
+for form in next_to_binaries:
+    assert host.instantiate(form), (form, host.logged)
     host.free()
 path = str(folder / "elsewhere" / "resources")
 (folder / "resources").rename(folder / "somewhere")
@@ -112,10 +112,10 @@ path = str(folder / "elsewhere" / "resources")
 (folder / "somewhere").rename(path)
 for form in (Path(path).as_uri(), f"file://{path}", f"file://localhost{path}", f"file:{path}", path, f"file://{path}/",
              f"file://{path.replace(' ', '%20')}", f"file:///%2E{path}"):
-    assert host.instantiate(form), (form, host.said)
+    assert host.instantiate(form), (form, host.logged)
     host.free()
-assert host.said == []
-for form in beside:
+assert host.logged == []
+for form in next_to_binaries:
     assert not host.instantiate(form)
 """,
         *unpacked(toy, tmp_path / "Größe 100% und Maß"),
@@ -123,13 +123,13 @@ for form in beside:
 
 
 @pytest.mark.parametrize(
-    ("folder", "location", "said"),
+    ("folder", "location", "message"),
     [
         ("plain", "file:///nowhere/resources", "no resources at fmuResourceLocation = file:///nowhere/resources"),
         ("my%20models", None, "the letters %20 in a path are a blank to pythonfmu's wrapper; unpack elsewhere"),
     ],
 )
-def test_what_cannot_be_found_is_told_and_the_host_lives(toy, tmp_path, folder, location, said):
+def test_missing_resources_are_logged_without_ending_the_host(toy, tmp_path, folder, location, message):
     python(
         HOST
         + f"""
@@ -137,9 +137,9 @@ if {folder!r} == "plain":
     (folder / "resources").rename(folder / "gone")
 host = Host(library, guid)
 assert not host.instantiate({location!r} or location)
-((status, category, text),) = host.said
+((status, category, text),) = host.logged
 assert (status, category) == (3, "logStatusError")
-assert text.startswith({said!r}), text
+assert text.startswith({message!r}), text
 """,
         *unpacked(toy, tmp_path / folder),
     )
@@ -168,24 +168,24 @@ def trace(library):
 """
 
 
-def test_the_values_are_those_of_the_wrapper_alone(toy, tmp_path):
+def test_values_equal_those_of_the_wrapper_alone(toy, tmp_path):
     python(
         HOST
         + TRACE
         + f"""
-host, ours = trace(library)
+host, with_shim = trace(library)
 host.free()
-host, theirs = trace(library.with_name({WRAPPER!r}))
+host, wrapper_alone = trace(library.with_name({WRAPPER!r}))
 host.free()
-assert ours == theirs
-assert len(set(map(str, ours))) > 20
+assert with_shim == wrapper_alone
+assert len(set(map(str, with_shim))) > 20
 """,
         *unpacked(toy, tmp_path / "toy"),
     )
 
 
-def test_python_is_not_called_to_copy(toy, tmp_path):
-    """The wrapper alone calls the shell for each set and get; what it computes on demand is still asked for."""
+def test_shim_copies_values_without_calling_python(toy, tmp_path):
+    """The wrapper alone calls the shell for each set and get; outputs on demand are still computed by it."""
     python(
         HOST
         + TRACE
@@ -222,20 +222,20 @@ assert calls(library.with_name({WRAPPER!r})) == (["set_real", "get_real", "set_b
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "said"),
+    ("name", "value", "message"),
     [
         ("wheel.torque[1]", float("inf"), "setReal: wheel.torque[1] must be finite, got inf"),
         ("gain", 2.0, "setReal: gain is a fixed parameter and cannot be set after initialisation, got 2.0"),
         ("angle", 2.0, "setReal: angle is an output and cannot be set"),
     ],
 )
-def test_what_is_refused_is_still_refused(toy, tmp_path, name, value, said):
+def test_invalid_writes_are_refused_through_the_shim(toy, tmp_path, name, value, message):
     python(
         HOST
         + f"""
 host = Host(library, guid).start(location)
 host.write([reference[{name!r}]], [float({str(value)!r})])
-assert host.said == [(3, "logStatusError", {said!r})], host.said
+assert host.logged == [(3, "logStatusError", {message!r})], host.logged
 assert host.step(0) == 2
 (angle,) = host.reals([reference["angle"]])
 assert angle != angle
@@ -245,24 +245,24 @@ host.free()
     )
 
 
-def test_it_loads_where_glibc_is_old():
-    library = read_library(front_library())
+def test_shim_needs_only_an_old_glibc():
+    library = read_library(shim_library())
 
     assert library.versions["GLIBC"] <= "2.7"  # of 2007; pythonfmu's own library needs a newer one
     assert library.needed == ("libc.so.6",)
     assert len(library.exported) == 34
 
 
-def test_it_tells_of_no_machine(tmp_path):
-    content = front_library()
+def test_shim_contains_no_path_of_the_build_machine(tmp_path):
+    content = shim_library()
 
-    assert b"flexsat_front_" not in content
+    assert b"flexsat_shim_" not in content
     assert str(tmp_path.parent.parent).encode() not in content
 
 
-def test_another_line_of_it_gives_another_guid(toy, tmp_path, monkeypatch):
+def test_changed_shim_source_gives_another_guid(toy, tmp_path, monkeypatch):
     monkeypatch.setattr(flexsat, "__path__", [*flexsat.__path__, str(TOYS.parent)])
-    monkeypatch.setattr(flexsat.fmu.export, "front_sources", lambda: {name: name.encode() for name in SOURCES})
+    monkeypatch.setattr(flexsat.fmu.export, "shim_sources", lambda: {name: name.encode() for name in SOURCES})
     try:
         built = build_fmu("flexsat.toys.counter:Counter", tmp_path / "a.fmu", {"model.npz": b"numbers"}, "toy")
     finally:
@@ -276,7 +276,7 @@ def test_another_line_of_it_gives_another_guid(toy, tmp_path, monkeypatch):
     ("compiler", "message"),
     [
         ("no-such-compiler", "C compiler 'no-such-compiler': not found; install gcc, or name one in CC"),
-        ("false", "false cannot compile front.c: it gave no reason"),
+        ("false", "false cannot compile shim.c: it gave no reason"),
     ],
 )
 def test_without_a_compiler_nothing_is_built(tmp_path, compiler, message):

@@ -1,4 +1,4 @@
-"""The C library in front of pythonfmu's wrapper, and how it is compiled; `front.c` says what it is for."""
+"""Compile the shim, the C library that a host loads before pythonfmu's wrapper; `shim.c` describes it."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-SOURCES = ("front.c", "fmi2.h")
-WRAPPER = "libpythonfmu-export.so"  # beside the front library; front.c states the same name
+SOURCES = ("shim.c", "fmi2.h")
+WRAPPER = "libpythonfmu-export.so"  # in the shim's folder; shim.c states the same name
 _FLAGS = (
     "-std=gnu11", "-O2", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-fvisibility=hidden", "-s",
     "-Wl,--build-id=none",  # equal sources give equal bytes
 )  # fmt: skip
 
 
-def front_sources() -> dict[str, bytes]:
+def shim_sources() -> dict[str, bytes]:
     """Return the sources by file name; they are part of what an FMU's GUID is made from."""
     return {name: Path(__file__).with_name(name).read_bytes() for name in SOURCES}
 
 
 @cache
-def front_library(python: str = f"libpython{sys.version_info[0]}.{sys.version_info[1]}.so.1.0") -> bytes:
+def shim_library(python: str = f"libpython{sys.version_info[0]}.{sys.version_info[1]}.so.1.0") -> bytes:
     """Compile the library for Linux x86-64; it is the same for every FMU.
 
     Parameters
     ----------
-    python : library that it loads where the host brings no Python
+    python : library that the shim loads where the host has no Python
 
     Raises
     ------
@@ -44,13 +44,13 @@ def front_library(python: str = f"libpython{sys.version_info[0]}.{sys.version_in
     compiler = given or [name for name in ("cc", "gcc") if shutil.which(name)][:1]
     if not compiler or not shutil.which(compiler[0]):
         raise ValueError(f"C compiler {' '.join(given) or 'cc'!r}: not found; install gcc, or name one in CC")
-    with tempfile.TemporaryDirectory(prefix="flexsat_front_") as folder:
-        for name, content in front_sources().items():
+    with tempfile.TemporaryDirectory(prefix="flexsat_shim_") as folder:
+        for name, content in shim_sources().items():
             Path(folder, name).write_bytes(content)
-        # in the folder, and by plain names: no path of this machine gets into the library
-        command = [*compiler, *_FLAGS, f'-DLIBPYTHON="{python}"', "-o", "front.so", "front.c", "-ldl"]
+        # compiled in the folder by plain names: no path of this machine gets into the library
+        command = [*compiler, *_FLAGS, f'-DLIBPYTHON="{python}"', "-o", "shim.so", "shim.c", "-ldl"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             reason = next((line for line in done.stderr.splitlines() if "error" in line), "it gave no reason")
             raise ValueError(f"{compiler[0]} cannot compile {SOURCES[0]}: {reason.strip()}")
-        return Path(folder, "front.so").read_bytes()
+        return Path(folder, "shim.so").read_bytes()
