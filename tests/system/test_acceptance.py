@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from lockstep.check.report.report import FmuReport, from_json
+from lockstep.check.report.check_report import CheckReport, from_json
 
 from .conftest import RunCli
 
@@ -17,7 +17,7 @@ COMPONENTS, CONFIGURATIONS = ("plant", "sensors", "controller"), ("centralised",
 
 
 @pytest.fixture(scope="module")
-def reports(fmus: Path, flexsat: RunCli, tmp_path_factory: pytest.TempPathFactory) -> dict[str, FmuReport]:
+def reports(fmus: Path, flexsat: RunCli, tmp_path_factory: pytest.TempPathFactory) -> dict[str, CheckReport]:
     """Return the static report of all six FMUs, checked in one call that warnings would fail."""
     paths = [fmus / name / f"{component}.fmu" for name in CONFIGURATIONS for component in COMPONENTS]
     written = tmp_path_factory.mktemp("report") / "report.json"
@@ -29,7 +29,7 @@ def reports(fmus: Path, flexsat: RunCli, tmp_path_factory: pytest.TempPathFactor
 
 
 @pytest.mark.parametrize("name", [f"{name}/{component}" for name in CONFIGURATIONS for component in COMPONENTS])
-def test_our_fmus_have_nothing_to_object_to(reports: dict[str, FmuReport], name: str) -> None:
+def test_our_fmus_have_nothing_to_object_to(reports: dict[str, CheckReport], name: str) -> None:
     findings = {finding.check: finding for finding in reports[name].findings}
     configuration, component = name.split("/")
 

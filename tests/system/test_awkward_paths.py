@@ -31,7 +31,7 @@ def test_a_check_there_finds_nothing(fmus, environment):
     script = """
 import sys
 from pathlib import Path
-from lockstep.check.dynamic import dynamic_checks
+from lockstep.check.dynamic_checks import dynamic_checks
 found = dynamic_checks(Path(sys.argv[1]), print, only=["dynamic.repeat", "dynamic.resource_location"])
 assert {f.status for f in found} == {"pass"}, found
 """

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from lockstep.check.run import check_fmu
+from lockstep.check.check_fmu import check_fmu
 
 BAD = Path(__file__).parents[1] / "fmus" / "bad"
 sys.path.append(str(BAD))
@@ -84,7 +84,7 @@ def test_an_interrupted_check_leaves_nothing(tmp_path):
     command = [sys.executable, "-m", "lockstep", "check", str(bad_fmu(tmp_path, "HANGS"))]
     environment = os.environ | {"TMPDIR": str(scratch)}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, text=True)
-    while not any(b"fmi2DoStep" in read(path) for path in scratch.glob("*/results/crumb")):
+    while not any(b"fmi2DoStep" in read(path) for path in scratch.glob("*/results/last_call")):
         assert process.poll() is None, process.communicate()
         time.sleep(0.05)
     assert len(processes_with(str(scratch))) == 2

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from lockstep.check.dynamic.dynamic import CHECKS, dynamic_checks
+from lockstep.check.dynamic_checks import CHECKS, dynamic_checks
 from lockstep.check.report.finding import Finding
 
 BAD = Path(__file__).parents[1] / "fmus" / "bad"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockstep.check.latency.probe import Settings, probe_latency
+from lockstep.check.latency.probe_latency import ProbeSettings, probe_latency
 
 
 def arrays(report):
@@ -29,7 +29,7 @@ def probed(fmus):
 
     def probe(component, **settings):
         report = probe_latency(
-            fmus / "centralised" / f"{component}.fmu", Settings(seconds=600.0, **settings)
+            fmus / "centralised" / f"{component}.fmu", ProbeSettings(seconds=600.0, **settings)
         )  # one by one, also on a busy machine
         assert not report.of("contradicted")
         assert not report.of("no claim")

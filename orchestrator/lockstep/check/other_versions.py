@@ -11,7 +11,7 @@ from pathlib import Path
 
 from lockstep.check.report.finding import Finding, Group, Status
 from lockstep.check.static.archive_checks import archive, documentation, hygiene, licence
-from lockstep.check.static.subject import Subject
+from lockstep.check.static.fmu_archive import FmuArchive
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.model_description import PLATFORMS, Description, read_description, validation_problems
 from lockstep.fmi.parameter_values import parse_value
@@ -26,15 +26,15 @@ _ONLY_2 = "units, structure, names, capabilities, state, repetition and the port
 Report = Callable[[Finding], None]
 
 
-def version_of(subject: Subject) -> str:
+def version_of(fmu: FmuArchive) -> str:
     """Return the version of FMI, if it is one of those that are checked here; else nothing."""
-    said = "" if subject.model is None else subject.model.attributes.get("fmiVersion", "")[:3]
+    said = "" if fmu.model is None else fmu.model.attributes.get("fmiVersion", "")[:3]
     return said if said in PLATFORMS and said != "2.0" else ""
 
 
-def other_version_checks(subject: Subject, dynamic: bool, report: Report) -> list[Finding]:
+def other_version_checks(fmu: FmuArchive, dynamic: bool, report: Report) -> list[Finding]:
     """Check an FMU of FMI 1.0 or 3.0; `report` is called with each finding as it comes."""
-    version, found = version_of(subject), []
+    version, found = version_of(fmu), []
 
     def note(name: str, title: str, status: Status, message: str, details: tuple[str, ...] = ()) -> None:
         group: Group = "dynamic" if name.startswith("dynamic") else "static"
@@ -45,8 +45,8 @@ def other_version_checks(subject: Subject, dynamic: bool, report: Report) -> lis
         report(finding)
 
     for check in (archive, hygiene):
-        add(check(subject))
-    component = Component(name="checked", source=subject.path.absolute(), period=1, isolated=True)
+        add(check(fmu))
+    component = Component(name="checked", source=fmu.path.absolute(), period=1, isolated=True)
     kind = f"an FMI {version} co-simulation FMU that the master can take"
     description: Description | None = None
     try:
@@ -55,14 +55,14 @@ def other_version_checks(subject: Subject, dynamic: bool, report: Report) -> lis
         note("static.kind", kind, "error", str(error).removeprefix("checked: "))
     if description is not None:
         note("static.kind", kind, "pass", f"{description.model}, {len(description.variables)} scalars")
-        problems = [" ".join(problem.split()) for problem in validation_problems(subject.path)]
+        problems = [" ".join(problem.split()) for problem in validation_problems(fmu.path)]
         said = problems[0] if problems else "no objection"
         fmpy = "FMPy's validate_fmu, schema included, has no objection"
         note("static.fmpy", fmpy, "error" if problems else "pass", said, tuple(problems[1:]))
         if dynamic:
             note("dynamic.run", "it instantiates, initialises, steps and terminates", *_run(component, description))
     for check in (documentation, licence):
-        add(check(subject))
+        add(check(fmu))
     told = f"{_ONLY_2} are checked for FMI 2.0 only; this is FMI {version}. Its delays: probe-latency"
     note("static.scope", "how far the checks go", "info", told)
     return found

@@ -7,12 +7,12 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from lockstep.check.check_fmu import check_fmu
 from lockstep.check.contract import Contract, named
-from lockstep.check.report.report import FmuReport, as_json, as_junit, fails, write_text
+from lockstep.check.report.check_report import CheckReport, as_json, as_junit, fails, write_text
 from lockstep.check.report.report_html import as_html
 from lockstep.check.report.report_text import print_report, show_checks
-from lockstep.check.run import check_fmu
-from lockstep.check.static.subject import open_subject
+from lockstep.check.static.fmu_archive import read_archive
 from lockstep.errors import InputError
 
 EXIT_CODES = "exit code: 0 no error, 1 an error (with --strict also a warning), 2 bad input such as a missing file"
@@ -49,7 +49,7 @@ def check_as_told(options: argparse.Namespace, contracts: Callable[[], Sequence[
     offered = contracts()
     if like is not None:
         named(offered, like)
-    reports: list[FmuReport] = []
+    reports: list[CheckReport] = []
     for path in options.fmus:
         with show_checks(str(path)) as progress:
             others = [other for other in options.fmus if other.resolve() != path.resolve()][:_NEIGHBOURS]
@@ -64,7 +64,7 @@ def check_as_told(options: argparse.Namespace, contracts: Callable[[], Sequence[
 
 def _refuse(paths: Sequence[Path], outputs: dict[str, Path | None]) -> None:
     for path in paths:
-        open_subject(path)
+        read_archive(path)
     inputs = {path.resolve() for path in paths}
     for option, output in outputs.items():
         if output is None:
@@ -89,7 +89,7 @@ def _refuse_folder(option: str, output: Path) -> None:
         raise InputError(f"{option} {output}: cannot be written ({output.parent} is read-only)")
 
 
-def _write(outputs: dict[str, Path | None], reports: Sequence[FmuReport], strict: bool) -> None:
+def _write(outputs: dict[str, Path | None], reports: Sequence[CheckReport], strict: bool) -> None:
     html, json, junit = outputs["--html"], outputs["--json"], outputs["--junit"]
     if html is not None:
         write_text(html, as_html(reports))

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
 
-from lockstep.check.latency.probe import Settings, probe_latency
+from lockstep.check.latency.probe_latency import ProbeSettings, probe_latency
 from lockstep.cli.probe_latency_text import as_json, as_lines
 from lockstep.cli.run_options import assignments
 from lockstep.errors import InputError
@@ -66,7 +66,7 @@ def probe_as_told(options: argparse.Namespace) -> int:
     return 1 if report.of("contradicted") else 0
 
 
-def _settings(options: argparse.Namespace) -> Settings:
+def _settings(options: argparse.Namespace) -> ProbeSettings:
     general, single = None, {}
     for text in options.amplitude:
         name, _, amount = text.rpartition("=")
@@ -75,7 +75,7 @@ def _settings(options: argparse.Namespace) -> Settings:
             single[name] = value
         else:
             general = value
-    return Settings(
+    return ProbeSettings(
         step=None if options.step is None else _number(options.step, f"--step {options.step}"),
         steps=options.steps,
         starts=_values(options.set),

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
-from lockstep.check.latency.probe import Pair, Report
+from lockstep.check.latency.probe_latency import LatencyReport, Pair
 from lockstep.errors import compact
 
 NARROWEST = 60  # characters of a terminal
@@ -19,14 +19,14 @@ LEGEND = (
 )
 
 
-def as_json(report: Report) -> str:
+def as_json(report: LatencyReport) -> str:
     """Return all of it; a pair that is not there did not answer, and does not claim to."""
     content = asdict(report)
     content["contradictions"] = len(report.of("contradicted"))
     return json.dumps(content, indent=1) + "\n"
 
 
-def as_lines(report: Report, width: int) -> list[str]:
+def as_lines(report: LatencyReport, width: int) -> list[str]:
     """Return the head, the matrix of arrays, and what it means for the claims."""
     step = f"step {report.step:g} s ({report.step_source})"
     lines = [f"{report.file}: {report.model}, {step}, {report.window} steps watched after each change"]
@@ -48,7 +48,7 @@ def as_lines(report: Report, width: int) -> list[str]:
     return lines
 
 
-def _matrix(report: Report, width: int) -> list[str]:
+def _matrix(report: LatencyReport, width: int) -> list[str]:
     groups: defaultdict[tuple[str, str], list[Pair]] = defaultdict(list)
     for pair in report.pairs:
         groups[_base(pair.output), _base(pair.input)].append(pair)
@@ -69,9 +69,9 @@ def _matrix(report: Report, width: int) -> list[str]:
 
 
 def _cell(pairs: Sequence[Pair]) -> str:
-    """Return delays over all elements, whether any is feedthrough, and the worst verdict."""
+    """Return delays over all elements, whether any is feedthrough, and the worst agreement."""
     answering = [pair for pair in pairs if pair.least is not None]
-    verdicts = {pair.verdict for pair in pairs}
+    agreements = {pair.agreement for pair in pairs}
     if not answering:
         return "?"
     # couplings that are hardly above rounding are seen late: they tell nothing of the array
@@ -79,10 +79,10 @@ def _cell(pairs: Sequence[Pair]) -> str:
     least = [pair.least for pair in telling if pair.least is not None]
     most = [pair.most for pair in telling if pair.most is not None]
     text = str(min(least)) if min(least) == max(most) else f"{min(least)}-{max(most)}"
-    return text + "f" * any(pair.feedthrough for pair in pairs) + "!" * ("contradicted" in verdicts)
+    return text + "f" * any(pair.feedthrough for pair in pairs) + "!" * ("contradicted" in agreements)
 
 
-def _claims(report: Report) -> list[str]:
+def _claims(report: LatencyReport) -> list[str]:
     claimed = [pair for pair in report.pairs if pair.claimed]
     seen = [pair for pair in claimed if pair.feedthrough]
     parts = [f"{len(seen)} claimed and seen"]

@@ -10,8 +10,8 @@ import fmpy
 import pytest
 
 from lockstep.check.report.finding import Finding
-from lockstep.check.static.static import static_checks
-from lockstep.check.static.subject import open_subject
+from lockstep.check.static.fmu_archive import read_archive
+from lockstep.check.static_checks import static_checks
 
 XML = Path(__file__).with_name("good.xml").read_text(encoding="utf-8")
 BINARY = "binaries/linux64/good.so"
@@ -80,7 +80,7 @@ def make(tmp_path: Path, library: bytes) -> Make:
 @pytest.fixture(scope="session")
 def found() -> Find:
     """Return a function that runs the static checks and returns each finding by the check's id."""
-    return lambda path: {finding.check: finding for finding in static_checks(open_subject(path))}
+    return lambda path: {finding.check: finding for finding in static_checks(read_archive(path))}
 
 
 def bad(findings: Mapping[str, Finding]) -> dict[str, str]:

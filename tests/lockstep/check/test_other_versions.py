@@ -2,8 +2,8 @@
 
 import pytest
 
-from lockstep.check.report.report import fails
-from lockstep.check.run import check_fmu
+from lockstep.check.check_fmu import check_fmu
+from lockstep.check.report.check_report import fails
 
 
 def found(path, **options):

@@ -1,4 +1,4 @@
-"""One instance of an FMU, driven call by call: every call leaves a crumb, and every bad status an exception."""
+"""One instance of an FMU, driven call by call: every call leaves a last_call, and every bad status an exception."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fmpy import fmi2
 from fmpy.logging import addLoggerProxy
 
 from lockstep.check.dynamic.experiment import PERIOD, Experiment
-from lockstep.check.dynamic.last_call import Crumb
+from lockstep.check.dynamic.last_call import LastCall
 from lockstep.check.dynamic.trajectory import Trajectory
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
@@ -64,9 +64,9 @@ class Instance:
     """An instantiated FMU. `close` terminates, frees and unloads as far as FMI allows after what happened."""
 
     def __init__(
-        self, experiment: Experiment, folder: Path, crumb: Crumb, name: str = "checked", form: str = "encoded"
+        self, experiment: Experiment, folder: Path, last_call: LastCall, name: str = "checked", form: str = "encoded"
     ) -> None:
-        self.experiment, self.name, self._crumb = experiment, name, crumb
+        self.experiment, self.name, self._last_call = experiment, name, last_call
         self.messages: deque[tuple[int, str, str, str]] = deque(maxlen=20)  # status, category, instance, text
         self.worst, self._alive, self._stepping = OK, False, False
         self._at: float | None = None  # [s] where the instance stands
@@ -163,10 +163,11 @@ class Instance:
 
     def _enter(self, name: str, time: float | None = None) -> None:
         at = self._at if time is None else time
-        self._crumb.name, self._crumb.timed, self._crumb.time = name.encode()[:63], at is not None, at or 0.0
+        last = self._last_call
+        last.name, last.timed, last.time = name.encode()[:63], at is not None, at or 0.0
 
     def _leave(self) -> None:
-        self._crumb.name = b""
+        self._last_call.name = b""
 
     # Life cycle.
 

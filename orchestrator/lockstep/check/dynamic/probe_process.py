@@ -20,7 +20,7 @@ from typing import Any, cast
 
 from lockstep.check.dynamic.experiment import Experiment
 from lockstep.check.dynamic.fmi2_instance import FATAL, Failed, Instance
-from lockstep.check.dynamic.last_call import Crumb, shared_crumb
+from lockstep.check.dynamic.last_call import LastCall, map_last_call
 from lockstep.check.dynamic.slave_instance import SlaveInstance
 from lockstep.check.report.finding import Status
 
@@ -31,7 +31,7 @@ PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class ProbeResult:
     """What a check found, without its name."""
 
     status: Status = "pass"
@@ -41,23 +41,23 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Task:
+class ProbeTask:
     """What a check has to go on."""
 
     experiment: Experiment
     folder: Path  # the unpacked FMU
     work: Path  # for files that the parent reads
     options: Mapping[str, Any]
-    crumb: Crumb
+    last_call: LastCall
     instances: list[Instance] = field(default_factory=list)
 
     def open(self, name: str = "checked", folder: Path | None = None, other: Experiment | None = None) -> Instance:
         """Instantiate the FMU, or another one."""
         if self.experiment.fmi != "2.0":  # the calls that a measurement of delays needs are the same
-            driven: Any = SlaveInstance(self.experiment, Path(self.options["archive"]), self.work, self.crumb)
+            driven: Any = SlaveInstance(self.experiment, Path(self.options["archive"]), self.work, self.last_call)
             return cast(Instance, driven)
         form = self.options.get("location", "encoded")
-        made = Instance(other or self.experiment, folder or self.folder, self.crumb, name, form)
+        made = Instance(other or self.experiment, folder or self.folder, self.last_call, name, form)
         self.instances.append(made)
         return made
 
@@ -68,7 +68,7 @@ class Task:
         return made
 
 
-Probe = Callable[[Task], Verdict]
+Probe = Callable[[ProbeTask], ProbeResult]
 
 
 def main(arguments: list[str]) -> int:
@@ -76,33 +76,33 @@ def main(arguments: list[str]) -> int:
     _limit()
     told = json.loads(Path(arguments[0]).read_text(encoding="utf-8"))
     work = Path(told["work"])
-    task = Task(
+    task = ProbeTask(
         experiment=Experiment.from_json(told["experiment"]),
         folder=Path(told["folder"]),
         work=work,
         options=told["options"],
-        crumb=shared_crumb(work / "crumb"),
+        last_call=map_last_call(work / "last_call"),
     )
     module, _, name = told["probe"].partition(":")
-    probe: Probe = getattr(import_module(f"lockstep.check.dynamic.{module}"), name)
+    probe: Probe = getattr(import_module(module), name)
     try:
-        verdict = probe(task)
+        result = probe(task)
         for instance in task.instances:
             instance.close()
     except Failed as error:
-        verdict = Verdict(status="error", message=str(error))
+        result = ProbeResult(status="error", message=str(error))
     except Exception as error:  # of the check itself: told as such, and no end of the report
         lines = traceback.format_exc().splitlines()
         reason = f"the check could not be carried out: {type(error).__name__}: {error}"
-        verdict = Verdict(status="error", message=reason, details=tuple(lines[-6:]))
+        result = ProbeResult(status="error", message=reason, details=tuple(lines[-6:]))
     fatal = any(instance.worst >= FATAL for instance in task.instances)
-    if verdict.status == "error" and not fatal:
+    if result.status == "error" and not fatal:
         try:
             for instance in task.instances:
                 instance.close()
         except Failed:
             pass  # the first failure is what is reported
-    (work / "result.json").write_text(json.dumps(asdict(verdict)), encoding="utf-8")
+    (work / "result.json").write_text(json.dumps(asdict(result)), encoding="utf-8")
     sys.stdout.flush()
     if fatal:
         os._exit(0)  # nothing of the library may run any more, not even what it does at exit

@@ -10,7 +10,7 @@ import numpy as np
 
 from lockstep.check.dynamic.experiment import Experiment
 from lockstep.check.dynamic.fmi2_instance import Failed, Instance
-from lockstep.check.dynamic.probe_process import Task, Verdict
+from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 from lockstep.check.dynamic.trajectory import Trajectory, difference, output_names
 
 LOADS = 4
@@ -18,7 +18,7 @@ AWKWARD = ("accumulated", "subtracted")
 OTHER_PHASE = 11  # steps that a second instance's stimulus is ahead
 
 
-def instantiate(task: Task) -> Verdict:
+def instantiate(task: ProbeTask) -> ProbeResult:
     """Load the library, ask what it implements, make one instance and free it."""
     began = time.perf_counter()
     instance = task.open()
@@ -29,21 +29,21 @@ def instantiate(task: Task) -> Verdict:
         function.argtypes, function.restype = (), c_char_p
         told[name] = function()
         if told[name] != expected:
-            return Verdict(status="error", message=f"{name} returns {told[name]!r} instead of {expected!r}")
-    return Verdict(message=f"in {lasted:.0f} ms", numbers={"instantiate [ms]": lasted})
+            return ProbeResult(status="error", message=f"{name} returns {told[name]!r} instead of {expected!r}")
+    return ProbeResult(message=f"in {lasted:.0f} ms", numbers={"instantiate [ms]": lasted})
 
 
-def initialise(task: Task) -> Verdict:
+def initialise(task: ProbeTask) -> ProbeResult:
     """Initialise; every output must be finite."""
     instance = task.started()
     reals = instance.row()[0]
     bad = [name for name, value in zip(output_names(task.experiment), reals, strict=False) if not np.isfinite(value)]
     if bad:
-        return Verdict(status="error", message=f"{len(bad)} outputs are not finite, first {bad[0]}")
-    return Verdict(message=f"{len(task.experiment.outputs)} outputs, all finite")
+        return ProbeResult(status="error", message=f"{len(bad)} outputs are not finite, first {bad[0]}")
+    return ProbeResult(message=f"{len(task.experiment.outputs)} outputs, all finite")
 
 
-def step(task: Task) -> Verdict:
+def step(task: ProbeTask) -> ProbeResult:
     """Make steps under the stimulus until their number or the time is up; keep the trajectory as the reference."""
     limit, deadline = task.options["steps"], time.monotonic() + task.options["seconds"]
     instance = task.started()
@@ -61,17 +61,17 @@ def step(task: Task) -> Verdict:
         k, column = bad[0]
         name = output_names(experiment)[column]
         first = f"output {name} is {run.reals[k, column]} after the step at t = {experiment.time(k):.9g} s"
-        return Verdict(status="error", message=first, details=(told,), numbers=numbers)
-    return Verdict(message=told, numbers=numbers)
+        return ProbeResult(status="error", message=first, details=(told,), numbers=numbers)
+    return ProbeResult(message=told, numbers=numbers)
 
 
-def trajectory(task: Task) -> Verdict:
+def trajectory(task: ProbeTask) -> ProbeResult:
     """Run and keep the trajectory under a name."""
     task.started().run(0, task.options["steps"]).save(task.work / f"{task.options['name']}.npz")
-    return Verdict()
+    return ProbeResult()
 
 
-def awkward_times(task: Task) -> Verdict:
+def awkward_times(task: ProbeTask) -> ProbeResult:
     """Run with times that carry rounding errors, and keep the trajectories."""
     for how in AWKWARD:
         instance = task.started()
@@ -82,10 +82,10 @@ def awkward_times(task: Task) -> Verdict:
             raise Failed(f"times {how}, as hosts do: {error}") from None
         run.save(task.work / f"{how}.npz")
         instance.close()
-    return Verdict()
+    return ProbeResult()
 
 
-def reset(task: Task) -> Verdict:
+def reset(task: ProbeTask) -> ProbeResult:
     """Run, reset in the middle, initialise and run again."""
     base = Trajectory.load(task.work / "base.npz")
     instance = task.started()
@@ -96,10 +96,10 @@ def reset(task: Task) -> Verdict:
         _same(instance.run(0, len(base)), base, task.experiment, f"after {part} steps and fmi2Reset")
         instance.reset()
         instance.initialise()
-    return Verdict(message="the same bits after each reset")
+    return ProbeResult(message="the same bits after each reset")
 
 
-def second_instance(task: Task) -> Verdict:
+def second_instance(task: ProbeTask) -> ProbeResult:
     """Step two instances in turn, free one, step the other on."""
     base = Trajectory.load(task.work / "base.npz")
     other = Trajectory.load(task.work / "other.npz")
@@ -116,26 +116,26 @@ def second_instance(task: Task) -> Verdict:
     runs[0].append(first.run(done, len(base)))
     _same(Trajectory.joined(runs[0]), base, task.experiment, "first instance, stepped in turn with a second")
     _same(Trajectory.joined(runs[1]), other[:half], task.experiment, "second instance, stepped in turn with the first")
-    return Verdict(message="two instances, stepped in turn, each give the bits that they give alone")
+    return ProbeResult(message="two instances, stepped in turn, each give the bits that they give alone")
 
 
-def other_phase(task: Task) -> Verdict:
+def other_phase(task: ProbeTask) -> ProbeResult:
     """Run alone what `second_instance` runs beside another instance."""
     task.started().run(0, task.options["steps"], phase=OTHER_PHASE).save(task.work / "other.npz")
-    return Verdict()
+    return ProbeResult()
 
 
-def second_load(task: Task) -> Verdict:
+def second_load(task: ProbeTask) -> ProbeResult:
     """Free, unload, load and run again in the same process."""
     base = Trajectory.load(task.work / "base.npz")
     for load in range(LOADS):
         instance = task.started()
         _same(instance.run(0, len(base)), base, task.experiment, f"load {load + 1} in one process")
         instance.close()
-    return Verdict(message=f"loaded {LOADS} times in one process, the same bits each time")
+    return ProbeResult(message=f"loaded {LOADS} times in one process, the same bits each time")
 
 
-def side_by_side(task: Task) -> Verdict:
+def side_by_side(task: ProbeTask) -> ProbeResult:
     """Step this FMU and another one, or a copy of it unpacked elsewhere, in turn in one process."""
     neighbour = Experiment.from_json(task.options["neighbour"])
     folder, name = Path(task.options["neighbour_folder"]), task.options["neighbour_name"]
@@ -155,7 +155,7 @@ def side_by_side(task: Task) -> Verdict:
             _same(run, bases[which][: len(run)], experiment, words)
         for which in order:
             made[which].close()
-    return Verdict(message=f"the same bits beside {name}, whichever is loaded first")
+    return ProbeResult(message=f"the same bits beside {name}, whichever is loaded first")
 
 
 def _same(got: Trajectory, expected: Trajectory, experiment: Experiment, when: str) -> None:

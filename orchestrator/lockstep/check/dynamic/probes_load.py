@@ -12,7 +12,7 @@ import numpy as np
 
 from lockstep.check.dynamic.experiment import PERIOD
 from lockstep.check.dynamic.fmi2_instance import Failed
-from lockstep.check.dynamic.probe_process import Task, Verdict
+from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
 MEGABYTE = 2**20
@@ -28,7 +28,7 @@ def resident() -> float:
     return pages * PAGE / MEGABYTE
 
 
-def memory(task: Task) -> Verdict:
+def memory(task: ProbeTask) -> ProbeResult:
     """Make many steps; after a warm-up the resident memory must not grow."""
     aim, seconds = task.options["steps"], task.options["seconds"]
     instance = task.started()
@@ -56,12 +56,12 @@ def memory(task: Task) -> Verdict:
     return judged(np.array(sizes), np.array(counts), why)
 
 
-def judged(sizes: Any, counts: Any, why: str) -> Verdict:
+def judged(sizes: Any, counts: Any, why: str) -> ProbeResult:
     """Return what resident sizes [MB] after so many steps mean; `why` tells what ended them early."""
     warm = int(np.searchsorted(counts, WARM_UP * counts[-1]))
     steps = int(counts[-1] - counts[warm])
     if not steps:
-        return Verdict(status="skipped", message=f"only {counts[-1]} steps{why}")
+        return ProbeResult(status="skipped", message=f"only {counts[-1]} steps{why}")
     growth = float(sizes[-1] - sizes[warm])
     middle = (warm + len(sizes)) // 2
     late = float(sizes[-1] - sizes[middle])  # what fills a buffer once has ended by then
@@ -69,13 +69,13 @@ def judged(sizes: Any, counts: Any, why: str) -> Verdict:
     numbers = {"steps": float(counts[-1]), "growth [MB]": growth, "growth [B/step]": rate, "resident [MB]": sizes[-1]}
     told = f"{counts[-1]:,} steps: {growth:+.2f} MB after the first {counts[warm]:,}{why}"
     if growth <= GROWTH_LIMIT:
-        return Verdict(message=told, numbers=numbers)
+        return ProbeResult(message=told, numbers=numbers)
     if late < 0.2 * growth:
-        return Verdict(status="info", message=f"{told}; it has stopped growing", numbers=numbers)
-    return Verdict(status="error", message=f"{told}, {rate:.0f} bytes a step", numbers=numbers)
+        return ProbeResult(status="info", message=f"{told}; it has stopped growing", numbers=numbers)
+    return ProbeResult(status="error", message=f"{told}, {rate:.0f} bytes a step", numbers=numbers)
 
 
-def cost(task: Task) -> Verdict:
+def cost(task: ProbeTask) -> ProbeResult:
     """Measure setting, stepping and getting, each step by itself."""
     steps, deadline = task.options["steps"], time.monotonic() + task.options["seconds"]
     instance = task.started()
@@ -109,7 +109,7 @@ def cost(task: Task) -> Verdict:
         f"get {numbers['get median [us]']:.1f}), 99th percentile {numbers['sum 99th percentile [us]']:.1f} us; "
         f"{task.experiment.step * 1e6 / whole:.3g} times real time"
     )
-    return Verdict(status="info", message=told, numbers=numbers)
+    return ProbeResult(status="info", message=told, numbers=numbers)
 
 
 def _all(bound: list[Any]) -> int:

@@ -8,14 +8,14 @@ from contextlib import suppress
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 
 from lockstep.check.dynamic.fmi2_instance import FATAL, OK, WARNING, Failed, Instance, status_name
-from lockstep.check.dynamic.probe_process import Task, Verdict
+from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 
 BAD_REFERENCE = 4_000_000_007  # no model has so many variables
 EXCHANGE = (c_void_p, c_size_t, c_void_p)
 FRACTION = 1.5  # of the fixed step
 
 
-def refuses_step(task: Task) -> Verdict:
+def refuses_step(task: ProbeTask) -> ProbeResult:
     """Ask for steps that the FMU cannot make, each of a new instance; and for others that it says it can."""
     h, fixed = task.experiment.step, not task.experiment.any_step
     if not fixed:
@@ -37,20 +37,20 @@ def refuses_step(task: Task) -> Verdict:
         accepted += [words] * (status in (OK, WARNING))
         _put_away(instance)
         if status >= FATAL:
-            return Verdict(status="warning", message=f"a step of {words} is answered with {status_name(status)}, which "
-                           "ends every instance in the process", details=tuple(details))  # fmt: skip
+            text = f"a step of {words} is answered with {status_name(status)}, which ends every instance in the process"
+            return ProbeResult(status="warning", message=text, details=tuple(details))
     wrong = [words for words in accepted if words in others]
     if wrong:
         told = f"its step is fixed at {h:g} s, but it silently accepts a step of {' and of '.join(wrong)}"
-        return Verdict(status="error", message=told, details=tuple(details))
+        return ProbeResult(status="error", message=told, details=tuple(details))
     if accepted:
         told = f"silently accepts a step that is {' or '.join(accepted)}"
-        return Verdict(status="warning", message=told, details=tuple(details))
+        return ProbeResult(status="warning", message=told, details=tuple(details))
     made = "only its own step is accepted" if fixed else f"makes steps of {0.5 * h:g}, {h:g} and {2 * h:g} s"
-    return Verdict(message=f"{made}; zero, negative and not-a-number are refused", details=tuple(details))
+    return ProbeResult(message=f"{made}; zero, negative and not-a-number are refused", details=tuple(details))
 
 
-def invalid_reference(task: Task) -> Verdict:
+def invalid_reference(task: ProbeTask) -> ProbeResult:
     """Read and write a value reference that no variable has."""
     details, silent = [], []
     for kind, ctype in (("Real", c_double), ("Integer", c_int), ("Boolean", c_int), ("String", c_char_p)):
@@ -68,15 +68,16 @@ def invalid_reference(task: Task) -> Verdict:
                 silent.append(name)
             _put_away(instance)
             if status >= FATAL:
-                return Verdict(status="warning", message=f"{name} answers a bad reference with {status_name(status)}, "
-                               "which ends every instance in the process", details=tuple(details))  # fmt: skip
+                text = f"{name} answers a bad reference with {status_name(status)}"
+                text += ", which ends every instance in the process"
+                return ProbeResult(status="warning", message=text, details=tuple(details))
     if silent:
         told = f"accepted without a word by {', '.join(silent)}"
-        return Verdict(status="info", message=told, details=tuple(details))
-    return Verdict(message="each is refused or logged", details=tuple(details))
+        return ProbeResult(status="info", message=told, details=tuple(details))
+    return ProbeResult(message="each is refused or logged", details=tuple(details))
 
 
-def logging(task: Task) -> Verdict:
+def logging(task: ProbeTask) -> ProbeResult:
     """Switch its log categories on, induce an error, and look at the message."""
     categories = task.experiment.categories
     instance = task.open("named by the host")
@@ -85,18 +86,18 @@ def logging(task: Task) -> Verdict:
     status = instance.ask("fmi2SetDebugLogging", 1, len(categories), told, types=types)
     if status not in (OK, WARNING):
         listed = ", ".join(categories) or "none"
-        return Verdict(status="warning", message=f"fmi2SetDebugLogging refuses the declared categories ({listed})")
+        return ProbeResult(status="warning", message=f"fmi2SetDebugLogging refuses the declared categories ({listed})")
     instance.initialise()
     instance.put([table[0] for table in instance.stimuli()])
     instance.step(task.experiment.time(0), task.experiment.step)
     instance.messages.clear()
     induced = _induce(task, instance)
     if induced is None:
-        return Verdict(status="skipped", message="no error could be induced: it accepts bad steps and references")
+        return ProbeResult(status="skipped", message="no error could be induced: it accepts bad steps and references")
     words, status = induced
     said = [message for message in instance.messages if message[0] != OK]
     if not said:
-        return Verdict(
+        return ProbeResult(
             status="warning", message=f"{words} is answered with {status_name(status)}, but nothing is logged"
         )
     level, category, name, text = said[0]
@@ -105,15 +106,15 @@ def logging(task: Task) -> Verdict:
     )
     if category not in categories:
         listed = ", ".join(categories) or "none"
-        return Verdict(status="warning", message=f"logs in the category {category!r}; declared are {listed}",
+        return ProbeResult(status="warning", message=f"logs in the category {category!r}; declared are {listed}",
                        details=details)  # fmt: skip
     if name != instance.name:
-        return Verdict(status="warning", message=f"its message names the instance {name!r} instead of "
+        return ProbeResult(status="warning", message=f"its message names the instance {name!r} instead of "
                        f"{instance.name!r}", details=details)  # fmt: skip
-    return Verdict(message=f"{words}: a message in the declared category {category}", details=details)
+    return ProbeResult(message=f"{words}: a message in the declared category {category}", details=details)
 
 
-def _induce(task: Task, instance: Instance) -> tuple[str, int] | None:
+def _induce(task: ProbeTask, instance: Instance) -> tuple[str, int] | None:
     """Do what is wrong until it is noticed; return what was done, and the status."""
     h, at = task.experiment.step, task.experiment.time(1)
     reference, value = c_uint(BAD_REFERENCE), (c_double * 1)()
@@ -133,7 +134,7 @@ def _induce(task: Task, instance: Instance) -> tuple[str, int] | None:
     return None
 
 
-def _after_a_step(task: Task) -> Instance:
+def _after_a_step(task: ProbeTask) -> Instance:
     instance = task.started()
     instance.put([table[0] for table in instance.stimuli()])
     instance.step(task.experiment.time(0), task.experiment.step)

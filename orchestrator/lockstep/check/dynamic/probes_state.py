@@ -5,7 +5,7 @@ from __future__ import annotations
 from ctypes import byref, c_size_t, c_void_p, create_string_buffer
 
 from lockstep.check.dynamic.fmi2_instance import Failed, Instance
-from lockstep.check.dynamic.probe_process import Task, Verdict
+from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 from lockstep.check.dynamic.trajectory import Trajectory, difference
 
 FILE = "state"
@@ -34,7 +34,7 @@ def free_state(instance: Instance, state: c_void_p) -> None:
     instance.demand("fmi2FreeFMUstate", byref(state), types=POINTER)
 
 
-def roll_back(task: Task) -> Verdict:
+def roll_back(task: ProbeTask) -> ProbeResult:
     """Save in the middle of a run, step on, set back and step on again; serialise if the FMU can."""
     base = Trajectory.load(task.work / "base.npz")
     saved, end = saved_at(len(base)), len(base)
@@ -48,10 +48,10 @@ def roll_back(task: Task) -> Verdict:
         _same(task, instance.run(saved, end), base[saved:], saved, f"set back{again}, the run goes on differently")
     free_state(instance, state)
     instance.run(end, end + 3)  # a freed state must leave nothing behind that the run needs
-    return Verdict(message="set back in the middle of a run, the same bits", numbers={"state [B]": size})
+    return ProbeResult(message="set back in the middle of a run, the same bits", numbers={"state [B]": size})
 
 
-def restore(task: Task) -> Verdict:
+def restore(task: ProbeTask) -> ProbeResult:
     """Go on from the serialised state in this new process."""
     base = Trajectory.load(task.work / "base.npz")
     saved = saved_at(len(base))
@@ -67,10 +67,10 @@ def restore(task: Task) -> Verdict:
     set_state(instance, state)
     _same(task, instance.run(saved, len(base)), base[saved:], saved, "restored in another process, the run differs")
     free_state(instance, state)
-    return Verdict(message="restored in another process, the same bits")
+    return ProbeResult(message="restored in another process, the same bits")
 
 
-def _serialised(task: Task, instance: Instance, state: c_void_p) -> bytes:
+def _serialised(task: ProbeTask, instance: Instance, state: c_void_p) -> bytes:
     size = c_size_t()
     instance.demand("fmi2SerializedFMUstateSize", state, byref(size), types=(c_void_p, c_void_p))
     buffer = create_string_buffer(size.value)
@@ -80,7 +80,7 @@ def _serialised(task: Task, instance: Instance, state: c_void_p) -> bytes:
     return buffer.raw
 
 
-def _same(task: Task, got: Trajectory, expected: Trajectory, first: int, words: str) -> None:
+def _same(task: ProbeTask, got: Trajectory, expected: Trajectory, first: int, words: str) -> None:
     gap = difference(got, expected, task.experiment, first)
     if gap:
         raise Failed(f"{words}: {gap}")

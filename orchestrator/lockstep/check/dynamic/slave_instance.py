@@ -12,7 +12,7 @@ import numpy as np
 
 from lockstep.check.dynamic.experiment import PERIOD, Experiment
 from lockstep.check.dynamic.fmi2_instance import ERROR, OK, WARNING, Failed, Row
-from lockstep.check.dynamic.last_call import Crumb
+from lockstep.check.dynamic.last_call import LastCall
 from lockstep.check.dynamic.trajectory import Trajectory
 from lockstep.errors import RunError
 from lockstep.fmi.instantiate import instantiate
@@ -34,8 +34,8 @@ def described(archive: Path) -> tuple[Component, Description]:
 class SlaveInstance:
     """An instance with the calls of `drive.Instance` that a measurement of delays needs; it is never reset."""
 
-    def __init__(self, experiment: Experiment, archive: Path, work: Path, crumb: Crumb) -> None:
-        self.experiment, self._crumb, self.worst = experiment, crumb, OK
+    def __init__(self, experiment: Experiment, archive: Path, work: Path, last_call: LastCall) -> None:
+        self.experiment, self._last_call, self.worst = experiment, last_call, OK
         component, self._description = described(archive)
         self._enter("instantiation")
         try:
@@ -148,7 +148,8 @@ class SlaveInstance:
             raise Failed(self._slave.outcome(name, status) + at + (f": {said}" if said else ""))
 
     def _enter(self, name: str, time: float | None = None) -> None:
-        self._crumb.name, self._crumb.timed, self._crumb.time = name.encode()[:63], time is not None, time or 0.0
+        last = self._last_call
+        last.name, last.timed, last.time = name.encode()[:63], time is not None, time or 0.0
 
     def _leave(self) -> None:
-        self._crumb.name = b""
+        self._last_call.name = b""

@@ -7,69 +7,70 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+from lockstep.check.dynamic import probes_life
 from lockstep.check.dynamic.experiment import Experiment
-from lockstep.check.dynamic.laboratory import Laboratory
-from lockstep.check.dynamic.probe_process import Verdict
+from lockstep.check.dynamic.probe_process import ProbeResult
+from lockstep.check.dynamic.probe_runner import ProbeRunner
 from lockstep.check.dynamic.trajectory import Trajectory, difference
 
 SPACES, UMLAUTS = "two short spaces", "Größe und Maß"
 
 
-def working_directory(laboratory: Laboratory, experiment: Experiment, base: Trajectory) -> Verdict:
+def working_directory(runner: ProbeRunner, experiment: Experiment, base: Trajectory) -> ProbeResult:
     """Run from several working directories."""
-    read_only = laboratory.work / "read-only"
-    shutil.rmtree(laboratory.elsewhere)  # what earlier checks left there is no matter of this one
-    laboratory.elsewhere.mkdir()
+    read_only = runner.work / "read-only"
+    shutil.rmtree(runner.elsewhere)  # what earlier checks left there is no matter of this one
+    runner.elsewhere.mkdir()
     read_only.mkdir(mode=0o555)
     for words, directory, folder in (
-        ("in an empty working directory", laboratory.elsewhere, None),
+        ("in an empty working directory", runner.elsewhere, None),
         ("in a read-only working directory", read_only, None),
-        ("in the folder that it is unpacked to", laboratory.unpacked, None),
-        ("in its resources folder", laboratory.unpacked / "resources", None),
+        ("in the folder that it is unpacked to", runner.unpacked, None),
+        ("in its resources folder", runner.unpacked / "resources", None),
     ):
-        place = laboratory.unpack(folder)
+        place = runner.unpack(folder)
         if not directory.is_dir():
             continue  # it has no resources
         before = _listing(directory)
-        wrong = _unlike(laboratory, experiment, base, folder=folder, directory=directory)
+        wrong = _unlike(runner, experiment, base, folder=folder, directory=directory)
         if wrong:
-            return Verdict(status="error", message=f"{words}: {wrong}")
+            return ProbeResult(status="error", message=f"{words}: {wrong}")
         left = sorted(_listing(directory) - before)
         if left and not directory.is_relative_to(place):  # its own folder is its own
-            return Verdict(status="error", message=f"leaves files in the working directory: {', '.join(left[:4])}")
+            return ProbeResult(status="error", message=f"leaves files in the working directory: {', '.join(left[:4])}")
     writes = " (as this is root, it could have written there)" if os.access(read_only, os.W_OK) else ""
-    return Verdict(message=f"the same bits from 4 working directories, one read-only{writes}; nothing left behind")
+    return ProbeResult(message=f"the same bits from 4 working directories, one read-only{writes}; nothing left behind")
 
 
-def resource_location(laboratory: Laboratory, experiment: Experiment, base: Trajectory) -> Verdict:
+def resource_location(runner: ProbeRunner, experiment: Experiment, base: Trajectory) -> ProbeResult:
     """Run from paths with spaces and umlauts, told in each of the forms that a URI may have."""
 
     def wrong(folder: Path, form: str) -> str:
-        return _unlike(laboratory, experiment, base, folder=folder, location=form)
+        return _unlike(runner, experiment, base, folder=folder, location=form)
 
-    spaces, umlauts = laboratory.work / SPACES, laboratory.work / UMLAUTS
+    spaces, umlauts = runner.work / SPACES, runner.work / UMLAUTS
     encoded = wrong(spaces, "encoded")
     if encoded:
-        return Verdict(status="error", message=f"unpacked to a path with spaces: {encoded}")
-    encoded, bare = wrong(umlauts, "encoded"), wrong(laboratory.unpacked, "bare")
+        return ProbeResult(status="error", message=f"unpacked to a path with spaces: {encoded}")
+    encoded, bare = wrong(umlauts, "encoded"), wrong(runner.unpacked, "bare")
     if encoded and wrong(umlauts, "raw"):
-        return Verdict(status="error", message=f"unpacked to a path with umlauts: {encoded}")
+        return ProbeResult(status="error", message=f"unpacked to a path with umlauts: {encoded}")
     failures = []
     if encoded:
         failures.append(f"with percent-encoded umlauts, though it runs where a host leaves them as they are: {encoded}")
     if bare:
         failures.append(f"without an authority, file:/path: {bare}")
     if failures:
-        return Verdict(status="warning", message=f"a resource location {'; and '.join(failures)}")
-    return Verdict(message="the same bits from paths with spaces and umlauts, and without an authority, file:/path")
+        return ProbeResult(status="warning", message=f"a resource location {'; and '.join(failures)}")
+    return ProbeResult(message="the same bits from paths with spaces and umlauts, and without an authority, file:/path")
 
 
-def _unlike(laboratory: Laboratory, experiment: Experiment, base: Trajectory, **options: Any) -> str:
+def _unlike(runner: ProbeRunner, experiment: Experiment, base: Trajectory, **options: Any) -> str:
     """Run once more, and say how that was unlike the reference; "" if it was not."""
-    verdict = laboratory.run("probes_life:trajectory", experiment, name="there", steps=len(base), **options)
-    if verdict.status == "error":
-        return verdict.message
-    return difference(Trajectory.load(laboratory.results / "there.npz"), base, experiment)
+    result = runner.run(probes_life.trajectory, experiment, name="there", steps=len(base), **options)
+    if result.status == "error":
+        return result.message
+    return difference(Trajectory.load(runner.results / "there.npz"), base, experiment)
 
 
 def _listing(folder: Path) -> set[str]:

@@ -18,10 +18,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.check.dynamic.fmi2_instance import FATAL, Failed
-from lockstep.check.dynamic.probe_process import Task, Verdict
+from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 from lockstep.check.dynamic.trajectory import Trajectory, output_names, unlike
-from lockstep.check.latency.changes import MOMENT, REDUCED, ULPS, Bench, Change, bases, changes_of, grouped, lasting
-from lockstep.check.latency.report import folded
+from lockstep.check.latency.response_bench import (
+    MOMENT,
+    REDUCED,
+    ULPS,
+    Bench,
+    Change,
+    bases,
+    changes_of,
+    folded,
+    grouped,
+    lasting,
+)
 
 RESULT, PROGRESS = "latency.json", "progress"
 SWEEP = 12  # moments at most: sampling periods up to this, and those that divide MOMENT, are seen in full
@@ -77,7 +87,7 @@ class Measurement:
         return closer
 
 
-def measure(task: Task) -> Verdict:
+def measure(task: ProbeTask) -> ProbeResult:
     """Measure, and write what was found."""
     bench, restless = _bench(task)
     began = time.monotonic()
@@ -118,14 +128,14 @@ def measure(task: Task) -> Verdict:
         ],
     }
     (task.work / RESULT).write_text(json.dumps(found), encoding="utf-8")
-    return Verdict(message="measured")
+    return ProbeResult(message="measured")
 
 
 def _kind(bench: Bench, part: tuple[int, int, float]) -> str:
     return str(bench.instance.write[part[0]][3])
 
 
-def _bench(task: Task) -> tuple[Bench, NDArray[np.bool_]]:
+def _bench(task: ProbeTask) -> tuple[Bench, NDArray[np.bool_]]:
     """Return a bench that comes back in the fastest way that works, and which outputs differ without a cause.
 
     A way works if the same steps give the same outputs twice; where even two new instances differ, the outputs do.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from lockstep.check.report.check_report import CheckReport, number_lines, summary
 from lockstep.check.report.finding import GROUPS, Finding
-from lockstep.check.report.report import FmuReport, number_lines, summary
 
 _HEADINGS = {"static": "The file", "dynamic": "Running it", "contract": "Against our contract"}
 _OPEN = 8  # details that are shown without asking
@@ -30,7 +30,7 @@ summary { cursor: pointer; opacity: .7; font-size: .9em; }
 """
 
 
-def as_html(reports: Sequence[FmuReport]) -> str:
+def as_html(reports: Sequence[CheckReport]) -> str:
     """Return the page: a table of all FMUs, then each one's findings by group."""
     rows = "".join(
         f'<tr><td class="status {r.worst}">{r.worst}</td><td><a href="#fmu{i}">{escape(r.file)}</a></td>'
@@ -47,7 +47,7 @@ def as_html(reports: Sequence[FmuReport]) -> str:
     )
 
 
-def _part(report: FmuReport, number: int) -> str:
+def _part(report: CheckReport, number: int) -> str:
     about = [
         ("model", report.model),
         ("made by", report.tool),

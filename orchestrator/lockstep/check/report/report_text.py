@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from lockstep.check.report.check_report import CheckReport, summary
 from lockstep.check.report.finding import Finding, Status
-from lockstep.check.report.report import FmuReport, summary
 
 _STYLES: dict[Status, str] = {
     "pass": "green",
@@ -29,7 +29,7 @@ _LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 Report = Callable[[Finding], None]
 
 
-def print_report(report: FmuReport, stream: TextIO | None = None) -> None:
+def print_report(report: CheckReport, stream: TextIO | None = None) -> None:
     """Print one FMU's findings to standard output: a table on a terminal, a line a finding elsewhere."""
     stream = stream or sys.stdout
     console = Console(file=stream)
@@ -50,7 +50,7 @@ def print_report(report: FmuReport, stream: TextIO | None = None) -> None:
     console.print(table)
 
 
-def plain_lines(report: FmuReport) -> list[str]:
+def plain_lines(report: CheckReport) -> list[str]:
     """Return the findings as lines: status, check, message, and details below."""
     lines = []
     for finding in report.findings:

@@ -9,7 +9,7 @@ import zlib
 from collections import Counter
 from pathlib import PurePosixPath
 
-from lockstep.check.static.subject import Notes, Subject, Verdict, check
+from lockstep.check.static.fmu_archive import CheckOutcome, FmuArchive, Notes, check
 from lockstep.fmi.safe_zip import is_inside
 
 _LEFT_BEHIND = (
@@ -26,34 +26,34 @@ _LICENCE = re.compile(r"^documentation/licenses/.+|^documentation/license\.(txt|
 
 
 @check("archive", "the file is a zip archive that unpacks")
-def archive(subject: Subject) -> Verdict:
+def archive(fmu: FmuArchive) -> CheckOutcome:
     """Unpack every member and compare its checksum."""
-    if subject.members is None:
-        return Verdict(status="error", message=subject.problem)
+    if fmu.members is None:
+        return CheckOutcome(status="error", message=fmu.problem)
     try:
-        with zipfile.ZipFile(subject.path) as opened:
+        with zipfile.ZipFile(fmu.path) as opened:
             broken = opened.testzip()
     except RuntimeError as error:  # encrypted members: hygiene tells which
-        return Verdict(status="error", message=f"cannot be unpacked: {error}")
+        return CheckOutcome(status="error", message=f"cannot be unpacked: {error}")
     except (OSError, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
-        return Verdict(status="error", message=f"cannot be unpacked: {error}")
+        return CheckOutcome(status="error", message=f"cannot be unpacked: {error}")
     if broken is not None:
-        return Verdict(status="error", message=f"checksum of {broken} is wrong: the file is damaged")
-    unpacked = sum(member.file_size for member in subject.members)
-    return Verdict(
+        return CheckOutcome(status="error", message=f"checksum of {broken} is wrong: the file is damaged")
+    unpacked = sum(member.file_size for member in fmu.members)
+    return CheckOutcome(
         status="pass",
-        message=f"{len(subject.names)} files, {subject.size / 1e6:.2f} MB, {unpacked / 1e6:.2f} MB unpacked",
-        numbers=(("files", len(subject.names)), ("packed_bytes", subject.size), ("unpacked_bytes", unpacked)),
+        message=f"{len(fmu.names)} files, {fmu.size / 1e6:.2f} MB, {unpacked / 1e6:.2f} MB unpacked",
+        numbers=(("files", len(fmu.names)), ("packed_bytes", fmu.size), ("unpacked_bytes", unpacked)),
     )
 
 
 @check("hygiene", "members are safe, plain, and nothing was left behind")
-def hygiene(subject: Subject) -> Verdict:
+def hygiene(fmu: FmuArchive) -> CheckOutcome:
     """Look for unsafe paths, colliding names, unusual packing, links and leftovers."""
-    if subject.members is None:
-        return Verdict(status="skipped", message=subject.problem)
+    if fmu.members is None:
+        return CheckOutcome(status="skipped", message=fmu.problem)
     notes = Notes()
-    for member in subject.members:
+    for member in fmu.members:
         name = member.orig_filename
         if "\\" in name:
             notes.error(f"{name!r}: a backslash in a path; zip demands forward slashes")
@@ -67,13 +67,13 @@ def hygiene(subject: Subject) -> Verdict:
             notes.warning(f"{name}: a symbolic link, which unpacks as a text file or not at all")
         if any(pattern.search(name) for pattern in _LEFT_BEHIND):
             notes.warning(f"{name}: left behind by a tool, not part of the model")
-    files = [member.filename for member in subject.members]
+    files = [member.filename for member in fmu.members]
     for name, count in Counter(files).items():
         if count > 1:
             notes.error(f"{name}: {count} members of this name")
     for names in _grouped(sorted(set(files))):
         notes.warning(f"{' and '.join(names)}: one file where upper and lower case are the same")
-    return notes.verdict("paths, names and packing are plain")
+    return notes.outcome("paths, names and packing are plain")
 
 
 def _grouped(names: list[str]) -> list[list[str]]:
@@ -84,30 +84,30 @@ def _grouped(names: list[str]) -> list[list[str]]:
 
 
 @check("documentation", "documentation/index.html is there")
-def documentation(subject: Subject) -> Verdict:
+def documentation(fmu: FmuArchive) -> CheckOutcome:
     """Look for the entry page of the documentation."""
-    if subject.members is None:
-        return Verdict(status="skipped", message=subject.problem)
-    count = sum(name.startswith("documentation/") for name in subject.names)
-    if "documentation/index.html" in subject.names:
-        return Verdict(status="pass", message=f"{count} files in documentation/")
-    other = sorted(name for name in subject.names if PurePosixPath(name).name.lower() in ("index.html", "index.htm"))
+    if fmu.members is None:
+        return CheckOutcome(status="skipped", message=fmu.problem)
+    count = sum(name.startswith("documentation/") for name in fmu.names)
+    if "documentation/index.html" in fmu.names:
+        return CheckOutcome(status="pass", message=f"{count} files in documentation/")
+    other = sorted(name for name in fmu.names if PurePosixPath(name).name.lower() in ("index.html", "index.htm"))
     there = f"; there is {other[0]}" if other else ""
-    return Verdict(
+    return CheckOutcome(
         status="warning", message=f"no documentation/index.html: a receiver has only the names of ports{there}"
     )
 
 
 @check("licence", "a licence travels with the FMU")
-def licence(subject: Subject) -> Verdict:
+def licence(fmu: FmuArchive) -> CheckOutcome:
     """Look for licence texts, and for what the model description says."""
-    if subject.members is None:
-        return Verdict(status="skipped", message=subject.problem)
-    files = sorted(name for name in subject.names if _LICENCE.match(name))
-    said = "" if subject.model is None else subject.model.attributes.get("license", "")
+    if fmu.members is None:
+        return CheckOutcome(status="skipped", message=fmu.problem)
+    files = sorted(name for name in fmu.names if _LICENCE.match(name))
+    said = "" if fmu.model is None else fmu.model.attributes.get("license", "")
     if len(said) > _SHORT:  # some files carry the whole text
         said = f"{said[:_SHORT]}..."
     told = f"license={said!r} in the model description" if said else "the model description names none"
     if files:
-        return Verdict(status="pass", message=f"{', '.join(files[:4])}; {told}")
-    return Verdict(status="warning", message=f"no text in documentation/licenses/; {told}")
+        return CheckOutcome(status="pass", message=f"{', '.join(files[:4])}; {told}")
+    return CheckOutcome(status="warning", message=f"no text in documentation/licenses/; {told}")

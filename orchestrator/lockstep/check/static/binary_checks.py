@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 
 from lockstep.check.static.elf import BITS, MACHINE, Library, exported_with_dependencies, find_library, read_library
-from lockstep.check.static.subject import Notes, Subject, Verdict, check, unreadable
+from lockstep.check.static.fmu_archive import CheckOutcome, FmuArchive, Notes, check, unreadable
 from lockstep.errors import compact
 from lockstep.fmi.model_description import PLATFORM
 
@@ -43,49 +43,47 @@ FLAGS = {
 }
 
 
-def binary_name(subject: Subject, platform: str) -> str:
+def binary_name(fmu: FmuArchive, platform: str) -> str:
     """Return the path of the binary of a platform, or of where it should be."""
-    identifier = subject.model.identifier if subject.model else ""
+    identifier = fmu.model.identifier if fmu.model else ""
     return f"binaries/{platform}/{identifier}{SUFFIXES.get(platform, '.so')}"
 
 
-def _nothing_to_load(subject: Subject) -> str:
+def _nothing_to_load(fmu: FmuArchive) -> str:
     """Say why there is no binary to look for; empty if there is."""
-    reason = unreadable(subject)
-    if not reason and subject.model is not None and not subject.model.identifier:
+    reason = unreadable(fmu)
+    if not reason and fmu.model is not None and not fmu.model.identifier:
         reason = "no modelIdentifier of a co-simulation FMU, which names the binary"
     return reason
 
 
 @check("platforms", "there is a binary for this platform, and each is what its folder says")
-def platforms(subject: Subject) -> Verdict:
+def platforms(fmu: FmuArchive) -> CheckOutcome:
     """List the binaries and look at their first bytes."""
-    reason = _nothing_to_load(subject)
+    reason = _nothing_to_load(fmu)
     if reason:
-        return Verdict(status="skipped", message=reason)
+        return CheckOutcome(status="skipped", message=reason)
     notes = Notes()
-    folders = sorted(
-        {PurePosixPath(n).parts[1] for n in subject.names if n.startswith("binaries/") and n.count("/") > 1}
-    )
+    folders = sorted({PurePosixPath(n).parts[1] for n in fmu.names if n.startswith("binaries/") and n.count("/") > 1})
     good = []
     for platform in folders:
         if platform not in SUFFIXES:
             notes.info(f"binaries/{platform} is no platform of FMI 2.0")
             continue
-        name = binary_name(subject, platform)
-        if name not in subject.names:
+        name = binary_name(fmu, platform)
+        if name not in fmu.names:
             notes.error(f"binaries/{platform} lacks {PurePosixPath(name).name}, which modelIdentifier asks for")
             continue
-        problem = _foreign(subject.read(name), platform)
+        problem = _foreign(fmu.read(name), platform)
         if problem:
             notes.error(f"{name} is {problem}")
         else:
             good.append(platform)
-    sources = any(n.startswith("sources/") for n in subject.names)
+    sources = any(n.startswith("sources/") for n in fmu.names)
     if PLATFORM not in folders:
         there = ", ".join(folders) or ("source code only, to be compiled" if sources else "none")
         notes.error(f"no binary for {PLATFORM}, on which this check runs; there is {there}")
-    return notes.verdict(", ".join(good) + (", sources" if sources else ""))
+    return notes.outcome(", ".join(good) + (", sources" if sources else ""))
 
 
 def _foreign(content: bytes, platform: str) -> str:
@@ -106,28 +104,28 @@ def _foreign(content: bytes, platform: str) -> str:
     return "" if f"linux{bits}" == platform else f"an ELF file of {bits} bits"
 
 
-def _library(subject: Subject) -> Library | Verdict:
+def _library(fmu: FmuArchive) -> Library | CheckOutcome:
     """Read the Linux library, or return why that is not possible."""
-    reason = _nothing_to_load(subject)
-    if not reason and binary_name(subject, _ELF_PLATFORM) not in subject.names:
+    reason = _nothing_to_load(fmu)
+    if not reason and binary_name(fmu, _ELF_PLATFORM) not in fmu.names:
         reason = f"no {_ELF_PLATFORM} binary to look into"
     if reason:
-        return Verdict(status="skipped", message=reason)
-    library = read_library(subject.read(binary_name(subject, _ELF_PLATFORM)))
+        return CheckOutcome(status="skipped", message=reason)
+    library = read_library(fmu.read(binary_name(fmu, _ELF_PLATFORM)))
     if (library.machine, library.bits) != (MACHINE, BITS) or not library.shared:
         kind = "shared library" if library.shared else "file that is no shared library"
-        return Verdict(status="error", message=f"a {library.bits} bit {kind} for {library.machine}, not x86-64")
+        return CheckOutcome(status="error", message=f"a {library.bits} bit {kind} for {library.machine}, not x86-64")
     return library
 
 
 @check("functions", "all FMI 2.0 co-simulation functions are exported, those of the capability flags above all")
-def functions(subject: Subject) -> Verdict:
+def functions(fmu: FmuArchive) -> CheckOutcome:
     """Compare the exported symbols with the standard and the flags."""
-    library = _library(subject)
-    if isinstance(library, Verdict):
+    library = _library(fmu)
+    if isinstance(library, CheckOutcome):
         return library
-    assert subject.model is not None
-    model, notes = subject.model, Notes()
+    assert fmu.model is not None
+    model, notes = fmu.model, Notes()
     told: set[str] = set()
     for flag, names in FLAGS.items():
         missing = [name for name in names if name not in library.exported]
@@ -140,54 +138,52 @@ def functions(subject: Subject) -> Verdict:
     if missing:
         notes.error(f"not exported: {', '.join(missing)}; FMI demands every function, of unused capabilities too")
     flags = [flag for flag in FLAGS if model.can(flag)]
-    return notes.verdict(f"{len(FUNCTIONS)} functions; {', '.join(flags) or 'no optional capability'}")
+    return notes.outcome(f"{len(FUNCTIONS)} functions; {', '.join(flags) or 'no optional capability'}")
 
 
 @check("dependencies", "the Linux binary finds what it needs, and the FMU tells what it expects from outside")
-def dependencies(subject: Subject) -> Verdict:
+def dependencies(fmu: FmuArchive) -> CheckOutcome:
     """Look at needed libraries, search paths, and symbols that nothing needed offers."""
-    library = _library(subject)
-    if isinstance(library, Verdict):
+    library = _library(fmu)
+    if isinstance(library, CheckOutcome):
         return library
     notes = Notes()
     for path in library.paths:
         if not path.startswith(("$ORIGIN", "${ORIGIN}")):
             notes.warning(f"it searches libraries in {path}, a folder of the machine it was built on")
-    offered, lost = _offered(subject, library)
+    offered, lost = _offered(fmu, library)
     for name in lost:
         notes.warning(f"it needs {name}, which is neither in the FMU nor on this machine")
     open_ = sorted(library.undefined - offered)
     python = _of_python(open_)
     other = [name for name in open_ if name not in python]
-    text = _external_text(subject)
+    text = _external_text(fmu)
     if python:
-        _needs_python(subject, "it", len(python), text, notes)
-    for name, inner in _inner_fmus(subject):
+        _needs_python(fmu, "it", len(python), text, notes)
+    for name, inner in _inner_fmus(fmu):
         if symbols := _of_python(inner.undefined):
             beside = name.startswith(f"binaries/{_ELF_PLATFORM}/")
             who = f"{PurePosixPath(name).name} beside it" if beside else f"the FMU inside, {name},"
-            _needs_python(subject, who, len(symbols), text, notes)
+            _needs_python(fmu, who, len(symbols), text, notes)
     if other and not lost:  # a library that is not there may offer them
         notes.error(f"symbols that nothing it needs offers: {compact(other, 6)}")
-    assert subject.model is not None
-    if subject.model.can("needsExecutionTool") and not text and not python:
+    assert fmu.model is not None
+    if fmu.model.can("needsExecutionTool") and not text and not python:
         notes.warning(f"needsExecutionTool is true, but no {EXTERNAL[0]} tells which tool")
     versions = [f"{name} {value}" for name, value in library.versions.items() if name in ("GLIBC", "GLIBCXX")]
     needs = ", ".join([*library.needed, *(f"at least {version}" for version in versions)])
-    return notes.verdict(f"needs {needs or 'nothing'}")
+    return notes.outcome(f"needs {needs or 'nothing'}")
 
 
-def _offered(subject: Subject, library: Library) -> tuple[set[str], list[str]]:
+def _offered(fmu: FmuArchive, library: Library) -> tuple[set[str], list[str]]:
     """Return the symbols that the needed libraries offer, and those libraries that were not found."""
     offered: set[str] = set()
     lost = []
-    beside = {
-        PurePosixPath(n).name: n for n in subject.names if n.startswith((f"binaries/{_ELF_PLATFORM}/", "resources/"))
-    }
+    beside = {PurePosixPath(n).name: n for n in fmu.names if n.startswith((f"binaries/{_ELF_PLATFORM}/", "resources/"))}
     for name in library.needed:
         path = find_library(name)
         if name in beside:
-            offered |= _exported_from(subject, beside[name])
+            offered |= _exported_from(fmu, beside[name])
         elif path is not None:
             offered |= exported_with_dependencies(path)
         else:
@@ -195,40 +191,40 @@ def _offered(subject: Subject, library: Library) -> tuple[set[str], list[str]]:
     return offered, lost
 
 
-def _exported_from(subject: Subject, name: str) -> frozenset[str]:
+def _exported_from(fmu: FmuArchive, name: str) -> frozenset[str]:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / PurePosixPath(name).name
-        copy.write_bytes(subject.read(name))
+        copy.write_bytes(fmu.read(name))
         return exported_with_dependencies(copy)
 
 
-def _external_text(subject: Subject) -> str:
-    there = [name for name in EXTERNAL if name in subject.names]
-    return subject.read(there[0]).decode("utf-8", "replace") if there else ""
+def _external_text(fmu: FmuArchive) -> str:
+    there = [name for name in EXTERNAL if name in fmu.names]
+    return fmu.read(there[0]).decode("utf-8", "replace") if there else ""
 
 
 def _of_python(symbols: Iterable[str]) -> list[str]:
     return [name for name in symbols if re.match(r"_?Py", name)]
 
 
-def _inner_fmus(subject: Subject) -> Iterator[tuple[str, Library]]:
+def _inner_fmus(fmu: FmuArchive) -> Iterator[tuple[str, Library]]:
     """Yield the other libraries that travel in this FMU and offer FMI: a wrapper's, or an FMU's as in a container."""
-    for name in sorted(subject.names - {binary_name(subject, _ELF_PLATFORM)}):
+    for name in sorted(fmu.names - {binary_name(fmu, _ELF_PLATFORM)}):
         if name.endswith(SUFFIXES[_ELF_PLATFORM]):
             with suppress(ValueError):  # a library of another platform, or damaged: only the main one is ours to judge
-                library = read_library(subject.read(name))
+                library = read_library(fmu.read(name))
                 if "fmi2DoStep" in library.exported:
                     yield name, library
 
 
-def _needs_python(subject: Subject, who: str, count: int, text: str, notes: Notes) -> None:
+def _needs_python(fmu: FmuArchive, who: str, count: int, text: str, notes: Notes) -> None:
     """Tell that the host must have loaded libpython, and whether the FMU says so."""
-    assert subject.model is not None
+    assert fmu.model is not None
     what = f"{who} needs libpython in the host ({count} symbols of Python that no needed library offers)"
     faults = []
     if not re.search("python", text, re.I):
         faults.append(f"{EXTERNAL[0]} does not say so")
-    if not subject.model.can("needsExecutionTool"):
+    if not fmu.model.can("needsExecutionTool"):
         faults.append("needsExecutionTool is not true")
     if faults:
         notes.warning(f"{what}; {' and '.join(faults)}")
@@ -237,12 +233,12 @@ def _needs_python(subject: Subject, who: str, count: int, text: str, notes: Note
 
 
 @check("instances", "how many instances a process may hold")
-def instances(subject: Subject) -> Verdict:
+def instances(fmu: FmuArchive) -> CheckOutcome:
     """Note the flags that limit how a master may use the FMU."""
-    reason = _nothing_to_load(subject)
-    if reason or subject.model is None:
-        return Verdict(status="skipped", message=reason)
+    reason = _nothing_to_load(fmu)
+    if reason or fmu.model is None:
+        return CheckOutcome(status="skipped", message=reason)
     notes = Notes()
-    if subject.model.can("canBeInstantiatedOnlyOncePerProcess"):
+    if fmu.model.can("canBeInstantiatedOnlyOncePerProcess"):
         notes.info("one instance a process: two of it, or one in a parallel study, need a process each")
-    return notes.verdict("any number in one process")
+    return notes.outcome("any number in one process")

@@ -8,8 +8,8 @@ from collections import defaultdict
 
 from lxml import etree  # type: ignore[import-untyped]
 
+from lockstep.check.static.fmu_archive import CheckOutcome, FmuArchive, Notes, check, model_check, unreadable
 from lockstep.check.static.model import DEFAULT_INITIAL, NUMBERS, Model, Scalar, duplicates, number
-from lockstep.check.static.subject import Notes, Subject, Verdict, check, model_check, unreadable
 from lockstep.errors import compact
 from lockstep.fmi.model_description import FMI2_SCHEMA, validation_problems
 
@@ -23,17 +23,17 @@ _STRUCTURED = re.compile(rf"{_PATH}|der\({_PATH}(?:,\d+)?\)")  # FMI 2.0.4, 2.2.
 
 
 @check("kind", "an FMI 2.0 co-simulation FMU with a readable modelDescription.xml")
-def kind(subject: Subject) -> Verdict:
+def kind(fmu: FmuArchive) -> CheckOutcome:
     """Look at FMI version and interface kinds."""
-    reason = unreadable(subject)
-    if reason or subject.model is None:
-        return Verdict(status="error", message=reason)
-    model, said = subject.model, subject.model.attributes
+    reason = unreadable(fmu)
+    if reason or fmu.model is None:
+        return CheckOutcome(status="error", message=reason)
+    model, said = fmu.model, fmu.model.attributes
     if model.capabilities is None:
-        return Verdict(status="error", message="no CoSimulation element: the FMU is for model exchange only")
+        return CheckOutcome(status="error", message="no CoSimulation element: the FMU is for model exchange only")
     also = ", also for model exchange" if model.root.find("ModelExchange") is not None else ""
     made_by = said.get("generationTool", "a tool that is not named")
-    return Verdict(
+    return CheckOutcome(
         status="pass",
         message=f"{said.get('modelName', '?')} {said.get('version', '')}, made by {made_by}{also}".replace(" ,", ","),
         numbers=(("variables", len(model.variables)),),
@@ -41,30 +41,30 @@ def kind(subject: Subject) -> Verdict:
 
 
 @model_check("schema", "modelDescription.xml is valid against the FMI 2.0 schema")
-def schema(model: Model) -> Verdict:
+def schema(model: Model) -> CheckOutcome:
     """Validate against the schema of the standard, with line numbers."""
     rules = etree.XMLSchema(etree.parse(FMI2_SCHEMA))
     notes = Notes()
     if not rules.validate(model.root):
         for problem in rules.error_log:
             notes.error(f"line {problem.line}: {problem.message}")
-    return notes.verdict("valid")
+    return notes.outcome("valid")
 
 
 @check("fmpy", "FMPy's validate_fmu has no objection")
-def fmpy(subject: Subject) -> Verdict:
+def fmpy(fmu: FmuArchive) -> CheckOutcome:
     """Run the validation that most receivers run."""
-    reason = unreadable(subject)
+    reason = unreadable(fmu)
     if reason:
-        return Verdict(status="skipped", message=reason)
+        return CheckOutcome(status="skipped", message=reason)
     notes = Notes()
-    for problem in validation_problems(subject.path):
+    for problem in validation_problems(fmu.path):
         notes.error(" ".join(problem.split()))
-    return notes.verdict("no objection")
+    return notes.outcome("no objection")
 
 
 @model_check("names", "names are unique and follow the declared convention")
-def names(model: Model) -> Verdict:
+def names(model: Model) -> CheckOutcome:
     """Look at the names of the variables."""
     notes = Notes()
     convention = model.attributes.get("variableNamingConvention", "flat")
@@ -87,11 +87,11 @@ def names(model: Model) -> Verdict:
     arrays = [name for name in given if "[" in name]
     if convention == "flat" and arrays:
         notes.info(f"flat names with indices, such as {arrays[0]}: importers will not take them for arrays")
-    return notes.verdict(f"{len(given)} names, {convention}")
+    return notes.outcome(f"{len(given)} names, {convention}")
 
 
 @model_check("descriptions", "every port says what it is")
-def descriptions(model: Model) -> Verdict:
+def descriptions(model: Model) -> CheckOutcome:
     """Look for ports without a description."""
     ports = [v for v in model.variables if v.causality in ("input", "output", "parameter")]
     silent = [v.name for v in ports if not v.description.strip()]
@@ -100,11 +100,11 @@ def descriptions(model: Model) -> Verdict:
         notes.warning(f"{len(silent)} of {len(ports)} ports have no description: {compact(silent)}")
     if not model.attributes.get("description", "").strip():
         notes.warning("the model has no description")
-    return notes.verdict(f"{len(ports)} ports described")
+    return notes.outcome(f"{len(ports)} ports described")
 
 
 @model_check("variables", "causality, variability, initial and start values fit together")
-def variables(model: Model) -> Verdict:
+def variables(model: Model) -> CheckOutcome:
     """Hold every variable against FMI's table of combinations, and its start value against its range."""
     notes = Notes()
     vague = [v.name for v in model.variables if v.type not in ("Real", "") and not v.variability_given]
@@ -117,7 +117,7 @@ def variables(model: Model) -> Verdict:
             notes.error(f"{variable.place}: {problem}")
         for problem in _range(variable):
             notes.warning(f"{variable.place}: {problem}")
-    return notes.verdict(f"{len(model.variables)} variables")
+    return notes.outcome(f"{len(model.variables)} variables")
 
 
 def _combination(variable: Scalar) -> list[str]:
@@ -162,7 +162,7 @@ def _range(variable: Scalar) -> list[str]:
 
 
 @model_check("aliases", "variables that share a value reference may do so")
-def aliases(model: Model) -> Verdict:
+def aliases(model: Model) -> CheckOutcome:
     """Tell the variables of one type and value reference, and whether they contradict each other."""
     groups = defaultdict(list)
     for v in model.variables:
@@ -185,11 +185,11 @@ def aliases(model: Model) -> Verdict:
             notes.error(f"{who}: constant and not constant")
         else:
             notes.info(f"aliases: {who}")
-    return notes.verdict("no aliases")
+    return notes.outcome("no aliases")
 
 
 @model_check("experiment", "the default experiment is usable, and a fixed step is stated")
-def experiment(model: Model) -> Verdict:
+def experiment(model: Model) -> CheckOutcome:
     """Look at start, stop and step."""
     fixed = not model.can("canHandleVariableCommunicationStepSize")
     said = model.experiment or {}
@@ -216,4 +216,4 @@ def experiment(model: Model) -> Verdict:
     if "tolerance" in said and not number(said["tolerance"]) > 0.0:
         notes.error(f"tolerance={said['tolerance']} is not above zero")
     steps = f"step {step:g} s, {'fixed' if fixed else 'may vary'}" if step else "no preferred step"
-    return notes.verdict(f"{start:g} to {stop:g} s, {steps}" if stop else steps)
+    return notes.outcome(f"{start:g} to {stop:g} s, {steps}" if stop else steps)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from lockstep.check.static.fmu_archive import CheckOutcome, Notes, model_check
 from lockstep.check.static.model import Model, Scalar, Unknown, duplicates
-from lockstep.check.static.subject import Notes, Verdict, model_check
 from lockstep.errors import compact
 
 _KINDS = ("dependent", "constant", "fixed", "tunable", "discrete")
@@ -13,7 +13,7 @@ _INITIAL_KINDS = ("dependent", "constant")  # the others speak of what happens a
 
 
 @model_check("unknowns", "ModelStructure lists every output and every initial unknown, with valid dependencies")
-def unknowns(model: Model) -> Verdict:
+def unknowns(model: Model) -> CheckOutcome:
     """Compare the lists of ModelStructure with the variables (FMI 2.0.4, 2.2.8)."""
     notes = Notes()
     _entries("Outputs", model.outputs, model, notes)
@@ -29,7 +29,7 @@ def unknowns(model: Model) -> Verdict:
         notes.error("InitialUnknowns are not in the order of their index")
     _silence(model, notes)
     told = f"{len(model.outputs)} outputs, {len(model.initial_unknowns)} initial unknowns"
-    return notes.verdict(told, (("outputs", len(model.outputs)), ("initial_unknowns", len(model.initial_unknowns))))
+    return notes.outcome(told, (("outputs", len(model.outputs)), ("initial_unknowns", len(model.initial_unknowns))))
 
 
 def _variable(index: str, model: Model) -> Scalar | None:

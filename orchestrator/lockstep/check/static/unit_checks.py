@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 
+from lockstep.check.static.fmu_archive import CheckOutcome, Notes, model_check
 from lockstep.check.static.model import Model, UnitDefinition, duplicates, number
-from lockstep.check.static.subject import Notes, Verdict, model_check
 from lockstep.errors import compact
 from lockstep.system.unit_table import meanings
 from lockstep.system.units import BASES, Unit, without_radian
@@ -16,7 +16,7 @@ _TOLERANCE = 1e-3  # relative: factors are often written with a few digits
 
 
 @model_check("units", "every real port has a unit, defined once, used, and meaning what its name says")
-def units(model: Model) -> Verdict:
+def units(model: Model) -> CheckOutcome:
     """Compare the units that are used with those that are defined."""
     notes = Notes()
     definitions = {definition.unit.name: definition for definition in model.units}
@@ -30,7 +30,7 @@ def units(model: Model) -> Verdict:
     for definition in model.units:
         _definition(definition, notes)
     _display_units(model, notes)
-    return notes.verdict(f"{len(definitions)} units: {', '.join(definitions) or 'none needed'}")
+    return notes.outcome(f"{len(definitions)} units: {', '.join(definitions) or 'none needed'}")
 
 
 def _ports_without(model: Model, notes: Notes) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from lockstep import InputError, RunError
 from lockstep.__main__ import main
-from lockstep.check.latency.probe import Settings, probe_latency
+from lockstep.check.latency.probe_latency import ProbeSettings, probe_latency
 
 FMUS = Path(__file__).parents[3] / "fmus"
 sys.path[:0] = [str(Path(__file__).parent), str(FMUS), str(FMUS / "vendor")]
@@ -20,7 +20,7 @@ from vendor_fmu import vendor_fmu  # noqa: E402
 
 ANY_STEP = 'canHandleVariableCommunicationStepSize="true"'
 STATE = 'canGetAndSetFMUstate="true"'
-WATCHED = Settings(steps=12, amplitude=0.1)  # crosses several of the quantiser's 1/64
+WATCHED = ProbeSettings(steps=12, amplitude=0.1)  # crosses several of the quantiser's 1/64
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def test_the_delays_are_those_of_the_source(good):
 
     assert delays(report) == DELAYS
     assert fed(report) == {(output, name) for output, names in TRUE.items() for name in names}
-    assert {pair.verdict for pair in report.pairs} == {"agrees"}
+    assert {pair.agreement for pair in report.pairs} == {"agrees"}
     assert report.unmoved == ("idle",)
 
 
@@ -61,7 +61,7 @@ def test_a_fixed_step_and_no_state_give_the_same_delays(wrong):
     assert delays(report) == DELAYS
     # nobody can make its step shorter: whatever answers within it counts, unless told otherwise
     assert ("integral", "u") in fed(report)
-    assert ("integral", "u") not in fed(probe_latency(wrong, Settings(steps=12, amplitude=0.1, kind="continuous")))
+    assert ("integral", "u") not in fed(probe_latency(wrong, ProbeSettings(steps=12, amplitude=0.1, kind="continuous")))
 
 
 def test_wrong_claims_are_contradicted_both_ways(wrong):
@@ -74,7 +74,7 @@ def test_wrong_claims_are_contradicted_both_ways(wrong):
 def test_without_dependencies_there_is_no_claim_to_contradict(tmp_path):
     report = probe_latency(build_delays(tmp_path, feeds=None, flags=ANY_STEP), WATCHED)
 
-    assert {pair.verdict for pair in report.pairs} == {"no claim"}
+    assert {pair.agreement for pair in report.pairs} == {"no claim"}
     assert delays(report) == DELAYS
 
 
@@ -87,10 +87,10 @@ def test_what_answers_without_a_step_is_told(tmp_path):
 
 
 def test_a_value_may_silence_an_answer_and_an_amplitude_wake_one(good):
-    silent = probe_latency(good, Settings(steps=12, starts={"scale": "0"}, amplitude=0.1))
+    silent = probe_latency(good, ProbeSettings(steps=12, starts={"scale": "0"}, amplitude=0.1))
     assert [(pair.output, pair.input) for pair in silent.of("not excited")] == [("direct", "u")]
     # by default an input changes by a thousandth: not enough for a quantiser of 1/64
-    (pair,) = probe_latency(good, Settings(steps=12)).of("not excited")
+    (pair,) = probe_latency(good, ProbeSettings(steps=12)).of("not excited")
     assert (pair.output, pair.input) == ("coarse", "u")
 
 
@@ -114,7 +114,7 @@ def test_fmi_3_array_by_array(tmp_path):
     place = {v.name: k for k, v in enumerate(reference.variables_of("feedthrough", "3.0"))}
     vector, flags = (f'<Output valueReference="{place[name]}"' for name in ("vector_out", "flags_out"))
     told = {f"{vector}/>": f'{vector} dependencies=""/>', f"{flags}/>": f'{flags} dependencies="{place["flags_in"]}"/>'}
-    report = probe_latency(reference_fmu(tmp_path, "feedthrough", "3.0", told), Settings(steps=3, seconds=600.0))
+    report = probe_latency(reference_fmu(tmp_path, "feedthrough", "3.0", told), ProbeSettings(steps=3, seconds=600.0))
 
     assert dict(fed(report)) == {
         name: name.replace("_out", "_in") for name in report.outputs if not name.startswith(("Str", "wor"))
@@ -130,7 +130,8 @@ def test_fmi_3_array_by_array(tmp_path):
 
 @pytest.mark.parametrize("version", ["1.0", "3.0"])
 def test_an_integral_is_no_feedthrough_in_fmi_3_and_not_to_be_told_in_fmi_1(tmp_path, version):
-    report = probe_latency(reference.build("integrator", version, tmp_path), Settings(steps=3, starts={"rate": "2"}))
+    settings = ProbeSettings(steps=3, starts={"rate": "2"})
+    report = probe_latency(reference.build("integrator", version, tmp_path), settings)
 
     assert delays(report) == {("x", "u"): (0, 0)}
     assert fed(report) == ({("x", "u")} if version == "1.0" else set())  # FMI 1.0 does not say that it takes any step
@@ -143,11 +144,11 @@ def test_a_vendor_stand_in_answers_at_once_while_flag_and_mode_allow_it(tmp_path
     first = "q_IB[0]" if build is vendor_fmu else "q_IB[1]"
     awake = {first: "1", "Mode": "2", "q_ok": "3"}
 
-    found = probe_latency(fmu, Settings(steps=5, starts=awake, amplitude=0.01))
+    found = probe_latency(fmu, ProbeSettings(steps=5, starts=awake, amplitude=0.01))
     assert set(delays(found).values()) == {(0, 0)}
     answering = {(output.partition("[")[0], name.partition("[")[0]) for output, name in fed(found)}
     assert answering == {("TauCmd", "q_IB"), ("TauCmd", "w_meas")}
-    blind = fed(probe_latency(fmu, Settings(steps=5, starts=awake | {"q_ok": "0"}, amplitude=0.01)))
+    blind = fed(probe_latency(fmu, ProbeSettings(steps=5, starts=awake | {"q_ok": "0"}, amplitude=0.01)))
     assert {name.partition("[")[0] for _, name in blind} == {"w_meas"}
 
 
@@ -166,13 +167,13 @@ def test_a_crash_is_one_line_and_no_end_of_ours(tmp_path):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        (Settings(starts={"scales": "1"}), r"fmu.scales: no such parameter; fmu has .*scale"),
-        (Settings(starts={"scale": "much"}), "scale: 'much'"),
-        (Settings(amplitudes={"w": 1.0}), r"--amplitude w: no such Real input; there are u, v, slow, gated, idle"),
-        (Settings(amplitude=-1.0), r"--amplitude: -1 must be a number > 0"),
-        (Settings(step=0.0), r"--step 0: must be > 0 s"),
-        (Settings(steps=0), r"--steps 0: must be 1 or more"),
-        (Settings(seconds=0.0), r"--time-limit 0: must be > 0 s"),
+        (ProbeSettings(starts={"scales": "1"}), r"fmu.scales: no such parameter; fmu has .*scale"),
+        (ProbeSettings(starts={"scale": "much"}), "scale: 'much'"),
+        (ProbeSettings(amplitudes={"w": 1.0}), r"--amplitude w: no such Real input; there are u, v, slow, gated, idle"),
+        (ProbeSettings(amplitude=-1.0), r"--amplitude: -1 must be a number > 0"),
+        (ProbeSettings(step=0.0), r"--step 0: must be > 0 s"),
+        (ProbeSettings(steps=0), r"--steps 0: must be 1 or more"),
+        (ProbeSettings(seconds=0.0), r"--time-limit 0: must be > 0 s"),
     ],
 )
 def test_a_setting_that_does_not_fit_is_refused_by_name(good, settings, message):

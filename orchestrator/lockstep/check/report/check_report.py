@@ -20,7 +20,7 @@ _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FmuReport:
+class CheckReport:
     """What was found about one FMU."""
 
     file: str  # as given on the command line
@@ -43,13 +43,13 @@ class FmuReport:
         return {status: sum(f.status == status for f in self.findings) for status in STATUSES}
 
 
-def fails(reports: Sequence[FmuReport], strict: bool) -> bool:
+def fails(reports: Sequence[CheckReport], strict: bool) -> bool:
     """Tell whether an FMU is refused: by an error, or by a warning if that counts."""
     limit = _SEVERITY["warning" if strict else "error"]
     return any(_SEVERITY[report.worst] >= limit for report in reports)
 
 
-def summary(report: FmuReport) -> str:
+def summary(report: CheckReport) -> str:
     """Count the findings in words: `1 error, 2 warnings, 14 passed`."""
     counts = report.counts()
     words = []
@@ -65,13 +65,13 @@ def summary(report: FmuReport) -> str:
     return ", ".join(words) or "nothing checked"
 
 
-def as_json(reports: Sequence[FmuReport]) -> str:
+def as_json(reports: Sequence[CheckReport]) -> str:
     """Write reports; `from_json` reads them back."""
     content = {"format": FORMAT, "fmus": [_plain(report) for report in reports]}
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
-def _plain(report: FmuReport) -> dict[str, Any]:
+def _plain(report: CheckReport) -> dict[str, Any]:
     told = {name: getattr(report, name) for name in _TOLD}
     return told | {
         "worst": report.worst,
@@ -92,7 +92,7 @@ def _plain(report: FmuReport) -> dict[str, Any]:
     }
 
 
-def from_json(text: str) -> tuple[FmuReport, ...]:
+def from_json(text: str) -> tuple[CheckReport, ...]:
     """Read what `as_json` wrote; raise ValueError for another format."""
     content: dict[str, Any] = json.loads(text)
     if content.get("format") != FORMAT:
@@ -107,11 +107,11 @@ def from_json(text: str) -> tuple[FmuReport, ...]:
             for f in fmu["findings"]
             if (numbers := f.pop("numbers")) is not None
         )
-        reports.append(FmuReport(**{name: fmu[name] for name in _TOLD}, findings=findings))
+        reports.append(CheckReport(**{name: fmu[name] for name in _TOLD}, findings=findings))
     return tuple(reports)
 
 
-def as_junit(reports: Sequence[FmuReport], strict: bool = False) -> str:
+def as_junit(reports: Sequence[CheckReport], strict: bool = False) -> str:
     """Write JUnit XML: a test suite an FMU, a test case a finding; warnings fail if `strict`."""
     failing = ("error", "warning") if strict else ("error",)
     root = Element("testsuites", {"name": "flexsat check"})

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from lockstep.check.dynamic.experiment import Experiment
-from lockstep.check.dynamic.last_call import read_crumb
-from lockstep.check.dynamic.probe_process import GIGABYTE, Verdict
+from lockstep.check.dynamic.last_call import read_last_call
+from lockstep.check.dynamic.probe_process import GIGABYTE, Probe, ProbeResult
 from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import open_zip
 from lockstep.processes.process_tree import running
@@ -25,7 +25,7 @@ UNPACKED_LIMIT = 4 * GIGABYTE
 
 
 @dataclass(slots=True, kw_only=True)
-class Laboratory:
+class ProbeRunner:
     """A folder in which one FMU is checked: unpacked afresh for each check, to the same place."""
 
     archive: Path
@@ -63,24 +63,30 @@ class Laboratory:
 
     def run(
         self,
-        probe: str,
+        probe: Probe,
         experiment: Experiment,
         *,
         folder: Path | None = None,
         directory: Path | None = None,
         time_limit: float | None = None,
         **options: Any,
-    ) -> Verdict:
-        """Run `module:function` on the FMU in a new process.
+    ) -> ProbeResult:
+        """Run a probe on the FMU in a new process.
 
         `directory` is the working directory; None is the one in which the FMU runs.
         """
         place = self.unpack(folder)
         usual = place if experiment.directory == "unpacked" else self.elsewhere
-        told = {"probe": probe, "folder": str(place), "work": str(self.results), "options": options}
-        (self.results / "task.json").write_text(json.dumps(told | {"experiment": experiment.as_json()}))
+        task = {
+            "probe": f"{probe.__module__}:{probe.__name__}",
+            "folder": str(place),
+            "work": str(self.results),
+            "options": options,
+            "experiment": experiment.as_json(),
+        }
+        (self.results / "task.json").write_text(json.dumps(task))
         (self.results / "result.json").unlink(missing_ok=True)
-        (self.results / "crumb").unlink(missing_ok=True)
+        (self.results / "last_call").unlink(missing_ok=True)
         limit = time_limit or self.time_limit
         began = time.monotonic()
         with (self.results / "printed").open("wb") as printed:
@@ -91,32 +97,33 @@ class Laboratory:
                 limit,
                 {"TMPDIR": str(self.work / "tmp")},
             )
-        verdict = self._verdict(code, limit, time.monotonic() - began)
-        if left and verdict.status != "error":
-            return Verdict(status="error", message="a process that it started ran on after the end of its own")
-        return verdict
+        result = self._result(code, limit, time.monotonic() - began)
+        if left and result.status != "error":
+            return ProbeResult(status="error", message="a process that it started ran on after the end of its own")
+        return result
 
-    def _verdict(self, code: int | None, limit: float, lasted: float) -> Verdict:
-        call = read_crumb(self.results / "crumb")
+    def _result(self, code: int | None, limit: float, lasted: float) -> ProbeResult:
+        call = read_last_call(self.results / "last_call")
         where = f"in {call}" if call else "between calls"
         try:
             found = json.loads((self.results / "result.json").read_text(encoding="utf-8"))
-            verdict = Verdict(**{**found, "details": tuple(found["details"])})
+            result = ProbeResult(**{**found, "details": tuple(found["details"])})
         except (OSError, ValueError, TypeError, KeyError):  # not written, or not by the check
             if code is None:
-                return Verdict(status="error", message=f"no answer within {limit:g} s {where}")
+                return ProbeResult(status="error", message=f"no answer within {limit:g} s {where}")
             if code == 1 and not call:
-                return Verdict(status="error", message="the check could not be carried out", details=self._printed())
+                text = "the check could not be carried out"
+                return ProbeResult(status="error", message=text, details=self._printed())
             how = f"ended the process with exit code {code}" if code >= 0 else f"crashed with {_signal(code)}"
-            return Verdict(status="error", message=f"{how} {where}, after {lasted:.1f} s", details=self._printed())
-        if verdict.status == "error" or code == 0:
-            return verdict
+            return ProbeResult(status="error", message=f"{how} {where}, after {lasted:.1f} s", details=self._printed())
+        if result.status == "error" or code == 0:
+            return result
         how = f"did not end within {limit:g} s" if code is None else f"ended with {_signal(code)}"
-        return Verdict(
+        return ProbeResult(
             status="error",
             message=f"all calls were answered, but then the process {how}",
             details=self._printed(),
-            numbers=verdict.numbers,
+            numbers=result.numbers,
         )
 
     def _printed(self) -> tuple[str, ...]:

@@ -10,12 +10,12 @@ from time import perf_counter
 
 from lockstep.check.contract import Contract
 from lockstep.check.contract_findings import contract_findings
-from lockstep.check.dynamic.dynamic import dynamic_checks
+from lockstep.check.dynamic_checks import dynamic_checks
 from lockstep.check.other_versions import other_version_checks, version_of
+from lockstep.check.report.check_report import CheckReport
 from lockstep.check.report.finding import Finding
-from lockstep.check.report.report import FmuReport
-from lockstep.check.static.static import static_checks
-from lockstep.check.static.subject import Subject, open_subject, unreadable
+from lockstep.check.static.fmu_archive import FmuArchive, read_archive, unreadable
+from lockstep.check.static_checks import static_checks
 from lockstep.fmi.model_description import PLATFORM, VERSION
 
 _STOPPERS = ("static.archive", "static.kind", "static.platforms")  # errors that leave nothing to run
@@ -29,7 +29,7 @@ def check_fmu(
     like: str | None = None,
     others: Sequence[Path] = (),
     report: Callable[[Finding], None] = lambda _: None,
-) -> FmuReport:
+) -> CheckReport:
     """Run all checks of one FMU.
 
     Parameters
@@ -46,19 +46,19 @@ def check_fmu(
         If there is no such file, or no contract of that name. A file that is no FMU is a finding.
     """
     started = perf_counter()
-    subject = open_subject(path)
-    if version_of(subject):
-        findings = other_version_checks(subject, dynamic, report)
+    fmu = read_archive(path)
+    if version_of(fmu):
+        findings = other_version_checks(fmu, dynamic, report)
     else:
-        findings = static_checks(subject, report)
+        findings = static_checks(fmu, report)
         findings += _dynamic(path, findings, report, others) if dynamic else []
-    compared = _contract(subject, contracts, like)
+    compared = _contract(fmu, contracts, like)
     for finding in compared:
         report(finding)
-    said = {} if subject.model is None else subject.model.attributes
-    return FmuReport(
+    said = {} if fmu.model is None else fmu.model.attributes
+    return CheckReport(
         file=str(path),
-        sha256=subject.sha256,
+        sha256=fmu.sha256,
         model=said.get("modelName", ""),
         guid=said.get("guid") or said.get("instantiationToken", ""),
         tool=said.get("generationTool", ""),
@@ -87,8 +87,8 @@ def _dynamic(
     return dynamic_checks(path, report, others=others)
 
 
-def _contract(subject: Subject, contracts: Sequence[Contract], like: str | None) -> list[Finding]:
-    reason = unreadable(subject)
-    if not contracts or subject.model is None or reason:
+def _contract(fmu: FmuArchive, contracts: Sequence[Contract], like: str | None) -> list[Finding]:
+    reason = unreadable(fmu)
+    if not contracts or fmu.model is None or reason:
         return []
-    return contract_findings(contracts, subject.model, like)
+    return contract_findings(contracts, fmu.model, like)

@@ -1,4 +1,4 @@
-"""After how many of its steps does each output answer to each input, and does it say so in its dependencies?
+"""Run an instance again and again from one moment, with an input changed, and compare the outputs.
 
 An input is changed by a little before step `MOMENT` and stays changed. An output answers
 
@@ -13,8 +13,8 @@ with the step. So an FMU that takes any step makes a short one too, and what doe
 
 from __future__ import annotations
 
-import time
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,10 +23,9 @@ from numpy.typing import NDArray
 
 from lockstep.check.dynamic.experiment import PERIOD, Port
 from lockstep.check.dynamic.fmi2_instance import FATAL, WARNING, Failed, Instance
-from lockstep.check.dynamic.probe_process import Task, Verdict
+from lockstep.check.dynamic.probe_process import ProbeTask
 from lockstep.check.dynamic.probes_state import free_state, get_state, set_state
 from lockstep.check.dynamic.trajectory import Trajectory, unlike
-from lockstep.check.latency.report import Response, base_name, folded, judged
 
 MOMENT = 100  # the first changed step: one in which what samples every 2, 4, 5, 10, 20, 25, 50 or 100 steps samples
 WINDOW = 104  # steps watched
@@ -42,7 +41,7 @@ Change = list[tuple[int, int, float]]  # setter, column, amount
 class Bench:
     """Brings an instance back to the moment of the change, as often as needed."""
 
-    task: Task
+    task: ProbeTask
     moment: int
     window: int
     instance: Instance = field(init=False)
@@ -100,42 +99,6 @@ class Bench:
         return before, instance.run(self.moment, self.moment + steps, tables=tables)
 
 
-def latency(task: Task) -> Verdict:
-    """Change each input in turn, or whole arrays when that would take too long."""
-    if not (task.experiment.inputs and task.experiment.outputs):
-        return Verdict(status="skipped", message="it has no inputs, or no outputs")
-    steps = task.options["steps"]
-    bench = Bench(task, moment=min(MOMENT, steps // 2), window=min(WINDOW, steps))
-    began = time.monotonic()
-    base, shortened = bases(bench, [])
-    each = time.monotonic() - began
-    changes = changes_of(bench.instance)
-    if each * len(changes) > task.options["seconds"]:
-        changes = grouped(changes)
-    deadline = began + task.options["seconds"]
-    responses, broken, late = [], [], 0
-    # what a flag such as `valid` gates answers only while the flag is up: so once more with every flag turned over
-    flags = [part for change in changes.values() for part in change if bench.instance.write[part[0]][3] == "Boolean"]
-    for context in ([], flags) if flags else ([],):
-        try:
-            about = (base, shortened) if not context else bases(bench, context)
-        except Failed:
-            bench.renew()
-            break
-        for inputs, change in changes.items():
-            if time.monotonic() > deadline:
-                late += not context
-                continue
-            if context and change[0] in flags:
-                continue
-            try:
-                responses.append(_response(bench, inputs, change, context, *about))
-            except Failed as error:
-                broken += [] if context else [f"{folded(inputs)}: a small change is refused: {error}"]
-                bench.renew()
-    return judged(task, responses, broken, late, bench.window)
-
-
 def bases(bench: Bench, context: Change) -> tuple[Any, Any]:
     """Return the outputs without the change; also those after a short step, for an FMU that makes one."""
     any_step = bench.task.experiment.any_step
@@ -176,37 +139,6 @@ def grouped(changes: dict[tuple[str, ...], Change]) -> dict[tuple[str, ...], Cha
     return {tuple(names): parts[base] for base, names in groups.items()}
 
 
-def _response(
-    bench: Bench, inputs: tuple[str, ...], change: Change, context: Change, base: Any, shortened: Any
-) -> Response:
-    before, after = bench.watch(context + change, bench.window)
-    changed = unlike(after, base[1])
-    direct = unlike(before, base[0])[0]
-    first = np.where(changed.any(axis=0), changed.argmax(axis=0), -1)
-    feedthrough = first == 0
-    if shortened is None:
-        sure = _sure(bench, change, context, after[:1], base[1][:1], short=False)
-    else:
-        _, brief = bench.watch(context + change, 1, short=True)
-        sure = _sure(bench, change, context, brief, shortened[1], short=True)
-        feedthrough &= lasting(after[:1], base[1][:1], brief, shortened[1]) & sure
-    return Response(inputs=inputs, first=first, direct=direct, feedthrough=feedthrough | direct, sure=sure)
-
-
-def _sure(
-    bench: Bench, change: Change, context: Change, answer: Trajectory, base: Trajectory, *, short: bool
-) -> NDArray[np.bool_]:
-    """Tell which answers shrink with the change: rounding, as of a conserved sum of large parts, does not."""
-    sure = np.ones(unlike(answer, base).shape[1], bool)
-    if all(bench.instance.write[setter][3] == "Real" for setter, _, _ in change):
-        small = [(setter, column, REDUCED * amount) for setter, column, amount in change]
-        _, reduced = bench.watch(context + small, 1, short=short)
-        with np.errstate(all="ignore"):
-            whole, part = (np.abs(run.reals - base.reals)[0] for run in (answer, reduced))
-            sure[: len(whole)] = (part > 0.0) & (REDUCED * whole >= 0.5 * part)
-    return sure
-
-
 def lasting(full: Trajectory, full_base: Trajectory, brief: Trajectory, brief_base: Trajectory) -> NDArray[np.bool_]:
     """Tell which answers do not vanish with the step."""
     with np.errstate(all="ignore"):
@@ -215,3 +147,13 @@ def lasting(full: Trajectory, full_base: Trajectory, brief: Trajectory, brief_ba
         rounding = ULPS * np.spacing(np.abs(brief_base.reals[0]))
     discrete = unlike(brief, brief_base)[0][len(whole) :]
     return np.concatenate([(short >= KEPT * whole) & (short > rounding), discrete])
+
+
+def base_name(name: str) -> str:
+    """Return the name of the array that an element belongs to."""
+    return name.partition("[")[0]
+
+
+def folded(names: Sequence[str]) -> str:
+    """Return the names of some elements of one array in few words."""
+    return names[0] if len(names) == 1 else base_name(names[0])

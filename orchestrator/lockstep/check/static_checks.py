@@ -8,8 +8,8 @@ from lockstep.check.report.finding import Finding
 from lockstep.check.static import archive_checks as archive
 from lockstep.check.static import binary_checks as binary
 from lockstep.check.static import description_checks as description
+from lockstep.check.static.fmu_archive import FmuArchive
 from lockstep.check.static.structure_checks import unknowns
-from lockstep.check.static.subject import Subject
 from lockstep.check.static.unit_checks import units
 
 CHECKS = (
@@ -34,10 +34,10 @@ CHECKS = (
 )
 
 
-def static_checks(subject: Subject, report: Callable[[Finding], None] = lambda _: None) -> list[Finding]:
+def static_checks(fmu: FmuArchive, report: Callable[[Finding], None] = lambda _: None) -> list[Finding]:
     """Run every static check; `report` is called with each finding as it comes."""
     findings = []
     for run in CHECKS:
-        findings.append(run(subject))
+        findings.append(run(fmu))
         report(findings[-1])
     return findings

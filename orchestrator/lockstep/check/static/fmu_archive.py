@@ -20,7 +20,7 @@ KEPT = 500  # details a finding, at most: a broken file may have one for each of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Subject:
+class FmuArchive:
     """One FMU file; `problem` says why there is no archive or no model."""
 
     path: Path
@@ -45,7 +45,7 @@ class Subject:
             raise ValueError(f"{name} cannot be unpacked: {error}") from None
 
 
-def open_subject(path: Path) -> Subject:
+def read_archive(path: Path) -> FmuArchive:
     """Read a file.
 
     Raises
@@ -73,7 +73,7 @@ def open_subject(path: Path) -> Subject:
         problem = f"not a readable zip file: {error}"
     except ValueError as error:
         problem = f"{DESCRIPTION}: {error}"
-    return Subject(
+    return FmuArchive(
         path=path,
         sha256=sha256,
         size=size,
@@ -95,7 +95,7 @@ def _description(archive: zipfile.ZipFile) -> bytes:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class CheckOutcome:
     """What a check found: the rest of the finding stands with the check."""
 
     status: Status
@@ -122,20 +122,20 @@ class Notes:
         """Note what is worth knowing."""
         self._kept["info"].append(text)
 
-    def verdict(self, passed: str, numbers: Iterable[tuple[str, float]] = ()) -> Verdict:
+    def outcome(self, passed: str, numbers: Iterable[tuple[str, float]] = ()) -> CheckOutcome:
         """Return all of it, the worst first; `passed` is the message when there is nothing to tell."""
         told = [(status, text) for status, texts in self._kept.items() for text in texts]
         if not told:
-            return Verdict(status="pass", message=passed, numbers=tuple(numbers))
+            return CheckOutcome(status="pass", message=passed, numbers=tuple(numbers))
         worst: Status = told[0][0]
         if len(told) == 1:
-            return Verdict(status=worst, message=told[0][1], numbers=tuple(numbers))
+            return CheckOutcome(status=worst, message=told[0][1], numbers=tuple(numbers))
         words: dict[Status, str] = {"error": "error", "warning": "warning", "info": "note"}
         counts = [f"{len(texts)} {words[s]}{'s' * (len(texts) > 1)}" for s, texts in self._kept.items() if texts]
         lines = [text if status == worst else f"{status}: {text}" for status, text in told]
         if len(lines) > KEPT:
             lines = [*lines[: KEPT - 1], f"and {len(lines) - KEPT + 1} more"]
-        return Verdict(
+        return CheckOutcome(
             status=worst,
             message=f"{', '.join(counts)}: {told[0][1]}",
             details=tuple(lines[1:]),
@@ -143,27 +143,27 @@ class Notes:
         )
 
 
-Check = Callable[[Subject], Finding]
+Check = Callable[[FmuArchive], Finding]
 
 
-def check(name: str, title: str) -> Callable[[Callable[[Subject], Verdict]], Check]:
-    """Make a static check of a function of the subject."""
+def check(name: str, title: str) -> Callable[[Callable[[FmuArchive], CheckOutcome]], Check]:
+    """Make a static check of a function of the fmu."""
 
-    def decorate(function: Callable[[Subject], Verdict]) -> Check:
+    def decorate(function: Callable[[FmuArchive], CheckOutcome]) -> Check:
         @wraps(function)
-        def run(subject: Subject) -> Finding:
+        def run(fmu: FmuArchive) -> Finding:
             try:
-                verdict = function(subject)
+                outcome = function(fmu)
             except ValueError as error:  # a member that cannot be unpacked
-                verdict = Verdict(status="error", message=str(error))
+                outcome = CheckOutcome(status="error", message=str(error))
             return Finding(
                 check=f"static.{name}",
                 group="static",
                 title=title,
-                status=verdict.status,
-                message=verdict.message,
-                details=verdict.details,
-                numbers=dict(verdict.numbers),
+                status=outcome.status,
+                message=outcome.message,
+                details=outcome.details,
+                numbers=dict(outcome.numbers),
             )
 
         return run
@@ -171,29 +171,29 @@ def check(name: str, title: str) -> Callable[[Callable[[Subject], Verdict]], Che
     return decorate
 
 
-def model_check(name: str, title: str) -> Callable[[Callable[[Model], Verdict]], Check]:
+def model_check(name: str, title: str) -> Callable[[Callable[[Model], CheckOutcome]], Check]:
     """Make a static check of a function of the model description; skipped without a readable one of FMI 2.0."""
 
-    def decorate(function: Callable[[Model], Verdict]) -> Check:
+    def decorate(function: Callable[[Model], CheckOutcome]) -> Check:
         @check(name, title)
         @wraps(function)
-        def run(subject: Subject) -> Verdict:
-            reason = unreadable(subject)
-            return Verdict(status="skipped", message=reason) if reason else function(_model(subject))
+        def run(fmu: FmuArchive) -> CheckOutcome:
+            reason = unreadable(fmu)
+            return CheckOutcome(status="skipped", message=reason) if reason else function(_model(fmu))
 
         return run
 
     return decorate
 
 
-def unreadable(subject: Subject) -> str:
+def unreadable(fmu: FmuArchive) -> str:
     """Say why there is no model description of FMI 2.0 to look at; empty if there is."""
-    if subject.model is None:
-        return subject.problem
-    version = subject.model.attributes.get("fmiVersion", "")
+    if fmu.model is None:
+        return fmu.problem
+    version = fmu.model.attributes.get("fmiVersion", "")
     return "" if version == "2.0" else f"FMI version {version or 'unknown'}, not 2.0"
 
 
-def _model(subject: Subject) -> Model:
-    assert subject.model is not None  # told by unreadable()
-    return subject.model
+def _model(fmu: FmuArchive) -> Model:
+    assert fmu.model is not None  # told by unreadable()
+    return fmu.model

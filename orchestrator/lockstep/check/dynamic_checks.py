@@ -13,12 +13,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from lockstep.check.dynamic import probes_life, probes_load, probes_refusal, probes_state
 from lockstep.check.dynamic.experiment import Experiment, read_experiment
-from lockstep.check.dynamic.laboratory import Laboratory
-from lockstep.check.dynamic.probe_process import Verdict
-from lockstep.check.dynamic.probes_life import AWKWARD
+from lockstep.check.dynamic.probe_process import Probe, ProbeResult
+from lockstep.check.dynamic.probe_runner import ProbeRunner
 from lockstep.check.dynamic.trajectory import Trajectory, difference, relative_difference
 from lockstep.check.dynamic.working_directory_checks import resource_location, working_directory
+from lockstep.check.latency import latency_check
 from lockstep.check.report.finding import Finding
 from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import unpacking_place
@@ -82,15 +83,15 @@ def dynamic_checks(
     """
     place = unpacking_place()
     with tempfile.TemporaryDirectory(prefix="lockstep_check_", dir=place, ignore_cleanup_errors=True) as folder:
-        laboratory = Laboratory(archive=path.resolve(), work=Path(folder), time_limit=time_limit)
-        return _Course(laboratory, report, steps, tuple(others)).run(only)
+        runner = ProbeRunner(archive=path.resolve(), work=Path(folder), time_limit=time_limit)
+        return _Course(runner, report, steps, tuple(others)).run(only)
 
 
 class _Course:
     """One pass through the checks, and what they have learnt of the FMU so far."""
 
-    def __init__(self, laboratory: Laboratory, report: Report, steps: int, others: tuple[Path, ...]) -> None:
-        self.laboratory, self._report, self._memory_steps, self._others = laboratory, report, steps, others
+    def __init__(self, runner: ProbeRunner, report: Report, steps: int, others: tuple[Path, ...]) -> None:
+        self.runner, self._report, self._memory_steps, self._others = runner, report, steps, others
         self.findings: list[Finding] = []
         self.experiment: Experiment
         self.steps = REFERENCE_STEPS
@@ -99,212 +100,214 @@ class _Course:
     def run(self, only: Collection[str]) -> list[Finding]:
         """Run the checks in their order."""
         try:
-            self.experiment = read_experiment(self.laboratory.unpack())
+            self.experiment = read_experiment(self.runner.unpack())
         except (InputError, OSError) as error:
-            self._tell("dynamic.instantiate", Verdict(status="error", message=str(error)))
+            self._tell("dynamic.instantiate", ProbeResult(status="error", message=str(error)))
             return self._skip("it cannot be instantiated")
         for check, probe, missing in (
             ("dynamic.instantiate", self._instantiate, "it cannot be instantiated"),
-            ("dynamic.initialise", self._simple("probes_life:initialise"), "it cannot be initialised"),
+            ("dynamic.initialise", self._simple(probes_life.initialise), "it cannot be initialised"),
             ("dynamic.step", self._step, "it cannot be stepped"),
         ):
-            verdict = _carried_out(probe)
-            self._tell(check, verdict)
-            if verdict.status == "error" and not verdict.numbers.get("steps"):
+            result = _carried_out(probe)
+            self._tell(check, result)
+            if result.status == "error" and not result.numbers.get("steps"):
                 return self._skip(missing)
         for check in CHECKS[3:]:
             if check not in only:
                 continue
             if check in COMPARING and self._failed("dynamic.repeat"):
                 reason = "no two runs of it give the same bits (dynamic.repeat), so there is nothing to compare with"
-                self._tell(check, Verdict(status="skipped", message=reason))
+                self._tell(check, ProbeResult(status="skipped", message=reason))
             else:
                 self._tell(check, _carried_out(getattr(self, f"_{check.partition('.')[2]}")))
         return self.findings
 
-    def _tell(self, check: str, verdict: Verdict) -> None:
+    def _tell(self, check: str, result: ProbeResult) -> None:
         finding = Finding(
             check=check,
             group="dynamic",
             title=TITLES[check],
-            status=verdict.status,
-            message=verdict.message,
-            details=verdict.details,
-            numbers=verdict.numbers,
+            status=result.status,
+            message=result.message,
+            details=result.details,
+            numbers=result.numbers,
         )
         self.findings.append(finding)
         self._report(finding)
 
     def _skip(self, reason: str) -> list[Finding]:
         for check in CHECKS[len(self.findings) :]:
-            self._tell(check, Verdict(status="skipped", message=f"not checked: {reason}"))
+            self._tell(check, ProbeResult(status="skipped", message=f"not checked: {reason}"))
         return self.findings
 
     def _failed(self, check: str) -> bool:
         return any(finding.check == check and finding.status == "error" for finding in self.findings)
 
-    def _probe(self, probe: str, **options: Any) -> Verdict:
-        return self.laboratory.run(probe, self.experiment, **options)
+    def _probe(self, probe: Probe, **options: Any) -> ProbeResult:
+        return self.runner.run(probe, self.experiment, **options)
 
-    def _simple(self, probe: str) -> Callable[[], Verdict]:
+    def _simple(self, probe: Probe) -> Callable[[], ProbeResult]:
         return lambda: self._probe(probe)
 
     # The checks, in their order.
 
-    def _instantiate(self) -> Verdict:
-        verdict = self._probe("probes_life:instantiate")
-        if verdict.status == "error":
+    def _instantiate(self) -> ProbeResult:
+        result = self._probe(probes_life.instantiate)
+        if result.status == "error":
             # one that finds its files through the working directory is told by the check of that
             unpacked = replace(self.experiment, directory="unpacked")
-            second = self.laboratory.run("probes_life:instantiate", unpacked)
+            second = self.runner.run(probes_life.instantiate, unpacked)
             if second.status != "error":
                 self.experiment = unpacked
                 return replace(second, message=f"{second.message}, but only in the folder that it is unpacked to")
-        return verdict
+        return result
 
-    def _step(self) -> Verdict:
+    def _step(self) -> ProbeResult:
         options: dict[str, Any] = {"steps": REFERENCE_STEPS, "seconds": REFERENCE_SECONDS}
-        verdict = self._probe("probes_life:step", **options)
-        if verdict.status == "error" and not verdict.numbers:
+        result = self._probe(probes_life.step, **options)
+        if result.status == "error" and not result.numbers:
             still = replace(self.experiment, stimulated=False)
-            second = self.laboratory.run("probes_life:step", still, **options)
+            second = self.runner.run(probes_life.step, still, **options)
             if second.status != "error":
                 self.experiment = still
-                verdict = replace(second, details=(f"with moving inputs: {verdict.message}", *second.details))
-        self.steps = int(verdict.numbers.get("steps", 0))
+                result = replace(second, details=(f"with moving inputs: {result.message}", *second.details))
+        self.steps = int(result.numbers.get("steps", 0))
         self._reference_made = time.monotonic()
-        return verdict
+        return result
 
-    def _repeat(self) -> Verdict:
+    def _repeat(self) -> ProbeResult:
         time.sleep(max(0.0, SEED_AGE - (time.monotonic() - self._reference_made)))
         return self._compared("again", "in a new process")
 
-    def _compared(self, name: str, words: str, **options: Any) -> Verdict:
+    def _compared(self, name: str, words: str, **options: Any) -> ProbeResult:
         """Run once more and compare with the reference."""
         got = self._trajectory(name, **options)
-        if isinstance(got, Verdict):
+        if isinstance(got, ProbeResult):
             return replace(got, message=f"{words}: {got.message}")
         gap = difference(got, self._base(), self.experiment)
-        return Verdict(status="error", message=f"{words}: {gap}") if gap else Verdict(message=f"the same bits {words}")
+        if gap:
+            return ProbeResult(status="error", message=f"{words}: {gap}")
+        return ProbeResult(message=f"the same bits {words}")
 
     def _base(self) -> Trajectory:
-        return Trajectory.load(self.laboratory.results / "base.npz")
+        return Trajectory.load(self.runner.results / "base.npz")
 
-    def _trajectory(self, name: str, **options: Any) -> Trajectory | Verdict:
+    def _trajectory(self, name: str, **options: Any) -> Trajectory | ProbeResult:
         """Return a trajectory made in a new process, or why there is none."""
-        verdict = self._probe("probes_life:trajectory", name=name, steps=self.steps, **options)
-        return verdict if verdict.status == "error" else Trajectory.load(self.laboratory.results / f"{name}.npz")
+        result = self._probe(probes_life.trajectory, name=name, steps=self.steps, **options)
+        return result if result.status == "error" else Trajectory.load(self.runner.results / f"{name}.npz")
 
-    def _reset(self) -> Verdict:
-        return self._probe("probes_life:reset")
+    def _reset(self) -> ProbeResult:
+        return self._probe(probes_life.reset)
 
-    def _second_instance(self) -> Verdict:
+    def _second_instance(self) -> ProbeResult:
         if self.experiment.once_per_process:
-            return Verdict(status="skipped", message="it declares that a process may hold one instance of it only")
-        alone = self._probe("probes_life:other_phase", steps=self.steps)
-        return alone if alone.status == "error" else self._probe("probes_life:second_instance")
+            return ProbeResult(status="skipped", message="it declares that a process may hold one instance of it only")
+        alone = self._probe(probes_life.other_phase, steps=self.steps)
+        return alone if alone.status == "error" else self._probe(probes_life.second_instance)
 
-    def _second_load(self) -> Verdict:
-        return self._probe("probes_life:second_load")
+    def _second_load(self) -> ProbeResult:
+        return self._probe(probes_life.second_load)
 
-    def _side_by_side(self) -> Verdict:
-        verdicts = [self._beside(other) for other in self._others or (self.laboratory.archive,)]
-        bad = [verdict for verdict in verdicts if verdict.status == "error"]
-        return bad[0] if bad else replace(verdicts[0], message="; ".join(verdict.message for verdict in verdicts))
+    def _side_by_side(self) -> ProbeResult:
+        results = [self._beside(other) for other in self._others or (self.runner.archive,)]
+        bad = [result for result in results if result.status == "error"]
+        return bad[0] if bad else replace(results[0], message="; ".join(result.message for result in results))
 
-    def _beside(self, other: Path) -> Verdict:
-        copy = other == self.laboratory.archive
-        neighbour = Laboratory(archive=other.resolve(), work=self.laboratory.work / "neighbour",
-                               time_limit=self.laboratory.time_limit)  # fmt: skip
+    def _beside(self, other: Path) -> ProbeResult:
+        copy = other == self.runner.archive
+        neighbour = ProbeRunner(archive=other.resolve(), work=self.runner.work / "neighbour",
+                               time_limit=self.runner.time_limit)  # fmt: skip
         try:
             experiment = self.experiment if copy else read_experiment(neighbour.unpack())
         except InputError as error:
-            return Verdict(status="skipped", message=f"{other.name}: {error}")
+            return ProbeResult(status="skipped", message=f"{other.name}: {error}")
         if copy and self.experiment.once_per_process:
-            return Verdict(status="skipped", message="it declares that a process may hold one instance of it only")
+            return ProbeResult(status="skipped", message="it declares that a process may hold one instance of it only")
         base = "base.npz"
         if not copy:
-            alone = neighbour.run("probes_life:trajectory", experiment, name="alone", steps=self.steps)
+            alone = neighbour.run(probes_life.trajectory, experiment, name="alone", steps=self.steps)
             if alone.status == "error":
-                return Verdict(status="skipped", message=f"{other.name} does not run by itself: {alone.message}")
+                return ProbeResult(status="skipped", message=f"{other.name} does not run by itself: {alone.message}")
             base = str(neighbour.results / "alone.npz")
         return self._probe(
-            "probes_life:side_by_side",
+            probes_life.side_by_side,
             neighbour=experiment.as_json(),
             neighbour_folder=str(neighbour.unpack()),
             neighbour_name="a copy unpacked elsewhere" if copy else other.name,
             neighbour_base=base,
         )
 
-    def _state(self) -> Verdict:
+    def _state(self) -> ProbeResult:
         if not self.experiment.saves_state:
-            return Verdict(status="skipped", message="it does not declare that its state can be saved")
-        here = self._probe("probes_state:roll_back")
+            return ProbeResult(status="skipped", message="it does not declare that its state can be saved")
+        here = self._probe(probes_state.roll_back)
         if here.status == "error" or not self.experiment.serialises_state:
             return here
-        there = self._probe("probes_state:restore", initialised=False)
+        there = self._probe(probes_state.restore, initialised=False)
         if there.status != "error":
             return replace(here, message=f"{here.message}; {there.message}")
-        later = self._probe("probes_state:restore", initialised=True)
+        later = self._probe(probes_state.restore, initialised=True)
         if later.status == "error":
             return later
         return replace(later, status="warning", message=f"{later.message}, but only into an instance that was "
                        f"initialised: before, {there.message}")  # fmt: skip
 
-    def _awkward_times(self) -> Verdict:
-        verdict = self._probe("probes_life:awkward_times", steps=self.steps)
-        if verdict.status == "error":
-            return verdict
+    def _awkward_times(self) -> ProbeResult:
+        result = self._probe(probes_life.awkward_times, steps=self.steps)
+        if result.status == "error":
+            return result
         worst, numbers = 0.0, {}
-        for how in AWKWARD:
-            got = Trajectory.load(self.laboratory.results / f"{how}.npz")
+        for how in probes_life.AWKWARD:
+            got = Trajectory.load(self.runner.results / f"{how}.npz")
             gap, words = relative_difference(got, self._base()), difference(got, self._base(), self.experiment)
             numbers[f"{how} [relative]"] = gap
             if gap > ROUNDING or (words and not gap):
-                return Verdict(status="warning", message=f"times {how}, as hosts do: {words}", numbers=numbers)
+                return ProbeResult(status="warning", message=f"times {how}, as hosts do: {words}", numbers=numbers)
             worst = max(worst, gap)
         same = "the same bits" if not worst else f"outputs differ by rounding, at most {worst:.1e} of their size"
-        return Verdict(message=f"times accumulated and subtracted, as hosts do: {same}", numbers=numbers)
+        return ProbeResult(message=f"times accumulated and subtracted, as hosts do: {same}", numbers=numbers)
 
-    def _working_directory(self) -> Verdict:
+    def _working_directory(self) -> ProbeResult:
         if self.experiment.directory == "unpacked":
             told = "can be instantiated only if the working directory is the folder that it is unpacked to"
-            return Verdict(status="error", message=told)
-        return working_directory(self.laboratory, self.experiment, self._base())
+            return ProbeResult(status="error", message=told)
+        return working_directory(self.runner, self.experiment, self._base())
 
-    def _resource_location(self) -> Verdict:
-        return resource_location(self.laboratory, self.experiment, self._base())
+    def _resource_location(self) -> ProbeResult:
+        return resource_location(self.runner, self.experiment, self._base())
 
-    def _refuses_step(self) -> Verdict:
-        return self._probe("probes_refusal:refuses_step")
+    def _refuses_step(self) -> ProbeResult:
+        return self._probe(probes_refusal.refuses_step)
 
-    def _logging(self) -> Verdict:
-        return self._probe("probes_refusal:logging")
+    def _logging(self) -> ProbeResult:
+        return self._probe(probes_refusal.logging)
 
-    def _invalid_reference(self) -> Verdict:
-        return self._probe("probes_refusal:invalid_reference")
+    def _invalid_reference(self) -> ProbeResult:
+        return self._probe(probes_refusal.invalid_reference)
 
-    def _latency(self) -> Verdict:
+    def _latency(self) -> ProbeResult:
         state = self.experiment.saves_state and not self._failed("dynamic.state")
-        limit = self.laboratory.time_limit + LATENCY_SECONDS
+        limit = self.runner.time_limit + LATENCY_SECONDS
         resets = not self._failed("dynamic.reset")
         options = {"steps": self.steps, "seconds": LATENCY_SECONDS, "state": state, "resets": resets}
-        return self._probe("latency:latency", time_limit=limit, **options)
+        return self._probe(latency_check.latency, time_limit=limit, **options)
 
-    def _cost(self) -> Verdict:
-        limit = self.laboratory.time_limit + COST_SECONDS
-        return self._probe("probes_load:cost", steps=COST_STEPS, seconds=COST_SECONDS, time_limit=limit)
+    def _cost(self) -> ProbeResult:
+        limit = self.runner.time_limit + COST_SECONDS
+        return self._probe(probes_load.cost, steps=COST_STEPS, seconds=COST_SECONDS, time_limit=limit)
 
-    def _memory(self) -> Verdict:
-        limit = self.laboratory.time_limit + MEMORY_SECONDS
+    def _memory(self) -> ProbeResult:
+        limit = self.runner.time_limit + MEMORY_SECONDS
         options = {"steps": self._memory_steps, "seconds": MEMORY_SECONDS}
-        return self._probe("probes_load:memory", time_limit=limit, **options)
+        return self._probe(probes_load.memory, time_limit=limit, **options)
 
 
-def _carried_out(check: Callable[[], Verdict]) -> Verdict:
+def _carried_out(check: Callable[[], ProbeResult]) -> ProbeResult:
     """Return what a check found; a full disk, or files that the FMU spoiled, are no end of the report either."""
     try:
         return check()
     except Exception as error:
-        reason = " ".join(str(error).split())
-        return Verdict(status="error", message=f"the check could not be carried out: {type(error).__name__}: {reason}")
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        return ProbeResult(status="error", message=f"the check could not be carried out: {reason}")

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from lockstep.check.dynamic.experiment import Experiment, Port, read_experiment, read_other_experiment
-from lockstep.check.dynamic.laboratory import Laboratory
-from lockstep.check.latency.measure import PROGRESS, RESULT
+from lockstep.check.dynamic.probe_runner import ProbeRunner
+from lockstep.check.latency.measure import PROGRESS, RESULT, measure
 from lockstep.errors import InputError, RunError, compact, suggestion
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.safe_zip import unpacking_place
@@ -20,12 +20,12 @@ from lockstep.plan.overrides import resolve_overrides
 from lockstep.system.component import Component, Kind, Value
 from lockstep.system.system import System
 
-Verdict = Literal["agrees", "contradicted", "not confirmed", "not excited", "no claim"]
+Agreement = Literal["agrees", "contradicted", "not confirmed", "not excited", "no claim"]
 NUMBERS = ("Real", "Integer", "Boolean")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class ProbeSettings:
     """How to probe."""
 
     step: float | None = None  # [s]; None: what the FMU recommends
@@ -60,11 +60,11 @@ class Pair:
     feedthrough: bool  # seen within the step, and not vanishing with it
     clear: bool  # the answer is far above rounding
     claimed: bool | None
-    verdict: Verdict
+    agreement: Agreement
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Report:
+class LatencyReport:
     """What was measured of one FMU."""
 
     file: str
@@ -86,12 +86,14 @@ class Report:
     restless: tuple[str, ...]  # outputs that differ in two runs alike: nothing can be said of them
     together: bool  # whether arrays were changed as a whole, for lack of time
 
-    def of(self, verdict: Verdict) -> tuple[Pair, ...]:
-        """Return the pairs of a verdict."""
-        return tuple(pair for pair in self.pairs if pair.verdict == verdict)
+    def of(self, agreement: Agreement) -> tuple[Pair, ...]:
+        """Return the pairs of a agreement."""
+        return tuple(pair for pair in self.pairs if pair.agreement == agreement)
 
 
-def probe_latency(path: Path, settings: Settings, report: Callable[[Path], None] = lambda _: None) -> Report:
+def probe_latency(
+    path: Path, settings: ProbeSettings, report: Callable[[Path], None] = lambda _: None
+) -> LatencyReport:
     """Step an FMU in a process of its own, and measure its delays.
 
     Parameters
@@ -113,9 +115,9 @@ def probe_latency(path: Path, settings: Settings, report: Callable[[Path], None]
     place = unpacking_place()
     with tempfile.TemporaryDirectory(prefix="lockstep_latency_", dir=place, ignore_cleanup_errors=True) as folder:
         limit = settings.seconds + 60.0
-        laboratory = Laboratory(archive=path.resolve(), work=Path(folder), time_limit=limit)
+        runner = ProbeRunner(archive=path.resolve(), work=Path(folder), time_limit=limit)
         try:
-            folder_of_fmu = laboratory.unpack()
+            folder_of_fmu = runner.unpack()
             experiment = (
                 read_experiment(folder_of_fmu)
                 if description.version == "2.0"
@@ -124,16 +126,16 @@ def probe_latency(path: Path, settings: Settings, report: Callable[[Path], None]
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
         experiment = _set_up(path, experiment, description, settings)
-        report(laboratory.results / PROGRESS)
+        report(runner.results / PROGRESS)
         options: dict[str, Any] = {"steps": settings.steps, "seconds": settings.seconds, "archive": str(path.resolve())}
-        verdict = laboratory.run("latency_measure:measure", experiment, **options)
-        if verdict.status == "error":
-            raise RunError(f"{path}: {verdict.message}")
-        found = json.loads((laboratory.results / RESULT).read_text(encoding="utf-8"))
+        agreement = runner.run(measure, experiment, **options)
+        if agreement.status == "error":
+            raise RunError(f"{path}: {agreement.message}")
+        found = json.loads((runner.results / RESULT).read_text(encoding="utf-8"))
     return _report(path, experiment, description, settings, found)
 
 
-def _set_up(path: Path, experiment: Experiment, description: Description, settings: Settings) -> Experiment:
+def _set_up(path: Path, experiment: Experiment, description: Description, settings: ProbeSettings) -> Experiment:
     """Return the experiment with the settings, each checked against the FMU."""
     if not any(port.kind in NUMBERS for port in experiment.inputs):
         raise InputError(f"{path}: has no numeric inputs, so that nothing can be changed")
@@ -170,7 +172,7 @@ def _started(port: Port, starts: Mapping[str, tuple[str, int, Any]]) -> Port:
     return replace(port, start=float(starts[port.name][2]))
 
 
-def _amplified(ports: tuple[Port, ...], settings: Settings) -> tuple[Port, ...]:
+def _amplified(ports: tuple[Port, ...], settings: ProbeSettings) -> tuple[Port, ...]:
     amplitudes = dict(settings.amplitudes or {})
     reals = [port.name for port in ports if port.kind == "Real"]
     for name, amount in amplitudes.items():
@@ -200,13 +202,13 @@ def _check_amplitude(what: str, amount: float) -> None:
 
 
 def _report(
-    path: Path, experiment: Experiment, description: Description, settings: Settings, found: Mapping[str, Any]
-) -> Report:
+    path: Path, experiment: Experiment, description: Description, settings: ProbeSettings, found: Mapping[str, Any]
+) -> LatencyReport:
     kind = settings.kind or (None if experiment.any_step else "sampled")
     pairs = _pairs(experiment, settings, found)
     tried = [_named(inputs) for inputs in found["tried"]]
     moved = {pair.input for pair in pairs if pair.least is not None}
-    return Report(
+    return LatencyReport(
         file=str(path),
         sha256=description.sha256,
         model=description.model,
@@ -232,7 +234,7 @@ def _named(inputs: list[str]) -> str:
     return inputs[0] if len(inputs) == 1 else inputs[0].partition("[")[0]
 
 
-def _pairs(experiment: Experiment, settings: Settings, found: Mapping[str, Any]) -> tuple[Pair, ...]:
+def _pairs(experiment: Experiment, settings: ProbeSettings, found: Mapping[str, Any]) -> tuple[Pair, ...]:
     """Return the pairs that answer, or claim to."""
     seen = {(answer["output"], _named(answer["inputs"])): answer for answer in found["answers"]}
     silent = {"least": None, "most": None, "direct": False, "feedthrough": False, "clear": False}
@@ -260,7 +262,7 @@ def _pairs(experiment: Experiment, settings: Settings, found: Mapping[str, Any])
                     feedthrough=feedthrough,
                     clear=answer["clear"],
                     claimed=claimed,
-                    verdict="agrees",
+                    agreement="agrees",
                 )
             )
     earliest: dict[tuple[str, str], int] = {}  # of two arrays: a maker may claim for all elements alike
@@ -269,10 +271,10 @@ def _pairs(experiment: Experiment, settings: Settings, found: Mapping[str, Any])
             earliest[_arrays(pair)] = min(pair.least, earliest.get(_arrays(pair), pair.least))
     clear = {_arrays(pair) for pair in pairs if pair.clear}
     late = {arrays for arrays, least in earliest.items() if least > 0 and arrays in clear}
-    return tuple(replace(pair, verdict=_verdict(pair, _arrays(pair) in late)) for pair in pairs)
+    return tuple(replace(pair, agreement=_agreement(pair, _arrays(pair) in late)) for pair in pairs)
 
 
-def _verdict(pair: Pair, late: bool) -> Verdict:
+def _agreement(pair: Pair, late: bool) -> Agreement:
     if pair.claimed is None:
         return "no claim"
     if not pair.claimed:

@@ -1,17 +1,31 @@
-"""What measured latencies mean: answers within the step against the declared dependencies, and a summary."""
+"""Check how late each output answers to each input, against the dependencies that the model description declares."""
 
 from __future__ import annotations
 
+import time
 from collections import defaultdict
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.check.dynamic.probe_process import Task, Verdict
-from lockstep.check.dynamic.trajectory import output_names
+from lockstep.check.dynamic.fmi2_instance import Failed
+from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
+from lockstep.check.dynamic.trajectory import Trajectory, output_names, unlike
+from lockstep.check.latency.response_bench import (
+    MOMENT,
+    REDUCED,
+    WINDOW,
+    Bench,
+    Change,
+    base_name,
+    bases,
+    changes_of,
+    folded,
+    grouped,
+    lasting,
+)
 
 LINES = 60
 ENUMERATED = 6
@@ -28,17 +42,74 @@ class Response:
     sure: NDArray[np.bool_]  # whether an answer within the step is more than rounding
 
 
-def base_name(name: str) -> str:
-    """Return the name of the array that an element belongs to."""
-    return name.partition("[")[0]
+def latency(task: ProbeTask) -> ProbeResult:
+    """Change each input in turn, or whole arrays when that would take too long."""
+    if not (task.experiment.inputs and task.experiment.outputs):
+        return ProbeResult(status="skipped", message="it has no inputs, or no outputs")
+    steps = task.options["steps"]
+    bench = Bench(task, moment=min(MOMENT, steps // 2), window=min(WINDOW, steps))
+    began = time.monotonic()
+    base, shortened = bases(bench, [])
+    each = time.monotonic() - began
+    changes = changes_of(bench.instance)
+    if each * len(changes) > task.options["seconds"]:
+        changes = grouped(changes)
+    deadline = began + task.options["seconds"]
+    responses, broken, late = [], [], 0
+    # what a flag such as `valid` gates answers only while the flag is up: so once more with every flag turned over
+    flags = [part for change in changes.values() for part in change if bench.instance.write[part[0]][3] == "Boolean"]
+    for context in ([], flags) if flags else ([],):
+        try:
+            about = (base, shortened) if not context else bases(bench, context)
+        except Failed:
+            bench.renew()
+            break
+        for inputs, change in changes.items():
+            if time.monotonic() > deadline:
+                late += not context
+                continue
+            if context and change[0] in flags:
+                continue
+            try:
+                responses.append(_response(bench, inputs, change, context, *about))
+            except Failed as error:
+                broken += [] if context else [f"{folded(inputs)}: a small change is refused: {error}"]
+                bench.renew()
+    return judged(task, responses, broken, late, bench.window)
 
 
-def folded(names: Sequence[str]) -> str:
-    """Return the names of some elements of one array in few words."""
-    return names[0] if len(names) == 1 else base_name(names[0])
+def _response(
+    bench: Bench, inputs: tuple[str, ...], change: Change, context: Change, base: Any, shortened: Any
+) -> Response:
+    before, after = bench.watch(context + change, bench.window)
+    changed = unlike(after, base[1])
+    direct = unlike(before, base[0])[0]
+    first = np.where(changed.any(axis=0), changed.argmax(axis=0), -1)
+    feedthrough = first == 0
+    if shortened is None:
+        sure = _sure(bench, change, context, after[:1], base[1][:1], short=False)
+    else:
+        _, brief = bench.watch(context + change, 1, short=True)
+        sure = _sure(bench, change, context, brief, shortened[1], short=True)
+        feedthrough &= lasting(after[:1], base[1][:1], brief, shortened[1]) & sure
+    return Response(inputs=inputs, first=first, direct=direct, feedthrough=feedthrough | direct, sure=sure)
 
 
-def judged(task: Task, responses: list[Response], broken: list[str], late: int, window: int) -> Verdict:
+def _sure(
+    bench: Bench, change: Change, context: Change, answer: Trajectory, base: Trajectory, *, short: bool
+) -> NDArray[np.bool_]:
+    """Tell which answers shrink with the change: rounding, as of a conserved sum of large parts, does not."""
+    sure = np.ones(unlike(answer, base).shape[1], bool)
+    if all(bench.instance.write[setter][3] == "Real" for setter, _, _ in change):
+        small = [(setter, column, REDUCED * amount) for setter, column, amount in change]
+        _, reduced = bench.watch(context + small, 1, short=short)
+        with np.errstate(all="ignore"):
+            whole, part = (np.abs(run.reals - base.reals)[0] for run in (answer, reduced))
+            sure[: len(whole)] = (part > 0.0) & (REDUCED * whole >= 0.5 * part)
+    return sure
+
+
+def judged(task: ProbeTask, responses: list[Response], broken: list[str], late: int, window: int) -> ProbeResult:
     """Return what the responses mean; `late` inputs were not tried."""
     ports = {port.name: port for port in task.experiment.outputs}
     names = output_names(task.experiment)
@@ -79,13 +150,13 @@ def judged(task: Task, responses: list[Response], broken: list[str], late: int, 
     if vanishing:
         told += f", {len(vanishing)} declared that are no feedthrough here"
     if hidden:
-        return Verdict(status="error", message=f"undeclared feedthrough, seen without a step: {_some(hidden)}; {told}",
-                       details=shown, numbers=numbers)  # fmt: skip
+        text = f"undeclared feedthrough, seen without a step: {_some(hidden)}; {told}"
+        return ProbeResult(status="error", message=text, details=shown, numbers=numbers)
     if within:
         kind = "" if task.experiment.any_step else " (or outputs that are true at the end of a fixed step)"
-        return Verdict(status="warning", message=f"undeclared feedthrough within the step{kind}: {_some(within)}; "
+        return ProbeResult(status="warning", message=f"undeclared feedthrough within the step{kind}: {_some(within)}; "
                        f"{told}", details=shown, numbers=numbers)  # fmt: skip
-    return Verdict(status="info", message=told, details=shown, numbers=numbers)
+    return ProbeResult(status="info", message=told, details=shown, numbers=numbers)
 
 
 def _lines(pairs: dict[tuple[str, str], list[int]], fed: set[tuple[str, str]]) -> list[str]:

@@ -14,8 +14,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+from lockstep.check.report.check_report import CheckReport, as_json, as_junit, fails, from_json, write_text
 from lockstep.check.report.finding import Finding
-from lockstep.check.report.report import FmuReport, as_json, as_junit, fails, from_json, write_text
 from lockstep.check.report.report_html import as_html
 from lockstep.check.report.report_text import plain_lines
 
@@ -35,7 +35,7 @@ FINDINGS = (
     finding("dynamic.d", "error", message="does not repeat"),
     finding("contract.e", "skipped", message="no contract"),
 )
-REPORT = FmuReport(
+REPORT = CheckReport(
     file='a&b"<.fmu',
     sha256="00ff",
     model="Model",
