@@ -26,7 +26,7 @@ FOLDERS = {
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),
         *("checkpoint", "run", "ssp", "faults", "plan", "shadow", "adapter", "results", "processes", "fmi", "system"),
-        *("interrupt", "errors", "arrays"),
+        *("interrupt", "operating_system", "errors", "arrays"),
     ),
     "flexbench": (
         *("cli", "report", "report/sections", "figures", "adapt", "studies", "studies/paper", "studies/margins"),
@@ -53,7 +53,8 @@ ALLOWED = {
         "lxml": {"ssp", "check.static", "cli"},
         "elftools": {"check.static.elf"},
         "pyarrow": {"results"},
-        "psutil": {"processes"},
+        "psutil": {"processes", "operating_system"},
+        "filelock": {"operating_system"},
         "rich": {"cli", "check.report.report_text"},
         "click": {"cli"},
         "jinja2": {"check.report"},

@@ -6,7 +6,6 @@ Each experiment runs in a fresh process: an FMU may have one instance in a proce
 from __future__ import annotations
 
 import math
-import os
 import pickle
 import subprocess
 import sys
@@ -21,10 +20,11 @@ import numpy as np
 from flexsat.arrays import Array
 from lockstep.adapter.bind import Binding, Ports, bind
 from lockstep.adapter.slave import AdaptedSlave, adapt_slave
-from lockstep.errors import InputError, RunError
+from lockstep.errors import RunError
 from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import DTYPES, SCALARS, WARNING
+from lockstep.processes.child_call import call_in_child
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds
 from lockstep.system.component import Component
@@ -106,9 +106,9 @@ def _variant(
     cases += [(zero, excitation.speed * axis) for axis in np.eye(3)]
     calls = [partial(experiment, *case) for case in cases]
     if description.once_per_process:
-        answers = [_forked(call) for call in calls]
+        answers = [call_in_child(call) for call in calls]
     else:
-        together = _forked(lambda: [call() for call in calls])
+        together = call_in_child(partial(_all, calls))
         answers = together if isinstance(together, list) else [together]
     for answer in answers:
         if isinstance(answer, str):
@@ -118,30 +118,8 @@ def _variant(
     return Response(rest=rest, attitude=change[:, :3] / excitation.angle, rate=change[:, 3:] / excitation.speed)
 
 
-def _forked(call: Call) -> object:
-    """Return what a call returns in a child process, or, as text, how it ended."""
-    reader, writer = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(reader)
-        result: object
-        try:
-            result = call()
-        except (InputError, RunError) as error:
-            result = str(error)
-        except BaseException as error:  # whatever it is, it must not run on in the copy of the parent
-            result = f"{type(error).__name__}: {error}"
-        with os.fdopen(writer, "wb") as stream:
-            pickle.dump(result, stream)
-        os._exit(0)
-    os.close(writer)
-    with os.fdopen(reader, "rb") as stream:
-        told = stream.read()
-    _, status = os.waitpid(child, 0)
-    code = os.waitstatus_to_exitcode(status)
-    if not told:
-        return f"the FMU ended its process ({f'signal {-code}' if code < 0 else f'exit code {code}'})"
-    return pickle.loads(told)
+def _all(calls: Sequence[Call]) -> list[object]:
+    return [call() for call in calls]
 
 
 def _torque(

@@ -23,6 +23,7 @@ from lockstep import RunError, load_system, simulate
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.rebuild_system import system_of
 from lockstep.checkpoint.start_from import Begin
+from lockstep.operating_system import accept_interrupts, available_cores, interrupts_held_back
 
 from .run_folder import read_run, write_metrics
 
@@ -69,17 +70,7 @@ def _prepare_worker(reports: Any, stopping: Any) -> None:
     _reports, _stopping = reports, stopping
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     with suppress(KeyboardInterrupt):  # one that waited while the worker started: the event says it too
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-
-
-@contextmanager
-def _interrupts_wait() -> Iterator[None]:
-    """Let Ctrl-C wait: processes that start in here are born so, and begin to listen when they are ready for it."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        accept_interrupts()
 
 
 def run_job(job: Job) -> Finished:
@@ -129,7 +120,7 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
     """
     context = multiprocessing.get_context("spawn")  # FMUs keep state in the process: none may be inherited
     reports, stopping = context.Queue(), context.Event()
-    workers = min(processes or len(os.sched_getaffinity(0)), len(jobs))
+    workers = min(processes or len(available_cores()), len(jobs))
     done: dict[int, Finished] = {}
     with (
         _show([job.title for job in jobs]) as show,
@@ -141,7 +132,7 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
             max_tasks_per_child=1,
         ) as pool,
     ):
-        with _interrupts_wait():
+        with interrupts_held_back():  # of processes that are not ready for them
             futures = {pool.submit(run_job, job): number for number, job in enumerate(jobs)}
         pending = set(futures)
         try:

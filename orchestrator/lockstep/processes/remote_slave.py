@@ -1,8 +1,8 @@
 """A slave whose FMU runs in another process: values through shared memory, one round trip a step.
 
-Inputs that are set wait for the step and travel with it. `do_step` sends and returns at once: `overlaps` says so. The
-first call after it waits for the answer, which holds the outputs that were asked for after the same step before. So a
-failure of any call is told when the answer is there, as a RunError that names the call, whatever called.
+Inputs that are set are sent with the next step. `do_step` sends and returns at once: `overlaps` states that. The first
+call after it waits for the answer, which holds the outputs that were fetched after the same step before. So the failure
+of any call is reported when the answer is there, as a RunError that names the call, by whatever method waits for it.
 """
 
 from __future__ import annotations
@@ -24,14 +24,16 @@ from lockstep.fmi.log_callbacks import Log
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.slave import ERROR, OK, Buffer, Scalar, returned
 from lockstep.interrupt import Interrupt
-from lockstep.processes.cpu_affinity import SAMPLE, cores
+from lockstep.operating_system import can_isolate
+from lockstep.processes.cpu_affinity import SAMPLE, core_assignment
+from lockstep.processes.last_call import CALL, STEP, TIME
 from lockstep.processes.pipe_messages import pack, read_message, write_all
-from lockstep.processes.shared_memory import PLACE, STEP, TIME, Shared, shared_file
+from lockstep.processes.shared_memory import SharedMemory, shared_file
 from lockstep.processes.string_transfer import RAW, first_encode, then_decode
-from lockstep.processes.watched_process import Limits, Process
+from lockstep.processes.watched_process import Limits, WatchedProcess
 from lockstep.system.component import Component, Value
 
-_LAST_STEP, _LAST_CALLS = 2.0, 10.0  # [s] for a step that nobody waits for any more, and for terminating
+_LAST_STEP, _LAST_CALLS = 2.0, 10.0  # [s] for a step whose result is not needed any more, and for terminating
 
 _NONE: frozenset[int] = frozenset()
 
@@ -40,7 +42,7 @@ Key = tuple[tuple[int, ...], bool, tuple[int, ...]]  # sets, whether to step, ge
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Program:
-    """What the worker does at one command."""
+    """The calls that the worker makes at one command."""
 
     command: bytes
     calls: tuple[str, ...]
@@ -61,62 +63,66 @@ class RemoteSlave:
         self._messages: deque[str] = deque(maxlen=3)
         self._outcome = ""  # of the call that failed last
         self._time = 0.0  # of the last step [s]
-        self._flying = self._ready = self._broken = self._closed = False
+        self._waiting = self._ready = self._broken = self._closed = False
         self._ports: dict[tuple[str, Scalar, bytes], tuple[int, Buffer]] = {}
         self._names: list[str] = []  # of the ports' calls
         self._programs: dict[Key, _Program] = {}
         self._under_way = _Program(command=b"", calls=("Instantiate",), gets=frozenset())
-        self._pending: dict[int, None] = {}  # sets that wait for the next step, in order
-        self._fresh = _NONE  # gets whose regions hold the present values
-        self._used: list[int] = []  # gets asked for since the last step
+        self._pending: dict[int, None] = {}  # sets to send with the next step, in order
+        self._current = _NONE  # gets whose regions hold the present values
+        self._used: list[int] = []  # gets called since the last step
         self._last: _Step | None = None
+        if not can_isolate():
+            remedy = f"give --share-process {self.name}"
+            raise InputError(f"{self.name}: cannot run in a process of its own on this operating system; {remedy}")
         memory = shared_file()
         worker_commands, self._commands = os.pipe()
         self._answers, worker_answers = os.pipe()
         try:
-            self._shared = Shared(memory)
-            self._cores = cores()
-            self._cores.scatter()
-            self._process = Process((worker_commands, worker_answers, memory), folder, limits or Limits())
+            self._shared = SharedMemory(memory)
+            self._last_call = self._shared.last_call
+            self._cores = core_assignment()
+            self._cores.release()
+            self._process = WatchedProcess((worker_commands, worker_answers, memory), folder, limits or Limits())
         finally:
             for descriptor in (memory, worker_commands, worker_answers):
                 os.close(descriptor)
-        self._worker = self._cores.join(self._process.pid, self._shared)
+        self._worker = self._cores.add(self._process.pid, self._last_call)
         part = Component(name=self.name, source=component.source, period=1, archive=component.archive)
         start = pickle.dumps((part, replace(description, variables=dict(description.variables)), str(folder)))
         self._send((-len(start)).to_bytes(4, "little", signed=True) + start)
 
     def ready(self) -> None:
-        """Wait until the FMU is instantiated, or raise what the worker did; several start side by side."""
+        """Wait until the FMU is instantiated, or raise the worker's error; several start side by side."""
         if not self._ready:
             self._ready = True
-            told = self._complete()
-            if "refused" in told:
-                raise (InputError if told["refused"] == "InputError" else RunError)(str(told["reason"]))
+            answer = self._complete()
+            if "refused" in answer:
+                raise (InputError if answer["refused"] == "InputError" else RunError)(str(answer["reason"]))
 
     def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
-        """Return a call that waits for the step and copies what it gave."""
+        """Return a call that waits for the step and copies the values that it gave."""
         if buffer.dtype == object:
             raw = np.zeros(len(references), RAW)
             return then_decode(self.getter(scalar, references, raw), raw, buffer)
         port, region = self._port("get", scalar, references)
 
         def get() -> int:
-            if self._flying:
+            if self._waiting:
                 self._complete()
             self._used.append(port)
-            if port not in self._fresh:
-                fresh = self._fresh
+            if port not in self._current:
+                current = self._current
                 self._run(self._program((tuple(self._pending), False, (port,))))
                 self._complete()
-                self._fresh = fresh | {port}
+                self._current = current | {port}
             buffer[:] = region
             return OK
 
         return get
 
     def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
-        """Return a call that copies the values to where the next step finds them."""
+        """Return a call that copies the values to the region that the next step reads."""
         if buffer.dtype == object:
             raw = np.zeros(len(references), RAW)
             return first_encode(buffer, raw, self.setter(scalar, references, raw), self._refuse)
@@ -124,12 +130,12 @@ class RemoteSlave:
         pending = self._pending
 
         def put() -> int:
-            if self._flying:
+            if self._waiting:
                 self._complete()
             region[:] = buffer
-            pending.pop(port, None)  # the later of two sets has to stay the later one
+            pending.pop(port, None)  # the later of two sets has to remain the later one
             pending[port] = None
-            self._fresh = _NONE  # an output may depend on it at once
+            self._current = _NONE  # an output may depend on it at once
             return OK
 
         return put
@@ -139,18 +145,18 @@ class RemoteSlave:
 
     @property
     def do_step(self) -> Callable[[float, float, int], int]:
-        """Begin a step. Each callable expects the same gets after it as were called the last time."""
+        """A call that begins a step. Each expects the same gets after it as were called the last time."""
         return _Step(self)
 
     def begin(self, step: _Step, time: float, length: float) -> None:
         """Send a step, with the sets before it and the gets that it expects."""
-        if self._flying:
+        if self._waiting:
             self._complete()
         last, used = self._last, self._used
         if last is not None and used != last.expected:
             last.expected, last.program = list(dict.fromkeys(used)), None
         self._last, self._used = step, []
-        reals = self._shared.reals
+        reals = self._last_call.reals
         self._time = reals[TIME] = time
         reals[STEP] = length
         sets = tuple(self._pending)
@@ -161,38 +167,38 @@ class RemoteSlave:
 
     def complete(self) -> None:
         """Wait for the end of the step, or raise RunError."""
-        if self._flying:
+        if self._waiting:
             self._complete()
 
     def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
         """Set parameters and start values of one type by value reference."""
-        return self._ask("set_start", f"Set{scalar}", list(values.items()), scalar)
+        return self._call("set_start", f"Set{scalar}", list(values.items()), scalar)
 
     def setup_experiment(self, start: float, stop: float) -> int:
         """Announce the time span."""
-        return self._ask("setup_experiment", "SetupExperiment", start, stop)
+        return self._call("setup_experiment", "SetupExperiment", start, stop)
 
     def enter_initialization(self) -> int:
         """Enter initialization mode."""
-        return self._ask("enter_initialization", "EnterInitializationMode")
+        return self._call("enter_initialization", "EnterInitializationMode")
 
     def exit_initialization(self) -> int:
         """Leave initialization mode."""
-        return self._ask("exit_initialization", "ExitInitializationMode")
+        return self._call("exit_initialization", "ExitInitializationMode")
 
     def save_state(self, folder: str) -> int:
         """Serialise the state into a folder, which the worker sees as the master does."""
-        return self._ask("save_state", "GetFMUstate", folder)
+        return self._call("save_state", "GetFMUstate", folder)
 
     def restore_state(self, folder: str) -> int:
         """Set the state that a folder holds."""
-        return self._ask("restore_state", "SetFMUstate", folder)
+        return self._call("restore_state", "SetFMUstate", folder)
 
     def failed(self, status: int) -> None:
-        """Do nothing: the worker has noted it."""
+        """Do nothing: the worker has noted the failure."""
 
     def outcome(self, call: str, status: int) -> str:
-        """Say what a call came to that failed."""
+        """Describe how a call failed."""
         return self._outcome or returned(self._prefix, call, status)
 
     def last_messages(self) -> str:
@@ -200,23 +206,23 @@ class RemoteSlave:
         return " | ".join(self._messages)
 
     def close(self) -> None:
-        """Terminate, free and end the process; what goes wrong is an event. Never raises, may be called twice."""
+        """Terminate, free and end the process; a failure is logged. Never raises, may be called twice."""
         if self._closed:
             return
         self._closed = True
         grace = 0.0
         try:
             if not self._broken:
-                self._process.interrupt = Interrupt()  # what comes now is its end anyway
+                self._process.interrupt = Interrupt()  # the FMU is being ended anyway
                 self._process.limit = _LAST_STEP
                 self.complete()
                 self._process.limit = _LAST_CALLS
-                self._tell("FreeInstance", ask="close", arguments=[])
+                self._request("FreeInstance", method="close", arguments=[])
                 grace = _LAST_CALLS
         except RunError as error:
             self._log(self.name, ERROR, "isolation", str(error))
         finally:
-            self._cores.leave(self._worker)
+            self._cores.remove(self._worker)
             os.close(self._commands)
             self._process.end(grace)
             os.close(self._answers)
@@ -231,23 +237,23 @@ class RemoteSlave:
             except MemoryError as error:
                 raise RunError(f"{self.name}: {error}") from None
             name = f"{kind.capitalize()}{scalar}"
-            self._tell(name, ask="port", kind=kind, scalar=scalar, references=references.tolist(), offset=offset)
+            self._request(name, method="port", kind=kind, scalar=scalar, references=references.tolist(), offset=offset)
             self._ports[key] = (len(self._names), self._shared.region(scalar, len(references), offset))
             self._names.append(name)
         return self._ports[key]
 
     def _run(self, program: _Program) -> None:
-        """Send the command of a program, which then has to be completed."""
+        """Send the command of a program; its answer has to be waited for."""
         self._pending.clear()
         self._under_way = program
         self._send(program.command)
 
     def _program(self, key: Key) -> _Program:
-        """Return the program that does this, which the worker is told once."""
+        """Return the program that makes these calls; it is sent to the worker once."""
         if key in self._programs:
             return self._programs[key]
         sets, steps, gets = key
-        self._tell("DoStep", ask="program", sets=sets, steps=steps, gets=gets)
+        self._request("DoStep", method="program", sets=sets, steps=steps, gets=gets)
         names = self._names
         calls = (*(names[port] for port in sets), *(("DoStep",) * steps), *(names[port] for port in gets))
         number = len(self._programs) + 1
@@ -255,34 +261,34 @@ class RemoteSlave:
         self._programs[key] = program
         return program
 
-    def _ask(self, method: str, name: str, *arguments: object) -> int:
+    def _call(self, method: str, name: str, *arguments: object) -> int:
         """Have the worker call a method of its slave; return the status."""
         self.ready()
         self.complete()
         if self._pending:
             self._run(self._program((tuple(self._pending), False, ())))
             self._complete()
-        self._fresh = _NONE
-        told = self._tell(name, ask=method, arguments=arguments)
-        self._outcome = str(told.get("outcome", ""))
-        return int(told["status"])
+        self._current = _NONE
+        answer = self._request(name, method=method, arguments=arguments)
+        self._outcome = str(answer.get("outcome", ""))
+        return int(answer["status"])
 
-    def _tell(self, name: str, **message: object) -> dict[str, Any]:
-        """Send a message and return the answer. `name` is the call that it makes, for the case that it fails."""
+    def _request(self, name: str, **message: object) -> dict[str, Any]:
+        """Send a message and return the answer. `name` is the call that it leads to, for error messages."""
         content = pack(message)
         length = -int.from_bytes(content[:4], "little", signed=True)
         self._under_way = _Program(command=b"", calls=(name,), gets=frozenset())
-        self._shared.integers[PLACE] = 1
+        self._last_call.integers[CALL] = 1
         self._send(length.to_bytes(4, "little", signed=True) + content[4:])
         return self._complete()
 
     def _send(self, content: bytes) -> None:
         self._process.busy_since = now = monotonic()
-        self._flying = True
+        self._waiting = True
         worker = self._worker
         worker.messages += 1
-        if worker.messages % SAMPLE == 0 or self._cores.watched:
-            self._cores.begins(worker, now)
+        if worker.messages % SAMPLE == 0 or self._cores.timed:
+            self._cores.message_sent(worker, now)
         try:
             if len(content) == 4:
                 os.write(self._commands, content)
@@ -293,46 +299,46 @@ class RemoteSlave:
 
     def _complete(self) -> dict[str, Any]:
         """Wait for the answer."""
-        if self._worker in self._cores.watched:
+        if self._worker in self._cores.timed:
             self._cores.waits(self._worker)
         answer = os.read(self._answers, 1)
-        self._flying = False
+        self._waiting = False
         self._process.busy_since = 0.0
         if answer == b"\0":
-            self._fresh = self._under_way.gets
+            self._current = self._under_way.gets
             return {}
         try:
             if answer != b"\1":
                 raise EOFError
-            told = read_message(self._answers)
-            for status, category, message in told["log"]:
-                self._messages.append(" ".join(message.split()))
-                self._log(self.name, status, category, message)
-            failed = str(told["outcome"]) if "place" in told else None
-        except (EOFError, KeyError, TypeError, ValueError, IndexError):  # gone, or out of its mind
+            message = read_message(self._answers)
+            for status, category, text in message["log"]:
+                self._messages.append(" ".join(text.split()))
+                self._log(self.name, status, category, text)
+            failed = str(message["failed"]) if "failed" in message else None
+        except (EOFError, KeyError, TypeError, ValueError, IndexError):  # it ended, or its answer is invalid
             raise self._death() from None
         if failed is not None:
-            said = f": {self.last_messages()}" if self._messages else ""
-            raise RunError(f"{self.name}: {failed} at {self._time:.9g} s{said}")
-        self._fresh = self._under_way.gets
-        return dict(told)
+            logged = f": {self.last_messages()}" if self._messages else ""
+            raise RunError(f"{self.name}: {failed} at {self._time:.9g} s{logged}")
+        self._current = self._under_way.gets
+        return dict(message)
 
     def _death(self) -> RunError | KeyboardInterrupt:
         """Return what ended the process, as an error."""
-        self._broken, self._flying = True, False
-        self._cores.watched.discard(self._worker)
-        place = self._shared.integers[PLACE]
+        self._broken, self._waiting = True, False
+        self._cores.timed.discard(self._worker)
+        number = self._last_call.integers[CALL]
         calls = [f"{self._prefix}{call}" for call in self._under_way.calls]
-        where = f"in {calls[place - 1]}" if 0 < place <= len(calls) else f"after {calls[-1]}" if calls else "idle"
-        said = self._shared.said()
+        where = f"in {calls[number - 1]}" if 0 < number <= len(calls) else f"after {calls[-1]}" if calls else "idle"
+        logged = self._last_call.text
         cause = f"{self._process.how_it_ended()} {where} at {self._time:.9g} s"
         if self._process.interrupted:
             return self._process.interrupt.end()
-        return RunError(f"{self.name}: {cause}" + (f"; it said: {said}" if said else ""))
+        return RunError(f"{self.name}: {cause}" + (f"; it logged: {logged}" if logged else ""))
 
 
 class _Step:
-    """A step, the sets before it and the gets that followed, when it was called before."""
+    """A call that begins a step, with the sets before it and the gets after it when it was called last."""
 
     def __init__(self, slave: RemoteSlave) -> None:
         self.expected: list[int] = []

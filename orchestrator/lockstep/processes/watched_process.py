@@ -1,41 +1,39 @@
-"""One worker's process: started, watched for time and memory, and ended with all that it started."""
+"""Watch one worker's process for time and memory, and end it with everything it started."""
 
 from __future__ import annotations
 
 import os
-import signal
-import subprocess
-import sys
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
 from time import monotonic
 
+import psutil
+
 from lockstep.interrupt import Interrupt
-from lockstep.processes.cpu_affinity import same_layout
-from lockstep.processes.process_tree import running, signal_name
+from lockstep.operating_system import physical_memory, same_memory_layout
+from lockstep.processes.child_process import ChildProcess, ending, printed_lines
 
 GIGABYTE = 2**30
-_LOOK = 0.05  # [s] between two looks at time and memory
-_PAGE = os.sysconf("SC_PAGE_SIZE")
-_MOST_PRINTED = 2**20  # bytes of what the FMU prints; then it is thrown away
+_INTERVAL = 0.05  # [s] between two looks at time and memory
+_MOST_PRINTED = 2**20  # bytes of what the FMU prints; then it is discarded
 _GRACE = 5.0  # [s] for a process that is ending
 _PATIENCE = 1.0  # [s] from Ctrl-C on for a call under way
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """What one isolated FMU may take."""
+    """What one isolated FMU may use."""
 
     step: float = 60.0  # [s] of wall time for one call
-    memory: int = min(8 * GIGABYTE, _PAGE * os.sysconf("SC_PHYS_PAGES") // 2)  # bytes: above the needs of an FMU
-    reserved: int = 4  # times as much may be asked for without being used
+    memory: int = min(8 * GIGABYTE, physical_memory() // 2)  # bytes: above the needs of an FMU
+    reserved: int = 4  # times as much may be reserved without being used
     interrupt: Interrupt = field(default_factory=Interrupt)  # Ctrl-C, which ends a call that lasts
 
 
-class Process:
-    """A process in a session of its own. `busy_since` is when the call under way began, 0 if none is."""
+class WatchedProcess:
+    """A worker's process. `busy_since` is when the call under way began, 0 if none is."""
 
     def __init__(self, descriptors: tuple[int, ...], folder: Path, limits: Limits) -> None:
         self.busy_since = 0.0
@@ -44,32 +42,27 @@ class Process:
         self.interrupt = limits.interrupt
         self.interrupted = False  # whether it was ended for that
         self._limits = limits
-        (folder / "tmp").mkdir(parents=True)
-        self._marks = {"TMPDIR": str(folder / "tmp")}
-        self._printed = folder / "printed"
-        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-        with self._printed.open("ab") as printed, same_layout():
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "lockstep.processes.worker", *map(str, descriptors)],
-                stdin=subprocess.DEVNULL,
-                stdout=printed,
-                stderr=subprocess.STDOUT,
-                pass_fds=descriptors,
-                start_new_session=True,
-                env=threads | dict(os.environ) | self._marks,
+        folder.mkdir(parents=True, exist_ok=True)
+        with same_memory_layout():
+            self._child = ChildProcess(
+                ["-m", "lockstep.processes.worker", *map(str, descriptors)],
+                printed=folder / "printed",
+                temporary=folder / "tmp",
+                descriptors=descriptors,
             )
-        self.pid = self._process.pid
+        self.pid = self._child.pid
+        self._process = psutil.Process(self.pid)
         self._ended = Event()
         self._watch = Thread(target=self._look, name=f"watch {self.pid}", daemon=True)
         self._watch.start()
 
     def _look(self) -> None:
-        limits, memory = self._limits, f"/proc/{self.pid}/statm"
+        limits, child = self._limits, self._child
         asked = 0.0  # when Ctrl-C was seen
-        while not self._ended.wait(_LOOK):
+        while not self._ended.wait(_INTERVAL):
             since = self.busy_since
-            if self._process.poll() is not None:
-                self._kill()  # whatever it started and that keeps the pipes open
+            if child.code is not None:
+                child.kill()  # what it started keeps the pipes open
                 return
             if since and monotonic() - since > self.limit:
                 self._end_for(f"no answer within {self.limit:g} s")
@@ -78,51 +71,31 @@ class Process:
                 if since and monotonic() - max(since, asked) > _PATIENCE:
                     self.interrupted = True
                     self._end_for("interrupted")
-            with suppress(OSError, ValueError):
-                sizes = Path(memory).read_text().split()
-                used, reserved = int(sizes[1]) * _PAGE, int(sizes[5]) * _PAGE
-                if used > limits.memory or reserved > limits.reserved * limits.memory:
+            with suppress(psutil.Error, OSError):
+                memory = self._process.memory_info()
+                if memory.rss > limits.memory or memory.data > limits.reserved * limits.memory:
                     self._end_for(f"took more than {limits.memory / GIGABYTE:.3g} GB of memory")
-                if self._printed.stat().st_size > _MOST_PRINTED:
-                    os.truncate(self._printed, 0)
+                if child.printed.stat().st_size > _MOST_PRINTED:
+                    os.truncate(child.printed, 0)
 
     def _end_for(self, cause: str) -> None:
         self.cause = self.cause or cause
-        self._kill()
-
-    def _kill(self) -> None:
-        for pid in (*running(self.pid, self._marks), *([] if self._gone() else [self.pid])):
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(pid, signal.SIGKILL)
-
-    def _gone(self) -> bool:
-        return self._process.poll() is not None
+        self._child.kill()
 
     def end(self, grace: float = _GRACE) -> None:
-        """Wait for its end, or make one, and end what it started."""
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(grace)
+        """Wait so many seconds for its end, then end it and everything it started."""
+        self._child.wait(grace)
         self._ended.set()
-        self._kill()
-        self._process.wait()
+        self._child.kill()
+        self._child.wait()
         self._watch.join()
 
     def how_it_ended(self) -> str:
-        """Return in words why a process that answers no more does so, and the last line that it printed."""
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(_GRACE)
-        code = self._process.poll()
+        """Describe why a process stopped answering, with the last line that it printed."""
+        code = self._child.wait(_GRACE)
         if self.cause:
             return self.cause
         if code is None:
             return "closed its connection to the master"
-        how = f"crashed with {signal_name(code)}" if code < 0 else f"ended its process with exit code {code}"
-        line = self._last_line()
-        return f"{how} ({line})" if line else how
-
-    def _last_line(self) -> str:
-        with suppress(OSError), self._printed.open("rb") as stream:
-            stream.seek(max(0, self._printed.stat().st_size - 2000))
-            lines = stream.read().decode("utf-8", "replace").splitlines()
-            return next((line.strip()[:200] for line in reversed(lines) if line.strip()), "")
-        return ""
+        lines = printed_lines(self._child.printed, 1)
+        return f"{ending(code)} ({lines[0]})" if lines else ending(code)

@@ -1,6 +1,5 @@
 """The record of a run: run.toml, enough to repeat it, and events.jsonl, what happened when."""
 
-import fcntl
 import json
 import os
 import platform
@@ -14,6 +13,7 @@ from typing import Any
 
 from lockstep.faults.scenario import Scenario
 from lockstep.fmi.model_description import Description
+from lockstep.operating_system import Release, is_locked, lock_file
 from lockstep.system.clock import seconds
 from lockstep.system.component import Component, Value
 from lockstep.system.system import System
@@ -157,20 +157,8 @@ def _plain(value: object) -> object:
 
 
 def goes_on(folder: Path) -> bool:
-    """Tell whether a run is writing to this results folder."""
-    try:
-        file = os.open(folder / EVENTS, os.O_RDONLY)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:  # a file system without locks
-        return False
-    finally:
-        os.close(file)
-    return False
+    """Return whether a run is writing to this results folder."""
+    return is_locked(folder / EVENTS)
 
 
 class Events:
@@ -180,6 +168,7 @@ class Events:
         self.time = time  # [s] simulated; the master keeps it
         self._waiting: list[str] = []
         self._file: int | None = None
+        self._release: Release | None = None  # of its lock
         self._counts: Counter[str] = Counter()
 
     def open(self, folder: Path, keep: int = 0) -> None:
@@ -189,7 +178,7 @@ class Events:
         """
         self._file = os.open(folder / EVENTS, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         with suppress(OSError):  # a file system without locks
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._release = lock_file(folder / EVENTS)
         os.ftruncate(self._file, keep)
         waiting, self._waiting = self._waiting, []
         for line in waiting:
@@ -225,6 +214,9 @@ class Events:
         if self._file is not None:
             os.close(self._file)
             self._file = None
+        if self._release is not None:
+            self._release()
+            self._release = None
 
     def _write(self, line: str) -> None:
         if self._file is None:

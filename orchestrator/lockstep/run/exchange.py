@@ -289,10 +289,10 @@ class Exchange:
         ]
         if bad:
             first = values[~np.isfinite(values)][0]
-            said = self._slaves[name].last_messages()  # a slave that cannot return an error tells it so
+            logged = self._slaves[name].last_messages()  # the only report of a slave that cannot return an error
             raise RunError(
                 f"{name}.{compact(bad)}: is {first} at {time:.9g} s; every exchanged value must be finite"
-                + (f"; it said: {said}" if said else "")
+                + (f"; it logged: {logged}" if logged else "")
             )
 
     def _capture(self, tick: int, row: Row) -> Step:

@@ -13,10 +13,12 @@ import pytest
 
 from lockstep import Component
 from lockstep.fmi.model_description import read_description
+from lockstep.operating_system import current_core, same_memory_layout, thread_times
 from lockstep.processes import cpu_affinity as module
-from lockstep.processes.cpu_affinity import SAMPLE, Cores, core, same_layout
+from lockstep.processes.cpu_affinity import SAMPLE, CoreAssignment, core_assignment
+from lockstep.processes.last_call import BUSY
 from lockstep.processes.remote_slave import RemoteSlave
-from lockstep.processes.shared_memory import BUSY, Shared, shared_file
+from lockstep.processes.shared_memory import SharedMemory, shared_file
 
 ALL = os.sched_getaffinity(0)
 pytestmark = pytest.mark.skipif(len(ALL) < 2, reason="one core: everybody shares it anyhow")
@@ -31,7 +33,7 @@ def worker():
         process = subprocess.Popen(["sleep", "600"])
         processes.append(process)
         files.append(shared_file())
-        return cores.join(process.pid, Shared(files[-1]))
+        return cores.add(process.pid, SharedMemory(files[-1]).last_call)
 
     yield start
     for process in processes:
@@ -48,7 +50,7 @@ class Machine:
     def __init__(self, monkeypatch):
         self.now, self.ran, self.waited = 1000.0, 0.0, 0.0
         monkeypatch.setattr(module, "monotonic", lambda: self.now)
-        monkeypatch.setattr(module, "times", lambda _thread: (self.ran, self.waited))
+        monkeypatch.setattr(module, "thread_times", lambda _thread: (self.ran, self.waited))
 
     def interval(self, cores, steps, *, work=20e-6, lead=0.0, ran=0.0, waited=0.0):
         """Let an interval pass in which each of these steps works for so long, while the master does for `lead`."""
@@ -57,12 +59,12 @@ class Machine:
             self.now += 0.051 if k == 9 * SAMPLE else 0.0
             for one in steps:
                 one.messages += 1
-                cores.begins(one, self.now)
-                one.shared.reals[BUSY] += work
-                if one in cores.watched:
+                cores.message_sent(one, self.now)
+                one.last_call.reals[BUSY] += work
+                if one in cores.timed:
                     one.since -= lead  # as if the clock had gone on
             for one in steps:
-                if one in cores.watched:
+                if one in cores.timed:
                     cores.waits(one)
 
 
@@ -79,17 +81,17 @@ def near(*workers):
 
 
 def test_a_worker_that_is_waited_for_is_kept_to_the_core_of_the_master(worker, machine):
-    cores = Cores()
+    cores = CoreAssignment()
     one = worker(cores)
     machine.interval(cores, [one])
     assert near(one) == [True]
-    assert os.sched_getaffinity(0) == {core()}
-    cores.leave(one)
+    assert os.sched_getaffinity(0) == {current_core()}
+    cores.remove(one)
     assert os.sched_getaffinity(0) == ALL
 
 
 def test_before_the_first_interval_is_over_nobody_is_kept_anywhere(worker, machine):
-    cores = Cores()
+    cores = CoreAssignment()
     one = worker(cores)
     machine.now -= 0.002
     machine.interval(cores, [one])
@@ -109,18 +111,18 @@ def test_before_the_first_interval_is_over_nobody_is_kept_anywhere(worker, machi
     ],
 )
 def test_who_works_while_the_master_does_gets_the_other_cores(worker, machine, work, lead, stays):
-    cores = Cores()
+    cores = CoreAssignment()
     one = worker(cores)
     for _ in range(3):
         machine.interval(cores, [one], work=work, lead=lead)
     assert near(one) == [stays]
     assert os.sched_getaffinity(one.pid) == (os.sched_getaffinity(0) if stays else ALL)
-    cores.leave(one)
+    cores.remove(one)
 
 
 @pytest.mark.parametrize(("work", "apart"), [(5e-5, False), (3e-4, True)])
 def test_of_two_side_by_side_the_one_begun_first_goes_if_that_pays(worker, machine, work, apart):
-    cores = Cores()
+    cores = CoreAssignment()
     first, second = worker(cores), worker(cores)
     for _ in range(4):
         machine.interval(cores, [first, second], work=work)
@@ -128,7 +130,7 @@ def test_of_two_side_by_side_the_one_begun_first_goes_if_that_pays(worker, machi
 
 
 def test_a_change_of_what_is_done_beside_a_worker_changes_its_place(worker, machine):
-    cores = Cores()
+    cores = CoreAssignment()
     one = worker(cores)
     places = []
     for lead in (0.0, 3e-4, 0.0):
@@ -139,16 +141,16 @@ def test_a_change_of_what_is_done_beside_a_worker_changes_its_place(worker, mach
 
 
 def test_a_few_messages_are_not_judged_by(worker, machine):
-    cores = Cores()
+    cores = CoreAssignment()
     one, rare = worker(cores), worker(cores)
     machine.interval(cores, [one])
-    rare.messages, rare.shared.reals[BUSY], rare.near = 3, 1.0, True
+    rare.messages, rare.last_call.reals[BUSY], rare.pinned = 3, 1.0, True
     machine.interval(cores, [one])
-    assert (rare.near, rare.messages) == (True, 3)
+    assert (rare.pinned, rare.messages) == (True, 3)
 
 
 def test_where_others_want_the_core_it_is_given_up_for_longer_and_longer(worker, machine):
-    cores = Cores()
+    cores = CoreAssignment()
     one = worker(cores)
     pauses = []
     machine.interval(cores, [one])
@@ -167,7 +169,7 @@ def test_where_others_want_the_core_it_is_given_up_for_longer_and_longer(worker,
 
 
 def test_waiting_for_each_other_is_no_reason_to_go(worker, machine):
-    cores = Cores()
+    cores = CoreAssignment()
     one = worker(cores)
     machine.interval(cores, [one])
     for _ in range(5):
@@ -177,13 +179,13 @@ def test_waiting_for_each_other_is_no_reason_to_go(worker, machine):
 
 def test_who_is_away_may_wait_there(worker, machine, monkeypatch):
     """Nor do we make room for those who crowd another core."""
-    cores = Cores()
+    cores = CoreAssignment()
     one, away = worker(cores), worker(cores)
     for _ in range(3):
         machine.interval(cores, [one])
         machine.interval(cores, [away], work=2e-3)
     assert near(one, away) == [True, False]
-    monkeypatch.setattr(module, "times", lambda thread: (0.0, machine.now if thread == away.pid else 0.0))
+    monkeypatch.setattr(module, "thread_times", lambda thread: (0.0, machine.now if thread == away.pid else 0.0))
     for _ in range(3):
         machine.interval(cores, [one])
         assert near(one) == [True]
@@ -193,11 +195,11 @@ def test_a_kernel_that_does_not_tell_who_waits_is_not_interfered_with(worker, ma
     def unknown(thread):
         raise FileNotFoundError(thread)
 
-    cores = Cores()
+    cores = CoreAssignment()
     one = worker(cores)
     machine.interval(cores, [one])
     assert near(one) == [True]
-    monkeypatch.setattr(module, "times", unknown)
+    monkeypatch.setattr(module, "thread_times", unknown)
     for _ in range(3):
         machine.interval(cores, [one])
         assert os.sched_getaffinity(0) == os.sched_getaffinity(one.pid) == ALL
@@ -209,16 +211,16 @@ def test_the_kernel_is_asked_how_long_a_thread_ran_and_waited():
         while time.thread_time() < end:
             pass
 
-    before, at = module.times(threading.get_native_id()), time.thread_time()
+    before, at = thread_times(threading.get_native_id()), time.thread_time()
     burn()
-    after, used = module.times(threading.get_native_id()), time.thread_time() - at
+    after, used = thread_times(threading.get_native_id()), time.thread_time() - at
     assert after[0] - before[0] == pytest.approx(used, abs=0.02)  # the kernel counts by its own ticks
     hog = subprocess.Popen([sys.executable, "-c", "while True: pass"])
     try:
-        os.sched_setaffinity(hog.pid, {core()})
+        os.sched_setaffinity(hog.pid, {current_core()})
         os.sched_setaffinity(0, os.sched_getaffinity(hog.pid))
         deadline = time.monotonic() + 5.0
-        while module.times(threading.get_native_id())[1] - after[1] < 0.01:
+        while thread_times(threading.get_native_id())[1] - after[1] < 0.01:
             assert time.monotonic() < deadline, "a thread beside a busy one never waits"
     finally:
         os.sched_setaffinity(0, ALL)
@@ -227,11 +229,11 @@ def test_the_kernel_is_asked_how_long_a_thread_ran_and_waited():
 
 
 def test_what_starts_later_may_run_anywhere(worker, machine):
-    cores = Cores()
+    cores = CoreAssignment()
     one = worker(cores)
     machine.interval(cores, [one])
     assert near(one) == [True]
-    cores.scatter()
+    cores.release()
     other = worker(cores)
     assert os.sched_getaffinity(0) == os.sched_getaffinity(one.pid) == os.sched_getaffinity(other.pid) == ALL
     machine.interval(cores, [one, other])
@@ -239,29 +241,29 @@ def test_what_starts_later_may_run_anywhere(worker, machine):
 
 
 def test_a_run_under_other_limits_than_the_one_before_keeps_to_them(worker, machine):
-    cores = Cores()
+    cores = CoreAssignment()
     one = worker(cores)
-    cores.leave(one)
+    cores.remove(one)
     os.sched_setaffinity(0, {min(ALL)})
     two = worker(cores)
     machine.interval(cores, [two])
     assert near(two) == [True]  # as it was started: nothing to choose
-    cores.leave(two)
+    cores.remove(two)
     assert os.sched_getaffinity(0) == {min(ALL)}
 
 
 def test_a_cores_of_its_own_for_each_thread(worker, machine):
     """Two runs in two threads of one program do not move each other."""
     found = []
-    thread = threading.Thread(target=lambda: found.extend([module.cores(), module.cores()]))
+    thread = threading.Thread(target=lambda: found.extend([core_assignment(), core_assignment()]))
     thread.start()
     thread.join()
-    assert found[0] is found[1] is not module.cores()
-    mine = worker(module.cores())
-    machine.interval(module.cores(), [mine])
+    assert found[0] is found[1] is not core_assignment()
+    mine = worker(core_assignment())
+    machine.interval(core_assignment(), [mine])
     assert near(mine) == [True]
-    assert found[0]._home is None
-    module.cores().leave(mine)
+    assert found[0]._core is None
+    core_assignment().remove(mine)
 
 
 def test_a_slave_in_a_process_of_its_own_is_stepped_on_the_core_of_the_master(good, tmp_path):
@@ -281,7 +283,7 @@ def test_a_slave_in_a_process_of_its_own_is_stepped_on_the_core_of_the_master(go
             assert step(k * 0.01, 0.01, 1) == 0
             get()
             k += 1
-        assert os.sched_getaffinity(slave._process.pid) == os.sched_getaffinity(0) == {core()}
+        assert os.sched_getaffinity(slave._process.pid) == os.sched_getaffinity(0) == {current_core()}
     finally:
         slave.close()
     assert os.sched_getaffinity(0) == ALL
@@ -299,6 +301,6 @@ def test_workers_are_laid_out_alike_and_the_master_stays_as_it_was():
     if libc.personality(before | 0x0040000) == -1:
         pytest.skip("this system does not let a process choose its layout")
     libc.personality(before)
-    with same_layout():
+    with same_memory_layout():
         assert place() == place()
     assert libc.personality(0xFFFFFFFF) == before

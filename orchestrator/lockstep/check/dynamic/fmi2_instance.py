@@ -1,4 +1,4 @@
-"""One instance of an FMU, driven call by call: every call leaves a last_call, and every bad status an exception."""
+"""One instance of an FMU, driven call by call: every call is noted, and every bad status an exception."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from fmpy import fmi2
 from fmpy.logging import addLoggerProxy
 
 from lockstep.check.dynamic.experiment import PERIOD, Experiment
-from lockstep.check.dynamic.last_call import LastCall
 from lockstep.check.dynamic.trajectory import Trajectory
+from lockstep.processes.last_call import LastCall
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 STATUS_NAMES = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
@@ -163,11 +163,10 @@ class Instance:
 
     def _enter(self, name: str, time: float | None = None) -> None:
         at = self._at if time is None else time
-        last = self._last_call
-        last.name, last.timed, last.time = name.encode()[:63], at is not None, at or 0.0
+        self._last_call.enter(name, at)
 
     def _leave(self) -> None:
-        self._last_call.name = b""
+        self._last_call.leave()
 
     # Life cycle.
 

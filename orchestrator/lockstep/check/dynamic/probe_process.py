@@ -5,11 +5,8 @@ An FMU may crash here, end the process, hang or eat memory: the parent (`isolati
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
-import resource
-import signal
 import sys
 import traceback
 from collections.abc import Callable, Mapping
@@ -20,14 +17,14 @@ from typing import Any, cast
 
 from lockstep.check.dynamic.experiment import Experiment
 from lockstep.check.dynamic.fmi2_instance import FATAL, Failed, Instance
-from lockstep.check.dynamic.last_call import LastCall, map_last_call
 from lockstep.check.dynamic.slave_instance import SlaveInstance
 from lockstep.check.report.finding import Status
+from lockstep.operating_system import end_with_parent, limit_process, physical_memory
+from lockstep.processes.last_call import LastCall, last_call_in
 
 GIGABYTE = 2**30
 MEMORY_LIMIT = 8 * GIGABYTE  # data of a check, and at most half of the machine's memory: above the needs of an FMU
 FILE_LIMIT = GIGABYTE
-PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +78,7 @@ def main(arguments: list[str]) -> int:
         folder=Path(told["folder"]),
         work=work,
         options=told["options"],
-        last_call=map_last_call(work / "last_call"),
+        last_call=last_call_in(work / "last_call"),
     )
     module, _, name = told["probe"].partition(":")
     probe: Probe = getattr(import_module(module), name)
@@ -111,17 +108,8 @@ def main(arguments: list[str]) -> int:
 
 def _limit() -> None:
     """Limit what an FMU can do to the machine, and end with the parent."""
-    half = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
-    for kind, value in (
-        (resource.RLIMIT_CORE, 0),
-        (resource.RLIMIT_DATA, min(MEMORY_LIMIT, half)),
-        (resource.RLIMIT_FSIZE, FILE_LIMIT),
-    ):
-        _, hard = resource.getrlimit(kind)
-        soft = value if hard == resource.RLIM_INFINITY else min(value, hard)
-        resource.setrlimit(kind, (soft, hard))
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    limit_process(core=0, data=min(MEMORY_LIMIT, physical_memory() // 2), file_size=FILE_LIMIT)
+    end_with_parent()
 
 
 if __name__ == "__main__":

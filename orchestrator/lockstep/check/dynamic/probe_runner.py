@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import signal
-import subprocess
-import sys
 import time
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from lockstep.check.dynamic.experiment import Experiment
-from lockstep.check.dynamic.last_call import read_last_call
 from lockstep.check.dynamic.probe_process import GIGABYTE, Probe, ProbeResult
 from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import open_zip
-from lockstep.processes.process_tree import running
+from lockstep.processes.child_process import ChildProcess, ending, printed_lines, signal_name
+from lockstep.processes.last_call import read_last_call
 
 UNPACKED_LIMIT = 4 * GIGABYTE
 
@@ -89,14 +84,18 @@ class ProbeRunner:
         (self.results / "last_call").unlink(missing_ok=True)
         limit = time_limit or self.time_limit
         began = time.monotonic()
-        with (self.results / "printed").open("wb") as printed:
-            code, left = _finish(
-                [sys.executable, "-P", "-m", "lockstep.check.dynamic.probe_process", str(self.results / "task.json")],
-                directory or usual,
-                printed,
-                limit,
-                {"TMPDIR": str(self.work / "tmp")},
-            )
+        child = ChildProcess(
+            ["-m", "lockstep.check.dynamic.probe_process", str(self.results / "task.json")],
+            printed=self.results / "printed",
+            temporary=self.work / "tmp",
+            directory=directory or usual,
+        )
+        try:
+            code = child.wait(limit)
+            left = code is not None and child.others()
+        finally:
+            child.kill()
+            child.wait()
         result = self._result(code, limit, time.monotonic() - began)
         if left and result.status != "error":
             return ProbeResult(status="error", message="a process that it started ran on after the end of its own")
@@ -112,13 +111,14 @@ class ProbeRunner:
             if code is None:
                 return ProbeResult(status="error", message=f"no answer within {limit:g} s {where}")
             if code == 1 and not call:
-                text = "the check could not be carried out"
-                return ProbeResult(status="error", message=text, details=self._printed())
-            how = f"ended the process with exit code {code}" if code >= 0 else f"crashed with {_signal(code)}"
-            return ProbeResult(status="error", message=f"{how} {where}, after {lasted:.1f} s", details=self._printed())
+                return ProbeResult(
+                    status="error", message="the check could not be carried out", details=self._printed()
+                )
+            message = f"{ending(code, 'the')} {where}, after {lasted:.1f} s"
+            return ProbeResult(status="error", message=message, details=self._printed())
         if result.status == "error" or code == 0:
             return result
-        how = f"did not end within {limit:g} s" if code is None else f"ended with {_signal(code)}"
+        how = f"did not end within {limit:g} s" if code is None else f"ended with {_code_name(code)}"
         return ProbeResult(
             status="error",
             message=f"all calls were answered, but then the process {how}",
@@ -128,42 +128,8 @@ class ProbeRunner:
 
     def _printed(self) -> tuple[str, ...]:
         """Return the last lines that the process printed."""
-        with (self.results / "printed").open("rb") as stream:
-            stream.seek(max(0, (self.results / "printed").stat().st_size - 4000))
-            lines = stream.read().decode("utf-8", "replace").splitlines()
-        return tuple(f"printed: {line.strip()[:200]}" for line in lines[-3:] if line.strip())
+        return tuple(f"printed: {line}" for line in printed_lines(self.results / "printed", 3))
 
 
-def _finish(
-    command: list[str], directory: Path, printed: Any, limit: float, extra: dict[str, str]
-) -> tuple[int | None, bool]:
-    """Run a command in a session of its own, and end whatever it leaves running.
-
-    Returns its exit code, None when the time was up, and whether a process that it started outlived it.
-    """
-    threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    process = subprocess.Popen(
-        command,
-        cwd=directory,
-        stdin=subprocess.DEVNULL,
-        stdout=printed,
-        stderr=subprocess.STDOUT,
-        start_new_session=True,
-        env=threads | dict(os.environ) | extra,
-    )
-    code = None
-    try:
-        with suppress(subprocess.TimeoutExpired):
-            code = process.wait(limit)
-        return code, code is not None and bool(running(process.pid, extra))
-    finally:
-        for pid in (*running(process.pid, extra), *([process.pid] if process.poll() is None else [])):
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(pid, signal.SIGKILL)
-        process.wait()
-
-
-def _signal(code: int) -> str:
-    with suppress(ValueError):
-        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
-    return f"signal {-code}"
+def _code_name(code: int) -> str:
+    return signal_name(code) if code < 0 else f"exit code {code}"

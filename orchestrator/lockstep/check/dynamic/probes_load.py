@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
 from ctypes import c_double, c_int
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +11,8 @@ import numpy as np
 from lockstep.check.dynamic.experiment import PERIOD
 from lockstep.check.dynamic.fmi2_instance import Failed
 from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
+from lockstep.operating_system import resident_memory
 
-PAGE = os.sysconf("SC_PAGE_SIZE")
 MEGABYTE = 2**20
 GROWTH_LIMIT = 1.0  # [MB] after the warm-up: allocators move by less than that
 SAMPLES = 40
@@ -24,8 +22,7 @@ COST_STEPS = 2000
 
 def resident() -> float:
     """Return the resident memory of this process [MB]."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * PAGE / MEGABYTE
+    return resident_memory() / MEGABYTE
 
 
 def memory(task: ProbeTask) -> ProbeResult:

@@ -12,12 +12,12 @@ import numpy as np
 
 from lockstep.check.dynamic.experiment import PERIOD, Experiment
 from lockstep.check.dynamic.fmi2_instance import ERROR, OK, WARNING, Failed, Row
-from lockstep.check.dynamic.last_call import LastCall
 from lockstep.check.dynamic.trajectory import Trajectory
 from lockstep.errors import RunError
 from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
+from lockstep.processes.last_call import LastCall
 from lockstep.system.component import Component, Value
 
 _LONG = 10**6  # steps that are announced
@@ -148,8 +148,7 @@ class SlaveInstance:
             raise Failed(self._slave.outcome(name, status) + at + (f": {said}" if said else ""))
 
     def _enter(self, name: str, time: float | None = None) -> None:
-        last = self._last_call
-        last.name, last.timed, last.time = name.encode()[:63], time is not None, time or 0.0
+        self._last_call.enter(name, time)
 
     def _leave(self) -> None:
-        self._last_call.name = b""
+        self._last_call.leave()

@@ -1,0 +1,215 @@
+"""What Linux alone offers, behind functions; without it a run goes on, but isolated FMUs need `can_isolate`.
+
+No other module imports `fcntl` or `resource`, reads `/proc`, or calls `os.memfd_create`, `os.sched_setaffinity`,
+`signal.pthread_sigmask` and the like: a test refuses that.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+import warnings
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+_CURRENT_PERSONALITY, _SAME_LAYOUT = 0xFFFFFFFF, 0x0040000  # linux/personality.h: ADDR_NO_RANDOMIZE
+_PARENT_DEATH_SIGNAL = 1  # linux/prctl.h: PR_SET_PDEATHSIG
+
+Release = Callable[[], None]
+
+
+def _optional(name: str) -> Any:
+    """Import a module that not every system has; None where it is missing."""
+    try:
+        return import_module(name)
+    except ImportError:
+        return None
+
+
+_fcntl, _resource = _optional("fcntl"), _optional("resource")
+
+
+def can_isolate() -> bool:
+    """Return whether FMUs can run in processes of their own, with shared memory between them and the master."""
+    return hasattr(os, "memfd_create") and os.name == "posix"
+
+
+def lock_file(path: Path) -> Release | None:
+    """Create and lock a file until the returned function is called or this process ends.
+
+    None if another process holds the lock. Raises OSError where the file cannot be made or locked at all.
+    """
+    if _fcntl is None:
+        return _lock_beside(path)
+    file = os.open(path, os.O_CREAT | os.O_RDWR, 0o644)
+    try:
+        _fcntl.flock(file, _fcntl.LOCK_EX | _fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(file)
+        return None
+    except BaseException:
+        os.close(file)
+        raise
+    return lambda: os.close(file)
+
+
+def is_locked(path: Path) -> bool:
+    """Return whether a process holds the lock of a file; False where there is no file, or no locks."""
+    if _fcntl is None:
+        release = None
+        if path.exists():
+            with suppress(OSError):
+                release = _lock_beside(path)
+                if release is None:
+                    return True
+                release()
+        return False
+    try:
+        file = os.open(path, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        _fcntl.flock(file, _fcntl.LOCK_SH | _fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # a file system without locks
+        return False
+    finally:
+        os.close(file)
+    return False
+
+
+def _lock_beside(path: Path) -> Release | None:
+    """Lock a file by another one next to it. `filelock` is imported here alone: it takes long."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it warns where it has to do without the system's locks
+        filelock = import_module("filelock")
+    lock = filelock.FileLock(f"{path}.lock")
+    try:
+        lock.acquire(timeout=0)
+    except filelock.Timeout:
+        return None
+    return lambda: lock.release()
+
+
+def available_cores() -> set[int]:
+    """Return the cores that the calling thread may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return set(os.sched_getaffinity(0))
+    return set(range(os.cpu_count() or 1))
+
+
+def pin(thread: int, to: Collection[int]) -> None:
+    """Restrict a thread to these cores; do nothing for one that has ended, or where that is impossible."""
+    if hasattr(os, "sched_setaffinity"):
+        with suppress(OSError):
+            os.sched_setaffinity(thread, to)
+
+
+def current_core() -> int:
+    """Return the core that the calling thread is on."""
+    return int(_c_library().sched_getcpu())
+
+
+def thread_times(thread: int) -> tuple[float, float]:
+    """Return how long a thread has run, and has waited for a core [s], or raise OSError."""
+    ran, waited, _ = Path(f"/proc/{thread}/schedstat").read_text().split()
+    return int(ran) / 1e9, int(waited) / 1e9
+
+
+@contextmanager
+def same_memory_layout() -> Iterator[None]:
+    """Give processes that are started in this block the same memory layout, if the system permits.
+
+    What a core has learnt about the branches of Python in one worker then holds in the next. The layout is random as a
+    defence against bad data; a worker runs foreign code anyhow.
+    """
+    before = _personality(_CURRENT_PERSONALITY)
+    if before != -1:
+        _personality(before | _SAME_LAYOUT)
+    try:
+        yield
+    finally:
+        if before != -1:
+            _personality(before)
+
+
+def _personality(number: int) -> int:
+    return int(_c_library().personality(number)) if sys.platform == "linux" else -1
+
+
+def anonymous_memory(size: int) -> int:
+    """Return the descriptor of a new file in memory; it has no name that could be left behind."""
+    file = os.memfd_create("lockstep")
+    os.ftruncate(file, size)
+    return file
+
+
+def limit_process(*, core: int | None = None, data: int | None = None, file_size: int | None = None) -> None:
+    """Limit this process's core files, data and written files [bytes], as far as the system can."""
+    if _resource is None:
+        return
+    for name, value in (("RLIMIT_CORE", core), ("RLIMIT_DATA", data), ("RLIMIT_FSIZE", file_size)):
+        if value is not None:
+            kind = getattr(_resource, name)
+            _, hard = _resource.getrlimit(kind)
+            soft = value if hard == _resource.RLIM_INFINITY else min(value, hard)
+            _resource.setrlimit(kind, (soft, hard))
+
+
+def physical_memory() -> int:
+    """Return the memory of this machine [bytes]."""
+    return int(psutil.virtual_memory().total)
+
+
+def resident_memory() -> int:
+    """Return how much memory this process occupies [bytes]."""
+    return int(psutil.Process().memory_info().rss)
+
+
+def end_with_parent() -> None:
+    """Have the system kill this process when its parent ends."""
+    if sys.platform == "linux":
+        _c_library().prctl(_PARENT_DEATH_SIGNAL, signal.SIGKILL)
+
+
+def has_fork() -> bool:
+    """Return whether a process can be copied."""
+    return hasattr(os, "fork")
+
+
+def session_of(process: int) -> int:
+    """Return the session of a process, or raise OSError; -1 where there are no sessions."""
+    return os.getsid(process) if hasattr(os, "getsid") else -1
+
+
+@contextmanager
+def interrupts_held_back() -> Iterator[None]:
+    """Hold Ctrl-C back in this block; processes started in it hold it back until `accept_interrupts`."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def accept_interrupts() -> None:
+    """Accept Ctrl-C again in a process that was started by `interrupts_held_back`."""
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+@cache
+def _c_library() -> ctypes.CDLL:
+    return ctypes.CDLL(None)
