@@ -1,7 +1,7 @@
-"""Steady solutions of discrete Riccati recursions, by composing steps and doubling.
+"""Solve the periodic Riccati recursion of the Kalman filter by composing its steps and doubling.
 
-scipy's `solve_discrete_are` fails on this spacecraft (its pencil spans too many orders of magnitude). Here a step of
-the recursion
+The filter's gain repeats every 20 steps, with the star tracker in one of them, and solvers of algebraic Riccati
+equations take one constant step only. Here a step of the recursion
 
     P -> g + a P (I + h P)^-1 a^T
 

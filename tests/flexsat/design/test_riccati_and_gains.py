@@ -1,5 +1,6 @@
 """Riccati recursions by doubling, the regulator and the Kalman filter, against other solvers and plain recursions."""
 
+from dataclasses import replace
 from functools import reduce
 
 import control
@@ -9,6 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import expm, solve_discrete_are, solve_discrete_lyapunov
 
 from flexsat.design.estimator import design_estimator, measurement_noise
+from flexsat.design.regulator import design_regulator
 from flexsat.design.riccati import RiccatiStep, steady_state
 
 
@@ -107,6 +109,25 @@ def test_regulator_is_stable_and_cannot_be_improved(design):
     # the cost's range as many again: 6e-9 seen
     cost_of_one = np.sqrt(np.diag(cost))
     assert (np.abs(improved - gain) / cost_of_one).max() < 1e-7 * (np.abs(gain) / cost_of_one).max()
+
+
+def test_regulator_gain_agrees_with_the_doubling_solver(design):
+    """python-control orders a Schur form, doubling composes steps: they share no operation."""
+    a, b, q, r = regulator_problem(design)
+    cost = steady_state([RiccatiStep(a=a.T, g=q, h=b @ np.linalg.solve(r, b.T))])
+    expected = np.linalg.solve(r + b.T @ cost @ b, b.T @ cost @ a)
+    gain = design.regulator.gain @ design.regulator.basis
+    cost_of_one = np.sqrt(np.diag(cost))
+    # states measured by what they cost: 4e-10 seen; without the step of policy iteration 7e-8
+    assert (np.abs(gain - expected) / cost_of_one).max() < 1e-8 * (np.abs(expected) / cost_of_one).max()
+
+
+@pytest.mark.parametrize("weight", ["mrp", "null_wheel_speed"])
+def test_zero_weight_of_an_integrating_state_is_refused(centralised, weight):
+    """Attitude and null-space wheel speed keep their value without control: their weight must be positive."""
+    weights = replace(centralised.config.weights, **{weight: 0.0})
+    with pytest.raises(ValueError, match=rf"no stabilising gain with Weights\(.*{weight}=0\.0.*must be > 0"):
+        design_regulator(centralised.spacecraft, centralised.model, weights, 0.005)
 
 
 def test_regulator_leaves_the_net_wheel_momentum_alone(design):
