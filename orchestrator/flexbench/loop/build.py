@@ -14,7 +14,8 @@ from lockstep.plan.timeline_svg import timeline_svg
 from lockstep.ssp.package_members import package_entries
 from lockstep.ssp.traceability import srmd_bytes
 
-from ..html.document import as_html, as_markdown
+from ..html.document import as_markdown
+from ..html.render import as_html
 from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, icd_blocks
 from .build_manifest import MANIFEST, describe_configuration, versions, write_manifest
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from flexbench.html.document import Block, Heading, Paragraph
 from flexbench.runs.run_folder import Run
 
-from .gather import Result
+from .results import Result
 from .sections import SECTIONS, Section
 
 MOST_RUNS = 3  # on a page with sections: each takes seconds

@@ -8,7 +8,8 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from flexbench.html.document import Heading, Paragraph, Table, as_html, as_markdown
+from flexbench.html.document import Heading, Paragraph, Table, as_markdown
+from flexbench.html.render import as_html
 from flexbench.icd.contents import icd_blocks
 from flexbench.icd.ranges import signal_ranges
 from flexbench.icd.rows import port_rows

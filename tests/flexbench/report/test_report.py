@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 from types import SimpleNamespace
 
+import lxml.html
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -13,15 +14,26 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from flexbench.figures import drawing
 from flexbench.html.document import Heading, Paragraph, Picture, Table
+from flexbench.html.render import template_environment
 from flexbench.report import study_sections as of_studies
-from flexbench.report.collect import collect, is_fault
-from flexbench.report.gather import MOST_RUNS, gather
-from flexbench.report.pack import FLOAT, LEAST_INTERVALS, History, extremes, pack, pack_all, stride_for, time_base
-from flexbench.report.pictures import Image, image_of, stored_images, within_room
-from flexbench.report.scene import motion
+from flexbench.report.compose import PAGE_FOLDER, compose_page
+from flexbench.report.figure_images import Image, image_of, split_by_size, stored_images
+from flexbench.report.history_data import (
+    FLOAT,
+    LEAST_INTERVALS,
+    History,
+    extremes,
+    histories_within,
+    history_data,
+    stride_for,
+    time_base,
+)
+from flexbench.report.motion_data import motion_data
+from flexbench.report.results import MOST_RUNS, load_results
+from flexbench.report.run_data import is_fault, read_run_data
 from flexbench.report.sections import SECTIONS
-from flexbench.report.study import study_table
-from flexbench.report.write import page_of, write_report
+from flexbench.report.study_table import study_table
+from flexbench.report.write import write_report
 from flexbench.runs.run_folder import Run
 from flexsat.parameters import configuration
 from flexsat.structure.mesh import record_mesh
@@ -71,14 +83,14 @@ def test_no_sample_lies_outside_its_interval(stride):
 
 def test_a_short_history_is_kept_sample_by_sample():
     values = np.sin(TIME)
-    told, data = pack(history("y", values), stride=1)
+    told, data = history_data(history("y", values), stride=1)
 
     assert told["kind"] == "samples"
     assert_allclose(floats(data), values, rtol=1e-7, atol=1e-9)
 
 
 def test_what_never_changes_takes_no_room():
-    assert pack(history("y", np.full(5, 2.5)), stride=1) == (
+    assert history_data(history("y", np.full(5, 2.5)), stride=1) == (
         {"name": "y", "group": "y", "element": "", "unit": "m", "description": "", "constant": 2.5},
         "",
     )
@@ -98,7 +110,7 @@ def test_what_finds_no_room_is_named():
     histories += [history(f"z[{k}]", np.sin(TIME + k), group="z") for k in range(30)]
     budget = 30 * 2 * FLOAT * LEAST_INTERVALS
 
-    packed = pack_all(TIME, histories, budget)
+    packed = histories_within(TIME, histories, budget)
 
     assert packed["left_out"] == ["z"]
     assert {told["group"] for told in packed["histories"]} == {"y"}
@@ -124,7 +136,7 @@ def test_the_motion_gives_back_the_deflections():
     signals = Signals(time=TIME, columns=columns, units={}, descriptions={})
     run = Run(folder=Path(), configuration="distributed", as_published=False, slew=False, seed=1)
 
-    told = motion(signals, run, budget=95 * 1000)
+    told = motion_data(signals, run, budget=95 * 1000)
 
     frames = told["frames"]
     rows = np.arange(frames) * round(told["step"] / 0.005)
@@ -141,23 +153,47 @@ def test_folders_of_runs_stand_for_their_runs(tmp_path):
     for path in ("study/a", "study/b", "other/a"):
         foreign_run(tmp_path / path)
 
-    assert [r.name for r in gather([tmp_path / "study"])] == ["a", "b"]
-    assert [r.name for r in gather([tmp_path / "study", tmp_path / "other" / "a"])] == ["study/a", "b", "other/a"]
+    assert [r.name for r in load_results([tmp_path / "study"])] == ["a", "b"]
+    assert [r.name for r in load_results([tmp_path / "study", tmp_path / "other" / "a"])] == ["study/a", "b", "other/a"]
 
 
 def test_too_many_runs_are_refused(tmp_path):
     for k in range(MOST_RUNS + 1):
         foreign_run(tmp_path / f"r{k}")
     with pytest.raises(InputError, match=f"a page takes {MOST_RUNS} at most"):
-        gather([tmp_path])
+        load_results([tmp_path])
 
 
-def test_a_name_cannot_break_out_of_the_page(tmp_path):
-    evil = "toy.<script>alert(1)</script>"
-    events = json.dumps({"time": 1.0, "event": "note", "message": "</table><script>alert(2)</script>"}) + "\n"
-    page = page_of(gather([foreign_run(tmp_path / "run", events, [evil])]))
+def text_of(page, identifier):
+    """Return what a parser finds in the script element of that id: it ends at the first closing tag."""
+    root = lxml.html.fromstring(page.encode(), parser=lxml.html.HTMLParser(encoding="utf-8"))
+    return root.get_element_by_id(identifier).text
 
+
+def test_no_name_unit_or_event_can_break_out_of_the_page(tmp_path):
+    hostile = "</script><script>alert(1)</script><!-- &amp; \"'"
+    event = {"time": 1.0, "event": hostile, "message": f"</table>{hostile}"}
+    fault = {"time": 1.5, "event": "fault", "name": hostile, "state": "begin"}
+    run = foreign_run(
+        tmp_path / "<b>run & ", f"{json.dumps(event)}\n{json.dumps(fault)}\n", [f"toy.{hostile}"], f"# {hostile}"
+    )
+    table = pq.read_table(run / "signals.parquet")
+    field = table.schema.field(1).with_metadata({"unit": hostile, "description": hostile})
+    pq.write_table(table.cast(table.schema.set(1, field)), run / "signals.parquet")
+
+    page = compose_page(load_results([run]))
+
+    root = lxml.html.fromstring(page.encode(), parser=lxml.html.HTMLParser(encoding="utf-8"))
+    kinds = [script.get("type") for script in root.iter("script")]
+    assert kinds == ["application/json", "text/plain", None]  # contents, one history, the page's own script
+    assert root.find(".//h1/b") is None
+    assert root.find(".//title").text == "<b>run & "
+    assert hostile in root.xpath("string(//section[@id='versions']//pre)")
     assert "<script>alert" not in page
+    (run_of_page,) = json.loads(text_of(page, "contents"))["runs"]
+    (history_of_page,) = run_of_page["parts"][0]["histories"]
+    assert (history_of_page["name"], history_of_page["unit"]) == (f"toy.{hostile}", hostile)
+    assert [mark["text"] for mark in run_of_page["marks"]] == [hostile[:24]] * 2
 
 
 def test_a_page_that_cannot_be_written_leaves_nothing(tmp_path):
@@ -176,14 +212,14 @@ def test_a_run_without_rows_is_refused(tmp_path):
 
 
 def test_a_window_is_kept_row_by_row(tmp_path):
-    (result,) = gather([foreign_run(tmp_path / "run")])
+    (result,) = load_results([foreign_run(tmp_path / "run")])
 
-    (part,) = collect(result, runs=1, window=(0.5, 0.75)).told["parts"]
+    (part,) = read_run_data(result, runs=1, window=(0.5, 0.75)).for_script["parts"]
 
     assert_allclose((part["time"]["start"], part["time"]["end"], part["time"]["count"]), (0.5, 0.75, 26))
     assert_allclose(floats(part["data"][0]), np.sin(np.arange(50, 76) * 0.01), rtol=1e-6)
     with pytest.raises(InputError, match=r"--window 5 6: holds less than two rows; the record goes from 0 to 1\.99 s"):
-        collect(result, runs=1, window=(5.0, 6.0))
+        read_run_data(result, runs=1, window=(5.0, 6.0))
 
 
 def test_a_folder_that_is_no_toml_is_refused(tmp_path):
@@ -212,16 +248,20 @@ def test_figures_of_a_folder_come_in_their_smaller_format_and_within_room(tmp_pa
         ("modes", "image/svg+xml", 70),
         ("slew", "image/png", 50),
     ]
-    taken, left = within_room(images, room=60)
+    taken, left = split_by_size(images, room=60)
     assert ([image.title for image in taken], [image.title for image in left]) == (["slew"], ["modes"])
 
 
-def test_a_picture_of_a_section_keeps_its_names_to_itself():
-    html = image_of(Picture('<svg id="a"/>', "a.svg", 'a "b" <c>')).html
+def test_a_picture_of_a_section_is_an_image_of_its_own():
+    image = image_of(Picture('<svg id="a"/>', "a.svg", 'a "b" <c>'))
+    assert isinstance(image, Image)
+
+    parts = template_environment(PAGE_FOLDER).get_template("parts.html")
+    html = parts.make_module({"image_of": image_of}).figure(image)
+
     assert 'id="a"' not in html
-    assert 'alt="a &quot;b&quot; &lt;c>"' in html
+    assert 'alt="a &#34;b&#34; &lt;c&gt;"' in html
     assert base64.b64encode(b'<svg id="a"/>').decode() in html
-    assert isinstance(image_of(Picture("", "", "")), Image)
 
 
 def test_sections_of_studies_are_composed_and_may_be_absent(monkeypatch):

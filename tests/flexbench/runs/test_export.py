@@ -14,7 +14,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import flexbench
-from flexbench.report.gather import gather
+from flexbench.report.results import load_results
 from flexbench.runs.dataset import dimension_of
 from flexbench.runs.export import SUFFIXES, export_run
 from lockstep import Component, InputError, System, simulate
@@ -227,6 +227,6 @@ def test_texts_and_wide_integers_leave_as_they_are(reference_fmu, tmp_path):
     assert table["one.whole_out[1]"].to_pylist() == [-(2**63)] * 3
     assert table["one.String_out"].to_pylist() == ["größer"] * 3
     assert "18446744073709551615" in (tmp_path / "out.csv").read_text()
-    drawn = gather([tmp_path / "run"])[0].signals()  # what a report draws
+    drawn = load_results([tmp_path / "run"])[0].signals()  # what a report draws
     assert "one.String_out" not in drawn
     assert drawn["one.UInt64_out"].dtype == np.float64

@@ -10,7 +10,8 @@ from matplotlib.colors import to_hex
 from numpy.testing import assert_allclose
 
 from flexbench.figures.margins import margin_figures, nichols_chart, sensitivity_singular_values
-from flexbench.html.document import Heading, Paragraph, Picture, Table, as_html
+from flexbench.html.document import Heading, Paragraph, Picture, Table
+from flexbench.html.render import as_html
 from flexbench.report.sections.margins import section
 from flexbench.runs.run_folder import Run
 from flexbench.studies.margins.destabilise import WINDOW, growth_of

@@ -68,7 +68,7 @@ def time_base(time: Array, stride: int) -> dict[str, Any]:
     return base | {"times": encode(starts)}
 
 
-def pack(history: History, stride: int) -> tuple[dict[str, Any], str]:
+def history_data(history: History, stride: int) -> tuple[dict[str, Any], str]:
     """Return what the page knows of a history, and its base64 data: none for one that never changes."""
     values = history.values
     about: dict[str, Any] = {
@@ -87,7 +87,7 @@ def pack(history: History, stride: int) -> tuple[dict[str, Any], str]:
     return about | {"kind": "extremes"}, encode(extremes(values, stride))
 
 
-def pack_all(time: Array, histories: Sequence[History], budget: int) -> Mapping[str, Any]:
+def histories_within(time: Array, histories: Sequence[History], budget: int) -> Mapping[str, Any]:
     """Pack histories of one time base within about `budget` bytes of data, and name those that found no room."""
     changing = [h for h in histories if len(h.values) and h.values.min() != h.values.max()]
     stride = stride_for(len(time), len(changing), budget)
@@ -96,7 +96,7 @@ def pack_all(time: Array, histories: Sequence[History], budget: int) -> Mapping[
     told, data = [], []
     for history in histories:
         if id(history) not in left_out:
-            about, text = pack(history, stride)
+            about, text = history_data(history, stride)
             told.append(about)
             data.append(text)
     return {

@@ -51,7 +51,7 @@ class Result:
             return {}
 
 
-def gather(paths: Sequence[Path]) -> list[Result]:
+def load_results(paths: Sequence[Path]) -> list[Result]:
     """Read results folders; a folder of results folders stands for all of them.
 
     Raises

@@ -20,7 +20,7 @@ MODAL, MODAL_RATE, SPEED = "plant.modal.displacement", "plant.modal.velocity", "
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Derived:
+class DerivedHistory:
     """A history computed from recorded signals, in the unit that is printed."""
 
     name: str
@@ -30,7 +30,7 @@ class Derived:
     elements: tuple[str, ...] = ()  # names of the n
 
 
-def complete(signals: Signals, run: Run, *names: str) -> bool:
+def fully_recorded(signals: Signals, run: Run, *names: str) -> bool:
     """Tell whether all elements of these arrays of our systems were recorded: a part of them has no norm."""
     wheels = len(build_wheels(run.configuration).position)
     modes = configuration(run.configuration).plate.mode_count
@@ -44,48 +44,48 @@ def build_wheels(name: ConfigurationName) -> Points:
     return build_spacecraft(configuration(name)).wheels
 
 
-def derive(signals: Signals, run: Run | None) -> Iterator[Derived]:
+def derived_histories(signals: Signals, run: Run | None) -> Iterator[DerivedHistory]:
     """Yield the derived histories that the recorded signals allow; none for a system that is not ours."""
     if run is None:
         return
-    if complete(signals, run, *ERRORS):
-        yield Derived(
+    if fully_recorded(signals, run, *ERRORS):
+        yield DerivedHistory(
             name="pointing error",
             unit="arcsec",
             description="angle between attitude and reference",
             values=histories.pointing_error(signals) / ARCSECOND,
         )
-        yield Derived(
+        yield DerivedHistory(
             name="pointing error about body axes",
             unit="arcsec",
             description="rotation from reference to attitude",
             values=histories.pointing_error_vector(signals) / ARCSECOND,
             elements=("x", "y", "z"),
         )
-    if complete(signals, run, *RATES):
-        yield Derived(
+    if fully_recorded(signals, run, *RATES):
+        yield DerivedHistory(
             name="rate error",
             unit="deg/s",
             description="norm of body rate less reference",
             values=histories.rate_error(signals) / DEGREE,
         )
     if "plant.rms_deformation" in signals:
-        yield Derived(
+        yield DerivedHistory(
             name="deformation",
             unit="µm",
             description="RMS deflection of the structure, mass-weighted",
             values=histories.deformation(signals) * 1e6,
         )
-    if complete(signals, run, histories.TORQUE):
-        yield Derived(
+    if fully_recorded(signals, run, histories.TORQUE):
+        yield DerivedHistory(
             name="wheel effort",
             unit="N.m",
             description="sum over the wheels of |commanded torque|",
             values=histories.torque_norm(signals),
         )
-    if complete(signals, run, SPEED, "plant.rate", MODAL_RATE):
+    if fully_recorded(signals, run, SPEED, "plant.rate", MODAL_RATE):
         deviation = histories.wheel_speed_deviation(signals, run.design) / RPM
-        yield Derived(
+        yield DerivedHistory(
             name="wheel speed less nominal",
             unit="rpm",
             description="inertial speed about each wheel's axis, less the nominal one",

@@ -12,7 +12,7 @@ from typing import Any
 
 from flexbench.html.document import Picture
 
-from .gather import Result
+from .results import Result
 
 ROOM = 2_500_000  # bytes of all figures of a page before base64
 LARGE = 800_000  # bytes of a drawing with lines; pixels are smaller then
@@ -28,12 +28,9 @@ class Image:
     type: str
 
     @property
-    def html(self) -> str:
-        """The figure as an element that needs no file; names inside one image do not reach another."""
-        data = base64.b64encode(self.data).decode()
-        title = self.title.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
-        source = f"data:{self.type};base64,{data}"
-        return f'<figure><img src="{source}" alt="{title}" decoding="async"><figcaption>{title}</figcaption></figure>'
+    def source(self) -> str:
+        """The image as a data URI, so that the page needs no file."""
+        return f"data:{self.type};base64,{base64.b64encode(self.data).decode()}"
 
 
 def image_of(picture: Picture) -> Image:
@@ -74,7 +71,7 @@ def _image(title: str, figure: Any) -> Image:
     return Image(title=title, data=raster.getvalue(), type=TYPES[".png"])
 
 
-def within_room(images: Sequence[Image], room: int = ROOM) -> tuple[list[Image], list[Image]]:
+def split_by_size(images: Sequence[Image], room: int = ROOM) -> tuple[list[Image], list[Image]]:
     """Return the images that a page takes, in their order, and those that are too large for it."""
     taken, left = [], []
     for image in images:

@@ -13,10 +13,10 @@ from flexbench.runs.dataset import grouped
 from flexsat.arrays import Array
 from lockstep import InputError, Signals
 
-from .derived import Derived, derive
-from .gather import Result
-from .pack import History, pack_all
-from .scene import motion
+from .derived_histories import DerivedHistory, derived_histories
+from .history_data import History, histories_within
+from .motion_data import motion_data
+from .results import Result
 
 # bytes of data on a page before base64, shared by its runs: 9 MB of text, which leaves room for figures below 15 MB
 DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET = 2_000_000, 3_800_000, 800_000
@@ -26,7 +26,7 @@ MOST_MARKS = 40  # of one run: more hide the lines
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Number:
+class HistoryStatistics:
     """What a history comes to: RMS of the run's second half, and the largest size of all."""
 
     name: str
@@ -36,19 +36,19 @@ class Number:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Content:
+class RunData:
     """What the page holds of one run."""
 
     result: Result
-    told: Mapping[str, Any]  # for the page's script
-    numbers: tuple[Number, ...]
+    for_script: Mapping[str, Any]  # histories, marks and motion, for the page's script
+    numbers: tuple[HistoryStatistics, ...]
     rows: int
     recorded: int  # signals
     end: float  # s, of the last row
     interval: float  # s, between two rows
 
 
-def collect(result: Result, runs: int, window: Window | None = None) -> Content:
+def read_run_data(result: Result, runs: int, window: Window | None = None) -> RunData:
     """Read a run's signals and condense them.
 
     Parameters
@@ -67,15 +67,15 @@ def collect(result: Result, runs: int, window: Window | None = None) -> Content:
         raise InputError(f"{result.folder}: has no row of signals yet; let it run longer")
     if window is not None:
         signals = _within(signals, window)
-    derived = list(derive(signals, result.run))
+    derived = list(derived_histories(signals, result.run))
     first, rest = _sorted(derived, signals)
-    parts = [pack_all(signals.time, first, DERIVED_BUDGET // runs)] if first else []
-    parts.append(pack_all(signals.time, rest, RECORDED_BUDGET // runs))
-    moving = motion(signals, result.run, MOTION_BUDGET // runs) if result.run else None
+    parts = [histories_within(signals.time, first, DERIVED_BUDGET // runs)] if first else []
+    parts.append(histories_within(signals.time, rest, RECORDED_BUDGET // runs))
+    moving = motion_data(signals, result.run, MOTION_BUDGET // runs) if result.run else None
     steps = np.diff(signals.time)
-    return Content(
+    return RunData(
         result=result,
-        told={"name": result.name, "parts": parts, "marks": list(_marks(result)), "motion": moving},
+        for_script={"name": result.name, "parts": parts, "marks": list(_marks(result)), "motion": moving},
         numbers=tuple(_number(one, signals) for one in derived if not one.elements),
         rows=len(signals.time),
         recorded=len(signals.columns),
@@ -96,7 +96,7 @@ def _within(signals: Signals, window: Window) -> Signals:
     return replace(signals, time=signals.time[rows], columns=columns)
 
 
-def _sorted(derived: list[Derived], signals: Signals) -> tuple[list[History], list[History]]:
+def _sorted(derived: list[DerivedHistory], signals: Signals) -> tuple[list[History], list[History]]:
     """Return what is kept sample by sample as long as it fits, and the rest: wheels one by one, all that was recorded.
 
     A run without derived histories has no first part.
@@ -137,9 +137,9 @@ def _spans_decades(values: Array) -> bool:
     return bool(values.min() >= 0.0 < usual and values.max() > PEAKED * usual)
 
 
-def _number(one: Derived, signals: Signals) -> Number:
+def _number(one: DerivedHistory, signals: Signals) -> HistoryStatistics:
     late = one.values[signals.time >= 0.5 * (signals.time[0] + signals.time[-1])]
-    return Number(
+    return HistoryStatistics(
         name=one.name,
         unit=one.unit,
         late=float(np.sqrt(np.mean(late**2))),

@@ -16,14 +16,14 @@ from flexsat.structure.mesh import record_mesh
 from flexsat.structure.modes import build_structure
 from lockstep import Signals
 
-from .derived import ERRORS, MODAL, build_wheels, complete
-from .pack import encode
+from .derived_histories import ERRORS, MODAL, build_wheels, fully_recorded
+from .history_data import encode
 
 FEWEST_FRAMES = 400
 
 
 @lru_cache(maxsize=2)
-def geometry(name: ConfigurationName) -> dict[str, Any]:
+def geometry_data(name: ConfigurationName) -> dict[str, Any]:
     """Return mesh, mode shapes and wheels of a configuration."""
     config = configuration(name)
     structure = build_structure(record_mesh(config.aperture), config.plate)
@@ -49,16 +49,16 @@ def _node_at(nodes: Array, position: Array) -> int:
     return nearest if distance[nearest] < 1e-3 else -1
 
 
-def motion(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
+def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
     """Return what moves, as frames that fit `budget` bytes: rows of the record, none averaged; None without modes.
 
     Modal coordinates and torques are 16- and 8-bit shares of their largest values.
     """
-    if len(signals.time) < 2 or not complete(signals, run, MODAL):
+    if len(signals.time) < 2 or not fully_recorded(signals, run, MODAL):
         return None
     modal = signals[MODAL]
     torque = np.zeros((len(modal), 0))
-    if complete(signals, run, histories.TORQUE):
+    if fully_recorded(signals, run, histories.TORQUE):
         torque = signals[histories.TORQUE]
     size = 2 * modal.shape[1] + torque.shape[1] + 3 * 4
     frames = max(FEWEST_FRAMES, budget // size)
@@ -78,6 +78,6 @@ def motion(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
         "largest_torque": largest,
         "wheels": torque.shape[1],
     }
-    if complete(signals, run, *ERRORS):
+    if fully_recorded(signals, run, *ERRORS):
         told["error"] = encode(histories.pointing_error_vector(signals)[rows].astype(np.float32))
     return told

@@ -16,8 +16,8 @@ from lockstep.plan.timeline_svg import timeline_svg
 from lockstep.ssp.step_times import timing_of_run
 from lockstep.system.clock import nanoseconds
 
-from .collect import Content, is_fault
-from .gather import Result
+from .results import Result
+from .run_data import RunData, is_fault
 
 MOST_EVENTS = 200  # lines of one run
 MOST_COLUMNS = 4  # runs side by side
@@ -25,7 +25,7 @@ MOST_TICKS = 12  # of a drawn timeline
 LONGEST_CELL = 300  # letters
 
 
-def facts(contents: Sequence[Content]) -> list[Block]:
+def summary_blocks(contents: Sequence[RunData]) -> list[Block]:
     """Return what the runs were: one below the other for a single run, a row each for several."""
     told = [_facts_of(content) for content in contents]
     if len(told) == 1:
@@ -35,7 +35,7 @@ def facts(contents: Sequence[Content]) -> list[Block]:
     return [Table(("run", *names), rows, code=frozenset())]
 
 
-def _facts_of(content: Content) -> dict[str, str]:
+def _facts_of(content: RunData) -> dict[str, str]:
     result, manifest = content.result, content.result.manifest
     simulated, wall = _simulated(content), float(manifest.get("wall_time", 0.0))
     speed = f" ({simulated / wall:.1f} x real time)" if wall > 0.0 else ""
@@ -62,12 +62,12 @@ def scenario_of(result: Result) -> str:
     return "fine_pointing_open_loop" if result.run.open_loop else "fine_pointing"
 
 
-def _simulated(content: Content) -> float:
+def _simulated(content: RunData) -> float:
     """Return how far a run came [s]: one that still goes on has not yet said so itself."""
     return float(content.result.manifest.get("simulated_time", 0.0)) or content.end
 
 
-def described(content: Content) -> str:
+def run_description(content: RunData) -> str:
     """Return what a run was in a few words."""
     result = content.result
     words = [str(result.manifest.get("system", {}).get("name", ""))]
@@ -76,7 +76,7 @@ def described(content: Content) -> str:
     return ", ".join([*words, f"{_simulated(content):g} s simulated"])
 
 
-def numbers(contents: Sequence[Content], with_metrics: bool = True) -> list[Block]:
+def number_blocks(contents: Sequence[RunData], with_metrics: bool = True) -> list[Block]:
     """Return the metrics of the paper beside its values, if wanted, and what the histories come to."""
     blocks: list[Block] = []
     metrics = [content.result.metrics() if with_metrics else {} for content in contents]
@@ -110,7 +110,7 @@ def _narrow(header: Sequence[str], rows: Sequence[Sequence[str]], runs: int) -> 
     return Table(turned[0], turned[1:], code=frozenset())
 
 
-def _names(contents: Sequence[Content]) -> list[str]:
+def _names(contents: Sequence[RunData]) -> list[str]:
     return [content.result.name for content in contents]
 
 
@@ -120,7 +120,7 @@ def _cell(row: Row, result: Result, metrics: Mapping[str, float]) -> str:
     return number(metrics[row.key] * row.scale)
 
 
-def _published(row: Row, contents: Sequence[Content]) -> str:
+def _published(row: Row, contents: Sequence[RunData]) -> str:
     """Return the paper's value, of each configuration that is on the page."""
     present = {c.result.run.configuration for c in contents if c.result.run and scenario_of(c.result) == row.scenario}
     ordered = sorted(present)
@@ -134,7 +134,7 @@ def _definitions(rows: Sequence[Sequence[str]]) -> list[str]:
     return [f"{row.label}: {row.definition}" for row in ROWS if row.label in labels]
 
 
-def events(results: Sequence[Result]) -> list[Block]:
+def event_blocks(results: Sequence[Result]) -> list[Block]:
     """Return faults, then all events, of each run."""
     blocks: list[Block] = []
     for result in results:
@@ -162,7 +162,7 @@ def _event_table(found: Sequence[Mapping[str, Any]]) -> Table:
     return Table(("time [s]", "event", "details"), rows, code=frozenset())
 
 
-def system(result: Result) -> list[Block]:
+def system_blocks(result: Result) -> list[Block]:
     """Return components, latency contracts, and who runs when."""
     manifest = result.manifest
     components = manifest.get("component", [])
@@ -208,7 +208,7 @@ def _flown(manifest: Mapping[str, Any]) -> System:
     return loaded
 
 
-def provenance(result: Result) -> list[Block]:
+def version_blocks(result: Result) -> list[Block]:
     """Return versions, hashes, and all of run.toml."""
     manifest = result.manifest
     versions = [[name, str(value)] for name, value in manifest.get("versions", {}).items()]

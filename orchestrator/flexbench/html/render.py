@@ -1,0 +1,42 @@
+"""Write documents as HTML by Jinja templates, every text escaped."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from .document import Block, Heading, Listing, Paragraph, Picture
+
+TEMPLATES = Path(__file__).with_name("templates")
+_CODE = re.compile(r"`([^`]+)`")  # as in Markdown
+
+
+@cache
+def template_environment(*folders: Path) -> Environment:
+    """Return an environment that finds templates in these folders, and after them those of this package.
+
+    Texts are escaped, unknown names are errors, and `tojson` escapes what could end a script element.
+    """
+    environment = Environment(
+        loader=FileSystemLoader([*folders, TEMPLATES]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.policies["json.dumps_kwargs"] = {"ensure_ascii": False, "allow_nan": False}
+    environment.filters["split_code"] = _CODE.split  # texts and, in odd places, what stands between backticks
+    for name, kind in (("heading", Heading), ("paragraph", Paragraph), ("listing", Listing), ("picture", Picture)):
+        environment.tests[name] = kind.__instancecheck__
+    return environment
+
+
+def as_html(blocks: Sequence[Block]) -> str:
+    """Write the document as one page that needs no network; its pictures are trusted SVG."""
+    title = next(block.text for block in blocks if isinstance(block, Heading))
+    return template_environment().get_template("document.html").render(title=title, blocks=blocks)

@@ -1,0 +1,114 @@
+"""Compose the page of some runs: its sections in order, rendered by the templates in `page/`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from flexbench.html.document import Block
+from flexbench.html.render import template_environment
+
+from .figure_images import Image, drawn_images, image_of, split_by_size, stored_images
+from .results import Result
+from .run_data import RunData, Window, read_run_data
+from .script_data import MOST_SHOWN, script_data
+from .study_sections import study_sections
+from .study_table import study_table
+from .text_blocks import event_blocks, number_blocks, run_description, summary_blocks, system_blocks, version_blocks
+
+PAGE_FOLDER = Path(__file__).with_name("page")
+SCRIPTS = ("data.js", "axes.js", "plots.js", "scene.js")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PageSection:
+    """One section of the page: a title, the template that writes it, and what that template reads."""
+
+    anchor: str
+    title: str
+    template: str = "blocks_section.html"
+    blocks: Sequence[Block] = ()
+    runs: Sequence[tuple[str, Sequence[Block]]] = ()  # name and blocks of each run
+    images: Sequence[Image] = ()
+    too_large: Sequence[Image] = ()
+    notes: Sequence[str] = ()
+
+
+def compose_page(results: Sequence[Result], studies: Sequence[Path] = (), window: Window | None = None) -> str:
+    """Return the page of some runs as HTML.
+
+    Parameters
+    ----------
+    results : of the runs
+    studies : folders with the table of a study and its figures
+    window : part of the time to show, begin and end [s]
+    """
+    runs = [read_run_data(result, len(results), window) for result in results]
+    title = results[0].name if len(results) == 1 else f"{len(results)} runs compared"
+    if len(results) > 1 and len(studies) == 1:
+        title = f"{studies[0].resolve().name}: {title}"
+    contents, data = script_data(title, runs)
+    names = ", ".join(result.name for result in results) if len(results) <= MOST_SHOWN else ""
+    environment = template_environment(PAGE_FOLDER)
+    return environment.get_template("page.html").render(
+        title=title,
+        status=str(results[0].manifest.get("status", "")) if len(results) == 1 else "",
+        subtitle=run_description(runs[0]) if len(results) == 1 else names,
+        sections=list(_sections(runs, studies)),
+        image_of=image_of,
+        contents=contents,
+        data=data,
+        style=_source("style.css"),
+        script="\n".join(_source(name) for name in SCRIPTS),
+    )
+
+
+def _sections(runs: Sequence[RunData], studies: Sequence[Path]) -> Iterator[PageSection]:
+    results = [run.result for run in runs]
+    yield PageSection(anchor="summary", title="Summary", blocks=summary_blocks(runs))
+    for study in studies:
+        yield PageSection(anchor="study", title="The study's table", blocks=study_table(study))
+    numbers = number_blocks(runs, with_metrics=not studies)
+    if numbers:
+        yield PageSection(anchor="numbers", title="Numbers", blocks=numbers)
+    yield PageSection(
+        anchor="histories", title="Time histories", template="histories_section.html", notes=list(_reductions(runs))
+    )
+    if any(run.for_script["motion"] for run in runs):
+        yield PageSection(anchor="structure", title="The structure in motion", template="structure_section.html")
+    stored = [image for folder in [*studies, *(r.folder for r in results)] for image in stored_images(folder)]
+    images, too_large = split_by_size(stored or drawn_images(results))
+    if images or too_large:
+        yield PageSection(
+            anchor="figures", title="Figures", template="figures_section.html", images=images, too_large=too_large
+        )
+    for name, blocks in study_sections(results):
+        yield PageSection(anchor=name.lower().replace(" ", "-"), title=name, blocks=blocks)
+    yield PageSection(anchor="events", title="Events and faults", blocks=event_blocks(results))
+    for anchor, title, blocks_of in (
+        ("system", "System", system_blocks),
+        ("versions", "Versions and hashes", version_blocks),
+    ):
+        of_runs = [(result.name, blocks_of(result)) for result in results]
+        yield PageSection(anchor=anchor, title=title, template="runs_section.html", runs=of_runs)
+
+
+def _reductions(runs: Sequence[RunData]) -> Iterator[str]:
+    """Yield which histories are reduced to the extremes of intervals, and which are left out for lack of room."""
+    for run in runs:
+        for part in run.for_script["parts"]:
+            stride = part["time"]["stride"]
+            if stride > 1 and part["histories"]:
+                names = ", ".join(dict.fromkeys(history["group"] for history in part["histories"]))
+                yield (
+                    f"{run.for_script['name']}: minimum and maximum of every {stride * run.interval:.3g} s, so that"
+                    f" no peak is lost, of {names}"
+                )
+            if part["left_out"]:
+                yield f"{run.for_script['name']}: no room on this page for {', '.join(part['left_out'])}"
+
+
+def _source(name: str) -> str:
+    """Return the text of a script or style sheet of the page."""
+    return (PAGE_FOLDER / name).read_text(encoding="utf-8")

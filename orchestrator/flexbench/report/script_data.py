@@ -1,0 +1,61 @@
+"""Prepare what the script of the page reads: runs, histories, motion and geometry, with large data by element id."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from .motion_data import geometry_data
+from .results import Result
+from .run_data import RunData
+from .text_blocks import scenario_of
+
+FIRST_PANELS = ("pointing error", "deformation", "rate error", "wheel effort")
+MOST_FIRST_PANELS = 4
+MOST_SHOWN = 4  # runs in a plot until the reader asks for more
+
+
+def script_data(title: str, runs: Sequence[RunData]) -> tuple[dict[str, Any], list[str]]:
+    """Return the contents for the script, and the texts of the data elements that they refer to as d0, d1, ..."""
+    data: list[str] = []
+
+    def element(text: str) -> str:
+        data.append(text)
+        return f"d{len(data) - 1}"
+
+    described, geometries = [], {}
+    shown = _shown_first([run.result for run in runs])
+    for run in runs:
+        parts = []
+        for part in run.for_script["parts"]:
+            histories = [history | ({"id": element(text)} if text else {}) for history, text in
+                         zip(part["histories"], part["data"], strict=True)]  # fmt: skip
+            parts.append({"time": part["time"], "histories": histories})
+        motion = run.for_script["motion"]
+        if motion is not None:
+            geometries[motion["configuration"]] = geometry_data(motion["configuration"])
+            motion = motion | {key: element(motion[key]) for key in ("modal", "torque", "error") if motion.get(key)}
+        described.append(
+            {
+                "name": run.for_script["name"],
+                "marks": run.for_script["marks"],
+                "parts": parts,
+                "motion": motion,
+                "shown": run.result.name in shown,
+            }
+        )
+    groups = list(
+        dict.fromkeys(history["group"] for run in described for part in run["parts"] for history in part["histories"])
+    )
+    panels = list(dict.fromkeys([*(name for name in FIRST_PANELS if name in groups), *groups]))[:MOST_FIRST_PANELS]
+    return {"title": title, "runs": described, "geometry": geometries, "panels": panels}, data
+
+
+def _shown_first(results: Sequence[Result]) -> set[str]:
+    """Return the runs whose lines show from the start: all of a few, else those of one scenario and variant."""
+    if len(results) <= MOST_SHOWN:
+        return {result.name for result in results}
+    kinds = [(scenario_of(r), r.run is None or r.run.as_published) for r in results]
+    preferred = next((kind for kind in (("slew", False), ("fine_pointing", False)) if kind in kinds), kinds[0])
+    alike = [result.name for result, kind in zip(results, kinds, strict=True) if kind == preferred]
+    return set(alike[:MOST_SHOWN])
