@@ -1,4 +1,4 @@
-"""Robustness to errors of the modal frequencies: the plant's modes are off, the controller does not know."""
+"""Robustness to modal-frequency errors: the plant's modes are shifted, the controller's model is not."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND, ConfigurationName
-from lockstep import InputError, read_signals
+from lockstep import InputError, Signals, read_signals
 
 from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
 from ...runs import histories
@@ -20,15 +20,16 @@ from ...runs.metrics import root_mean_square
 from ...runs.run_folder import Run, read_run
 
 LEVELS = (0.01, 0.02, 0.05)
-LIMIT_CYCLE = 5.0  # N.m, RMS of the sum of |torque|: PHYSICS section 6, what a loop beyond its margin does
-GROWTH = 2.0  # of the torque from the third quarter of a run to the fourth: it has not settled
+LIMIT_CYCLE = 5.0  # N.m, RMS of the sum of |torque|: PHYSICS section 6, a loop beyond its margin reaches more
+GROWTH = 2.0  # of the torque from the third quarter of a run to the fourth: beyond it the loop has not settled
 RESULT = "robustness.json"
+KINDS = ("all higher", "all lower", "random")
 _STREAM = 5  # of the draws, apart from those of plant and sensors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """One run. The last quarter is judged, against the third."""
+    """What one run shows in its last quarter, and its growth from the third."""
 
     configuration: str
     kind: str  # nominal, all higher, all lower, or random
@@ -55,7 +56,7 @@ def frequency_errors(kind: str, level: float, seed: int, modes: int) -> Array:
 
 
 def check_plan(levels: Sequence[float], stop: float) -> None:
-    """Raise InputError for levels or a stop time that cannot be flown."""
+    """Raise InputError for levels or a stop time that cannot be simulated."""
     for level in levels:
         if not 0.0 < level < 0.5:
             raise InputError(f"--levels {100 * level:g}: must be a percentage from 0 to 50, zero excluded")
@@ -74,11 +75,11 @@ def run_robustness(
     modes: int,
     processes: int | None = None,
 ) -> list[Outcome]:
-    """Fly every level with every seed, in parallel; leave the runs and robustness.json in `folder`.
+    """Simulate every level with every seed, in parallel; write the runs and robustness.json to `folder`.
 
     Parameters
     ----------
-    levels : relative errors, such as 0.05; each is flown three ways, with all modes higher, lower, and at random
+    levels : relative errors, such as 0.05; each is simulated with all modes higher, with all lower, and at random
     modes : of the plant
     """
     check_plan(levels, stop)
@@ -97,17 +98,22 @@ def run_robustness(
                     metrics=False,
                 )
     run_jobs(list(plan.values()), processes)
-    outcomes = [judge(read_run(job.folder), kind, level) for (_, kind, level, _), job in plan.items()]
+    outcomes = [
+        judge(read_run(job.folder), read_signals(job.folder), kind, level) for (_, kind, level, _), job in plan.items()
+    ]
     write_json(folder / RESULT, [asdict(outcome) for outcome in outcomes])
     return outcomes
 
 
-KINDS = ("all higher", "all lower", "random")
+def judge(run: Run, signals: Signals, kind: str, level: float) -> Outcome:
+    """Judge a run: stable if the torque at its end is below a limit cycle's and no longer grows.
 
-
-def judge(run: Run, kind: str, level: float) -> Outcome:
-    """Judge a run: stable if the torque neither limit-cycles nor still grows at its end."""
-    signals = read_signals(run.folder)
+    Parameters
+    ----------
+    run : that made the signals
+    signals : of it
+    kind, level : error of the modal frequencies
+    """
     quarter = len(signals.time) // 4
     third, fourth = slice(2 * quarter, 3 * quarter), slice(3 * quarter, None)
     torque = histories.torque_norm(signals)

@@ -102,6 +102,31 @@ def test_exact_margins_of_a_sampled_integrator():
     assert found.radius == pytest.approx(loop.radius()) == pytest.approx(1.0 - gain)
 
 
+def test_exact_margins_of_an_unstable_plant_have_a_lower_gain_margin():
+    # x+ = p x + u, fed back by k: the pole p - f k lies in the circle for f from (p - 1) / k to (p + 1) / k
+    pole, gain = 1.2, 0.5
+    found = stability_margins(lambda delay: late_input(pole, gain, delay))
+    assert found.gain_down == pytest.approx((pole - 1.0) / gain, rel=1e-5)
+    assert found.gain_up == pytest.approx((pole + 1.0) / gain, rel=1e-5)
+
+
+def late_input(pole, gain, delay):
+    """Return x+ = pole x + (1 - m) u + m (u of the step before), m = delay / PERIOD, fed back by `gain`."""
+    part = delay / PERIOD
+    phase = Phase(a=np.array([[pole, part], [0.0, 0.0]]), c=np.array([[gain, 0.0]]))
+    return PeriodicLoop(first=phase, rest=phase, b=np.array([[1.0 - part], [1.0]]), steps=1, period=PERIOD)
+
+
+def test_lower_gain_margin_of_a_conditionally_stable_loop():
+    # k (s + 1)^2 / s^3 crosses the negative axis at 1 rad/s, where it is -2 k: it becomes unstable below 1 / (2 k)
+    frequency, factor = np.geomspace(0.01, 3.0, 2000), 2.0
+    s = 2j * np.pi * frequency
+    found = loop_margins(frequency, factor * (s + 1.0) ** 2 / s**3)
+    assert found.gain_down == pytest.approx(1.0 / (2.0 * factor), rel=1e-4)  # interpolation between the lines
+    assert found.gain_down_at == pytest.approx(1.0 / (2.0 * np.pi), rel=1e-4)
+    assert found.gain_up == np.inf
+
+
 @pytest.mark.parametrize("rate", [12.0, 15.0, 19.0])
 def test_exact_delay_margin_of_a_sampled_integrator(rate):
     # z (z - 1) + k ((h - tau) z + tau) = 0: the product of its roots is k tau

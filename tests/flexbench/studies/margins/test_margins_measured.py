@@ -301,6 +301,13 @@ def test_the_tables_tell_margins_with_units_and_uncertainties(content):
     assert problem[1] == "only 0 of 9 lines are coherent"
 
 
+def test_table_lists_the_lower_gain_margin_before_the_upper_one(content):
+    content["analysis"]["margins"]["all wheels"] |= {"gain_down": 0.5, "gain_down_at": 0.2}
+    content["analysis"]["exact"]["gain_down"] = 0.5
+    assert margin_rows(content)[0][1] == "-6.02 dB at 0.2 Hz, +6.02 dB at 3 Hz"
+    assert exact_rows(content)[2] == ("gain down", "-6.02 dB")
+
+
 def test_the_report_shows_the_study_of_a_run(content, tmp_path):
     (tmp_path / FILE).write_text(json.dumps(content))
     run = Run(folder=tmp_path, configuration="centralised", as_published=False, slew=False, seed=1)
