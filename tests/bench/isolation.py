@@ -23,7 +23,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from lockstep.fmi.fmi2 import Fmi2Slave
+from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import DTYPES, SCALARS, Slave
 from lockstep.processes.remote_slave import RemoteSlave
@@ -91,7 +91,7 @@ def in_turn(parts: list[Parts], period: float, first: int, count: int = BLOCK) -
 
 
 @contextmanager
-def opened(kind: type[Fmi2Slave] | type[RemoteSlave], components: Sequence[Component]) -> Iterator[list[Parts]]:
+def opened(kind: Callable[..., Slave], components: Sequence[Component]) -> Iterator[list[Parts]]:
     """Open components, all initialised; close them at the end."""
     slaves: list[Slave] = []
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as folder:
@@ -130,7 +130,7 @@ def main(steps: int) -> None:
         cases = [(c.name, [c], c.period / 1e9) for c in components] + [("all in turn", list(components), slowest)]
         for name, chosen, period in cases:
             ways: list[list[float]] = [[], []]
-            with opened(Fmi2Slave, chosen) as shared, opened(RemoteSlave, chosen) as isolated:
+            with opened(instantiate, chosen) as shared, opened(RemoteSlave, chosen) as isolated:
                 for first in range(0, steps, BLOCK):
                     for way, parts in zip(ways, (shared, isolated), strict=True):
                         way += in_turn(parts, period, first)

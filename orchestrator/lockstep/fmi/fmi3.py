@@ -1,6 +1,6 @@
 """Running instances of FMI 3.0 co-simulation FMUs, without event mode, early return and intermediate update."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from ctypes import addressof, byref, c_bool, c_double, c_void_p
 from pathlib import Path
 from typing import Any
@@ -10,56 +10,48 @@ from fmpy import fmi3
 from numpy.typing import NDArray
 
 from lockstep.fmi.fmi3_arrays import Arrays
-from lockstep.fmi.library import Library, not_instantiated
-from lockstep.fmi.log_callbacks import Log, Messages, take_message
-from lockstep.fmi.model_description import Description
+from lockstep.fmi.instance import Hooks, Instance
+from lockstep.fmi.library import UnpackedFmu
+from lockstep.fmi.log_callbacks import Messages, take_message
+from lockstep.fmi.model_description import Variable
 from lockstep.fmi.saved_state import restore_state, save_state
-from lockstep.fmi.slave import DISCARD, ERROR, FATAL, WARNING, Buffer, Scalar, returned
-from lockstep.system.component import Component, Value
+from lockstep.fmi.slave import DISCARD, ERROR, WARNING, Buffer, Scalar, returned
+from lockstep.system.component import Value
 
 _EVENT, _END, _EARLY = range(3)  # what a step may ask for or do, in the order of fmi3DoStep's arguments
 _SETS = "present.npz"
 
 
 class Fmi3Slave:
-    """One running instance. Implements `lockstep.fmi.slave.Slave` by direct calls into the library."""
+    """One running instance. Implements `lockstep.fmi.slave.Slave` by calls into the library."""
 
-    def __init__(self, component: Component, description: Description, folder: Path, log: Log) -> None:
-        self.name = component.name
-        self._status = 0
-        self._alive = self._stepping = False
-        self._span = (0.0, 0.0)
-        self._problem = ""  # what a step that returned OK did nevertheless
-        self._messages = Messages(component.name, log)
-        self._library = Library(component, description, folder, fmi3.FMU3Slave)
-        self._fmu, self._function = self._library.fmu, self._library.function
-        self._instantiate()
-        self._values = Arrays(self._function, self._fmu.component, description.variables.values())
+    def __init__(self, fmu: UnpackedFmu, variables: Iterable[Variable], hooks: Hooks) -> None:
+        self.name = fmu.name
+        self._span: tuple[float, float | None] = (0.0, 0.0)
+        self._problem = ""  # of a step that returned OK
+        self.instance = Instance(fmu, "fmi3", hooks, fmi3.FMU3Slave, self._instantiate)
+        self._values = Arrays(self.instance, variables)
         self.do_step: Callable[[float, float, int], int] = self._stepper()
 
-    def _instantiate(self) -> None:
-        environment = self._messages.environment
+    def _instantiate(self, loaded: Any, messages: Messages) -> int | None:
+        environment = messages.environment
 
         def message(_: int | None, status: int, category: bytes, text: bytes) -> None:
             take_message(environment, None, status, category, text)
 
-        try:
-            self._fmu.instantiate(loggingOn=True, logMessage=message)
-        except Exception:  # a bare Exception; the reason is what the FMU logged
-            self._library.free()
-            raise not_instantiated(self.name, self._messages.last()) from None
-        self._alive = True
+        loaded.instantiate(loggingOn=True, logMessage=message)
+        address: int | None = loaded.component
+        return address
 
     def _stepper(self) -> Callable[[float, float, int], int]:
-        kinds = (c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
-        function, instance = self._function("fmi3DoStep", *kinds), c_void_p(self._fmu.component)
+        function = self.instance.bind("DoStep")
         marks = bytearray(3)
         flags, reached = (c_bool * 3).from_buffer(marks), c_double()
-        places = [c_void_p(addressof(flags) + k) for k in range(3)]
+        addresses = [c_void_p(addressof(flags) + k) for k in range(3)]
         last = byref(reached)
 
         def do_step(time: float, step: float, no_set_state: int) -> int:
-            status = function(instance, time, step, no_set_state, *places, last)
+            status = function(time, step, no_set_state, *addresses, last)
             if any(marks) and status <= WARNING:
                 return self._asked_for(flags, reached.value)
             return status
@@ -88,43 +80,39 @@ class Fmi3Slave:
         """Set parameters and start values of one type by reference."""
         return self._values.set(values, scalar)
 
-    def setup_experiment(self, start: float, stop: float) -> int:
+    def setup_experiment(self, start: float, stop: float | None) -> int:
         """Keep the time span, which FMI 3.0 announces with initialization."""
         self._span = (start, stop)
         return 0
 
     def enter_initialization(self) -> int:
         """Call fmi3EnterInitializationMode, without a tolerance."""
-        kinds = (c_void_p, c_bool, c_double, c_double, c_bool, c_double)
-        function = self._function("fmi3EnterInitializationMode", *kinds)
-        return function(self._fmu.component, False, 0.0, self._span[0], True, self._span[1])
+        start, stop = self._span
+        return self.instance.call("EnterInitializationMode", False, 0.0, start, stop is not None, stop or 0.0)
 
     def exit_initialization(self) -> int:
         """Call fmi3ExitInitializationMode."""
-        status = self._call("fmi3ExitInitializationMode")
-        self._stepping = status < ERROR
+        status = self.instance.call("ExitInitializationMode")
+        self.instance.stepping = status < ERROR
         return status
-
-    def _call(self, name: str) -> int:
-        return self._function(name, c_void_p)(self._fmu.component)
 
     def save_state(self, folder: str) -> int:
         """Serialise the state into a folder, with what the arrays hold that can be set."""
         present = self._values.present.items()
         arrays = {str(handle): v.astype(str) if v.dtype == object else v for handle, v in present}
         np.savez(Path(folder, _SETS), allow_pickle=False, **arrays)
-        return save_state(self._function, "fmi3", self._fmu.component, folder)
+        return save_state(self.instance, folder)
 
     def restore_state(self, folder: str) -> int:
         """Set the state that a folder holds."""
         with np.load(Path(folder, _SETS), allow_pickle=False) as saved:
             for handle in saved.files:
                 self._values.present[int(handle)][:] = saved[handle]
-        return restore_state(self._function, "fmi3", self._fmu.component, folder)
+        return restore_state(self.instance, folder)
 
     def failed(self, status: int) -> None:
         """Note the status that ended the run."""
-        self._status = max(self._status, status)
+        self.instance.failed(status)
 
     def outcome(self, call: str, status: int) -> str:
         """Say what a call came to: its own failure, or what was found before or after it."""
@@ -134,22 +122,14 @@ class Fmi3Slave:
             return self._problem
         if call.endswith("FMUstate"):
             call = call.replace("FMUstate", "FMUState")  # as FMI 3.0 writes it
-        elif call.startswith(("Get", "Set")) and self._values.last.startswith(f"fmi3{call[:3]}"):
-            call = self._values.last.removeprefix("fmi3")
+        elif call.startswith(("Get", "Set")) and self._values.last.startswith(call[:3]):
+            call = self._values.last
         return returned("fmi3", call, status)
 
     def last_messages(self) -> str:
         """Return what the FMU logged last above fmi3OK."""
-        return self._messages.last()
+        return self.instance.messages.last()
 
     def close(self) -> None:
-        """Terminate unless the instance failed or never began, free it unless the failure was fatal, unload."""
-        if not self._alive:
-            return
-        self._alive = False
-        if self._status >= FATAL:
-            return  # no call is allowed any more; not even unloading is safe
-        if self._stepping and self._status < ERROR:
-            self._status = max(self._status, self._call("fmi3Terminate"))
-        if self._status < FATAL:
-            self._fmu.freeInstance()
+        """Terminate, free and unload, as far as FMI allows after what happened."""
+        self.instance.close()

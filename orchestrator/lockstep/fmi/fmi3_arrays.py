@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lockstep.fmi.instance import BoundCall, Instance
 from lockstep.fmi.model_description import Variable
 from lockstep.fmi.slave import DTYPES, ERROR, WARNING, Buffer, Scalar
 from lockstep.system.component import Value
@@ -30,7 +31,6 @@ _NATIVE: Mapping[str, type] = {
     "Boolean": np.bool_,
     "String": np.object_,
 }
-Call = Callable[[], int]
 Place = slice | NDArray[np.intp]
 
 
@@ -52,10 +52,8 @@ class _Part:
 class Arrays:
     """The values of one instance. `problem` says why a call failed here already, before the FMU was asked."""
 
-    def __init__(
-        self, function: Callable[..., Callable[..., int]], instance: int, variables: Iterable[Variable]
-    ) -> None:
-        self._function, self._instance = function, instance
+    def __init__(self, instance: Instance, variables: Iterable[Variable]) -> None:
+        self._instance = instance
         self._variables = {v.reference: v for v in variables if v.scalar is not None}
         self._sizes: dict[int, int] = {}
         for variable in self._variables.values():
@@ -75,12 +73,12 @@ class Arrays:
                 found.setdefault(variable.array, {})[variable.element] = variable
         return {handle: [members[k] for k in sorted(members)] for handle, members in found.items()}
 
-    def getter(self, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+    def getter(self, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return a call that fills the buffer with elements."""
         calls = [self._get(part, buffer) for part in self._parts(references)]
         return calls[0] if len(calls) == 1 else _in_turn(calls)
 
-    def setter(self, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+    def setter(self, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return a call that sets elements; the others of their arrays stay what they are."""
         calls = [self._set(part, references, buffer) for part in self._parts(references)]
         return calls[0] if len(calls) == 1 else _in_turn(calls)
@@ -109,7 +107,7 @@ class Arrays:
             parts.append(_Part(kind, _place(places), handles, spots, size))
         return parts
 
-    def _get(self, part: _Part, buffer: Buffer) -> Call:
+    def _get(self, part: _Part, buffer: Buffer) -> Callable[[], int]:
         function = self._bound("Get", part.kind, part.handles)
         places, elements = part.places, _place(part.elements.tolist())
         if part.kind == "String":
@@ -137,7 +135,7 @@ class Arrays:
 
         return get
 
-    def _set(self, part: _Part, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+    def _set(self, part: _Part, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         function = self._bound("Set", part.kind, part.handles)
         # one array for all of them, of which each keeps its piece: what one call sets, the next one sees
         values: NDArray[Any] = np.concatenate([self.present[handle] for handle in part.handles.tolist()])
@@ -189,25 +187,23 @@ class Arrays:
 
         return fit
 
-    def _text_sender(self, function: Callable[..., int], values: NDArray[Any]) -> Call:
+    def _text_sender(self, function: BoundCall, values: NDArray[Any]) -> Callable[[], int]:
         return lambda: function(byref((c_char_p * len(values))(*(str(text).encode() for text in values))), len(values))
 
-    def _with(self, function: Callable[..., int], values: NDArray[Any]) -> Call:
+    def _with(self, function: BoundCall, values: NDArray[Any]) -> Callable[[], int]:
         self._kept.append(values)
         address, count = c_void_p(values.ctypes.data), c_size_t(len(values))
         return lambda: function(address, count)
 
-    def _bound(self, verb: str, kind: str, handles: NDArray[np.uint32]) -> Callable[..., int]:
+    def _bound(self, verb: str, kind: str, handles: NDArray[np.uint32]) -> BoundCall:
         """Return fmi3Get<kind> or fmi3Set<kind> of these arrays, which then takes address and number of values."""
         self._kept.append(handles)
-        name = f"fmi3{verb}{kind}"
-        function = self._function(name, c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)
-        # instances of the ctypes are handed over as they are; Python integers would be converted at each call
-        instance, address = c_void_p(self._instance), c_void_p(handles.ctypes.data)
-        number = c_size_t(len(handles))
+        name = f"{verb}{kind}"
+        # instances of ctypes are passed as they are; Python integers would be converted at each call
+        function = self._instance.bind(name, c_void_p(handles.ctypes.data), c_size_t(len(handles)))
 
         def bound(values: object, count: object) -> int:
-            status = function(instance, address, number, values, count)
+            status = function(values, count)
             if status > WARNING:
                 self.last = name
             return status
@@ -236,7 +232,7 @@ def _place(indices: Sequence[int]) -> Place:
     return np.array(indices, np.intp)
 
 
-def _in_turn(calls: Sequence[Call]) -> Call:
+def _in_turn(calls: Sequence[Callable[[], int]]) -> Callable[[], int]:
     def all_of_them() -> int:
         worst = 0
         for call in calls:

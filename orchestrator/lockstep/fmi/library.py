@@ -1,53 +1,67 @@
-"""The library of an FMU: unpacked, loaded, and its functions as ctypes call them."""
+"""Unpack an FMU, load its library, and look up its functions."""
 
 import os
 from collections.abc import Callable
 from ctypes import c_int
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from lockstep.errors import RunError
-from lockstep.fmi.model_description import Description
 from lockstep.fmi.safe_zip import open_file, open_zip
 from lockstep.system.component import Component
 
 
-class Library:
-    """One loaded library. `fmu` is fmpy's object for it, which knows how to instantiate."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnpackedFmu:
+    """An FMU in a folder, and the names that loading and instantiating it take."""
 
-    def __init__(self, component: Component, description: Description, folder: Path, kind: Callable[..., Any]) -> None:
-        """Unpack the FMU into a folder and load it, or raise RunError."""
-        with (
-            open_file(component.source, component.archive, component.name) as stream,
-            open_zip(stream, f"{component.name}: {component.source}") as archive,
-        ):
-            archive.extractall(folder)
+    name: str  # of the instance
+    folder: Path
+    identifier: str  # names the library
+    guid: str
+    resources: str | None = None  # URI of its resources, for FMI 2.0; None: as RFC 3986 writes it
+
+
+def unpack_fmu(component: Component, folder: Path) -> None:
+    """Unpack the FMU of a component into a folder, or raise InputError."""
+    with (
+        open_file(component.source, component.archive, component.name) as stream,
+        open_zip(stream, f"{component.name}: {component.source}") as archive,
+    ):
+        archive.extractall(folder)
+
+
+class Library:
+    """One loaded library. `fmu` is fmpy's object for it."""
+
+    def __init__(self, fmu: UnpackedFmu, kind: Callable[..., Any], require_functions: bool) -> None:
+        """Load it, or raise RunError; with `require_functions` also if a function of the standard is missing."""
+        self._name = fmu.name
         directory = Path.cwd()  # fmpy changes it while loading, and does not change it back on failure
         try:
             self.fmu = kind(
-                guid=description.guid,
-                modelIdentifier=description.identifier,
-                unzipDirectory=str(folder),
-                instanceName=component.name,
+                guid=fmu.guid,
+                modelIdentifier=fmu.identifier,
+                unzipDirectory=str(fmu.folder),
+                instanceName=fmu.name,
+                requireFunctions=require_functions,
             )
         except Exception as error:  # fmpy raises bare Exception, ctypes AttributeError for a missing function
-            raise RunError(f"{component.name}: cannot load the FMU: {' '.join(str(error).split())}") from None
+            raise RunError(f"{fmu.name}: cannot load the FMU: {' '.join(str(error).split())}") from None
         finally:
             os.chdir(directory)
 
-    def function(self, name: str, *argument_types: type) -> Callable[..., int]:
-        """Return a function that returns a status."""
-        # indexing makes a function object of our own: fmpy's keeps its argument types, which copy buffers
-        function = self.fmu.dll[name]
-        function.argtypes, function.restype = argument_types, c_int
+    def function(self, name: str, *argument_types: type, returns: type = c_int) -> Callable[..., Any]:
+        """Return a function, which returns a status unless another type is given; raise RunError if there is none."""
+        try:
+            # indexing makes a new function object: fmpy's keeps its argument types, which copy buffers
+            function = self.fmu.dll[name]
+        except AttributeError:
+            raise RunError(f"{self._name}: the library does not export {name}") from None
+        function.argtypes, function.restype = argument_types, returns
         return function  # type: ignore[no-any-return]
 
     def free(self) -> None:
         """Unload it."""
         self.fmu.freeLibrary()
-
-
-def not_instantiated(name: str, said: str) -> RunError:
-    """Return the error of an instance that was refused, with what it logged."""
-    reason = said or "it logged no reason (a GUID mismatch is one)"
-    return RunError(f"{name}: cannot be instantiated: {reason}")

@@ -2,53 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from ctypes import byref, c_size_t, c_void_p, create_string_buffer
 from pathlib import Path
 
+from lockstep.fmi.instance import Instance
 from lockstep.fmi.slave import ERROR, WARNING
 
 _FILE = "fmu"
-_NAMES = {  # get, size, serialise, deserialise, set, free
-    "fmi2": ("GetFMUstate", "SerializedFMUstateSize", "SerializeFMUstate", "DeSerializeFMUstate", "SetFMUstate",
-             "FreeFMUstate"),
-    "fmi3": ("GetFMUState", "SerializedFMUStateSize", "SerializeFMUState", "DeserializeFMUState", "SetFMUState",
-             "FreeFMUState"),
-}  # fmt: skip
-
-Function = Callable[..., Callable[..., int]]  # a function of the library, by its name and the types of its arguments
 
 
-def save_state(function: Function, prefix: str, instance: int, folder: str) -> int:
+def spelled(instance: Instance) -> tuple[str, str]:
+    """Return how a version of FMI spells the state and its restoring: FMI 3.0 writes FMUState, 2.0 FMUstate."""
+    return ("FMUState", "Deserialize") if instance.prefix == "fmi3" else ("FMUstate", "DeSerialize")
+
+
+def serialise_state(instance: Instance, state: c_void_p) -> tuple[int, bytes]:
+    """Return a state that the FMU holds as bytes, and the worst status; without bytes if that is above WARNING."""
+    name, _ = spelled(instance)
+    size = c_size_t()
+    status = instance.call(f"Serialized{name}Size", state, byref(size))
+    if status > WARNING:
+        return status, b""
+    buffer = create_string_buffer(max(1, size.value))
+    status = max(status, instance.call(f"Serialize{name}", state, buffer, size))
+    return status, buffer.raw[: size.value] if status <= WARNING else b""
+
+
+def deserialise_state(instance: Instance, content: bytes) -> tuple[int, c_void_p]:
+    """Have the FMU make a state of bytes; return the status and the state, which has to be freed."""
+    name, deserialise = spelled(instance)
+    buffer, state = create_string_buffer(content, max(1, len(content))), c_void_p()
+    status = instance.call(f"{deserialise}{name}", buffer, c_size_t(len(content)), byref(state))
+    return status, state
+
+
+def save_state(instance: Instance, folder: str) -> int:
     """Serialise the instance's state into a folder; return the worst status."""
-    get, measure, serialise, _, _, free = (f"{prefix}{name}" for name in _NAMES[prefix])
-    state, size = c_void_p(), c_size_t()
-    status = function(get, c_void_p, c_void_p)(instance, byref(state))
+    name, _ = spelled(instance)
+    state = c_void_p()
+    status = instance.call(f"Get{name}", byref(state))
     if status > WARNING:
         return status
-    status = max(status, function(measure, c_void_p, c_void_p, c_void_p)(instance, state, byref(size)))
+    serialised, content = serialise_state(instance, state)
+    status = max(status, serialised)
     if status <= WARNING:
-        buffer = create_string_buffer(max(1, size.value))
-        call = function(serialise, c_void_p, c_void_p, c_void_p, c_size_t)
-        status = max(status, call(instance, state, buffer, size))
-        if status <= WARNING:
-            Path(folder, _FILE).write_bytes(buffer.raw[: size.value])
+        Path(folder, _FILE).write_bytes(content)
     if status <= ERROR:
-        status = max(status, function(free, c_void_p, c_void_p)(instance, byref(state)))
+        status = max(status, instance.call(f"Free{name}", byref(state)))
     return status
 
 
-def restore_state(function: Function, prefix: str, instance: int, folder: str) -> int:
+def restore_state(instance: Instance, folder: str) -> int:
     """Put the instance into the state that a folder holds; return the worst status."""
-    _, _, _, deserialise, put, free = (f"{prefix}{name}" for name in _NAMES[prefix])
-    content = Path(folder, _FILE).read_bytes()
-    buffer = create_string_buffer(content, max(1, len(content)))
-    state = c_void_p()
-    call = function(deserialise, c_void_p, c_void_p, c_size_t, c_void_p)
-    status = call(instance, buffer, c_size_t(len(content)), byref(state))
+    name, _ = spelled(instance)
+    status, state = deserialise_state(instance, Path(folder, _FILE).read_bytes())
     if status > WARNING:
         return status
-    status = max(status, function(put, c_void_p, c_void_p)(instance, state))
+    status = max(status, instance.call(f"Set{name}", state))
     if status <= ERROR:
-        status = max(status, function(free, c_void_p, c_void_p)(instance, byref(state)))
+        status = max(status, instance.call(f"Free{name}", byref(state)))
     return status

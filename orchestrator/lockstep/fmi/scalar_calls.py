@@ -2,27 +2,26 @@
 
 from collections.abc import Callable, Mapping
 from ctypes import byref, c_char_p, c_size_t, c_void_p
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lockstep.fmi.instance import BoundCall, Instance
 from lockstep.fmi.slave import DTYPES, WARNING, Buffer, Scalar
 from lockstep.system.component import Value
 
-Call = Callable[[], int]
-
 
 class Scalars:
-    """The values of one instance. `prefix` is how the names of its functions begin: `fmi2`."""
+    """The values of one instance of FMI 1.0 or 2.0."""
 
-    def __init__(self, function: Callable[..., Callable[..., int]], prefix: str, instance: int) -> None:
-        self._function, self._prefix, self._instance = function, prefix, instance
+    def __init__(self, instance: Instance) -> None:
+        self._instance = instance
+        self._letters = instance.prefix == "fmi"  # FMI 1.0 has its Booleans in one byte each
         self._kept: list[object] = []  # what the library holds addresses of
 
-    def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+    def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return the call that gets values of one type by reference."""
-        name = f"{self._prefix}Get{scalar}"
+        name = f"Get{scalar}"
         call = self._bound(name, references)
         if scalar == "String":
             texts = (c_char_p * len(references))()
@@ -34,7 +33,7 @@ class Scalars:
                 return status
 
             return get
-        if scalar == "Boolean" and self._prefix != "fmi2":  # FMI 1.0 has them in one byte each
+        if scalar == "Boolean" and self._letters:
             letters = np.zeros(len(references), np.uint8)
 
             def get_letters() -> int:
@@ -43,34 +42,32 @@ class Scalars:
                 return status
 
             return get_letters
-        return self._direct(name, references, buffer)
+        return self._in_place(name, references, buffer)
 
-    def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Call:
+    def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return the call that sets values of one type by reference."""
-        name = f"{self._prefix}Set{scalar}"
+        name = f"Set{scalar}"
         call = self._bound(name, references)
         if scalar == "String":
             return lambda: call(byref((c_char_p * len(references))(*(str(text).encode() for text in buffer))))
-        if scalar == "Boolean" and self._prefix != "fmi2":
+        if scalar == "Boolean" and self._letters:
             return lambda: call((buffer != 0).astype(np.uint8).ctypes.data)
-        return self._direct(name, references, buffer)
+        return self._in_place(name, references, buffer)
 
     def set(self, values: Mapping[int, Value], scalar: Scalar) -> int:
         """Set values of one type by reference, once."""
         buffer: Buffer = np.array(list(values.values()), DTYPES[scalar])
         return self.setter(scalar, np.fromiter(values, np.uint32), buffer)()
 
-    def _direct(self, name: str, references: NDArray[np.uint32], buffer: Buffer) -> Call:
-        """Bind the buffer too: the library reads and writes it where it is."""
+    def _in_place(self, name: str, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
+        """Bind the buffer too: the library reads and writes its memory."""
         if not (buffer.flags.c_contiguous and len(references) == len(buffer)):
-            raise ValueError(f"{name} needs a contiguous buffer of {len(references)} values")
+            raise ValueError(f"{self._instance.prefix}{name} needs a contiguous buffer of {len(references)} values")
         self._kept.append(buffer)
         return self._bound(name, references, c_void_p(buffer.ctypes.data))
 
-    def _bound(self, name: str, references: NDArray[np.uint32], *more: object) -> Callable[..., int]:
+    def _bound(self, name: str, references: NDArray[np.uint32], *more: object) -> BoundCall:
         references = np.ascontiguousarray(references)
         self._kept.append(references)
-        function = self._function(name, c_void_p, c_void_p, c_size_t, c_void_p)
-        # instances of the ctypes are handed over as they are; Python integers would be converted at each call
-        address, count = c_void_p(references.ctypes.data), c_size_t(len(references))
-        return partial(function, c_void_p(self._instance), address, count, *more)
+        # instances of ctypes are passed as they are; Python integers would be converted at each call
+        return self._instance.bind(name, c_void_p(references.ctypes.data), c_size_t(len(references)), *more)

@@ -1,0 +1,104 @@
+"""One instance of an FMU of any version: its calls by name, the worst status so far, and its end."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from ctypes import c_void_p
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from lockstep.errors import RunError
+from lockstep.fmi.library import Library, UnpackedFmu
+from lockstep.fmi.log_callbacks import Listener, Log, Messages
+from lockstep.fmi.signatures import ENDINGS, SIGNATURES
+from lockstep.fmi.slave import ERROR, FATAL, OK
+
+BoundCall = Callable[..., int]  # an FMI function with its instance, and perhaps more arguments, filled in
+Instantiate = Callable[[Any, Messages], int | None]  # fmpy's object and the log; returns the instance's address
+
+
+def ignore_call(_: str) -> None:
+    """Do nothing at a call."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hooks:
+    """What an instance reports to. `call` gets the name of each call that begins, and "" when it has returned.
+
+    Calls that are bound once and made at every step are not reported: setters, getters and DoStep.
+    """
+
+    log: Log  # of messages above OK
+    message: Listener | None = None  # of every message
+    call: Callable[[str], None] = ignore_call
+    require_functions: bool = True  # whether every function of the standard has to be in the library
+
+
+class Instance:
+    """One instance. `call` makes a call by the name that FMI gives it, without the prefix."""
+
+    def __init__(
+        self, fmu: UnpackedFmu, prefix: str, hooks: Hooks, kind: Callable[..., Any], instantiate: Instantiate
+    ) -> None:
+        """Load the library and instantiate the FMU, or raise RunError."""
+        self.prefix, self.worst, self.stepping = prefix, OK, False
+        self.messages = Messages(fmu.name, hooks.log, hooks.message)
+        self._hooks = hooks
+        hooks.call("loading the library")
+        self.library = Library(fmu, kind, hooks.require_functions)
+        # the functions of FMI 1.0 carry the name of their FMU
+        self._begin = f"{fmu.identifier}_{prefix}" if prefix == "fmi" else prefix
+        hooks.call(f"{prefix}Instantiate{'Slave' if prefix == 'fmi' else ''}")
+        handle, lacking = None, ""
+        try:
+            handle = instantiate(self.library.fmu, self.messages)
+        except AttributeError as error:
+            lacking = str(error)  # a function that the library does not export
+        except Exception:  # a bare one of fmpy, for no instance; the reason is what the FMU logged
+            pass
+        hooks.call("")
+        self._alive = bool(handle)
+        if not handle:
+            with suppress(OSError):
+                self.library.free()
+            reason = lacking or self.messages.last() or "it logged no reason (a GUID mismatch is one)"
+            raise RunError(f"{fmu.name}: cannot be instantiated: {reason}")
+        self._handle = c_void_p(handle)
+
+    @property
+    def alive(self) -> bool:
+        """Whether it has not been ended."""
+        return self._alive
+
+    def bind(self, name: str, *arguments: object) -> BoundCall:
+        """Return a function with the instance, and the first arguments behind it, filled in."""
+        function = self.library.function(f"{self._begin}{name}", c_void_p, *SIGNATURES[self.prefix][name])
+        return partial(function, self._handle, *arguments)
+
+    def call(self, name: str, *arguments: object) -> int:
+        """Call a function and return its status."""
+        function = self.bind(name)
+        self._hooks.call(f"{self.prefix}{name}")
+        status = function(*arguments)
+        self._hooks.call("")
+        return status
+
+    def failed(self, status: int) -> None:
+        """Note a status; after FATAL the FMU is not called any more."""
+        self.worst = max(self.worst, status)
+
+    def close(self) -> None:
+        """Terminate unless the instance failed or never began, free it unless the failure was fatal, unload."""
+        if not self._alive:
+            return
+        self._alive = False
+        if self.worst >= FATAL:
+            return  # no call is allowed any more; not even unloading is safe
+        terminate, free = ENDINGS[self.prefix]
+        if self.stepping and self.worst < ERROR:
+            self.failed(self.call(terminate))
+        if self.worst < FATAL:
+            self.call(free)  # returns nothing; what ctypes makes of that is not looked at
+            self._hooks.call("unloading the library")
+            self.library.free()
+            self._hooks.call("")
