@@ -1,10 +1,9 @@
 """What can go wrong, as two exception classes, and how names are printed in messages."""
 
 import difflib
-import re
 from collections.abc import Iterable
 
-_INDEXED = re.compile(r"(.*)\[(\d+)\]")
+from lockstep.array_names import split_element, stem
 
 
 class InputError(ValueError):
@@ -19,11 +18,11 @@ def compact(names: Iterable[str], limit: int = 12) -> str:
     """Print names with their array elements folded: `rate[1..3], energy`."""
     runs: list[tuple[str, int, int] | str] = []
     for name in names:
-        match = _INDEXED.fullmatch(name)
-        if match is None:
+        base, indices = split_element(name)
+        if len(indices) != 1:
             runs.append(name)
             continue
-        base, index = match[1], int(match[2])
+        index = indices[0]
         last = runs[-1] if runs else None
         if isinstance(last, tuple) and last[0] == base and last[2] == index - 1:
             runs[-1] = (base, last[1], index)
@@ -37,9 +36,9 @@ def compact(names: Iterable[str], limit: int = 12) -> str:
 
 def suggestion(name: str, names: Iterable[str]) -> str:
     """Return `; did you mean ...?` with the nearest name, or nothing when none is near."""
-    base = name.partition("[")[0]
+    array = stem(name)
     # elements of one array differ in their index only: compare those first, or the hint is a far name
-    candidates = [other for other in names if other.partition("[")[0] != base]
+    candidates = [other for other in names if stem(other) != array]
     near = difflib.get_close_matches(name, candidates, n=1, cutoff=0.7)
     return f"; did you mean {near[0]}?" if near else ""
 
@@ -47,8 +46,8 @@ def suggestion(name: str, names: Iterable[str]) -> str:
 def siblings(name: str, names: Iterable[str]) -> list[str]:
     """Return the elements of the array that `name` belongs to, or every name when there are none."""
     every = list(names)
-    base = name.partition("[")[0]
-    same = [other for other in every if other.partition("[")[0] == base]
+    array = stem(name)
+    same = [other for other in every if stem(other) == array]
     return same or every
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from flexsat.closed_loop import ClosedLoop
 from flexsat.design.chain import build_designs
 from flexsat.parameters import ConfigurationName
 from lockstep import load_system, read_signals, simulate
+from lockstep.array_names import array_of
 from lockstep.cli.progress import show_progress
 
 from .scenarios import ScenarioName, scalar_overrides, scenario_parameters
@@ -67,7 +67,7 @@ def compare(
             overwrite=True,
         )
     signals = read_signals(folder)
-    ports = list(dict.fromkeys(re.sub(r"\[\d+\]$", "", column) for column in signals.columns))
+    ports = list(dict.fromkeys(map(array_of, signals.columns)))
     expected = ClosedLoop(build_designs(name), parameters).run(duration, ports)
     if not np.array_equal(expected.time, signals.time):
         return [Difference(port="time", scalars=1, relative=float("inf"))]

@@ -12,7 +12,7 @@ from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName, configuration
 from flexsat.spacecraft.assembly import Points, build_spacecraft
 from lockstep import Signals
-from lockstep.results.read import elements_of
+from lockstep.array_names import elements_of
 
 ERRORS = (histories.ATTITUDE, histories.ATTITUDE_REFERENCE)
 RATES = ("plant.rate", "controller.reference.rate")

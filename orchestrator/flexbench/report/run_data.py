@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from flexbench.loop.scenarios import slew_end
-from flexbench.runs.dataset import grouped
 from flexsat.arrays import Array
 from lockstep import InputError, Signals
+from lockstep.array_names import by_array
 
 from .derived_histories import DerivedHistory, derived_histories
 from .history_data import History, histories_within
@@ -116,13 +116,13 @@ def _sorted(derived: list[DerivedHistory], signals: Signals) -> tuple[list[Histo
                 logarithmic=_spans_decades(one.values),
             )
             (first if len(one.elements) <= 3 else rest).append(history)
-    for group, elements in grouped(signals.columns).items():
-        for index, name in sorted(elements.items()) or [(0, group)]:
+    for group, elements in by_array(signals.columns).items():
+        for index, name in elements.items() or [((), group)]:
             rest.append(
                 History(
                     name=name,
                     group=group,
-                    element=str(index) if elements else "",
+                    element=",".join(map(str, index)),
                     unit=signals.units[name],
                     description=signals.descriptions[name],
                     values=signals.columns[name],

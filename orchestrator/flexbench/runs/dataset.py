@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -13,15 +12,15 @@ import numpy as np
 import xarray as xr
 
 from lockstep import InputError, read_signals
+from lockstep.array_names import Index, by_array, grid_axes
 
-INDEXED = re.compile(r"(.+)\[(\d+)\]")
 AXES = (1, 2, 3)  # indices of a vector in body axes
 # words in a name that say what its elements are, before all rules
 DIMENSIONS = {"wheel": "wheel", "modal": "mode", "torque": "wheel"}
 
 
 def load_dataset(folder: Path | str, signals: Sequence[str] | None = None) -> xr.Dataset:
-    """Return a run's signals, each array `component.variable[1..n]` as one variable (time, n).
+    """Return a run's signals, each array `component.variable[1..n]` as one variable (time, n), a matrix with two more.
 
     Parameters
     ----------
@@ -45,21 +44,38 @@ def load_dataset(folder: Path | str, signals: Sequence[str] | None = None) -> xr
     time = ("time", recorded.time, {"units": "s", "description": "time at which the row is true"})
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {"time": time}
-    for name, elements in grouped(recorded.columns).items():
-        first = elements[min(elements)] if elements else name
+    for name, elements in by_array(recorded.columns).items():
+        first = next(iter(elements.values()), name)
         about = {"units": recorded.units[first], "description": recorded.descriptions[first]}
         if not elements:
             variables[name] = ("time", recorded.columns[name], about)
             continue
-        indices = tuple(sorted(elements))
-        dimension = dimension_of(name, indices)
-        known = coordinates.setdefault(dimension, (dimension, np.array(indices)))
-        if tuple(known[1]) != indices:  # recorded in parts: an index of its own
-            dimension = f"{name} element"
-            coordinates[dimension] = (dimension, np.array(indices))
-        values = np.column_stack([recorded.columns[elements[index]] for index in indices])
-        variables[name] = (("time", dimension), values, about)
+        dimensions = _dimensions(name, elements, coordinates)
+        values = np.column_stack([recorded.columns[element] for element in elements.values()])
+        sizes = [len(coordinates[dimension][1]) for dimension in dimensions]
+        variables[name] = (("time", *dimensions), values.reshape(len(values), *sizes), about)
     return xr.Dataset(variables, coordinates, run_attributes(manifest, text))
+
+
+def _dimensions(name: str, elements: Iterable[Index], coordinates: dict[str, Any]) -> list[str]:
+    """Return the names of an array's dimensions, and enter their indices among the coordinates."""
+    indices = list(elements)
+    axes = grid_axes(indices)
+    if axes is None:  # a part of a matrix
+        dimension = f"{name} element"
+        coordinates[dimension] = (dimension, np.array([",".join(map(str, index)) for index in indices]))
+        return [dimension]
+    if len(axes) == 1:
+        names = [dimension_of(name, axes[0])]
+        known = coordinates.get(names[0])
+        if known is not None and tuple(known[1]) != axes[0]:  # recorded in parts: an index of its own
+            names = [f"{name} element"]
+    else:
+        words = ("row", "column") if len(axes) == 2 else [f"index {number}" for number in range(1, len(axes) + 1)]
+        names = [f"{name} {word}" for word in words]
+    for dimension, values in zip(names, axes, strict=True):
+        coordinates.setdefault(dimension, (dimension, np.array(values)))
+    return names
 
 
 def read_manifest(folder: Path) -> tuple[Mapping[str, Any], str]:
@@ -72,18 +88,6 @@ def read_manifest(folder: Path) -> tuple[Mapping[str, Any], str]:
         return tomllib.loads(text), text
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: is no TOML ({error}); run again, or restore the file") from None
-
-
-def grouped(names: Iterable[str]) -> dict[str, dict[int, str]]:
-    """Return arrays and scalars in their order: the name without index, and the element names by index."""
-    groups: dict[str, dict[int, str]] = {}
-    for name in names:
-        match = INDEXED.fullmatch(name)
-        if match is None:
-            groups[name] = {}
-        else:
-            groups.setdefault(match[1], {})[int(match[2])] = name
-    return groups
 
 
 def dimension_of(name: str, indices: Sequence[int]) -> str:

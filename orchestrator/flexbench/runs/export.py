@@ -5,17 +5,21 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import xarray as xr
+from numpy.typing import NDArray
 from pyarrow import csv, parquet
 from scipy.io import savemat
 
 from lockstep import InputError
 from lockstep.errors import compact, suggestion
 from lockstep.results.read import PARQUET, read_signals
+from lockstep.results.signal_patterns import matching
 
 from .dataset import load_dataset, read_manifest, run_attributes
 
@@ -65,9 +69,7 @@ def chosen_signals(folder: Path, patterns: Sequence[str]) -> list[str] | None:
     names = list(read_signals(folder).columns)
     chosen: set[str] = set()
     for pattern in patterns:
-        expression = "".join({"*": ".*", "?": "."}.get(letter, re.escape(letter)) for letter in pattern)
-        rule = re.compile(rf"{expression}(\[\d+\])*")
-        matched = [name for name in names if rule.fullmatch(name)]
+        matched = matching(pattern, names)
         if not matched:
             raise InputError(
                 f"--signals {pattern}: matches nothing; recorded are {compact(names)}{suggestion(pattern, names)}"
@@ -117,11 +119,17 @@ def _write_mat(folder: Path, names: list[str] | None, file: Path) -> None:
         "signals": _nested(dataset, lambda variable: variable.to_numpy()),
         "units": _nested(dataset, lambda variable: variable.attrs["units"]),
         "descriptions": _nested(dataset, lambda variable: variable.attrs["description"]),
-        "elements": _nested(dataset, lambda variable: variable[variable.dims[-1]].to_numpy(), arrays_only=True),
+        "elements": _nested(dataset, _indices, arrays_only=True),
         "run": {_field(str(key)): value for key, value in dataset.attrs.items()},
     }
     content = {name: value for name, value in content.items() if len(value)}  # not every reader takes empty structures
     savemat(file, content, long_field_names=True, do_compression=True, oned_as="column")
+
+
+def _indices(variable: xr.DataArray) -> NDArray[Any]:
+    """Return the index of each element, (n,); of a matrix, (n, 2), in the order in which its rows are read."""
+    axes = [variable[dimension].to_numpy() for dimension in variable.dims[1:]]
+    return axes[0] if len(axes) == 1 else np.array(list(product(*axes)))
 
 
 def _nested(dataset: xr.Dataset, value: Callable[[xr.DataArray], Any], arrays_only: bool = False) -> dict[str, Any]:

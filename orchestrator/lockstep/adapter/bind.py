@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
 from lockstep.adapter.conversion import Conversion, convert, flag
+from lockstep.array_names import array_of, elements_of, range_names, split_element, split_range
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.parameter_values import parse_value
@@ -148,18 +148,18 @@ def _hold(entry: Entry, ours: Ports) -> Variable | None:
 def _expand_ours(text: str, ours: Ports, entry: Entry) -> list[str]:
     """Return the scalar names of a port, a whole array, or a range of one."""
     names = [v.name for v in ours.values() if v.causality == entry.direction]
-    ranged = re.fullmatch(r"(.*)\[(\d+)\.\.(\d+)\]", text)
-    if ranged:
-        found = [f"{ranged[1]}[{k}]" for k in range(int(ranged[2]), int(ranged[3]) + 1)]
+    ranged = split_range(text)
+    if ranged is not None:
+        found = range_names(*ranged)
     elif text in ours:
         found = [text]
     else:
-        found = [name for name in names if re.fullmatch(re.escape(text) + r"\[\d+\]", name)]
+        found = elements_of(text, names)
     lacking = [name for name in found if name not in names]
     if lacking or not found:
         there = compact(siblings(text, names))
         raise InputError(f"{entry.place}: ours = {text!r}: no such {entry.direction}; there are {there}"
-                         f"{suggestion(text, sorted({n.partition('[')[0] for n in names}))}")  # fmt: skip
+                         f"{suggestion(text, sorted({array_of(n) for n in names}))}")  # fmt: skip
     return found
 
 
@@ -167,6 +167,10 @@ def _expand_theirs(entry: Entry, count: int, theirs: Ports) -> list[str]:
     if len(entry.theirs) > 1 or "*" not in entry.theirs[0]:
         return list(entry.theirs)
     pattern = entry.theirs[0]
+    if pattern.endswith("[*]"):
+        grid = elements_of(pattern.removesuffix("[*]"), theirs)
+        if grid and len(split_element(grid[0])[1]) > 1:
+            return grid
     names = [pattern.replace("*", str(entry.index_base + k)) for k in range(count)]
     more = pattern.replace("*", str(entry.index_base + count))
     if more in theirs and names[-1] in theirs:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockstep.adapter.bind import Ports
+from lockstep.array_names import array_of
 from lockstep.fmi.model_description import Variable, read_description
 from lockstep.system.component import Component
 from lockstep.system.unit_table import UNITS, gain_between
@@ -162,7 +163,7 @@ def _ports(ours: Ports, causality: str) -> list[tuple[str, list[Variable]]]:
     groups: dict[str, list[Variable]] = defaultdict(list)
     for variable in ours.values():
         if variable.causality == causality:
-            groups[variable.name.partition("[")[0]].append(variable)
+            groups[array_of(variable.name)].append(variable)
     return list(groups.items())
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from lockstep.adapter.bind import Binding, Bound, bind
 from lockstep.adapter.expressible import Inexpressible, Pair, pairs, quaternion_pairs
+from lockstep.array_names import array_of, range_names
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description, Variable, read_description
 from lockstep.fmi.parameter_values import component_parameters
@@ -110,7 +111,7 @@ class _Translation:
         """Translate everything."""
         binding, result = self.binding, self.result
         for key in self.sources:
-            if not any(_array(v.name) == key for b in binding.inputs if b.entry.attitude for v in b.ours):
+            if not any(array_of(v.name) == key for b in binding.inputs if b.entry.attitude for v in b.ours):
                 raise InputError(f"--source {key}: no attitude of ours in an [[input]] of {binding.adapter.path.name}")
         for bound in binding.inputs:
             self._input(bound)
@@ -139,7 +140,7 @@ class _Translation:
         }
 
     def _input(self, bound: Bound) -> None:
-        place, array = bound.entry.place, _array(bound.ours[0].name)
+        place, array = bound.entry.place, array_of(bound.ours[0].name)
         if bound.hold is not None:
             self.result.problems.append(
                 f"{place}: hold = {bound.hold.name!r}: SSP cannot hold a value; without it all values pass on"
@@ -175,7 +176,7 @@ class _Translation:
 
     def _from_source(self, bound: Bound, component: str, array: str) -> None:
         description = self._description(component)
-        outputs = [f"{array}[{k}]" for k in range(1, 5)]
+        outputs = range_names(array, 1, 4)
         lacking = [name for name in outputs if name not in description.names("output")]
         if lacking:
             raise InputError(description.lacks(component, lacking[0], "output"))
@@ -184,7 +185,7 @@ class _Translation:
             raise InputError(f"{self.name}.{bound.ours[0].name}: nothing is connected that --source could stand for")
         if before.from_component != component:
             raise InputError(
-                f"--source {_array(bound.ours[0].name)}={component}.{array}: it comes from {before.from_component}; "
+                f"--source {array_of(bound.ours[0].name)}={component}.{array}: it comes from {before.from_component}; "
                 "only another output of that component has the same delay"
             )
         self._declare(component, [description.variables[name] for name in outputs])
@@ -306,7 +307,3 @@ def _linear(
     except ValueError:
         silent = False
     return replace(connection, factor=factor, offset=offset, table=None, via=(), convert_units=silent)
-
-
-def _array(name: str) -> str:
-    return name.partition("[")[0]

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from lockstep.array_names import array_of, range_names, split_range
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.faults.scenario import Fault
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.slave import Scalar
 from lockstep.results.signal_patterns import matching
 from lockstep.system.system import Connection, System
-
-_RANGE = re.compile(r"(.*)\[(\d+)\.\.(\d+)\]")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +116,7 @@ def _matched(pattern: str, names: Sequence[str], what: str, kind: str) -> list[s
     for each in _expanded(pattern, what):
         matched = matching(each, names)
         if not matched:
-            stems = sorted({name.partition("[")[0] for name in names})
+            stems = sorted({array_of(name) for name in names})
             raise InputError(f"{what}: {each}: no such {kind}; there are {compact(siblings(each, names))}"
                              f"{suggestion(each, stems)}")  # fmt: skip
         found.update(dict.fromkeys(matched))
@@ -127,10 +125,10 @@ def _matched(pattern: str, names: Sequence[str], what: str, kind: str) -> list[s
 
 def _expanded(pattern: str, what: str) -> list[str]:
     """Return a range such as x[1..3] as x[1], x[2], x[3]."""
-    match = _RANGE.fullmatch(pattern)
-    if match is None:
+    found = split_range(pattern)
+    if found is None:
         return [pattern]
-    first, last = int(match[2]), int(match[3])
+    _, first, last = found
     if first > last:
         raise InputError(f"{what}: the range [{first}..{last}] is empty; its first number is the smaller one")
-    return [f"{match[1]}[{k}]" for k in range(first, last + 1)]
+    return range_names(*found)

@@ -11,6 +11,7 @@ from typing import Any
 import fmpy
 from fmpy.model_description import read_model_description
 
+from lockstep.array_names import element_name
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmi.safe_zip import open_file, open_zip
 from lockstep.fmi.slave import Scalar
@@ -210,7 +211,7 @@ def _elements(variables: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
         starts = [variable.start] if kind == "String" or variable.start is None else variable.start.split()
         for place, index in enumerate(product(*(range(1, size + 1) for size in variable.shape))):
             yield Variable(
-                name=variable.name + (f"[{','.join(map(str, index))}]" if index else ""),
+                name=element_name(variable.name, index),
                 reference=reference,
                 type=kind,
                 native=variable.type,

@@ -1,9 +1,9 @@
 """Resolve overrides, as `--set` gives them, to variables of FMUs and values in their units."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from lockstep.array_names import elements_of
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.parameter_values import parse_value, settable
@@ -22,7 +22,8 @@ def resolve_overrides(
     The key is `component.variable`, or the name of a connector of the whole system that nothing feeds; its value is
     in the connector's unit. Raises InputError.
     """
-    chosen = [one for one in system.inputs if one.name == key or re.fullmatch(re.escape(key) + r"\[\d+\]", one.name)]
+    inputs = {one.name: one for one in system.inputs}
+    chosen = [inputs[name] for name in ([key] if key in inputs else elements_of(key, inputs))]
     if not chosen:
         name, variables, values = resolve_override(key, value, system, descriptions)
         parsed = ((v, parse_value(item, v, f"{name}.{v.name}")) for v, item in zip(variables, values, strict=True))
@@ -52,14 +53,16 @@ def unfed(component: str, names: Sequence[str], system: System) -> str:
 def resolve_override(
     key: str, value: Override, system: System, descriptions: Mapping[str, Description]
 ) -> tuple[str, list[Variable], list[Value]]:
-    """Resolve an override; the name of an array takes a sequence, its values separated by commas, or one for all."""
+    """Resolve an override; the name of an array takes one value for all, or one for each element.
+
+    The values are a sequence, or a text with commas, in the order of the indices, the last one running fastest."""
     component, dot, name = key.partition(".")
     if not dot:
         inputs = [one.name for one in system.inputs]
         more = f"; inputs of the system are {compact(inputs)}{suggestion(key, inputs)}" if inputs else ""
         raise InputError(f"{key}: write component.parameter, for example {system.components[0].name}.{key}{more}")
     description = descriptions[system.component(component).name]
-    elements = [v for v in description.variables if re.fullmatch(re.escape(name) + r"\[\d+(,\d+)*\]", v)]
+    elements = elements_of(name, description.variables)
     single = name in description.variables or not elements
     if single:
         elements = [name]

@@ -3,6 +3,7 @@
 from collections import Counter
 from dataclasses import dataclass
 
+from lockstep.array_names import array_of
 from lockstep.plan.schedule import Task, build_schedule
 from lockstep.system.clock import seconds_text
 from lockstep.system.system import System
@@ -65,7 +66,7 @@ def routes(system: System) -> list[Route]:
     """Return what travels between the components of a system."""
     found: dict[tuple[str, str, int], dict[tuple[str, str], tuple[set[str], set[str]]]] = {}
     for c in system.connections:
-        arrays = c.output.partition("[")[0], c.input.partition("[")[0]
+        arrays = array_of(c.output), array_of(c.input)
         ports = found.setdefault((c.from_component, c.to_component, c.delay), {})
         outputs, inputs = ports.setdefault(arrays, (set(), set()))
         outputs.add(c.output)

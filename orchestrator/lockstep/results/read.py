@@ -1,6 +1,5 @@
 """Read the recorded signals of a run: finished, still running, or killed."""
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from lockstep.array_names import elements_of, in_order
 from lockstep.errors import InputError, compact, suggestion
 
 PARQUET = "signals.parquet"  # of a run that ended
@@ -41,14 +41,6 @@ class Signals:
     def __contains__(self, name: str) -> bool:
         """Tell whether a signal, or an array of signals, was recorded."""
         return name in self.columns or bool(elements_of(name, self.columns))
-
-
-def elements_of(name: str, names: Mapping[str, object] | Sequence[str]) -> list[str]:
-    """Return `name[1]`, `name[2]`, ... or `name[1,1]`, ... as far as they are among the names, sorted by index."""
-    rule = re.compile(re.escape(name) + r"\[(\d+(?:,\d+)*)\]")
-    matches = ((rule.fullmatch(other), other) for other in names)
-    found = [(tuple(map(int, match[1].split(","))), other) for match, other in matches if match]
-    return [other for _, other in sorted(found)]
 
 
 def read_signals(folder: Path | str, columns: Sequence[str] | None = None) -> Signals:
@@ -131,7 +123,7 @@ def _batches(reader: pa.RecordBatchStreamReader) -> Iterator[pa.RecordBatch]:
 
 
 def _chosen(schema: pa.Schema, columns: Sequence[str] | None) -> list[str]:
-    names = [name for name in schema.names if name != "time"]
+    names = in_order(name for name in schema.names if name != "time")
     if columns is None:
         return names
     chosen: dict[str, None] = {}

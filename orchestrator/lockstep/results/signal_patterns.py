@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from lockstep.array_names import in_order, name_and_arrays
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.system.system import System
@@ -50,7 +51,7 @@ def select(system: System, descriptions: Mapping[str, Description], patterns: It
 
 
 def matching(pattern: str, names: Iterable[str]) -> list[str]:
-    """Return the names that a pattern means."""
+    """Return the names that a pattern means, elements of an array in the order of their indices."""
     expression = "".join({"*": ".*", "?": "."}.get(letter, re.escape(letter)) for letter in pattern)
-    rule = re.compile(rf"{expression}(\[\d+(,\d+)*\])*")
-    return [name for name in names if rule.fullmatch(name)]
+    rule = re.compile(expression)
+    return in_order(name for name in names if any(map(rule.fullmatch, name_and_arrays(name))))

@@ -8,6 +8,7 @@ from math import gcd, lcm
 from pathlib import Path
 
 from lockstep.adapter.component import shown_description
+from lockstep.array_names import array_of
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.slave import Slave
@@ -121,8 +122,7 @@ def recorded(component: Component) -> tuple[str, ...]:
         for output in component.shadow.outputs
         if f"{prefix}{output}" in variables
     )
-    arrays = (name.partition("[")[0] if name.endswith("]") and name.count("[") == 1 else name for name in names)
-    return tuple(f"{component.name}.{array}" for array in dict.fromkeys(arrays))
+    return tuple(f"{component.name}.{array}" for array in dict.fromkeys(map(array_of, names)))
 
 
 def described(component: Component) -> Description:

@@ -12,6 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from numpy.testing import assert_array_equal
+from scipy.io import loadmat
 
 import flexbench
 from flexbench.report.results import load_results
@@ -230,3 +231,51 @@ def test_texts_and_wide_integers_leave_as_they_are(reference_fmu, tmp_path):
     drawn = load_results([tmp_path / "run"])[0].signals()  # what a report draws
     assert "one.String_out" not in drawn
     assert drawn["one.UInt64_out"].dtype == np.float64
+
+
+MATRIX = [f"plant.gain[{row},{column}]" for row in (1, 2) for column in (1, 2, 10)]
+
+
+@pytest.fixture
+def matrix_run(run, tmp_path):
+    """Return a run with a matrix and a part of another, whose columns stand in the order of their letters."""
+    names = [*sorted(MATRIX), "plant.part[1,1]", "plant.part[2,2]"]
+    columns = [np.full(4, float(names.index(name))) for name in names]
+    pq.write_table(pa.table([np.arange(4.0), *columns], names=["time", *names]), tmp_path / "signals.parquet")
+    (tmp_path / "run.toml").write_text((run / "run.toml").read_text())
+    return tmp_path, dict(zip(names, columns, strict=True))
+
+
+def test_matrix_becomes_a_variable_of_rows_and_columns(matrix_run):
+    folder, columns = matrix_run
+    gain = flexbench.load(folder)["plant.gain"]
+
+    assert gain.dims == ("time", "plant.gain row", "plant.gain column")
+    assert_array_equal(gain["plant.gain column"], [1, 2, 10])
+    for row in (1, 2):
+        for column in (1, 2, 10):
+            element = gain.sel({"plant.gain row": row, "plant.gain column": column})
+            assert_array_equal(element, columns[f"plant.gain[{row},{column}]"])
+
+
+def test_part_of_a_matrix_is_labelled_by_both_indices(matrix_run):
+    part = flexbench.load(matrix_run[0])["plant.part"]
+
+    assert part.shape == (4, 2)
+    assert part["plant.part element"].to_numpy().tolist() == ["1,1", "2,2"]
+
+
+def test_matrix_is_exported_in_numeric_order(matrix_run, tmp_path):
+    folder, columns = matrix_run
+    with export_run(folder, "csv", tmp_path / "a.csv", ["plant.gain"]).open(newline="") as file:
+        header = next(csv.reader(file))
+    assert header == ["time [s]", *(f"{name} [1]" for name in MATRIX)]
+
+    # SciPy's own reader: mat4py takes no arrays of three dimensions
+    stored = loadmat(export_run(folder, "mat", tmp_path / "a.mat", ["plant.gain"]), simplify_cells=True)
+    assert_array_equal(stored["elements"]["plant"]["gain"], [[row, col] for row in (1, 2) for col in (1, 2, 10)])
+    assert_array_equal(stored["signals"]["plant"]["gain"][:, 0, 2], columns["plant.gain[1,10]"])
+
+    with h5py.File(export_run(folder, "hdf5", tmp_path / "a.h5", ["plant.gain"])) as file:
+        assert file["plant.gain"].shape == (4, 2, 3)
+        assert_array_equal(file["plant.gain"][:, 1, 2], columns["plant.gain[2,10]"])

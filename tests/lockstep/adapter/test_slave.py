@@ -1,5 +1,7 @@
 """Adapters resolved against ports, and the slave with the ports of ours, around toy slaves."""
 
+import random
+
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
@@ -190,3 +192,24 @@ def test_an_adapter_that_does_not_fit_is_refused_in_one_line(resolve, old, new, 
 
     assert said in str(caught.value)
     assert "vendor.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("ports", "foreign", "entry"),
+    [
+        ([f"p[{k}]" for k in range(1, 13)], [f"q[{k}]" for k in range(12)], 'theirs = "q[*]"\nindex_base = 0\n'),
+        ([f"p[{k}]" for k in range(1, 21)], [f"a[{i},{k}]" for i in (1, 2) for k in range(1, 11)], 'theirs = "a[*]"\n'),
+        ([f"p[{i},{k}]" for i in (1, 2) for k in range(1, 11)], [f"q_{k}" for k in range(1, 21)], 'theirs = "q_*"\n'),
+    ],
+)
+def test_elements_of_arrays_are_paired_by_number(tmp_path, ports, foreign, entry):
+    def shuffled(names):
+        return variables(*((name, "Real", "input", "") for name in random.Random(5).sample(names, len(names))))
+
+    path = tmp_path / "vendor.toml"
+    path.write_text('[[input]]\nours = "p"\n' + entry)
+
+    (bound,) = bind(read_adapter(path), shuffled(ports), shuffled(foreign)).inputs
+
+    assert [v.name for v in bound.ours] == ports
+    assert [v.name for v in bound.theirs] == foreign
