@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, Rectangle
 
 from lockstep import System
+from lockstep.array_names import array_of
 from lockstep.plan.schedule import Schedule, build_schedule
 from lockstep.plan.timeline import timeline
 
@@ -61,7 +62,7 @@ def wires(system: System) -> list[Wire]:
     found: dict[tuple[str, str, int], dict[str, int]] = {}
     for connection in system.connections:
         ports = found.setdefault((connection.from_component, connection.to_component, connection.delay), {})
-        port = connection.output.partition("[")[0]
+        port = array_of(connection.output)
         ports[port] = ports.get(port, 0) + 1
     return [
         Wire(

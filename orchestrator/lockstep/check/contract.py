@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from lockstep.array_names import array_of
 from lockstep.check.static.model import Model, Scalar
 from lockstep.errors import InputError
 from lockstep.system.units import Unit, conversion, without_radian
@@ -188,7 +189,7 @@ def _alike(causality: str, missing: Sequence[ContractPort], model: Model, used: 
     ours: dict[str, list[ContractPort]] = defaultdict(list)
     for port in missing:
         if port.causality == causality:
-            ours[port.name.partition("[")[0]].append(port)
+            ours[array_of(port.name)].append(port)
     return [
         (name, f"{group[0].name} to {group[-1].name}" if len(group) > 1 else group[0].name)
         for name, ports in ours.items()

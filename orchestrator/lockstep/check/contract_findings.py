@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from lockstep.array_names import array_of
 from lockstep.check.contract import Comparison, Contract, ContractPort, Served, choose, compare
 from lockstep.check.report.finding import Finding, Status
 from lockstep.check.static.model import Model
@@ -73,7 +74,7 @@ def _adapter(comparison: Comparison) -> Finding:
         return _finding("contract.adapter", title, "pass", "none needs one")
     groups: dict[tuple[str, ...], list[Served]] = {}
     for served in adapted:
-        groups.setdefault((served.port.name.partition("[")[0], *served.work), []).append(served)
+        groups.setdefault((array_of(served.port.name), *served.work), []).append(served)
     details = []
     for (_, *work), group in groups.items():
         theirs = group[0].variable.name

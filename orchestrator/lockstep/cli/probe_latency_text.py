@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
+from lockstep.array_names import array_of
 from lockstep.check.latency.probe_latency import LatencyReport, Pair
 from lockstep.errors import compact
 
@@ -118,7 +119,7 @@ def _told(pair: Pair) -> str:
 
 
 def _base(name: str) -> str:
-    return name.partition("[")[0]
+    return array_of(name)
 
 
 def _folded(names: Iterable[str]) -> dict[str, str]:

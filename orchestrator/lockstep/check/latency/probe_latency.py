@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from lockstep.array_names import array_of
 from lockstep.check.dynamic.experiment import Experiment, Port, read_experiment, read_other_experiment
 from lockstep.check.dynamic.probe_runner import ProbeRunner
 from lockstep.check.latency.measure import PROGRESS, RESULT, measure
@@ -176,7 +177,7 @@ def _amplified(ports: tuple[Port, ...], settings: ProbeSettings) -> tuple[Port, 
     amplitudes = dict(settings.amplitudes or {})
     reals = [port.name for port in ports if port.kind == "Real"]
     for name, amount in amplitudes.items():
-        if not any(name in (port, port.partition("[")[0]) for port in reals):
+        if not any(name in (port, array_of(port)) for port in reals):
             raise InputError(
                 f"--amplitude {name}: no such Real input; there are {compact(reals)}{suggestion(name, reals)}"
             )
@@ -185,7 +186,7 @@ def _amplified(ports: tuple[Port, ...], settings: ProbeSettings) -> tuple[Port, 
         _check_amplitude("--amplitude", settings.amplitude)
     amplified = []
     for port in ports:
-        told = amplitudes.get(port.name, amplitudes.get(port.name.partition("[")[0], settings.amplitude))
+        told = amplitudes.get(port.name, amplitudes.get(array_of(port.name), settings.amplitude))
         if told is not None and port.kind == "Real":
             if port.minimum + 2.0 * told > port.maximum:
                 span = f"{port.minimum:g} to {port.maximum:g}"
@@ -287,4 +288,4 @@ def _agreement(pair: Pair, late: bool) -> Agreement:
 
 
 def _arrays(pair: Pair) -> tuple[str, str]:
-    return pair.output.partition("[")[0], pair.input.partition("[")[0]
+    return array_of(pair.output), array_of(pair.input)

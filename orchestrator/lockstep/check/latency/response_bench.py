@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lockstep.array_names import array_of
 from lockstep.check.dynamic.experiment import PERIOD, Port
 from lockstep.check.dynamic.fmi2_instance import FATAL, WARNING, Failed, Instance
 from lockstep.check.dynamic.probe_process import ProbeTask
@@ -151,7 +152,7 @@ def lasting(full: Trajectory, full_base: Trajectory, brief: Trajectory, brief_ba
 
 def base_name(name: str) -> str:
     """Return the name of the array that an element belongs to."""
-    return name.partition("[")[0]
+    return array_of(name)
 
 
 def folded(names: Sequence[str]) -> str:
