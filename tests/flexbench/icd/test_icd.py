@@ -1,9 +1,10 @@
-"""The interface document: complete, in step with the systems, and its ranges hold in the closed loop."""
+"""The interface document is complete and agrees with the systems, and its ranges hold in the closed loop."""
 
 from __future__ import annotations
 
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,13 +28,9 @@ def designs():
 
 
 @pytest.fixture(scope="module")
-def blocks(designs, tmp_path_factory):
-    """Return the document."""
-    from flexsat.fmu.build import build_configuration
-
-    folder = tmp_path_factory.mktemp("fmus")
-    build_configuration(designs["distributed"], folder)
-    system = build_system(designs["distributed"], "fine_pointing", folder / "distributed")
+def blocks(designs):
+    """Return the document; its timeline reads no FMU."""
+    system = build_system(designs["distributed"], "fine_pointing", Path("distributed"))
     return icd_blocks(designs, WIRES, system, [("distributed/plant.fmu", "{guid}", "sha")])
 
 
@@ -50,7 +47,7 @@ def tables(blocks, heading):
 
 
 @pytest.mark.parametrize("component", PORTS)
-def test_every_port_stands_in_its_table(blocks, designs, component):
+def test_every_port_is_in_its_table(blocks, designs, component):
     for port in PORTS[component](getattr(designs["centralised"].corrected, component)):
         title = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters"}[port.causality]
         (table,) = tables(blocks, f"{title} of the {component}")
@@ -62,37 +59,38 @@ def test_every_port_stands_in_its_table(blocks, designs, component):
 
 
 def test_sources_and_destinations_are_those_of_the_systems(designs):
-    told = {(component, row.name): row for component in PORTS for row in port_rows(designs, WIRES, component)}
+    found = {(component, row.name): row for component in PORTS for row in port_rows(designs, WIRES, component)}
     wires = {
         (c.from_component, c.output.partition("[")[0], c.to_component, c.input.partition("[")[0], c.delay)
         for c in connections(designs["centralised"])
     }
     for source, output, target, name, delay in wires:
         latency = "same tick" if delay == 0 else "1 tick"
-        assert told[target, name].partner == f"{source}.{output} ({latency})"
-        assert f"{target}.{name} ({latency})" in told[source, output].partner
+        assert found[target, name].partner == f"{source}.{output} ({latency})"
+        assert f"{target}.{name} ({latency})" in found[source, output].partner
     fed = {(target, name) for _, _, target, name, _ in wires}
-    for key, row in told.items():
+    for key, row in found.items():
         if row.causality == "input" and key not in fed:
             assert row.partner == "a value of the scenario"
 
 
-def test_sizes_starts_and_periods_are_told_for_both_configurations(designs):
-    told = {component: {row.name: row for row in port_rows(designs, WIRES, component)} for component in PORTS}
-    assert told["plant"]["wheel.torque"].size == "6 / 33"
-    assert told["plant"]["wheel.torque"].range == "±4.4 / ±0.8"
-    assert told["plant"]["wheel.torque_limit"].start == "4.4 / 0.8"
-    assert told["sensors"]["gyro.rate"].period == "5 ms"
-    assert told["sensors"]["star_tracker.mrp"].period == "100 ms"
-    assert told["sensors"]["jitter.force_z"].period == "1 ms"
-    assert told["controller"]["wheel.torque"].period == "5 ms"
-    assert told["plant"]["energy"].period == "when read"
-    assert told["sensors"]["attitude.quaternion"].start == "0, 0, 0, 1"
+def test_sizes_starts_and_periods_of_both_configurations(designs):
+    found = {component: {row.name: row for row in port_rows(designs, WIRES, component)} for component in PORTS}
+    assert found["plant"]["wheel.torque"].size == "6 / 33"
+    assert found["plant"]["wheel.torque"].range == "±4.4 / ±0.8"
+    assert found["plant"]["wheel.torque_limit"].start == "4.4 / 0.8"
+    assert found["sensors"]["gyro.rate"].period == "5 ms"
+    assert found["sensors"]["star_tracker.mrp"].period == "100 ms"
+    assert found["sensors"]["jitter.force_z"].period == "1 ms"
+    assert found["controller"]["wheel.torque"].period == "5 ms"
+    assert found["plant"]["energy"].period == "when read"
+    assert found["sensors"]["attitude.quaternion"].start == "0, 0, 0, 1"
 
 
 @pytest.mark.parametrize("name", CONFIGURATIONS)
-@pytest.mark.parametrize(("scenario", "stop"), [("fine_pointing", 5.0), ("slew", 40.0)])
-def test_the_loop_stays_in_the_ranges(designs, name, scenario, stop):
+@pytest.mark.parametrize(("scenario", "stop"), [("fine_pointing", 5.0), ("slew", 10.0)])
+def test_signals_of_the_loop_stay_in_their_ranges(designs, name, scenario, stop):
+    # the slew starts at 5 s; after 10 s no torque or speed grows by more than 2 % of its bound (to 40 s)
     ranges = signal_ranges(designs[name].corrected)
     ports = {
         f"{component}.{port.name}": ranges[port.name]
@@ -110,7 +108,7 @@ def test_the_loop_stays_in_the_ranges(designs, name, scenario, stop):
     assert (used > 0.2) if scenario == "fine_pointing" else used == 0.0  # the bound is near what happens
 
 
-def test_markdown_tables_are_square(blocks):
+def test_rows_of_markdown_tables_have_equally_many_cells(blocks):
     text = as_markdown(blocks)
     for group in re.findall(r"(?:^\|.*\n)+", text, re.M):
         assert len({len(re.findall(r"(?<!\\)\|", line)) for line in group.splitlines()}) == 1
@@ -139,7 +137,7 @@ class Reader(HTMLParser):
         self.text.append(data)
 
 
-def test_the_page_is_whole_and_needs_no_network(blocks):
+def test_page_closes_its_tags_and_needs_no_network(blocks):
     reader = Reader()
     reader.feed(as_html(blocks))
     assert reader.open == []
@@ -149,7 +147,7 @@ def test_the_page_is_whole_and_needs_no_network(blocks):
     assert "nominal speed [rpm]" in words
 
 
-def test_what_is_written_is_escaped():
+def test_texts_are_escaped():
     blocks = [Heading(1, "a < b"), Paragraph("x & y"), Table(("p|q",), [["<i>|"]], frozenset())]
     page = as_html(blocks)
     assert "<title>a &lt; b</title>" in page
