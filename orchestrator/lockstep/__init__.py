@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lockstep.checkpoint.file import Checkpoint, read_checkpoint
+    from lockstep.checkpoint.restart import Restart
     from lockstep.checkpoint.resume import resume
-    from lockstep.checkpoint.schedule import Checkpoints
-    from lockstep.checkpoint.start_from import Begin
+    from lockstep.checkpoint.schedule import CheckpointSchedule
     from lockstep.errors import InputError, RunError
     from lockstep.faults.read import read_scenario
     from lockstep.results.read import Signals, read_signals
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from lockstep.system.units import Unit
 
 __all__ = [
-    "Begin",
     "Checkpoint",
-    "Checkpoints",
+    "CheckpointSchedule",
     "Component",
     "Connection",
     "Connector",
     "InputError",
+    "Restart",
     "RunError",
     "RunSummary",
     "Signals",
@@ -45,9 +45,9 @@ __all__ = [
 ]
 
 _HOMES = {
-    "checkpoint.start_from": ("Begin",),
+    "checkpoint.restart": ("Restart",),
     "checkpoint.file": ("Checkpoint", "read_checkpoint"),
-    "checkpoint.schedule": ("Checkpoints",),
+    "checkpoint.schedule": ("CheckpointSchedule",),
     "checkpoint.resume": ("resume",),
     "errors": ("InputError", "RunError"),
     "faults.read": ("read_scenario",),

@@ -9,9 +9,9 @@ from pathlib import Path
 from time import perf_counter
 
 from lockstep.adapter.component import with_adapter
+from lockstep.checkpoint.restart import Restart
 from lockstep.checkpoint.save import Saver
-from lockstep.checkpoint.schedule import Checkpoints
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.errors import InputError, RunError
 from lockstep.faults.inject import Faults
 from lockstep.faults.resolve import resolve
@@ -61,8 +61,8 @@ def simulate(
     step_limit: float | str | None = None,
     faults: Sequence[Scenario] = (),
     pace: float | str | Pacer | None = None,
-    checkpoints: Checkpoints | None = None,
-    begin: Begin | None = None,
+    checkpoints: CheckpointSchedule | None = None,
+    restart: Restart | None = None,
 ) -> RunSummary:
     """Simulate a system from 0, or from a checkpoint, to the stop time and leave a results folder.
 
@@ -80,7 +80,7 @@ def simulate(
     faults : what goes wrong when: `lockstep.faults`
     pace : factor of real time that the run must not be ahead of; None or 0: as fast as possible
     checkpoints : when to save the state of everything, in the results folder
-    begin : checkpoint to go on from; the overrides, stop time and recording of its run hold unless others are given
+    restart : checkpoint to go on from; the overrides, stop time and recording of its run hold unless others are given
         (the recording only where no component begins anew)
 
     Raises
@@ -95,18 +95,18 @@ def simulate(
     folder = Path(folder).absolute()
     limits, pacer = limits_given(step_limit), pacer_given(pace)
     given = dict(overrides or {})
-    if begin is None:
+    if restart is None:
         plan = Plan(system, stop_time, given, record, record_period)
     else:
-        plan, given = begin.plan(system, stop_time, given, record, record_period)
+        plan, given = restart.plan(system, stop_time, given, record, record_period)
     resolved = resolve(faults, plan) if faults else None
     system = plan.system
-    first = begin.checkpoint.tick if begin else 0
-    saving = checkpoints or Checkpoints()
-    ticks = saving.ticks(plan, first + 1 if begin else 0)
-    if begin is not None:
-        begin.check(plan)
-    if begin is None or not begin.again:
+    first = restart.checkpoint.tick if restart else 0
+    saving = checkpoints or CheckpointSchedule()
+    ticks = saving.ticks(plan, first + 1 if restart else 0)
+    if restart is not None:
+        restart.check(plan)
+    if restart is None or not restart.again:
         check_folder(folder, overwrite)
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
@@ -131,7 +131,7 @@ def simulate(
         exchange = Exchange(plan.layout, slaves, plan.names, injected)
         saver = Saver(request=saving, ticks=ticks, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary)
         try:
-            initialize(plan, slaves, exchange, interrupt, begin, temporary)
+            initialize(plan, slaves, exchange, interrupt, restart, temporary)
         except RunError as error:  # nothing has been simulated: what a component refuses is its parameters
             raise InputError(str(error)) from None
         manifest = describe_run(
@@ -144,11 +144,11 @@ def simulate(
             plan.layout.record_ticks * system.tick,
             faults,
         )
-        if begin is None:
+        if restart is None:
             make_folder(folder, manifest)
         else:
-            begin.take_folder(folder, manifest)
-        return _Run(plan, folder, manifest, events, saver, begin, pacer, close_slaves).execute(interrupt, progress)
+            restart.take_folder(folder, manifest)
+        return _Run(plan, folder, manifest, events, saver, restart, pacer, close_slaves).execute(interrupt, progress)
 
 
 class _Run:
@@ -161,13 +161,13 @@ class _Run:
         manifest: dict[str, object],
         events: Events,
         saver: Saver,
-        begin: Begin | None,
+        restart: Restart | None,
         pacer: Pacer | None,
         close_slaves: ExitStack,
     ) -> None:
         self.plan, self.folder, self.manifest, self.events = plan, folder, manifest, events
-        self.saver, self.begin, self.pacer, self.close_slaves = saver, begin, pacer, close_slaves
-        self.first = self.done = begin.checkpoint.tick if begin else 0  # [ticks]
+        self.saver, self.restart, self.pacer, self.close_slaves = saver, restart, pacer, close_slaves
+        self.first = self.done = restart.checkpoint.tick if restart else 0  # [ticks]
         self.started = 0.0  # [s] of the wall clock, as if all before the checkpoint had been of this run
 
     def execute(self, interrupt: Interrupt, progress: Progress | None) -> RunSummary:
@@ -179,7 +179,7 @@ class _Run:
             try:
                 self._open_events()
                 recorder = Recorder(
-                    self.folder, plan.signals, self._rows_per_second(), self.begin.kept if self.begin else None
+                    self.folder, plan.signals, self._rows_per_second(), self.restart.kept if self.restart else None
                 )
                 self._loop(recorder, interrupt, progress)
                 wall_time = perf_counter() - started
@@ -217,20 +217,20 @@ class _Run:
         return -(-tick // self.plan.layout.record_ticks)
 
     def _open_events(self) -> None:
-        events, begin = self.events, self.begin
+        events, restart = self.events, self.restart
         events.time = self._time()
-        if begin is None:
+        if restart is None:
             events.open(self.folder)
             events.add("start", stop_time=seconds(self.plan.stop_time))
             return
-        told = {"checkpoint": str(begin.checkpoint.path), "stop_time": seconds(self.plan.stop_time)}
-        if begin.again:
-            events.open_again(self.folder, begin.checkpoint.header["events"])
-            self.started -= begin.checkpoint.header["wall_time"]
+        told = {"checkpoint": str(restart.checkpoint.path), "stop_time": seconds(self.plan.stop_time)}
+        if restart.again:
+            events.open_again(self.folder, restart.checkpoint.header["events"])
+            self.started -= restart.checkpoint.header["wall_time"]
             events.add("resume", **told)
         else:
             events.open(self.folder)
-            events.add("branch", **told, fresh=list(begin.fresh))
+            events.add("branch", **told, reinitialised=list(restart.reinitialised))
 
     def _rows_per_second(self) -> int:
         return max(1, 10**9 // (self.plan.layout.record_ticks * self.plan.system.tick))

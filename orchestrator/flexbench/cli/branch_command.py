@@ -12,7 +12,7 @@ from typing import Any
 from lockstep import InputError
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.rebuild_system import system_of
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.restart import Restart
 from lockstep.cli.run_options import assignments
 from lockstep.system.clock import seconds
 
@@ -27,7 +27,7 @@ def branch(
     folder: Path,
     *,
     stop_time: float | None = None,
-    fresh: Sequence[str] = (),
+    reinitialised: Sequence[str] = (),
     record: Sequence[str] | None = None,
     processes: int | None = None,
 ) -> list[Finished]:
@@ -37,10 +37,10 @@ def branch(
     ----------
     checkpoint : file that a run with checkpoints left
     runs : what to change, by the name of the folder: inputs that nothing feeds, tunable parameters, and any
-        parameter of a fresh component, as `component.name`
+        parameter of a reinitialised component, as `component.name`
     folder : to hold the folders of the runs
     stop_time : [s]; None: that of the checkpointed run
-    fresh : components that begin anew
+    reinitialised : components that do not take their state from the checkpoint
     record : as in `lockstep.simulation`
     processes : at once; None: one a core
 
@@ -51,11 +51,11 @@ def branch(
     RunError
         If one fails. The others are stopped, and what they simulated stays readable.
     """
-    begin = Begin(checkpoint=read_checkpoint(checkpoint), fresh=tuple(fresh))
-    system = system_of(begin.checkpoint.run)
+    restart = Restart(checkpoint=read_checkpoint(checkpoint), reinitialised=tuple(reinitialised))
+    system = system_of(restart.checkpoint.run)
     for name, values in runs.items():
         try:
-            begin.check(begin.plan(system, stop_time, values, record)[0])
+            restart.check(restart.plan(system, stop_time, values, record)[0])
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
     jobs = [
@@ -67,7 +67,7 @@ def branch(
             record=record,
             metrics=False,
             checkpoint=checkpoint,
-            fresh=tuple(fresh),
+            reinitialised=tuple(reinitialised),
         )
         for name, values in runs.items()
     ]
@@ -115,7 +115,7 @@ def command(options: argparse.Namespace) -> int:
         varied(options.vary, assignments(options.set)),
         options.out,
         stop_time=options.stop,
-        fresh=options.fresh,
+        reinitialised=options.fresh,
         record=options.record,
         processes=options.jobs,
     )

@@ -22,7 +22,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from lockstep import RunError, load_system, simulate
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.rebuild_system import system_of
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.restart import Restart
 from lockstep.operating_system import accept_interrupts, available_cores, interrupts_held_back
 
 from .run_folder import read_run, write_metrics
@@ -43,7 +43,7 @@ class Job:
     record: Sequence[str] | None = None
     metrics: bool = True
     checkpoint: Path | None = None
-    fresh: tuple[str, ...] = ()  # components that begin anew at the checkpoint
+    reinitialised: tuple[str, ...] = ()  # components that do not take their state from the checkpoint
 
     @property
     def title(self) -> str:
@@ -82,11 +82,15 @@ def run_job(job: Job) -> Finished:
         if _reports is not None:
             _reports.put((job.title, simulated, stop))
 
-    begin = None if job.checkpoint is None else Begin(checkpoint=read_checkpoint(job.checkpoint), fresh=job.fresh)
+    restart = (
+        None
+        if job.checkpoint is None
+        else Restart(checkpoint=read_checkpoint(job.checkpoint), reinitialised=job.reinitialised)
+    )
     if job.system is not None:
         system = load_system(job.system)
-    elif begin is not None:
-        system = system_of(begin.checkpoint.run)
+    elif restart is not None:
+        system = system_of(restart.checkpoint.run)
     else:
         raise ValueError(f"{job.title}: neither a system nor a checkpoint")
     summary = simulate(
@@ -97,7 +101,7 @@ def run_job(job: Job) -> Finished:
         record=job.record,
         progress=progress,
         overwrite=True,
-        begin=begin,
+        restart=restart,
     )
     metrics = write_metrics(read_run(job.folder)) if job.metrics else {}
     return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)

@@ -54,12 +54,12 @@ def saved_bus(plan: Plan, exchange: Exchange, tick: int) -> tuple[dict[str, NDAr
 
 
 def restore_bus(
-    checkpoint: Checkpoint, plan: Plan, exchange: Exchange, present: Present, fresh: Collection[str]
+    checkpoint: Checkpoint, plan: Plan, exchange: Exchange, present: Present, reinitialised: Collection[str]
 ) -> None:
-    """Fill the slots of the components that do not begin anew.
+    """Fill the slots of the components that are not reinitialised.
 
     What the checkpoint lacks, since the other run read less, is what its producer shows now where that is the version
-    in question, or where only a component reads it that begins anew.
+    in question, or where only a component reads it that is reinitialised.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def restore_bus(
     held = dict(_held(checkpoint.arrays, checkpoint.header["outputs"]))
     readers = _read_later(layout, tick)
     for task in plan.schedule.tasks:
-        if task.name in fresh:
+        if task.name in reinitialised:
             continue
         newest = task.begun(tick - 1)
         for scalar in SCALARS:
@@ -84,7 +84,7 @@ def restore_bus(
                         exchange.bus[scalar][place] = held[task.name, scalar, version, output]
                     elif who:
                         lacking.append(reference)
-                        if version != newest and who - set(fresh):
+                        if version != newest and who - set(reinitialised):
                             raise InputError(
                                 f"{task.name}.{output}: {checkpoint.path.name} lacks an earlier value of it, which "
                                 "would be read; record what the other run recorded"

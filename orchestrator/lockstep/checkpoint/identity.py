@@ -11,7 +11,7 @@ from lockstep.system.clock import seconds_text
 from lockstep.system.component import Component, Value
 from lockstep.system.system import Connection
 
-_FRESH = "give the same, or --fresh {name} to begin {name} anew"
+_REMEDY = "give the same, or --reinitialise {name}"
 _TIMING = {"period": "period", "offset": "offset"}
 
 
@@ -51,32 +51,32 @@ def _way(connection: Connection) -> list[Any]:
     return [c.delay, c.factor, c.offset, c.convert_units, repr(c.table), repr(c.via)]
 
 
-def refuse_other(there: Mapping[str, Any], plan: Plan, fresh: Collection[str], name: str) -> None:
-    """Refuse, by name, a run that is not the one of a checkpoint. `fresh` are the components that begin anew.
+def refuse_other(there: Mapping[str, Any], plan: Plan, reinitialised: Collection[str], name: str) -> None:
+    """Refuse, by name, a run that is not the one of a checkpoint. Components that are reinitialised may differ.
 
     Parameters that may change while an FMU runs are left to `changes`.
     """
     here = identity(plan)
-    for component in fresh:
+    for component in reinitialised:
         plan.system.component(component)
     if here["tick"] != there["tick"]:
         ticks = f"{seconds_text(there['tick'])} s there, {seconds_text(here['tick'])} s here"
         raise InputError(f"{name}: was made with another tick: {ticks}")
-    missing = sorted(there["components"].keys() - here["components"].keys() - set(fresh))
+    missing = sorted(there["components"].keys() - here["components"].keys() - set(reinitialised))
     if missing:
         raise InputError(
             f"{name}: holds {compact(missing)}, which the system lacks; use the system that it was made of"
         )
     for component, mine in here["components"].items():
-        if component not in fresh:
+        if component not in reinitialised:
             _same_component(component, there["components"].get(component), mine, name)
-    _same_connections(there["connections"], here["connections"], fresh, name)
+    _same_connections(there["connections"], here["connections"], reinitialised, name)
 
 
 def _same_component(component: str, its: Mapping[str, Any] | None, mine: Mapping[str, Any], name: str) -> None:
-    remedy = _FRESH.format(name=component)
+    remedy = _REMEDY.format(name=component)
     if its is None:
-        raise InputError(f"{component}: is not in {name}; give --fresh {component} to begin it anew")
+        raise InputError(f"{component}: is not in {name}; give --reinitialise {component}")
     if its["sha256"] != mine["sha256"]:
         hashes = f"{its['source']} with sha256 {its['sha256'][:12]}, not {mine['sha256'][:12]}"
         raise InputError(f"{component}: {name} was made with another FMU, {hashes}; {remedy}")
@@ -94,11 +94,11 @@ def _same_component(component: str, its: Mapping[str, Any] | None, mine: Mapping
 
 
 def _same_connections(
-    there: Mapping[str, list[Any]], here: Mapping[str, list[Any]], fresh: Collection[str], name: str
+    there: Mapping[str, list[Any]], here: Mapping[str, list[Any]], reinitialised: Collection[str], name: str
 ) -> None:
     for key in [*here, *there]:
         mine, its = here.get(key), there.get(key)
-        if mine == its or {*(mine or its or [])[:2]} & set(fresh):
+        if mine == its or {*(mine or its or [])[:2]} & set(reinitialised):
             continue
         if mine is None or its is None:
             where = f"in {name}" if mine is None else "here"
@@ -108,7 +108,9 @@ def _same_connections(
         raise InputError(f"{key}: {name} was made with another conversion on this connection; give the same")
 
 
-def changes(there: Mapping[str, Any], plan: Plan, fresh: Collection[str], name: str) -> dict[str, dict[str, Value]]:
+def changes(
+    there: Mapping[str, Any], plan: Plan, reinitialised: Collection[str], name: str
+) -> dict[str, dict[str, Value]]:
     """Return the values to set at the checkpoint, by component and variable: those given otherwise than there.
 
     Raises
@@ -117,24 +119,24 @@ def changes(there: Mapping[str, Any], plan: Plan, fresh: Collection[str], name: 
         If a parameter differs that cannot change while the FMU runs.
     """
     found: dict[str, dict[str, Value]] = {}
-    for component, parameter, before, now in _differing(there, plan, fresh):
+    for component, parameter, before, now in _differing(there, plan, reinitialised):
         variable = plan.descriptions[component].variables.get(parameter)
         what = f"{component}.{parameter}"
         if now is None:
             raise InputError(f"{what}: has the value {before!r} in {name} and none here; give it")
         if variable is None or not (variable.causality == "input" or variable.variability == "tunable"):
             said = "was not set" if before is None else f"is {before!r}"
-            remedy = f"give no other, or --fresh {component} to begin {component} anew"
+            remedy = f"give no other, or --reinitialise {component}"
             raise InputError(f"{what}: {said} in {name} and cannot change while the FMU runs; {remedy}")
         found.setdefault(component, {})[parameter] = now
     return found
 
 
 def _differing(
-    there: Mapping[str, Any], plan: Plan, fresh: Collection[str]
+    there: Mapping[str, Any], plan: Plan, reinitialised: Collection[str]
 ) -> Iterator[tuple[str, str, Value | None, Value | None]]:
     for component, mine in plan.wiring.parameters.items():
-        if component in fresh:
+        if component in reinitialised:
             continue
         its = there["components"][component]["parameters"]
         for parameter in [*mine, *(key for key in its if key not in mine)]:

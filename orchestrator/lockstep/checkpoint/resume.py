@@ -9,8 +9,8 @@ from typing import Any
 
 from lockstep.checkpoint.file import Checkpoint, newest_checkpoint, read_checkpoint
 from lockstep.checkpoint.rebuild_system import system_of
-from lockstep.checkpoint.schedule import Checkpoints
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.restart import Restart
+from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.errors import InputError
 from lockstep.faults.read import read_scenario
 from lockstep.faults.scenario import Scenario
@@ -84,8 +84,8 @@ def resume(
         step_limit=step_limit,
         faults=[_scenario(entry) for entry in run.get("faults", [])],
         pace=pace,
-        checkpoints=Checkpoints(times=wanted["times"], every=wanted["every"], without=wanted["without"]),
-        begin=Begin(checkpoint=checkpoint, again=True),
+        checkpoints=CheckpointSchedule(times=wanted["times"], every=wanted["every"], without=wanted["without"]),
+        restart=Restart(checkpoint=checkpoint, again=True),
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from lockstep.checkpoint.bus_values import saved_bus
 from lockstep.checkpoint.file import FOLDER, WAITING, checkpoint_name, write_checkpoint
 from lockstep.checkpoint.identity import identity
-from lockstep.checkpoint.schedule import Checkpoints
+from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.errors import InputError
 from lockstep.fmi.slave import Slave, Stateful
 from lockstep.plan.plan import Plan
@@ -26,7 +26,7 @@ from lockstep.system.clock import seconds
 class Saver:
     """What it takes to save a run, and after how many ticks that is due."""
 
-    request: Checkpoints
+    request: CheckpointSchedule
     ticks: list[int]
     plan: Plan
     slaves: Mapping[str, Slave]

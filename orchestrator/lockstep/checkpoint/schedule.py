@@ -13,7 +13,7 @@ from lockstep.system.component import Component
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Checkpoints:
+class CheckpointSchedule:
     """What was asked for: at these times [s], every so many seconds, without the state of these components."""
 
     times: Sequence[float | str] = ()
@@ -56,7 +56,7 @@ class Checkpoints:
         if left:
             raise InputError(
                 f"{compact(left)}: cannot save its state (canGetAndSetFMUstate, canSerializeFMUstate), so there can be "
-                f"no checkpoint; --checkpoint-without {left[0]} saves the others, and a branch begins {left[0]} anew"
+                f"no checkpoint; --checkpoint-without {left[0]} saves the others, and a branch has to reinitialise {left[0]}"
             )
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.rebuild_system import system_of
+from lockstep.checkpoint.restart import Restart
 from lockstep.checkpoint.resume import resumable, resume
-from lockstep.checkpoint.schedule import Checkpoints
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.cli.progress import show_progress
 from lockstep.errors import InputError
 from lockstep.run.real_time_pacing import pacer_given
@@ -38,20 +38,20 @@ def add_checkpoint_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--pace", metavar="X", help="not faster than X times real time (default: as fast as possible)")
 
 
-def checkpoints_told(options: argparse.Namespace) -> Checkpoints:
+def checkpoints_told(options: argparse.Namespace) -> CheckpointSchedule:
     """Return when to save."""
-    return Checkpoints(
+    return CheckpointSchedule(
         times=options.checkpoint, every=options.checkpoint_every, without=tuple(options.checkpoint_without)
     )
 
 
-def begin_told(options: argparse.Namespace) -> Begin | None:
+def begin_told(options: argparse.Namespace) -> Restart | None:
     """Return where to begin, or raise InputError."""
     if options.begin is None:
         if options.fresh:
             raise InputError(f"--fresh {options.fresh[0]}: needs --from CHECKPOINT beside it")
         return None
-    return Begin(checkpoint=read_checkpoint(options.begin), fresh=tuple(options.fresh))
+    return Restart(checkpoint=read_checkpoint(options.begin), reinitialised=tuple(options.fresh))
 
 
 def system_told(options: argparse.Namespace, load: Callable[[Path], System]) -> System:

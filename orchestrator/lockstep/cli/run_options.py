@@ -100,8 +100,8 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
     folder = options.out or Path("results", folder_name(system.name))
     if options.stop is not None:
         nanoseconds(options.stop, "--stop")
-    begin, pacer = begin_told(options), pacer_given(options.pace)
-    time = seconds(begin.checkpoint.time) if begin else 0.0
+    restart, pacer = begin_told(options), pacer_given(options.pace)
+    time = seconds(restart.checkpoint.time) if restart else 0.0
     with show_progress(system.name, begin=time, pacer=pacer) as progress:
         summary = simulate(
             system,
@@ -116,7 +116,7 @@ def run_as_told(options: argparse.Namespace, system: System, overrides: Mapping[
             faults=[read_scenario(path) for path in options.faults],
             pace=pacer,
             checkpoints=checkpoints_told(options),
-            begin=begin,
+            restart=restart,
         )
     if system.ignored:
         print(f"left out, as no variable takes them: {compact(system.ignored)}")

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.restart import Restart
 from lockstep.fmi.slave import Slave
 from lockstep.interrupt import Interrupt
 from lockstep.plan.plan import Plan
@@ -17,21 +17,21 @@ def initialize(
     slaves: Mapping[str, Slave],
     exchange: Exchange,
     interrupt: Interrupt,
-    begin: Begin | None,
+    restart: Restart | None,
     temporary: Path,
 ) -> None:
     """Initialize all slaves, with each other's outputs as inputs; put those of a checkpoint into their states.
 
-    Continuous components first: their initial outputs are initial states. Those that begin anew at a checkpoint come
+    Continuous components first: their initial outputs are initial states. Those that restart anew at a checkpoint come
     last, and get the outputs that the others have there.
     """
     tasks = sorted(plan.schedule.tasks, key=lambda task: not task.continuous)
-    fresh = begin.fresh if begin else ()
+    fresh = restart.reinitialised if restart else ()
     _bring_up([task for task in tasks if task.name not in fresh], 0, plan, slaves, exchange, interrupt)
-    if begin is not None:
-        begin.restore(plan, slaves, exchange, temporary)
+    if restart is not None:
+        restart.restore(plan, slaves, exchange, temporary)
         late = [task for task in tasks if task.name in fresh]
-        _bring_up(late, begin.checkpoint.tick, plan, slaves, exchange, interrupt)
+        _bring_up(late, restart.checkpoint.tick, plan, slaves, exchange, interrupt)
 
 
 def _bring_up(

@@ -10,7 +10,7 @@ import fmpy
 import pytest
 
 from lockstep import Component, Connection, System, simulate, write_ssd
-from lockstep.checkpoint.schedule import Checkpoints
+from lockstep.checkpoint.schedule import CheckpointSchedule
 
 MS = 1_000_000  # [ns]
 HERE = Path(__file__).parent
@@ -116,5 +116,5 @@ def isolated(triple):
 def whole(triple, tmp_path_factory):
     """Return the results of a run with a checkpoint at each tick of one cycle."""
     folder = tmp_path_factory.mktemp("whole") / "whole"
-    simulate(triple, folder, checkpoints=Checkpoints(times=[f"0.0{tick}" for tick in range(20, 32)]))
+    simulate(triple, folder, checkpoints=CheckpointSchedule(times=[f"0.0{tick}" for tick in range(20, 32)]))
     return folder

@@ -11,15 +11,17 @@ from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.rebuild_system import system_of
-from lockstep.checkpoint.schedule import Checkpoints
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.restart import Restart
+from lockstep.checkpoint.schedule import CheckpointSchedule
 
 MS = 1_000_000
 
 
-def branch(system, source, tick, folder, fresh=(), **options):
-    begin = Begin(checkpoint=read_checkpoint(source / f"checkpoints/t={tick / 1000:g}.ckpt"), fresh=fresh)
-    return simulate(system, folder, begin=begin, **options)
+def branch(system, source, tick, folder, reinitialised=(), **options):
+    restart = Restart(
+        checkpoint=read_checkpoint(source / f"checkpoints/t={tick / 1000:g}.ckpt"), reinitialised=reinitialised
+    )
+    return simulate(system, folder, restart=restart, **options)
 
 
 def assert_rest_is_equal(folder, whole):
@@ -41,7 +43,7 @@ def test_a_branch_goes_on_bit_by_bit(triple, whole, tmp_path, tick):
 def test_a_state_travels_between_processes(triple, isolated, whole, tmp_path):
     branch(isolated, whole, 25, tmp_path / "isolated")  # from the master's process into those of the workers
     assert_rest_is_equal(tmp_path / "isolated", whole)
-    simulate(isolated, tmp_path / "again", checkpoints=Checkpoints(times=["0.027"]))
+    simulate(isolated, tmp_path / "again", checkpoints=CheckpointSchedule(times=["0.027"]))
     branch(triple, tmp_path / "again", 27, tmp_path / "back")  # and from theirs into the master's
     assert_rest_is_equal(tmp_path / "back", whole)
 
@@ -68,9 +70,9 @@ def test_the_command_line_branches_without_a_system_file(triple, triple_ssd, tmp
 
 def test_a_branch_may_record_more_and_last_longer(triple, whole, tmp_path):
     simulate(triple, tmp_path / "long", stop_time=0.09)
-    simulate(triple, tmp_path / "little", record=["b.y"], checkpoints=Checkpoints(times=["0.025", "0.06"]))
-    begin = Begin(checkpoint=read_checkpoint(tmp_path / "little/checkpoints/t=0.06.ckpt"))
-    simulate(triple, tmp_path / "longer", begin=begin, stop_time=0.09, record=["b.*", "a.*"])
+    simulate(triple, tmp_path / "little", record=["b.y"], checkpoints=CheckpointSchedule(times=["0.025", "0.06"]))
+    restart = Restart(checkpoint=read_checkpoint(tmp_path / "little/checkpoints/t=0.06.ckpt"))
+    simulate(triple, tmp_path / "longer", restart=restart, stop_time=0.09, record=["b.*", "a.*"])
     full, mine = read_signals(tmp_path / "long"), read_signals(tmp_path / "longer")
     assert len(mine.time) == 30
     for name in mine.columns:
@@ -82,7 +84,7 @@ def test_a_branch_may_record_more_and_last_longer(triple, whole, tmp_path):
 
 
 def test_what_a_branch_would_record_and_the_checkpoint_lacks_is_refused(triple, tmp_path):
-    simulate(triple, tmp_path / "little", record=["b.y"], checkpoints=Checkpoints(times=["0.025"]))
+    simulate(triple, tmp_path / "little", record=["b.y"], checkpoints=CheckpointSchedule(times=["0.025"]))
     with pytest.raises(InputError, match=r"p\.began: t=0\.025\.ckpt lacks an earlier value of it"):
         branch(triple, tmp_path / "little", 25, tmp_path / "no", record=["p.began"])  # in the middle of p's step
     assert not (tmp_path / "no").exists()
@@ -100,7 +102,7 @@ def test_inputs_and_tunable_parameters_may_change(triple, whole, tmp_path):
 
 def test_the_overrides_of_the_run_hold_on(triple, whole, tmp_path):
     given = {"a.gain": 3.0, "a.offset": 2.0}
-    simulate(triple, tmp_path / "given", overrides=given, checkpoints=Checkpoints(times=["0.031"]))
+    simulate(triple, tmp_path / "given", overrides=given, checkpoints=CheckpointSchedule(times=["0.031"]))
     branch(triple, tmp_path / "given", 31, tmp_path / "branch")
     assert_rest_is_equal(tmp_path / "branch", tmp_path / "given")
     assert read_signals(tmp_path / "given")["a.y"][-1] != read_signals(whole)["a.y"][-1]
@@ -110,7 +112,7 @@ def test_a_fresh_component_begins_anew_with_the_outputs_that_the_others_have(tri
     other = replace(
         triple, components=tuple(replace(c, source=fmus["other"]) if c.name == "b" else c for c in triple.components)
     )
-    branch(other, whole, 25, tmp_path / "branch", fresh=("b",), overrides={"b.seed": 77})
+    branch(other, whole, 25, tmp_path / "branch", reinitialised=("b",), overrides={"b.seed": 77})
     mine, full = read_signals(tmp_path / "branch"), read_signals(whole)
     np.testing.assert_array_equal(mine["b.steps"][:9], [1, 1, 1, 2, 2, 2, 3, 3, 3])  # it steps at 25, 28, 31 ms
     np.testing.assert_array_equal(mine["b.began"][:4], [0.025, 0.025, 0.025, 0.028])
@@ -130,12 +132,12 @@ def test_what_was_left_out_begins_anew_only_when_told(triple, fmus, tmp_path):
         triple, components=tuple(replace(c, source=fmus["mute"]) if c.name == "b" else c for c in triple.components)
     )
     with pytest.raises(InputError, match=r"b: cannot save its state .* --checkpoint-without b saves the others"):
-        simulate(mute, tmp_path / "no", checkpoints=Checkpoints(every="0.01"))
+        simulate(mute, tmp_path / "no", checkpoints=CheckpointSchedule(every="0.01"))
     assert not (tmp_path / "no").exists()
-    simulate(mute, tmp_path / "yes", checkpoints=Checkpoints(times=["0.025"], without=["b"]))
-    with pytest.raises(InputError, match=r"b: t=0\.025\.ckpt holds no state of it; give --fresh b to begin it anew"):
+    simulate(mute, tmp_path / "yes", checkpoints=CheckpointSchedule(times=["0.025"], without=["b"]))
+    with pytest.raises(InputError, match=r"b: t=0\.025\.ckpt holds no state of it; give --reinitialise b"):
         branch(mute, tmp_path / "yes", 25, tmp_path / "no")
-    branch(mute, tmp_path / "yes", 25, tmp_path / "branch", fresh=("b",))
+    branch(mute, tmp_path / "yes", 25, tmp_path / "branch", reinitialised=("b",))
     mine, full = read_signals(tmp_path / "branch"), read_signals(tmp_path / "yes")
     assert mine["b.steps"][0] == 1
     np.testing.assert_array_equal(mine["a.steps"], full["a.steps"][25:])
@@ -150,7 +152,7 @@ def test_an_fmu_that_fails_to_save_its_state_ends_the_run_in_a_line(triple, fmus
         ),
     )
     with pytest.raises(RunError, match=r"b: fmi2GetFMUstate returned fmi2Error at 0\.0\d* s: no room for it"):
-        simulate(system, tmp_path / "out", checkpoints=Checkpoints(times=["0.025"]))
+        simulate(system, tmp_path / "out", checkpoints=CheckpointSchedule(times=["0.025"]))
     assert len(read_signals(tmp_path / "out").time) == 25
     assert not list((tmp_path / "out").glob("checkpoints/*"))
 
@@ -160,7 +162,7 @@ def other_fmu(system, fmus):
 
 
 REFUSED = {
-    "another FMU": (other_fmu, {}, "a: t=0.025.ckpt was made with another FMU, .*good.fmu .*, or --fresh a to begin"),
+    "another FMU": (other_fmu, {}, "a: t=0.025.ckpt was made with another FMU, .*good.fmu .*, or --reinitialise a"),
     "another period": (lambda s, _: s.with_period("a", MS), {}, "a: .* another period, 0.002 s, not 0.001 s"),
     "another delay": (lambda s, _: s.with_delay("b", "p", 5), {}, "b.y -> p.u: .* a delay of 4 ticks, not 5"),
     "another tick": (lambda s, _: replace(s, tick=MS // 2), {}, "was made with another tick: 0.001 s there, 0.0005 s"),
@@ -172,10 +174,10 @@ REFUSED = {
     "a fixed parameter": (
         lambda s, _: s,
         {"overrides": {"b.seed": 3}},
-        "b.seed: is 6 in t=0.025.ckpt and cannot change while the FMU runs; give no other, or --fresh b",
+        "b.seed: is 6 in t=0.025.ckpt and cannot change while the FMU runs; give no other, or --reinitialise b",
     ),
     "too short": (lambda s, _: s, {"stop_time": 0.025}, "stop time 0.025 s: not after t=0.025.ckpt"),
-    "no such component": (lambda s, _: s, {"fresh": ("c",)}, "c: no such component; there are a, b, p"),
+    "no such component": (lambda s, _: s, {"reinitialised": ("c",)}, "c: no such component; there are a, b, p"),
 }
 
 
@@ -200,16 +202,16 @@ def test_a_run_that_is_another_one_is_refused_by_name(triple, fmus, whole, tmp_p
 )
 def test_a_wrong_time_is_refused_before_the_run(triple, tmp_path, wanted, message):
     with pytest.raises(InputError, match=message):
-        simulate(triple, tmp_path / "no", checkpoints=Checkpoints(**wanted))
+        simulate(triple, tmp_path / "no", checkpoints=CheckpointSchedule(**wanted))
     assert not (tmp_path / "no").exists()
 
 
 def test_checkpoints_at_both_ends(triple, whole, tmp_path):
-    simulate(triple, tmp_path / "ends", checkpoints=Checkpoints(times=["0", "0.06"], every="0.025"))
+    simulate(triple, tmp_path / "ends", checkpoints=CheckpointSchedule(times=["0", "0.06"], every="0.025"))
     names = sorted(path.name for path in (tmp_path / "ends/checkpoints").iterdir())
     assert names == ["t=0.025.ckpt", "t=0.05.ckpt", "t=0.06.ckpt", "t=0.ckpt"]
-    begin = Begin(checkpoint=read_checkpoint(tmp_path / "ends/checkpoints/t=0.ckpt"))
-    simulate(triple, tmp_path / "branch", begin=begin)
+    restart = Restart(checkpoint=read_checkpoint(tmp_path / "ends/checkpoints/t=0.ckpt"))
+    simulate(triple, tmp_path / "branch", restart=restart)
     assert_rest_is_equal(tmp_path / "branch", whole)
 
 
@@ -251,11 +253,13 @@ def test_an_adapter_keeps_what_it_holds(triple, fmus, tmp_path, apart):
     (tmp_path / "b.toml").write_text(ADAPTER)
     system = replace_component(triple, "b", fmus["other"], read_adapter(tmp_path / "b.toml"))
     system = system.with_isolation("b", apart)
-    simulate(system, tmp_path / "whole", checkpoints=Checkpoints(times=["0.03"]))
+    simulate(system, tmp_path / "whole", checkpoints=CheckpointSchedule(times=["0.03"]))
     states = read_checkpoint(tmp_path / "whole/checkpoints/t=0.03.ckpt").states
     assert sorted(states["b"]) == ["adapter.npz", "fmu"]
     branch(system, tmp_path / "whole", 30, tmp_path / "branch")
     assert_rest_is_equal(tmp_path / "branch", tmp_path / "whole")
     other = replace_component(triple, "b", fmus["other"], None)
-    with pytest.raises(InputError, match=r"b: .* was made with another adapter, sha256 .*, not none; .* --fresh b"):
+    with pytest.raises(
+        InputError, match=r"b: .* was made with another adapter, sha256 .*, not none; .* --reinitialise b"
+    ):
         branch(other, tmp_path / "whole", 30, tmp_path / "no")

@@ -7,9 +7,9 @@ import pytest
 
 from lockstep import InputError, read_signals, simulate
 from lockstep.checkpoint.file import read_checkpoint
+from lockstep.checkpoint.restart import Restart
 from lockstep.checkpoint.resume import resume
-from lockstep.checkpoint.schedule import Checkpoints
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.faults.read import read_scenario
 
 SCENARIO = """
@@ -71,7 +71,7 @@ def scenario(tmp_path_factory):
 @pytest.fixture
 def faulty(triple, scenario, tmp_path):
     """Return the results of a run with faults and checkpoints at some times."""
-    wanted = Checkpoints(times=["0.022", "0.031", "0.039"])
+    wanted = CheckpointSchedule(times=["0.022", "0.031", "0.039"])
     simulate(triple, tmp_path / "faulty", faults=[read_scenario(scenario)], checkpoints=wanted)
     return tmp_path / "faulty"
 
@@ -94,14 +94,14 @@ def test_a_resumed_run_has_its_faults(triple, faulty, tick):
 
 
 def test_a_branch_has_the_faults_that_it_is_given(triple, faulty, scenario, tmp_path):
-    begin = Begin(checkpoint=read_checkpoint(faulty / "checkpoints/t=0.031.ckpt"))
-    simulate(triple, tmp_path / "without", begin=begin)  # the gain of b was three times as much
-    simulate(triple, tmp_path / "told", begin=begin, overrides={"b.gain": 1.0})
-    simulate(triple, tmp_path / "three", begin=begin, overrides={"b.gain": 3.0})
+    restart = Restart(checkpoint=read_checkpoint(faulty / "checkpoints/t=0.031.ckpt"))
+    simulate(triple, tmp_path / "without", restart=restart)  # the gain of b was three times as much
+    simulate(triple, tmp_path / "told", restart=restart, overrides={"b.gain": 1.0})
+    simulate(triple, tmp_path / "three", restart=restart, overrides={"b.gain": 3.0})
     without, told, three = (read_signals(tmp_path / name)["b.y"] for name in ("without", "told", "three"))
     np.testing.assert_array_equal(without, told)
     assert without[-1] != three[-1]
-    simulate(triple, tmp_path / "with", begin=begin, faults=[read_scenario(scenario)])
+    simulate(triple, tmp_path / "with", restart=restart, faults=[read_scenario(scenario)])
     assert faults_told(tmp_path / "without") == []
     before = {"held", "late", "noisy", "strong"}  # these act at 31 ms; the others are over
     assert {name for time, state, name in faults_told(tmp_path / "with") if (time, state) == (0.031, "begin")} == before
@@ -111,7 +111,7 @@ def test_a_branch_has_the_faults_that_it_is_given(triple, faulty, scenario, tmp_
 def test_a_scenario_that_has_changed_is_refused(triple, tmp_path):
     mine = tmp_path / "mine.toml"
     mine.write_text(SCENARIO)
-    simulate(triple, tmp_path / "out", faults=[read_scenario(mine)], checkpoints=Checkpoints(times=["0.02"]))
+    simulate(triple, tmp_path / "out", faults=[read_scenario(mine)], checkpoints=CheckpointSchedule(times=["0.02"]))
     run = (tmp_path / "out/run.toml").read_text().replace('"completed"', '"failed"', 1)
     (tmp_path / "out/run.toml").write_text(run)
     mine.write_text(SCENARIO.replace("5.0", "6.0"))

@@ -9,8 +9,8 @@ import pytest
 
 from lockstep import Component, InputError, System, simulate
 from lockstep.checkpoint.file import read_checkpoint
-from lockstep.checkpoint.schedule import Checkpoints
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.restart import Restart
+from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.interrupt import Interrupt
 from lockstep.run.real_time_pacing import Pacer, pacer_given
 
@@ -106,7 +106,7 @@ def sleeper(fmus):
 
 def test_a_run_is_never_ahead_of_the_clock_and_tells_of_its_overruns(sleeper, tmp_path):
     started = time.perf_counter()
-    summary = simulate(sleeper, tmp_path / "out", pace="2", checkpoints=Checkpoints(times=["0.02"]))
+    summary = simulate(sleeper, tmp_path / "out", pace="2", checkpoints=CheckpointSchedule(times=["0.02"]))
     assert time.perf_counter() - started >= 0.06
     assert summary.wall_time >= 0.06
     assert summary.pacer.overruns >= 5  # ticks of 5 ms: 30 ms take six of them, and only one is waited for
@@ -118,8 +118,8 @@ def test_a_run_is_never_ahead_of_the_clock_and_tells_of_its_overruns(sleeper, tm
     told = [event for event in events if event["event"] == "pace"]
     assert [(event["factor"], event["overruns"]) for event in told] == [(2.0, summary.pacer.overruns)]
 
-    begin = Begin(checkpoint=read_checkpoint(tmp_path / "out/checkpoints/t=0.02.ckpt"))
-    again = simulate(sleeper, tmp_path / "branch", pace=1, begin=begin)
+    restart = Restart(checkpoint=read_checkpoint(tmp_path / "out/checkpoints/t=0.02.ckpt"))
+    again = simulate(sleeper, tmp_path / "branch", pace=1, restart=restart)
     assert again.wall_time >= 0.1  # of what is left, not of all
 
 

@@ -16,7 +16,7 @@ from lockstep import InputError, read_signals, simulate
 from lockstep.__main__ import main
 from lockstep.checkpoint.file import FORMAT, newest_checkpoint, read_checkpoint
 from lockstep.checkpoint.resume import resume
-from lockstep.checkpoint.schedule import Checkpoints
+from lockstep.checkpoint.schedule import CheckpointSchedule
 
 COMMAND = [sys.executable, "-W", "error", "-m", "lockstep", "run"]
 
@@ -103,7 +103,7 @@ def test_a_resumed_run_takes_no_other_options(tmp_path, capsys):
 
 def test_a_system_made_in_python_has_to_be_handed_over(triple, tmp_path):
     out = tmp_path / "out"
-    simulate(triple, out, checkpoints=Checkpoints(times=["0.025"]))
+    simulate(triple, out, checkpoints=CheckpointSchedule(times=["0.025"]))
     before = (out / "signals.parquet").read_bytes()
     text = (out / "run.toml").read_text()
     (out / "run.toml").write_text(text.replace('"completed"', '"failed"'))
@@ -116,7 +116,7 @@ def test_a_system_made_in_python_has_to_be_handed_over(triple, tmp_path):
 
 def test_rows_that_are_lacking_are_told_before_anything_changes(triple, tmp_path):
     out = tmp_path / "out"
-    simulate(triple, out, stop_time=1.2, checkpoints=Checkpoints(times=["1.1"]))
+    simulate(triple, out, stop_time=1.2, checkpoints=CheckpointSchedule(times=["1.1"]))
     simulate(triple, tmp_path / "short", stop_time=0.5)
     text = (out / "run.toml").read_text().replace('"completed"', '"running"')
     (out / "run.toml").write_text(text)

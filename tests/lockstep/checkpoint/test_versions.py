@@ -7,8 +7,8 @@ import pytest
 
 from lockstep import Component, Connection, InputError, System, read_signals, simulate
 from lockstep.checkpoint.file import read_checkpoint
-from lockstep.checkpoint.schedule import Checkpoints
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.restart import Restart
+from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.fmi.model_description import read_description
 
 STEP = 10_000_000  # [ns]
@@ -57,11 +57,11 @@ def chain(reference_fmu, version):
 @pytest.mark.parametrize("apart", [False, True])
 def test_every_type_goes_on(reference_fmu, tmp_path, version, apart):
     system = chain(reference_fmu, version)
-    simulate(system, tmp_path / "whole", checkpoints=Checkpoints(times=["0.13"]))
-    begin = Begin(checkpoint=read_checkpoint(tmp_path / "whole/checkpoints/t=0.13.ckpt"))
+    simulate(system, tmp_path / "whole", checkpoints=CheckpointSchedule(times=["0.13"]))
+    restart = Restart(checkpoint=read_checkpoint(tmp_path / "whole/checkpoints/t=0.13.ckpt"))
     for name in ("moving", "two"):
         system = system.with_isolation(name, apart)
-    simulate(system, tmp_path / "branch", begin=begin)
+    simulate(system, tmp_path / "branch", restart=restart)
     mine, full = read_signals(tmp_path / "branch"), read_signals(tmp_path / "whole")
     assert list(mine.columns) == list(full.columns)
     for name in mine.columns:
@@ -74,4 +74,4 @@ def test_every_type_goes_on(reference_fmu, tmp_path, version, apart):
 
 def test_fmi_1_has_no_states(reference_fmu, tmp_path):
     with pytest.raises(InputError, match=r"moving, one, two: cannot save its state .* --checkpoint-without moving"):
-        simulate(chain(reference_fmu, "1.0"), tmp_path / "no", checkpoints=Checkpoints(times=["0.13"]))
+        simulate(chain(reference_fmu, "1.0"), tmp_path / "no", checkpoints=CheckpointSchedule(times=["0.13"]))

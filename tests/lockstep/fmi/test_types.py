@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from lockstep import Component, Connection, InputError, RunError, System, read_signals, simulate
 from lockstep.checkpoint.file import read_checkpoint
-from lockstep.checkpoint.schedule import Checkpoints
-from lockstep.checkpoint.start_from import Begin
+from lockstep.checkpoint.restart import Restart
+from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.fmi.model_description import read_description
 
 STEP = 10_000_000  # [ns]
@@ -134,9 +134,9 @@ def test_a_run_branches_from_a_checkpoint_bitwise_with_arrays_set_in_part(two, r
     seldom = Connection(from_component="slow", output="x", to_component="two", input="vector_in[3]")
     system = replace(two((fed, seldom, *wires("words")), more=(ball, slow)), stop_time=100 * STEP)
     simulate(system, tmp_path / "whole")
-    simulate(system, tmp_path / "first", stop_time=0.6, checkpoints=Checkpoints(times=["0.5"]))
-    at = Begin(checkpoint=read_checkpoint(tmp_path / "first/checkpoints/t=0.5.ckpt"))
-    simulate(system, tmp_path / "rest", stop_time=1.0, begin=at)
+    simulate(system, tmp_path / "first", stop_time=0.6, checkpoints=CheckpointSchedule(times=["0.5"]))
+    at = Restart(checkpoint=read_checkpoint(tmp_path / "first/checkpoints/t=0.5.ckpt"))
+    simulate(system, tmp_path / "rest", stop_time=1.0, restart=at)
 
     whole, rest = (read_signals(tmp_path / name) for name in ("whole", "rest"))
     assert rest.time[0] == 0.5

@@ -23,11 +23,11 @@ from lockstep.system.system import System
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Begin:
-    """A checkpoint to go on from; the components `fresh` begin anew there, with their initial state."""
+class Restart:
+    """A checkpoint to go on from; `reinitialised` components start there from their initial state."""
 
     checkpoint: Checkpoint
-    fresh: tuple[str, ...] = ()
+    reinitialised: tuple[str, ...] = ()
     again: bool = False  # the same run goes on in its folder, behind the rows that it had
 
     @property
@@ -43,7 +43,7 @@ class Begin:
         told = {"checkpoint": str(self.checkpoint.path), "sha256": self.checkpoint.sha256}
         place = told | {"time": seconds(self.checkpoint.time)}
         if not self.again:
-            manifest["branch"] = place | {"fresh": list(self.fresh)}
+            manifest["branch"] = place | {"reinitialised": list(self.reinitialised)}
             make_folder(folder, manifest)
             return
         before = self.checkpoint.run
@@ -64,7 +64,7 @@ class Begin:
         """Return the run, with what held in the one of the checkpoint unless other is given; and all its overrides."""
         before = self.checkpoint.run
         given = {**before["overrides"], **overrides}
-        if not self.fresh:  # another FMU may not have what was recorded
+        if not self.reinitialised:  # another FMU may not have what was recorded
             record = before["record"] if record is None else record
             record_period = before["record_period"] if record_period is None else record_period
         stop = before["stop_time"] if stop_time is None else stop_time
@@ -74,32 +74,34 @@ class Begin:
         """Refuse by name, before any FMU is started, a run that cannot go on from this checkpoint."""
         name, time = self.checkpoint.path.name, self.checkpoint.time
         identity = self.checkpoint.header["identity"]
-        refuse_other(identity, plan, self.fresh, name)
+        refuse_other(identity, plan, self.reinitialised, name)
         for component in plan.system.components:
-            if component.name not in self.fresh and component.name not in self.checkpoint.states:
-                remedy = f"give --fresh {component.name} to begin it anew"
+            if component.name not in self.reinitialised and component.name not in self.checkpoint.states:
+                remedy = f"give --reinitialise {component.name}"
                 raise InputError(f"{component.name}: {name} holds no state of it; {remedy}")
-        changes(identity, plan, self.fresh, name)
+        changes(identity, plan, self.reinitialised, name)
         if plan.stop_time <= time:
             times = f"stop time {seconds_text(plan.stop_time)} s"
             raise InputError(f"{times}: not after {name}, which is of {seconds_text(time)} s; choose a later one")
 
     def restore(self, plan: Plan, slaves: Mapping[str, Slave], exchange: Exchange, temporary: Path) -> None:
-        """Bring the components to the checkpoint, all but the fresh ones, and the bus too."""
+        """Bring the components to the checkpoint, all but the reinitialised ones, and the bus too."""
         checkpoint, time = self.checkpoint, seconds(self.checkpoint.time)
-        old = [task.name for task in plan.schedule.tasks if task.name not in self.fresh]
+        old = [task.name for task in plan.schedule.tasks if task.name not in self.reinitialised]
         for number, name in enumerate(old):
             slave = slaves[name]
             if not isinstance(slave, Stateful):
-                raise InputError(f"{name}: cannot take a state; give --fresh {name} to begin it anew")
+                raise InputError(f"{name}: cannot take a state; give --reinitialise {name}")
             place = temporary / f"state-{number}"
             place.mkdir()
             for file, content in checkpoint.states[name].items():
                 (place / file).write_bytes(content)
             exchange.check(name, "SetFMUstate", time, slave.restore_state(str(place)))
-        restore_bus(checkpoint, plan, exchange, exchange.present, self.fresh)
+        restore_bus(checkpoint, plan, exchange, exchange.present, self.reinitialised)
         self._restore_faults(slaves, exchange)
-        for name, values in changes(checkpoint.header["identity"], plan, self.fresh, checkpoint.path.name).items():
+        for name, values in changes(
+            checkpoint.header["identity"], plan, self.reinitialised, checkpoint.path.name
+        ).items():
             for scalar, part in _by_type(plan, name, values).items():
                 exchange.check(name, f"Set{scalar}", time, slaves[name].set_start(part, scalar))
         for name in old:
@@ -113,7 +115,7 @@ class Begin:
                 exchange.faults.go_on(saved, tick)
             return
         for name, scalar, reference, _, original in saved["altered"] if saved else ():
-            if name not in self.fresh:
+            if name not in self.reinitialised:
                 status = slaves[name].set_start({reference: original}, scalar)
                 exchange.check(name, f"Set{scalar}", seconds(self.checkpoint.time), status)
         if exchange.faults is not None:
