@@ -7,15 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lockstep.adapter.rotation import (
-    compose,
-    conjugate,
-    mrp_from_quaternion,
-    quaternion_from_matrix,
-    quaternion_from_mrp,
-)
+from lockstep.adapter.rotation import mrp_from_quaternion, quaternion_from_mrp, quaternion_matrix
 from lockstep.arrays import Array
-from lockstep.system.adapter_file import DIRECTIONS, Entry, Matrix
+from lockstep.system.adapter_file import DIRECTIONS, Entry
 
 Map = Callable[[Array], Array]
 
@@ -44,10 +38,14 @@ def convert(entry: Entry, ours: int, theirs: int, gain: Sequence[float], bias: S
         back.insert(0, backward)
 
     if entry.attitude is not None:
-        attitude = _attitude(entry, ours)
-        then(*attitude)
-        linear = (ours, theirs) == (4, 4)  # an MRP is no linear function of anything
-        matrix = np.column_stack([attitude[0](column) for column in np.eye(4)]) if linear else None
+        quaternions = quaternion_matrix(
+            body_frame=entry.body_frame,
+            inertial_frame=entry.inertial_frame,
+            inverse=entry.rotation != DIRECTIONS[0],
+            scalar_first=entry.scalar == "first",
+        )
+        then(*_attitude(quaternions, ours, theirs))
+        matrix = quaternions if (ours, theirs) == (4, 4) else None  # an MRP is no linear function of anything
     if entry.frame is not None:
         frame = np.array(entry.frame)
         then(lambda vector: frame @ vector, lambda vector: frame.T @ vector)
@@ -91,36 +89,15 @@ def _chain(maps: Sequence[Map]) -> Map:
     return chain
 
 
-def _attitude(entry: Entry, ours: int) -> tuple[Map, Map]:
+def _attitude(quaternions: Array, ours: int, theirs: int) -> tuple[Map, Map]:
     """Return the change of frames, direction, representation and order, and its inverse."""
-    body, inertial = _quaternion(entry.body_frame), _quaternion(entry.inertial_frame)
-    inverse = entry.rotation != DIRECTIONS[0]
-    first, mrp = entry.scalar == "first", entry.attitude == "mrp"
 
     def to_theirs(values: Array) -> Array:
-        q = values if ours == 4 else quaternion_from_mrp(values)
-        if inertial is not None:
-            q = compose(q, conjugate(inertial))
-        if body is not None:
-            q = compose(body, q)
-        if inverse:
-            q = conjugate(q)
-        if mrp:
-            return mrp_from_quaternion(q)
-        return np.roll(q, 1) if first else q
+        q = quaternions @ (values if ours == 4 else quaternion_from_mrp(values))
+        return q if theirs == 4 else mrp_from_quaternion(q)
 
     def to_ours(values: Array) -> Array:
-        q = quaternion_from_mrp(values) if mrp else np.roll(values, -1) if first else values
-        if inverse:
-            q = conjugate(q)
-        if body is not None:
-            q = compose(conjugate(body), q)
-        if inertial is not None:
-            q = compose(q, inertial)
+        q = quaternions.T @ (values if theirs == 4 else quaternion_from_mrp(values))
         return q if ours == 4 else mrp_from_quaternion(q)
 
     return to_theirs, to_ours
-
-
-def _quaternion(matrix: Matrix | None) -> Array | None:
-    return None if matrix is None else quaternion_from_matrix(np.array(matrix))

@@ -1,66 +1,75 @@
-"""Attitudes in other conventions, exactly invertible. Everything is scalar-last quaternions in between.
+"""Convert attitudes between conventions, exactly invertible, by SciPy's rotations.
 
-`body_from_inertial` means: the rotation that takes the components of a vector in the inertial frame to those in the
-body frame, as in all ports of ours. Formulas: Schaub and Junkins, Analytical Mechanics of Space Systems, chapter 3.
+Everything passes through scalar-last quaternions, body from inertial: the direction cosine matrix C of such a rotation
+takes the components of a vector in the inertial frame to those in the body frame, as in all interface ports. SciPy's
+matrix of the same quaternion is the transpose of C, so that its products stand in the other order.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lockstep.arrays import Array
 
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+Matrix = Sequence[Sequence[float]]
+
+
+@cache
+def _rotations() -> type[Rotation]:
+    from scipy.spatial.transform import Rotation  # here only: it takes longer to import than a short run takes
+
+    return Rotation
+
 
 def quaternion_from_mrp(mrp: Array) -> Array:
     """Return the scalar-last unit quaternion, (4,), of an MRP, (3,)."""
-    square = float(mrp @ mrp)
-    return np.array([*(2.0 * mrp), 1.0 - square]) / (1.0 + square)
+    return np.asarray(_rotations().from_mrp(mrp).as_quat())
 
 
 def mrp_from_quaternion(quaternion: Array) -> Array:
-    """Return the MRP, (3,), of the short rotation of a scalar-last unit quaternion, (4,)."""
-    vector, scalar = quaternion[:3], float(quaternion[3])
-    return vector / (1.0 + scalar) if scalar >= 0.0 else -vector / (1.0 - scalar)
+    """Return the MRP, (3,), of the short rotation of a scalar-last quaternion, (4,).
+
+    Four zeros, which FMUs give before they have an attitude, are no rotation; what is not a number stays so.
+    """
+    square = float(quaternion @ quaternion)
+    if not square > 0.0:
+        return np.full(3, square)
+    return np.asarray(_rotations().from_quat(quaternion).as_mrp())
 
 
-def conjugate(quaternion: Array) -> Array:
-    """Return the inverse of a unit quaternion."""
-    return np.asarray(quaternion * _CONJUGATE)
+def quaternion_matrix(
+    *, body_frame: Matrix | None, inertial_frame: Matrix | None, inverse: bool, scalar_first: bool
+) -> Array:
+    """Return the matrix, (4, 4), from quaternions of the interface port to those of another convention.
+
+    A change of frames or of direction is linear in the quaternion; the matrix is orthogonal.
+
+    Parameters
+    ----------
+    body_frame, inertial_frame : (3, 3)
+        Direction cosine matrices from the port's axes to the others; None if they are the same.
+    inverse : whether the others are inertial from body
+    scalar_first : whether the scalar is the first of the others' elements
+    """
+    rotations = _rotations()
+    found = rotations.from_quat(np.eye(4))
+    if inertial_frame is not None:
+        found = rotations.from_matrix(np.array(inertial_frame)) * found
+    if body_frame is not None:
+        found = found * rotations.from_matrix(np.array(body_frame).T)
+    if inverse:
+        found = found.inv()
+    return np.asarray(found.as_quat(scalar_first=scalar_first)).T
 
 
-_CONJUGATE = np.array([-1.0, -1.0, -1.0, 1.0])
-
-
-def compose(second: Array, first: Array) -> Array:
-    """Return the rotation `first` followed by `second`: C(result) = C(second) C(first)."""
-    vector = second[3] * first[:3] + first[3] * second[:3] - np.cross(second[:3], first[:3])
-    return np.array([*vector, second[3] * first[3] - second[:3] @ first[:3]])
-
-
-def quaternion_from_matrix(matrix: Array) -> Array:
-    """Return the scalar-last quaternion of a direction cosine matrix, (3, 3), by its largest component (Shepperd)."""
-    trace = float(np.trace(matrix))
-    squares = np.array([*(1.0 + 2.0 * np.diag(matrix) - trace), 1.0 + trace])
-    k = int(np.argmax(squares))
-    size = math.sqrt(squares[k])
-    difference = np.array(
-        [matrix[1, 2] - matrix[2, 1], matrix[2, 0] - matrix[0, 2], matrix[0, 1] - matrix[1, 0]]
-    )  # 4 q_i q_4
-    total = matrix + matrix.T  # 4 q_i q_j off the diagonal
-    column = np.empty(4)
-    if k == 3:
-        column[:3] = difference
-    else:
-        column[:3] = total[:, k]
-        column[3] = difference[k]
-    column[k] = squares[k]
-    return 0.5 * column / size
-
-
-def rotation_problem(matrix: Sequence[Sequence[float]]) -> str:
+def rotation_problem(matrix: Matrix) -> str:
     """Return why a matrix, (3, 3), is no rotation, or nothing."""
     array = np.asarray(matrix, float)
     if not np.allclose(array @ array.T, np.eye(3), atol=1e-6):

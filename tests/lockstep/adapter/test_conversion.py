@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from flexsat.runtime import rotations
 from lockstep.adapter.conversion import convert, flag
-from lockstep.adapter.rotation import compose, mrp_from_quaternion, quaternion_from_matrix, quaternion_from_mrp
+from lockstep.adapter.rotation import mrp_from_quaternion, quaternion_from_mrp, quaternion_matrix
 from lockstep.system.adapter_file import Entry
 
 FEW_ULP = 1e-15  # rounding of a handful of products of numbers up to 1
@@ -23,22 +23,44 @@ def conversion(ours=3, theirs=3, gain=1.0, bias=0.0, **changes):
 
 
 @pytest.mark.parametrize("mrp", ATTITUDES)
-def test_the_formulas_are_those_of_the_spacecraft(mrp):
+def test_formulas_are_those_of_the_spacecraft(mrp):
     q = np.array(rotations.quaternion_from_mrp(mrp))
-    other = np.array(rotations.quaternion_from_rotation_vector((0.4, 0.5, -1.0)))
 
     assert_allclose(quaternion_from_mrp(np.array(mrp)), q, rtol=0, atol=FEW_ULP)
     assert_allclose(mrp_from_quaternion(q), rotations.mrp_from_quaternion(q), rtol=0, atol=FEW_ULP)
     assert_allclose(mrp_from_quaternion(-q), rotations.mrp_from_quaternion(-q), rtol=0, atol=FEW_ULP)
-    assert_allclose(compose(other, q), rotations.compose_quaternions(other, q), rtol=0, atol=FEW_ULP)
 
 
+@pytest.mark.parametrize("mrp", ATTITUDES)
 @pytest.mark.parametrize("vector", [(0.1, 0.2, 0.3), (3.1, 0.0, 0.1), (0.1, -3.0, 0.5), (0.2, 0.3, 3.0)])
-def test_a_matrix_becomes_its_quaternion_whichever_component_is_largest(vector):
-    q = np.array(rotations.quaternion_from_rotation_vector(vector))
-    found = quaternion_from_matrix(rotations.matrix_from_mrp(rotations.mrp_from_quaternion(q)))
+def test_frames_compose_as_the_spacecraft_composes_quaternions(mrp, vector):
+    """The rotation vectors make each component of the frame's quaternion the largest in turn."""
+    q = np.array(rotations.quaternion_from_mrp(mrp))
+    frame = np.array(rotations.quaternion_from_rotation_vector(vector))
+    matrix = rotations.matrix_from_mrp(rotations.mrp_from_quaternion(frame))
+    plain = {"body_frame": None, "inertial_frame": None, "inverse": False, "scalar_first": False}
+    body = quaternion_matrix(**{**plain, "body_frame": matrix}) @ q
+    inertial = quaternion_matrix(**{**plain, "inertial_frame": matrix}) @ q
+    back = np.array([-1.0, -1.0, -1.0, 1.0]) * frame
 
-    assert_allclose(found * np.sign(found @ q), q, rtol=0, atol=4 * FEW_ULP)
+    for found, expected in (
+        (body, rotations.compose_quaternions(frame, q)),
+        (inertial, rotations.compose_quaternions(q, back)),
+    ):
+        assert_allclose(found * np.sign(found @ expected), expected, rtol=0, atol=8 * FEW_ULP)
+    assert_allclose(quaternion_matrix(**plain), np.eye(4), rtol=0, atol=0)
+
+
+def test_quaternion_without_an_attitude_is_no_rotation():
+    assert mrp_from_quaternion(np.zeros(4)).tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("there", ["mrp", "quaternion"])
+def test_what_is_not_a_number_stays_so(there):
+    both = conversion(theirs=4 if there == "quaternion" else 3, attitude=there)
+
+    assert np.all(np.isnan(both.to_theirs(np.array([np.nan, 0.0, 0.0]))))
+    assert np.all(np.isnan(both.to_ours(np.array([0.0, np.nan, 0.0, 1.0][: 4 if there == "quaternion" else 3]))))
 
 
 def test_a_small_turn_in_foreign_words_is_what_the_words_say():

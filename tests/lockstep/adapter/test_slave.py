@@ -213,3 +213,23 @@ def test_elements_of_arrays_are_paired_by_number(tmp_path, ports, foreign, entry
 
     assert [v.name for v in bound.ours] == ports
     assert [v.name for v in bound.theirs] == foreign
+
+
+@pytest.mark.parametrize(
+    ("value", "integer"),
+    [(np.nan, 0), (np.inf, 2**31 - 1), (-np.inf, -(2**31)), (3e9, 2**31 - 1), (2.5, 2), (3.5, 4), (-1.6, -2)],
+)
+def test_number_becomes_the_nearest_integer_in_range_and_nan_becomes_zero(tmp_path, value, integer):
+    path = tmp_path / "vendor.toml"
+    path.write_text('[[input]]\nours = "u"\ntheirs = "n"\n[[output]]\nours = "y"\ntheirs = "m"\n')
+    ours = variables(("u", "Real", "input", ""), ("y", "Integer", "output", ""))
+    theirs = variables(("n", "Integer", "input", ""), ("m", "Real", "output", ""))
+    binding, toy = bind(read_adapter(path), ours, theirs), Toy()
+    slave = adapt_slave(toy, binding)
+    toy.store["Real"][theirs["m"].reference] = value
+    ports(slave, binding, ["u"], "Real", [value])
+
+    assert slave.exit_initialization() == OK
+
+    assert toy.store["Integer"][theirs["n"].reference] == integer
+    assert ports(slave, binding, ["y"], "Integer")[0] == integer
