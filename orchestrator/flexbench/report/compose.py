@@ -53,7 +53,7 @@ def compose_page(results: Sequence[Result], studies: Sequence[Path] = (), window
     environment = template_environment(PAGE_FOLDER)
     return environment.get_template("page.html").render(
         title=title,
-        status=str(results[0].manifest.get("status", "")) if len(results) == 1 else "",
+        status=str(results[0].record.get("status", "")) if len(results) == 1 else "",
         subtitle=run_description(runs[0]) if len(results) == 1 else names,
         sections=list(_sections(runs, studies)),
         image_of=image_of,

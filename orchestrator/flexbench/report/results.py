@@ -1,4 +1,4 @@
-"""What a page is made of: results folders, found and read, ours or of any other system."""
+"""Find and read results folders for a page: of flexsat systems and of any other system."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from flexbench.runs.dataset import read_manifest
 from flexbench.runs.metrics import SETTLED_FROM
 from flexbench.runs.run_folder import METRICS, Run, read_run
 from lockstep import InputError, Signals, read_signals
+from lockstep.results.read_run_record import read_run_record
 from lockstep.results.run_record import EVENTS, RUN
 
-MOST_RUNS = 24  # on a page: more colours nobody tells apart
+MOST_RUNS = 24  # on a page: more colours cannot be distinguished
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,34 +25,34 @@ class Result:
 
     folder: Path
     name: str  # unique on the page
-    manifest: Mapping[str, Any]
-    text: str  # run.toml
+    record: Mapping[str, Any]  # run.toml
+    text: str  # of run.toml
     events: Sequence[Mapping[str, Any]]
-    run: Run | None  # None for a system that is not ours
+    run: Run | None  # None for a system that is not flexsat's
 
     def signals(self) -> Signals:
-        """Return the numbers that were recorded; large, so nobody keeps it. Texts cannot be drawn."""
+        """Return the recorded numbers, without texts, which cannot be plotted. Large: read where needed, not kept."""
         found = read_signals(self.folder)
         numbers = {name: np.asarray(v, np.float64) for name, v in found.columns.items() if v.dtype != object}
         return replace(found, columns=numbers)
 
     def metrics(self) -> Mapping[str, float]:
-        """Return the run's metrics in SI; nothing for a short run and for a system that is not ours."""
+        """Return the run's metrics in SI; empty for a short run and for a system that is not flexsat's."""
         if self.run is None:
             return {}
         path = self.folder / METRICS
         if path.is_file():
             return dict(json.loads(path.read_text(encoding="utf-8"))["metrics"])
-        if float(self.manifest.get("simulated_time", 0.0)) <= SETTLED_FROM:
+        if float(self.record.get("simulated_time", 0.0)) <= SETTLED_FROM:
             return {}
         try:
             return self.run.metrics()
-        except ValueError:  # what they need was not recorded, or in part
+        except ValueError:  # a signal that they need was not recorded, or in part
             return {}
 
 
 def load_results(paths: Sequence[Path]) -> list[Result]:
-    """Read results folders; a folder of results folders stands for all of them.
+    """Read results folders; a folder that holds results folders stands for all of them.
 
     Raises
     ------
@@ -84,12 +84,12 @@ def load_results(paths: Sequence[Path]) -> list[Result]:
 
 
 def _read(folder: Path, name: str) -> Result:
-    manifest, text = read_manifest(folder)
+    record, text = read_run_record(folder)
     try:
         run = read_run(folder)
-    except (InputError, KeyError):  # another system: a page of what there is
+    except (InputError, KeyError):  # another system: the page shows its signals
         run = None
-    return Result(folder=folder, name=name, manifest=manifest, text=text, events=_events(folder), run=run)
+    return Result(folder=folder, name=name, record=record, text=text, events=_events(folder), run=run)
 
 
 def _events(folder: Path) -> list[Mapping[str, Any]]:

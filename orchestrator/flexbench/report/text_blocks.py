@@ -36,19 +36,19 @@ def summary_blocks(contents: Sequence[RunData]) -> list[Block]:
 
 
 def _facts_of(content: RunData) -> dict[str, str]:
-    result, manifest = content.result, content.result.manifest
-    simulated, wall = _simulated(content), float(manifest.get("wall_time", 0.0))
+    result, record = content.result, content.result.record
+    simulated, wall = _simulated(content), float(record.get("wall_time", 0.0))
     speed = f" ({simulated / wall:.1f} x real time)" if wall > 0.0 else ""
-    told = {"system": str(manifest.get("system", {}).get("name", ""))}
+    told = {"system": str(record.get("system", {}).get("name", ""))}
     if result.run is not None:
         told["variant"] = "as published" if result.run.as_published else "corrected"
         told["seed"] = str(result.run.seed)
     return told | {
-        "status": str(manifest.get("status", "")),
-        "simulated": f"{simulated:g} s of {float(manifest.get('stop_time', simulated)):g} s",
+        "status": str(record.get("status", "")),
+        "simulated": f"{simulated:g} s of {float(record.get('stop_time', simulated)):g} s",
         "wall time": f"{wall:.1f} s{speed}",
         "recorded": f"{content.recorded} signals every {content.interval * 1e3:g} ms, {content.rows} rows",
-        "begun": str(manifest.get("started", "")),
+        "begun": str(record.get("started", "")),
         "folder": str(result.folder),
     }
 
@@ -64,13 +64,13 @@ def scenario_of(result: Result) -> str:
 
 def _simulated(content: RunData) -> float:
     """Return how far a run came [s]: one that still goes on has not yet said so itself."""
-    return float(content.result.manifest.get("simulated_time", 0.0)) or content.end
+    return float(content.result.record.get("simulated_time", 0.0)) or content.end
 
 
 def run_description(content: RunData) -> str:
     """Return what a run was in a few words."""
     result = content.result
-    words = [str(result.manifest.get("system", {}).get("name", ""))]
+    words = [str(result.record.get("system", {}).get("name", ""))]
     if result.run is not None:
         words += ["as published" if result.run.as_published else "corrected", f"seed {result.run.seed}"]
     return ", ".join([*words, f"{_simulated(content):g} s simulated"])
@@ -164,8 +164,8 @@ def _event_table(found: Sequence[Mapping[str, Any]]) -> Table:
 
 def system_blocks(result: Result) -> list[Block]:
     """Return components, latency contracts, and who runs when."""
-    manifest = result.manifest
-    components = manifest.get("component", [])
+    record = result.record
+    components = record.get("component", [])
     rows = [
         [
             c["name"],
@@ -177,11 +177,11 @@ def system_blocks(result: Result) -> list[Block]:
         for c in components
     ]
     blocks: list[Block] = [Table(("component", "model", "file", "period [ms]", "kind"), rows)]
-    latencies = [[one["from"], one["to"], str(one["delay"])] for one in manifest.get("latency", [])]
+    latencies = [[one["from"], one["to"], str(one["delay"])] for one in record.get("latency", [])]
     if latencies:
         blocks.append(Table(("from", "to", "delay [ticks]"), latencies))
     try:
-        flown = _flown(manifest)
+        flown = _flown(record)
     except (InputError, OSError, KeyError) as error:
         return [*blocks, Paragraph(f"No timeline: {error}")]
     periods = [component.period // flown.tick for component in flown.components]
@@ -191,18 +191,18 @@ def system_blocks(result: Result) -> list[Block]:
     return blocks
 
 
-def _flown(manifest: Mapping[str, Any]) -> System:
+def _flown(record: Mapping[str, Any]) -> System:
     """Return the system as it was run: from its file, if that is still the same, with the run's periods and delays."""
-    path = Path(manifest["system"]["path"])
-    loaded = load_system(path, timing_of_run(manifest))
-    if loaded.sha256 != manifest["system"]["sha256"]:
+    path = Path(record["system"]["path"])
+    loaded = load_system(path, timing_of_run(record))
+    if loaded.sha256 != record["system"]["sha256"]:
         raise InputError(f"the system file {path} has changed since the run")
-    for component in manifest["component"]:
+    for component in record["component"]:
         period = nanoseconds(component["period"], component["name"])
         if loaded.component(component["name"]).period != period:
             loaded = loaded.with_period(component["name"], period)
     delays = {(c.from_component, c.to_component, c.delay) for c in loaded.connections}
-    for one in manifest.get("latency", []):
+    for one in record.get("latency", []):
         if (one["from"], one["to"], one["delay"]) not in delays:
             loaded = loaded.with_delay(one["from"], one["to"], one["delay"])
     return loaded
@@ -210,12 +210,12 @@ def _flown(manifest: Mapping[str, Any]) -> System:
 
 def version_blocks(result: Result) -> list[Block]:
     """Return versions, hashes, and all of run.toml."""
-    manifest = result.manifest
-    versions = [[name, str(value)] for name, value in manifest.get("versions", {}).items()]
+    record = result.record
+    versions = [[name, str(value)] for name, value in record.get("versions", {}).items()]
     hashes = [
-        [c["name"], c.get("model", ""), c.get("sha256", ""), c.get("guid", "")] for c in manifest.get("component", [])
+        [c["name"], c.get("model", ""), c.get("sha256", ""), c.get("guid", "")] for c in record.get("component", [])
     ]
-    described = manifest.get("system", {})
+    described = record.get("system", {})
     if described.get("sha256"):
         hashes.append(["system file", str(described.get("name", "")), described["sha256"], ""])
     return [

@@ -1,9 +1,8 @@
-"""A run as an xarray Dataset: arrays of signals with named dimensions, units, and where the run came from."""
+"""Load a run as an xarray Dataset: arrays with named dimensions and units, and the run's system, seed and versions."""
 
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,11 +10,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from lockstep import InputError, read_signals
+from lockstep import read_signals
 from lockstep.array_names import Index, by_array, grid_axes
+from lockstep.results.read_run_record import read_run_record
 
 AXES = (1, 2, 3)  # indices of a vector in body axes
-# words in a name that say what its elements are, before all rules
+# words in the name of an array that name its dimension; they come before the other rules
 DIMENSIONS = {"wheel": "wheel", "modal": "mode", "torque": "wheel"}
 
 
@@ -39,7 +39,7 @@ def load_dataset(folder: Path | str, signals: Sequence[str] | None = None) -> xr
         If the folder holds no run, or a signal was not recorded.
     """
     folder = Path(folder)
-    manifest, text = read_manifest(folder)
+    record, text = read_run_record(folder)
     recorded = read_signals(folder, signals)
     time = ("time", recorded.time, {"units": "s", "description": "time at which the row is true"})
     variables: dict[str, Any] = {}
@@ -54,11 +54,11 @@ def load_dataset(folder: Path | str, signals: Sequence[str] | None = None) -> xr
         values = np.column_stack([recorded.columns[element] for element in elements.values()])
         sizes = [len(coordinates[dimension][1]) for dimension in dimensions]
         variables[name] = (("time", *dimensions), values.reshape(len(values), *sizes), about)
-    return xr.Dataset(variables, coordinates, run_attributes(manifest, text))
+    return xr.Dataset(variables, coordinates, run_attributes(record, text))
 
 
 def _dimensions(name: str, elements: Iterable[Index], coordinates: dict[str, Any]) -> list[str]:
-    """Return the names of an array's dimensions, and enter their indices among the coordinates."""
+    """Return the names of an array's dimensions, and add their indices to the coordinates."""
     indices = list(elements)
     axes = grid_axes(indices)
     if axes is None:  # a part of a matrix
@@ -68,7 +68,7 @@ def _dimensions(name: str, elements: Iterable[Index], coordinates: dict[str, Any
     if len(axes) == 1:
         names = [dimension_of(name, axes[0])]
         known = coordinates.get(names[0])
-        if known is not None and tuple(known[1]) != axes[0]:  # recorded in parts: an index of its own
+        if known is not None and tuple(known[1]) != axes[0]:  # recorded in part: it needs its own index
             names = [f"{name} element"]
     else:
         words = ("row", "column") if len(axes) == 2 else [f"index {number}" for number in range(1, len(axes) + 1)]
@@ -78,20 +78,8 @@ def _dimensions(name: str, elements: Iterable[Index], coordinates: dict[str, Any
     return names
 
 
-def read_manifest(folder: Path) -> tuple[Mapping[str, Any], str]:
-    """Return run.toml of a results folder, understood and as text; raise InputError if there is none."""
-    path = folder / "run.toml"
-    if not path.is_file():
-        raise InputError(f"{folder}: holds no run.toml; give the folder of a run")
-    text = path.read_text(encoding="utf-8")
-    try:
-        return tomllib.loads(text), text
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: is no TOML ({error}); run again, or restore the file") from None
-
-
 def dimension_of(name: str, indices: Sequence[int]) -> str:
-    """Name what the elements of an array are: axis, wheel, mode, or the word before the quantity, as gyro."""
+    """Return the name of an array's dimension: axis, wheel, mode, or the word before the quantity, such as gyro."""
     words = name.split(".")
     for word in reversed(words):
         if word in DIMENSIONS and tuple(indices) != AXES:
@@ -101,16 +89,16 @@ def dimension_of(name: str, indices: Sequence[int]) -> str:
     return words[-2] if len(words) > 2 else f"{name} element"
 
 
-def run_attributes(manifest: Mapping[str, Any], text: str) -> dict[str, str | int | float]:
-    """Return what a run is, as text and numbers: system, seed, versions, hashes; `run_toml` holds all of it."""
-    components = manifest.get("component", [])
+def run_attributes(record: Mapping[str, Any], text: str) -> dict[str, str | int | float]:
+    """Return system, seed, versions and hashes of a run, as texts and numbers; `run_toml` holds the whole record."""
+    components = record.get("component", [])
     seeds = {c["name"]: c["parameters"]["seed"] for c in components if "seed" in c.get("parameters", {})}
     attributes: dict[str, str | int | float] = {
-        "system": manifest.get("system", {}).get("name", ""),
-        "status": manifest.get("status", ""),
-        "simulated_time": float(manifest.get("simulated_time", 0.0)),
-        "started": manifest.get("started", ""),
-        "versions": ", ".join(f"{name} {value}" for name, value in manifest.get("versions", {}).items()),
+        "system": record.get("system", {}).get("name", ""),
+        "status": record.get("status", ""),
+        "simulated_time": float(record.get("simulated_time", 0.0)),
+        "started": record.get("started", ""),
+        "versions": ", ".join(f"{name} {value}" for name, value in record.get("versions", {}).items()),
         "fmu_sha256": json.dumps({c["name"]: c.get("sha256", "") for c in components}),
         "run_toml": text,
     }

@@ -1,4 +1,4 @@
-"""Hand a run's signals to other tools: CSV, MATLAB, HDF5 (netCDF-4) or Parquet, with units, in one file."""
+"""Export a run's signals with their units to one file: CSV, MATLAB, HDF5 (netCDF-4) or Parquet."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from scipy.io import savemat
 from lockstep import InputError
 from lockstep.errors import compact, suggestion
 from lockstep.results.read import PARQUET, read_signals
+from lockstep.results.read_run_record import read_run_record
 from lockstep.results.signal_patterns import matching
 
-from .dataset import load_dataset, read_manifest, run_attributes
+from .dataset import load_dataset, run_attributes
 
 LONGEST_FIELD = 63  # letters of a MATLAB name
 SUFFIXES = {"csv": ".csv", "mat": ".mat", "hdf5": ".h5", "parquet": ".parquet"}
@@ -35,7 +36,7 @@ def export_run(folder: Path, to: str, out: Path | None = None, patterns: Sequenc
     folder : results folder of a run
     to : csv, mat, hdf5 or parquet
     out : file to write; None for one in the folder, with the folder's name
-    patterns : signals to write, `*` and `?` wild, an array by its name; none for all
+    patterns : signals to write, with the wildcards `*` and `?`, an array by its name; none for all
 
     Raises
     ------
@@ -44,7 +45,7 @@ def export_run(folder: Path, to: str, out: Path | None = None, patterns: Sequenc
     """
     if to not in SUFFIXES:
         raise InputError(f"--to {to}: no such format; there are {', '.join(SUFFIXES)}")
-    read_manifest(folder)
+    read_run_record(folder)  # that it is the folder of a run
     out = out or folder / f"{folder.resolve().name}{SUFFIXES[to]}"
     if out.is_dir():
         raise InputError(f"{out}: is a folder; give a file, for example {out / ('signals' + SUFFIXES[to])}")
@@ -79,7 +80,7 @@ def chosen_signals(folder: Path, patterns: Sequence[str]) -> list[str] | None:
 
 
 def _write_csv(folder: Path, names: list[str] | None, file: Path) -> None:
-    """Name and unit of a column in the first row, `plant.rate[1] [rad/s]`; numbers read back as they were."""
+    """Write a header of names and units, `plant.rate[1] [rad/s]`, and numbers with all their digits."""
     signals = read_signals(folder, names)
     header = ["time [s]", *(f"{name} [{signals.units[name] or '1'}]" for name in signals.columns)]
     table = pa.table([signals.time, *signals.columns.values()], names=header)
@@ -87,15 +88,15 @@ def _write_csv(folder: Path, names: list[str] | None, file: Path) -> None:
 
 
 def _write_parquet(folder: Path, names: list[str] | None, file: Path) -> None:
-    """Write a column a signal, with `unit` and `description` in its field, and what the run is in the schema."""
+    """Write one column for each signal, unit and description in its field; the run's attributes are in the schema."""
     signals = read_signals(folder, names)
-    manifest, text = read_manifest(folder)
+    record, text = read_run_record(folder)
     fields = [pa.field("time", pa.float64(), metadata={"unit": "s", "description": "time at which the row is true"})]
     fields += [
         pa.field(name, kind, metadata={"unit": signals.units[name], "description": signals.descriptions[name]})
         for name, kind in ((name, pa.array(values).type) for name, values in signals.columns.items())
     ]
-    about = {key: str(value) for key, value in run_attributes(manifest, text).items()}
+    about = {key: str(value) for key, value in run_attributes(record, text).items()}
     schema = pa.schema(fields, metadata=about)
     parquet.write_table(pa.table([signals.time, *signals.columns.values()], schema=schema), file)
 
@@ -103,7 +104,7 @@ def _write_parquet(folder: Path, names: list[str] | None, file: Path) -> None:
 def _write_hdf5(folder: Path, names: list[str] | None, file: Path) -> None:
     """Write a netCDF-4 file, which is HDF5: arrays with named dimensions and attributes."""
     dataset = load_dataset(folder, names)
-    # a component of a nested system is named by its path, and HDF5 takes a slash for a group
+    # a component of a nested system is named by its path; in HDF5 a slash starts a group
     dataset = dataset.rename(
         {str(n): str(n).replace("/", ".") for n in (*dataset.variables, *dataset.dims) if "/" in str(n)}
     )
@@ -112,7 +113,7 @@ def _write_hdf5(folder: Path, names: list[str] | None, file: Path) -> None:
 
 
 def _write_mat(folder: Path, names: list[str] | None, file: Path) -> None:
-    """Write `time`, and `signals`, `units`, `descriptions`, `elements` as structures: signals.plant.wheel.speed."""
+    """Write `time` and the structures `signals`, `units`, `descriptions`, `elements`, as signals.plant.wheel.speed."""
     dataset = load_dataset(folder, names)
     content: dict[str, Any] = {
         "time": dataset["time"].to_numpy(),
@@ -133,7 +134,7 @@ def _indices(variable: xr.DataArray) -> NDArray[Any]:
 
 
 def _nested(dataset: xr.Dataset, value: Callable[[xr.DataArray], Any], arrays_only: bool = False) -> dict[str, Any]:
-    """Sort variables into a structure by the parts of their names."""
+    """Return a value of each variable, nested by the parts of their names."""
     structure: dict[str, Any] = {}
     taken: dict[tuple[str, ...], str] = {}
     for name in map(str, dataset.data_vars):
@@ -146,14 +147,16 @@ def _nested(dataset: xr.Dataset, value: Callable[[xr.DataArray], Any], arrays_on
             if not isinstance(inside, dict):
                 raise InputError(f"{name}: is a signal and part of another's name; export to hdf5 instead")
         if path in taken or path[-1] in inside:
-            raise InputError(f"{name}: MATLAB cannot tell it from {taken.get(path, name)}; export to hdf5 instead")
+            raise InputError(
+                f"{name}: MATLAB cannot distinguish it from {taken.get(path, name)}; export to hdf5 instead"
+            )
         taken[path] = name
         inside[path[-1]] = value(dataset[name])
     return structure
 
 
 def _field(part: str) -> str:
-    """Return a name that MATLAB takes for a field: letters, digits and underscores, a letter first."""
+    """Return a valid MATLAB field name: letters, digits and underscores, starting with a letter."""
     field = re.sub(r"\W", "_", part, flags=re.ASCII)
     if not field[:1].isalpha():
         field = f"x{field}"

@@ -1,4 +1,4 @@
-"""Histories: what a run's recorded signals say over time, as plain arrays in SI units, one value a row."""
+"""Compute histories from recorded signals: plain arrays in SI units, one value for each recorded row."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lockstep import Signals
 
 ATTITUDE, ATTITUDE_REFERENCE = "plant.attitude.mrp", "controller.reference.mrp"
 TORQUE, TORQUE_REFERENCE = "controller.wheel.torque", "controller.reference.torque"
-# the parts of the regulated state but the wheels, in its order: true and reference
+# the regulated state without the wheels, in its order: true value and reference
 STRUCTURE = (
     ("plant.attitude.mrp", "controller.reference.mrp"),
     ("plant.modal.displacement", "controller.reference.modal.displacement"),
@@ -41,7 +41,7 @@ def deformation(signals: Signals) -> Array:
 
 
 def rotation_about_x(signals: Signals, attitude: str = ATTITUDE) -> Array:
-    """Return the angle turned about body x, (rows,) [rad], of the true attitude or of another, such as the reference.
+    """Return the rotation angle about body x, (rows,) [rad], of the true attitude or of another, such as the reference.
 
     The twist of the rotation about x: for a turn about x alone, its angle.
     """
@@ -50,12 +50,12 @@ def rotation_about_x(signals: Signals, attitude: str = ATTITUDE) -> Array:
 
 
 def torque_norm(signals: Signals, torque: str = TORQUE) -> Array:
-    """Return the sum over the wheels of |torque|, (rows,) [N.m], of what was commanded or of the feed-forward."""
+    """Return the sum over the wheels of |torque|, (rows,) [N.m]: of the command, or of the feed-forward."""
     return np.asarray(np.sum(np.abs(signals[torque]), axis=1))
 
 
 def torque_impulse(signals: Signals, torque: str = TORQUE) -> Array:
-    """Return the time integral of `torque_norm` from the first row on, (rows,) [N.m.s]; a torque holds to the next."""
+    """Return the time integral of `torque_norm`, (rows,) [N.m.s]; each torque holds until the next row."""
     held = torque_norm(signals, torque)[:-1] * np.diff(signals.time)
     return np.concatenate([[0.0], np.cumsum(held)])
 
@@ -71,7 +71,7 @@ def wheel_speed_deviation(signals: Signals, design: Design) -> Array:
 
 
 def regulated_error(signals: Signals, design: Design) -> Array:
-    """Return what the regulator drives to zero, (rows, c): its basis^T (x - x_ref).
+    """Return the error that the regulator drives to zero, (rows, c): its basis^T (x - x_ref).
 
     x is MRP [1], modal displacement [m sqrt(kg)], body rate [rad/s], modal velocity [m sqrt(kg)/s] and inertial wheel
     speed less nominal [rad/s].
@@ -82,7 +82,7 @@ def regulated_error(signals: Signals, design: Design) -> Array:
 
 
 def lqr_cost(signals: Signals, design: Design) -> tuple[Array, Array]:
-    """Return what each row adds to the regulator's cost: total and control part, (rows,) each.
+    """Return the regulator's cost of each row: total and control part, (rows,) each.
 
     Half the quadratic forms z^T Q z + u^T R u and u^T R u of the regulated error z and of the torque less its
     feed-forward u, without the period. The published costs are plain sums of these over the samples of the controller
@@ -100,7 +100,7 @@ def controller_rows(signals: Signals, design: Design) -> slice:
     Raises
     ------
     ValueError
-        If the rows are no whole fraction of its period apart.
+        If the record period does not divide the controller's period.
     """
     period = design.config.rates.controller
     interval = float(signals.time[1] - signals.time[0]) if len(signals.time) > 1 else period

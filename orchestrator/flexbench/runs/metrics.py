@@ -1,4 +1,4 @@
-"""The numbers of a run: what the paper's table is made of, in SI."""
+"""Compute the metrics of a run that the paper's table shows, in SI."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from lockstep import InputError, Signals
 from . import histories
 
 SETTLED_FROM = 150.0  # s: steady state, P section 5
-PUBLISHED_WINDOW = (75.0, 150.0)  # s: what the release calls converged for two rows of the slew
-LAST = 50.0  # s at the end of a run, whose RMS tells when the pointing had settled
+PUBLISHED_WINDOW = (75.0, 150.0)  # s: converged according to the authors' code, for two rows of the slew
+LAST = 50.0  # s at the end of a run, whose RMS defines the settling limit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Windows:
-    """Times that the metrics of one run refer to."""
+    """Time windows that the metrics of one run refer to."""
 
     slew_end: float | None  # s; None for a run without a slew
     as_published: bool
@@ -39,10 +39,10 @@ def settling_time(time: Array, error: Array, since: float) -> float:
 
 
 def check_length(signals: Signals) -> None:
-    """Raise InputError if the run begins at a checkpoint or is too short for its steady state to be seen."""
+    """Raise InputError if the run begins at a checkpoint or ends before the steady state."""
     time = signals.time
     if time[0] > 0.0:
-        raise InputError(f"metrics: the run begins at {time[0]:g} s, from a checkpoint, and they are of whole runs")
+        raise InputError(f"metrics: the run begins at {time[0]:g} s, from a checkpoint, but they need whole runs")
     if not np.any(time > SETTLED_FROM):
         raise InputError(
             f"metrics: the run ends at {time[-1]:g} s, and they refer to t > {SETTLED_FROM:g} s; simulate longer"
@@ -55,13 +55,13 @@ def compute_metrics(signals: Signals, design: Design, windows: Windows) -> Mappi
     Parameters
     ----------
     signals : recorded with the default patterns
-    design : that the run's FMUs were built from, for the cost's weights
+    design : of the run's FMUs, for the weights of the cost
     windows : when the slew ends, and whether the published definitions of two rows apply
 
     Raises
     ------
     InputError
-        If the run begins at a checkpoint, is too short for its steady state to be seen, or lacks a signal.
+        If the run begins at a checkpoint, ends before the steady state, or lacks a signal.
     """
     check_length(signals)
     time = signals.time

@@ -1,9 +1,7 @@
-"""Results folders of our own systems: which spacecraft and scenario a run was, its metrics, its figures."""
+"""Read the results folder of a run of a flexsat system: its configuration, scenario, seed, signals and metrics."""
 
 from __future__ import annotations
 
-import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,8 +11,10 @@ from typing import Any
 from flexsat.design.chain import Design, Designs, build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError, Signals, read_signals
+from lockstep.results.read_run_record import read_run_record
 
 from ..loop.scenarios import slew_end
+from .json_file import write_json
 from .metrics import Windows, check_length, compute_metrics
 
 METRICS = "metrics.json"
@@ -22,7 +22,7 @@ METRICS = "metrics.json"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """What a results folder of one of our systems says of itself."""
+    """A run of a flexsat system, as recorded in its results folder."""
 
     folder: Path
     configuration: ConfigurationName
@@ -33,16 +33,16 @@ class Run:
 
     @property
     def design(self) -> Design:
-        """The design that the FMUs were built from."""
+        """The design that the run's FMUs were built from."""
         return self.designs.as_published if self.as_published else self.designs.corrected
 
     @property
     def designs(self) -> Designs:
-        """Both variants of its configuration's design."""
+        """Both variants of the design of its configuration."""
         return _designs(self.configuration)
 
     def signals(self) -> Signals:
-        """Return what was recorded."""
+        """Return the recorded signals."""
         return read_signals(self.folder)
 
     def metrics(self) -> Mapping[str, float]:
@@ -64,14 +64,10 @@ def read_run(folder: Path) -> Run:
     Raises
     ------
     InputError
-        If it is not a run of one of our systems: components plant, sensors and controller as `flexsat build` makes
-        them.
+        If it is not a run of a flexsat system: components plant, sensors and controller as `flexsat build` makes them.
     """
-    path = folder / "run.toml"
-    if not path.is_file():
-        raise InputError(f"{folder}: holds no run.toml; give the folder of a run")
-    manifest = tomllib.loads(path.read_text(encoding="utf-8"))
-    components = {component["name"]: component for component in manifest["component"]}
+    record, _ = read_run_record(folder)
+    components = {component["name"]: component for component in record["component"]}
     model = components.get("plant", {}).get("model", "")
     name = next((name for name in CONFIGURATIONS if model == f"plant_{name}"), None)
     if name is None or "controller" not in components:
@@ -92,7 +88,7 @@ def _number(parameters: Mapping[str, Any], name: str) -> float:
 
 
 def write_metrics(run: Run) -> Mapping[str, float]:
-    """Compute a run's metrics and leave them in its folder as metrics.json."""
+    """Compute a run's metrics and write them to metrics.json in its folder."""
     metrics = run.metrics()
     content = {
         "configuration": run.configuration,
@@ -109,7 +105,5 @@ def write_metrics(run: Run) -> Mapping[str, float]:
         },
         "metrics": dict(metrics),
     }
-    partial = run.folder / f".{METRICS}.partial"
-    partial.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    partial.replace(run.folder / METRICS)
+    write_json(run.folder / METRICS, content)
     return metrics

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,8 @@ from lockstep.errors import InputError
 from lockstep.faults.read import read_scenario
 from lockstep.faults.scenario import Scenario
 from lockstep.results.read import recorded_rows
-from lockstep.results.run_record import RUN, goes_on
+from lockstep.results.read_run_record import read_run_record
+from lockstep.results.run_record import goes_on
 from lockstep.run.real_time_pacing import Pacer
 from lockstep.simulation import Progress, RunSummary, simulate
 from lockstep.system.system import System
@@ -24,13 +24,7 @@ from lockstep.system.system import System
 def resumable(folder: Path | str) -> Checkpoint:
     """Return the newest checkpoint of a results folder whose run may be resumed, or raise InputError."""
     folder = Path(folder)
-    path = folder / RUN
-    if not path.is_file():
-        raise InputError(f"{folder}: holds no {RUN}; give the folder of a run")
-    try:
-        status = tomllib.loads(path.read_text(encoding="utf-8")).get("status")
-    except ValueError as error:
-        raise InputError(f"{path}: is no TOML file: {error}") from None
+    status = read_run_record(folder)[0].get("status")
     newest = newest_checkpoint(folder)
     if status == "completed":
         remedy = f"; branch from {newest} with --from" if newest else ""

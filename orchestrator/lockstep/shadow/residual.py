@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from lockstep.arrays import Array
 from lockstep.errors import InputError, compact
 from lockstep.results.read import Signals, read_signals
-from lockstep.results.run_record import RUN
+from lockstep.results.read_run_record import read_run_record
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW
 
 NEIGHBOURS = 1.0  # s either side of the hand-over, whose steps its own is compared with
@@ -85,10 +84,7 @@ def has_shadow(folder: Path) -> bool:
 
 def _shadowed(folder: Path) -> dict[str, Any] | None:
     """Return the component of a run that had a shadow, as run.toml tells of it."""
-    path = folder / RUN
-    if not path.is_file():
-        raise InputError(f"{folder}: holds no {RUN}; give the folder of a run")
-    components = tomllib.loads(path.read_text(encoding="utf-8")).get("component", [])
+    components = read_run_record(folder)[0].get("component", [])
     return next((component for component in components if "shadow" in component), None)
 
 

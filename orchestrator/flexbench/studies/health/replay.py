@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +13,7 @@ from flexsat.closed_loop import port_values
 from flexsat.ports import controller as interface
 from flexsat.runtime import controller
 from lockstep import InputError, Signals
+from lockstep.results.read_run_record import read_run_record
 from lockstep.shadow.ports import ORIGINAL, SHADOW
 
 from ...runs.histories import controller_rows, wheel_speed_deviation
@@ -94,6 +94,6 @@ def recorded(signals: Signals) -> bool:
 
 
 def _controller_parameters(run: Run) -> dict[str, Any]:
-    manifest = tomllib.loads((run.folder / "run.toml").read_text(encoding="utf-8"))
-    found: dict[str, Any] = next(c["parameters"] for c in manifest["component"] if c["name"] == "controller")
+    record, _ = read_run_record(run.folder)
+    found: dict[str, Any] = next(c["parameters"] for c in record["component"] if c["name"] == "controller")
     return {name: value for name, value in found.items() if not name.startswith(SHADOW)}
