@@ -8,38 +8,17 @@ from dataclasses import dataclass
 from ...parameters import Configuration
 from ...ports.table import PortTable
 from ...spacecraft.assembly import Spacecraft
+from .component_text import ComponentText
 from .controller_text import CONTROLLER
 from .drawing import icon, model_picture
-from .hosting import DEPENDENCIES
 from .licences import licence_files
-from .page import page
+from .page import external_dependencies, page, replay_instructions
 from .plant_text import PLANT
 from .reference_results import Run, reference_files
 from .sensors_text import SENSORS
 from .terminals import terminals_xml
-from .text import ComponentText
 
 TEXTS: dict[str, ComponentText] = {"plant": PLANT, "sensors": SENSORS, "controller": CONTROLLER}
-_REPLAY = """\
-How to replay the experiments of extra/org.fmi-standard.fmi-ls-ref/
-===================================================================
-
-experiments.exp lists them: each has reference results, most have parameters and stimuli.
-
-1. Instantiate. Set the parameters of <name>-parameters.ssv; what is not in it keeps its start value.
-2. Initialise at time 0, the inputs of the first row of <name>-stimuli.csv set in initialisation mode.
-3. For each row of the stimuli, at time t: set the inputs, then doStep(t, stepSize). There is a row for each step, so
-   nothing needs to be interpolated; an experiment without stimuli sets no input and takes stopTime/stepSize steps.
-4. <name>-references.csv has what the outputs read at its times: after initialisation at time 0, and after the steps
-   that end there, before new inputs are set. It has fewer rows than steps were taken.
-
-Booleans are 0 and 1. Numbers are written with as many digits as give the same bits when read.
-
-How near must it be? With the same numpy on the same kind of processor, the results are equal bit by bit. Others add
-in another order: what differs then is rounding. 1e-9 of the largest value of an array of outputs is a good bound to
-check with; a wrong wiring, unit, parameter or time of reading is off by far more. A host that interpolates the stimuli
-between rows, and meets a row at a time that differs in its last digit, stays within the same bound.
-"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,8 +63,8 @@ def travelling(
     )
     documentation = {
         "index.html": index,
-        "externalDependencies.txt": DEPENDENCIES.encode(),
-        "fmi-ls-ref.txt": _REPLAY.encode(),
+        "externalDependencies.txt": external_dependencies(),
+        "fmi-ls-ref.txt": replay_instructions(),
         **{f"licenses/{name}": content for name, content in licence_files().items()},
     }
     terminals = {"terminalsAndIcons/terminalsAndIcons.xml": terminals_xml(table)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .text import ComponentText, Equation
+from .component_text import ComponentText, Equation
 
 CONTROLLER = ComponentText(
     title="LQG attitude controller",

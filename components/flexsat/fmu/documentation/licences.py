@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib.metadata import distribution
 from pathlib import Path
 
+from .render import fill
+
 ENTRY = "license.txt"  # FMI 2.0, section 2.3: where a reader begins
 OWN, WRAPPER = "flexsat-BSD-3-Clause.txt", "pythonfmu-MIT.txt"
 
@@ -17,24 +19,8 @@ def licence_files() -> dict[str, bytes]:
     ValueError
         If an installed package came without its licence.
     """
-    wrapper = distribution("pythonfmu")
-    entry = f"""\
-Licences of this FMU
-====================
-
-This FMU as a whole        BSD-3-Clause AND MIT (SPDX expression)
-
-resources/flexsat_*/       the model, BSD-3-Clause: {OWN}
-resources/*.npz, *.json    its data, BSD-3-Clause: {OWN}
-resources/*.py             generated, BSD-3-Clause: {OWN}
-documentation/, extra/, terminalsAndIcons/, model.png, modelDescription.xml
-                           BSD-3-Clause: {OWN}
-binaries/                  the wrapper PythonFMU {wrapper.version}, renamed, otherwise as released, MIT: {WRAPPER}
-resources/pythonfmu/       its Python module, MIT: {WRAPPER}
-
-Python and numpy do not travel in this FMU; the receiver provides them (../externalDependencies.txt).
-"""
-    return {ENTRY: entry.encode(), OWN: _own_licence(), WRAPPER: _installed_licence("pythonfmu")}
+    entry = fill("license.txt", own=OWN, wrapper=WRAPPER, wrapper_version=distribution("pythonfmu").version)
+    return {ENTRY: entry, OWN: _own_licence(), WRAPPER: _installed_licence("pythonfmu")}
 
 
 def _own_licence() -> bytes:

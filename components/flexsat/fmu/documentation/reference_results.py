@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ...ports.table import KINDS, PortTable, Scalar, Variable
 from .experiments import Experiment
-from .xml import xml_bytes
+from .xml_text import xml_bytes
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 MANIFEST, EXPERIMENTS = "fmi-ls-manifest.xml", "experiments.exp"

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from ...ports.plant import JITTER
 from ...ports.table import Port, PortTable
-from .xml import xml_bytes
+from .xml_text import xml_bytes
 
 FMI_VERSION = "3.0"  # of the file's format, whatever the version of the FMU
 ICON_SIZE = 100.0  # of the coordinate system; an icon fills it

@@ -1,6 +1,6 @@
 """Documentation, terminals, drawings and reference results, made from the same tables as the ports."""
 
-from html import escape
+from dataclasses import replace
 from io import BytesIO
 from xml.etree import ElementTree
 
@@ -12,12 +12,13 @@ from flexbench.loop.systems import WIRES
 from flexsat.closed_loop import PORTS
 from flexsat.design.chain import Designs
 from flexsat.fmu.build import SHELLS, component_resources
+from flexsat.fmu.documentation.component_text import Equation
 from flexsat.fmu.documentation.content import TEXTS, draw
 from flexsat.fmu.documentation.experiments import EXPERIMENTS, Experiment
 from flexsat.fmu.documentation.licences import licence_files
 from flexsat.fmu.documentation.page import page
+from flexsat.fmu.documentation.port_rows import name_range
 from flexsat.fmu.documentation.reference_results import reference_files, run_experiments
-from flexsat.fmu.documentation.tables import name_range
 from flexsat.fmu.documentation.terminals import TERMINALS, terminals_of
 from flexsat.ports.table import Port, PortTable
 
@@ -47,11 +48,15 @@ def page_of(design, component, naming="structured"):
     )
 
 
+def tree_of(content):
+    return ElementTree.fromstring(content.partition(b"\n")[2])
+
+
 @pytest.mark.parametrize("naming", ["structured", "flat"])
 def test_every_port_has_a_row_with_its_references_unit_and_description(design, component, naming):
     table = table_of(design, component, naming)
-    root = ElementTree.fromstring(page_of(design, component, naming).partition(b"\n")[2])
-    rows = [["".join(cell.itertext()) for cell in row.findall("td")] for row in root.iter("tr")]
+    page_rows = tree_of(page_of(design, component, naming)).iter("tr")
+    rows = [["".join(cell.itertext()) for cell in row.findall("td")] for row in page_rows]
     of_name = {row[0]: row for row in rows if row}
 
     for port in table:
@@ -73,14 +78,30 @@ def test_the_page_is_self_contained_and_repeats_byte_by_byte(centralised, compon
 
 
 def test_the_page_has_all_words_of_the_text(centralised, component):
-    text, found = TEXTS[component], page_of(centralised, component).decode()
+    text, found = TEXTS[component], page_of(centralised, component)
+    shown = "".join(tree_of(found).itertext())
 
     for words in (text.summary, *text.models, *text.timing, *text.state):
-        assert escape(words) in found
+        assert words in shown
     for equation in text.equations:
-        assert equation.formula in found
+        assert equation.formula in found.decode()
+        assert f"{equation.meaning}. [{equation.source}]" in shown
         assert equation.source.startswith("P, ")
     assert len(text.equations) >= 4
+
+
+def test_markup_in_texts_is_shown_and_not_obeyed():
+    markup = "<script>alert('&amp;')</script>"
+    text = replace(TEXTS["plant"], title=markup, summary=markup, models=(markup,), timing=(markup,), state=(markup,))
+    text = replace(text, equations=(Equation(formula="<i>y</i>", meaning=markup, source=markup),))
+    ports = [Port(name=name, causality=name, description=markup) for name in ("input", "output", "parameter")]
+    experiments = [Experiment(name=markup, description=markup, step=1.0, stop_time=1.0, record_every=1)]
+    names = dict.fromkeys(("model_name", "configuration", "version"), markup)
+    root = tree_of(page(PortTable(ports), text, experiments, step=1.0, stop=1.0, **names))
+
+    assert list(root.iter("script")) == []
+    shown = "".join(root.itertext())
+    assert shown.count(markup) == 2 * 2 + 3 + 3 + 2 + 3 + 2 + 1  # title, head, texts, equation, ports, experiment, file
 
 
 def test_the_page_tells_which_parameters_may_change_in_a_run(centralised):

@@ -1,9 +1,9 @@
-"""Tables of ports in HTML, straight from the table that the shells and the model description are made from."""
+"""Describe ports and units in rows of text, from the table that makes the shells and the model description."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from html import escape
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 from ...ports.table import ELEMENTWISE, Causality, Port, PortTable, Scalar
 from ...ports.units import BASE_UNITS, UNITS
@@ -24,22 +24,20 @@ TYPES = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "
 MOST_STARTS = 6  # values of an array that are all written out
 
 
-def port_table(table: PortTable, causality: Causality) -> str:
-    """Return an HTML table of all ports of a causality, a row each; nothing if there are none."""
-    ports = [port for port in table if port.causality == causality]
-    if not ports:
-        return ""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PortRows:
+    """A table of ports as plain text: a row a port, a cell a column of the header."""
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def port_rows(table: PortTable, causality: Causality) -> PortRows:
+    """Return the rows of all ports of a causality."""
     left_out = {"input": {"depends on"}, "output": {"range", "start"}, "parameter": {"depends on"}}[causality]
-    rows = [_row(table, port) for port in ports]
-    shown = [name for name in COLUMNS if name not in left_out]
-    return html_table(shown, [[row[name] for name in shown] for row in rows])
-
-
-def html_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table whose cells are HTML already."""
-    top = "".join(f"<th>{escape(name)}</th>" for name in head)
-    body = "\n".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table>\n<thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>\n"
+    header = tuple(name for name in COLUMNS if name not in left_out)
+    cells = [_cells(table, port) for port in table if port.causality == causality]
+    return PortRows(header=header, rows=tuple(tuple(row[name] for name in header) for row in cells))
 
 
 def name_range(table: PortTable, port: Port) -> str:
@@ -53,8 +51,8 @@ def port_name(table: PortTable, name: str) -> str:
     return name.replace(".", "_") if table.naming == "flat" else name
 
 
-def unit_table(table: PortTable) -> str:
-    """Return an HTML table of the units in use: base units, and display units with their factors."""
+def unit_rows(table: PortTable) -> list[tuple[str, str, str]]:
+    """Return the units in use: name, base units, and display units with their factors."""
     used = {port.unit for port in table if port.kind == "real"}
     rows = []
     for name, unit in UNITS.items():
@@ -62,13 +60,8 @@ def unit_table(table: PortTable) -> str:
             exponents = unit.exponents
             base = "not in whole powers of base units; FMI cannot tell them" if exponents is None else _base(exponents)
             shown = ", ".join(f"1 {name} = {factor:.10g} {other}" for other, factor in unit.display.items())
-            rows.append([code(name), escape(base), escape(shown)])
-    return html_table(("unit", "base units", "display units"), rows)
-
-
-def code(text: str) -> str:
-    """Return text as it is typed."""
-    return f"<code>{escape(text)}</code>"
+            rows.append((name, base, shown))
+    return rows
 
 
 def _base(exponents: Mapping[str, int]) -> str:
@@ -76,7 +69,7 @@ def _base(exponents: Mapping[str, int]) -> str:
     return " ".join(powers) or "none: a plain number"
 
 
-def _row(table: PortTable, port: Port) -> dict[str, str]:
+def _cells(table: PortTable, port: Port) -> dict[str, str]:
     span = table.span(port.name)
     last = span.stop - 1
     size = "" if port.size is None else f"[{port.size}]"
@@ -87,15 +80,15 @@ def _row(table: PortTable, port: Port) -> dict[str, str]:
         description += f"; changes every {port_name(table, port.period_parameter)}"
     variability = "" if port.variability == "fixed" else f", {port.variability}"
     return {
-        "name": code(name_range(table, port)),
+        "name": name_range(table, port),
         "value references": str(span.start) if span.start == last else f"{span.start}…{last}",
         "type": f"{TYPES[port.kind]}{size}{variability}",
-        "unit": escape(port.unit) if port.kind == "real" else "-",
-        "display": escape(port.display_unit or "-"),
-        "frame": escape(port.frame or "-"),
+        "unit": port.unit if port.kind == "real" else "-",
+        "display": port.display_unit or "-",
+        "frame": port.frame or "-",
         "range": _range(port),
         "start": _starts(port),
-        "description": escape(description),
+        "description": description,
         "depends on": _dependencies(table, port),
     }
 
@@ -122,7 +115,7 @@ def _starts(port: Port) -> str:
 def _value(value: Scalar) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    return f"{value:.9g}" if isinstance(value, float) else escape(str(value))
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 def _dependencies(table: PortTable, port: Port) -> str:
@@ -134,4 +127,4 @@ def _dependencies(table: PortTable, port: Port) -> str:
     for name in port.depends_on:
         source = table[name.removesuffix(ELEMENTWISE)]
         parts.append(port_name(table, source.name) + (" of the same number" if name.endswith(ELEMENTWISE) else ""))
-    return escape(", ".join(parts))
+    return ", ".join(parts)
