@@ -2,7 +2,7 @@
 
     python examples/look_at_a_run.py results/distributed-fine-pointing
 
-Make a run first: `flexsat build`, then `flexsat run fmus/distributed/fine_pointing.ssd --stop 30`.
+Make a run first: `flexsat build`, then `flexsat run fmus/distributed/fine_pointing.ssd --stop-time 30`.
 """
 
 import sys

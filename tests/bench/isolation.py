@@ -118,11 +118,11 @@ def print_row(name: str, one: list[float], two: list[float], steps: int) -> None
 
 def main(steps: int) -> None:
     """Measure and print the tables."""
-    from flexbench.cli.commands import build
+    from flexbench.loop.build import build_all
     from lockstep import load_system
 
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as folder:
-        build((CONFIGURATION,), Path(folder))
+        build_all((CONFIGURATION,), Path(folder))
         components = load_system(Path(folder, CONFIGURATION, f"{SCENARIO}.ssd")).components
         print(f"\n{CONFIGURATION}, us a step: the quickest tenth, the median and the slowest tenth of {steps} steps")
         print(f"{'component':12}{'shared':>16}{'':8}  {'isolated':>16}{'':8}  {'more':>16}   (aim: below {AIM:g} more)")

@@ -71,7 +71,7 @@ def python(script: str, *arguments: object) -> float:
 
 def main(duration: float) -> None:
     """Measure and print the table."""
-    from flexbench.cli.commands import build
+    from flexbench.loop.build import build_all
     from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
     from flexsat.closed_loop import ClosedLoop
     from flexsat.design.chain import build_designs
@@ -79,7 +79,7 @@ def main(duration: float) -> None:
 
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as temporary:
         folder = Path(temporary)
-        build((CONFIGURATION,), folder / "fmus")
+        build_all((CONFIGURATION,), folder / "fmus")
         path = folder / "fmus" / CONFIGURATION / f"{SCENARIO}.ssd"
         package = folder / "ssp"
         shutil.copytree(path.parent, package)

@@ -3,7 +3,6 @@
 import shutil
 import sys
 import tomllib
-from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +45,7 @@ def replaced(flexsat, fmus, tmp_path):
     def run(fmu, adapter, *options, stop=2):
         out = tmp_path / (f"{Path(fmu).parent.name}-{stop}" if fmu else "original")
         given = ("--replace", f"controller={fmu}", "--adapter", adapter) if fmu else ()
-        done = flexsat("run", fmus / SYSTEM, *given, "--stop", stop, "--out", out, *options)
+        done = flexsat("run", fmus / SYSTEM, *given, "--stop-time", stop, "--out", out, *options)
         assert done.returncode == 0, done.stderr
         return read_signals(out), tomllib.loads((out / "run.toml").read_text())
 
@@ -169,9 +168,9 @@ def excitation():
 )
 def test_a_wrong_convention_is_named(vendor, tmp_path, excitation, adapter, fmu, message):
     (tmp_path / "vendor.toml").write_text(adapter)
-    options = Namespace(fmu=vendor / fmu, adapter=tmp_path / "vendor.toml")
-    verdict = check_adapter(options.fmu, read_adapter(options.adapter), excitation)
-    printed = adapting.told(verdict, excitation, options)
+    file = tmp_path / "vendor.toml"
+    verdict = check_adapter(vendor / fmu, read_adapter(file), excitation)
+    printed = adapting.describe_verdict(verdict, excitation, vendor / fmu, file)
 
     assert [line for line in printed if line.startswith(("right", "wrong", "or:"))] == [
         line for line in printed if line.startswith(message)

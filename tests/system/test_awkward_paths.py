@@ -18,7 +18,17 @@ def environment(tmp_path: Path) -> dict[str, str]:
 
 def test_a_run_where_temporary_files_lie_on_a_path_with_umlauts(fmus, tmp_path, environment):
     system = fmus / "distributed" / "fine_pointing.ssd"
-    command = [sys.executable, "-m", "lockstep", "run", str(system), "--stop", "0.1", "--out", str(tmp_path / "out")]
+    command = [
+        sys.executable,
+        "-m",
+        "lockstep",
+        "run",
+        str(system),
+        "--stop-time",
+        "0.1",
+        "--out",
+        str(tmp_path / "out"),
+    ]
 
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=120)
 

@@ -34,17 +34,14 @@ def system(fmus):
 # stake here, and starting one takes two seconds.
 ANSWERS = """
 import contextlib, io, os
-from flexbench.cli import main
+from flexbench.cli.parser import main
 result = {}
 for name, (folder, arguments) in given[0].items():
     Path(folder).mkdir(parents=True)
     os.chdir(folder)
     out, error = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
-        try:
-            code = main(arguments)
-        except SystemExit as end:
-            code = end.code
+        code = main(arguments)
     result[name] = {"code": code, "out": out.getvalue(), "error": error.getvalue(), "left": os.listdir()}
 """
 
@@ -79,15 +76,15 @@ REFUSED = {
     "output set": (("--set", "plant.rate[1]=1"), ("plant.rate[1]", "output", "parameters and inputs")),
     "record": (("--record", "plant.modal.displacment"), ("'plant.modal.displacment'", "did you mean plant.modal.di")),
     "record period": (("--record-period", "0.0015"), ("record period", "0.0015 s", "0.001 s or 0.002 s")),
-    "period": (("--period", "sensors=0.0015"), ("sensors", "0.0015 s", "0.001 s or 0.002 s")),
-    "period of nobody": (("--period", "sensor=0.002"), ("sensor:", "did you mean sensors?")),
-    "period no number": (("--period", "sensors=fast"), ("--period sensors", "'fast'", "0.001")),
+    "period": (("--step-size", "sensors=0.0015"), ("sensors", "0.0015 s", "0.001 s or 0.002 s")),
+    "period of nobody": (("--step-size", "sensor=0.002"), ("sensor:", "did you mean sensors?")),
+    "period no number": (("--step-size", "sensors=fast"), ("--step-size sensors", "'fast'", "0.001")),
     "delay to nobody": (("--delay", "sensors:control=5"), ("control:", "did you mean controller?")),
     "delay without wire": (("--delay", "controller:sensors=5"), ("controller -> sensors", "no such connection")),
     "delay no number": (("--delay", "sensors:controller=5ms"), ("sensors:controller=5ms", "sensors:controller=5")),
-    "stop time": (("--stop", "0.1005"), ("stop time", "0.1005 s", "0.1 s or 0.101 s")),
-    "stop time zero": (("--stop", "0"), ("stop time", "0 s", "> 0")),
-    "stop time text": (("--stop", "soon"), ("stop", "'soon'", "0.001")),
+    "stop time": (("--stop-time", "0.1005"), ("stop time", "0.1005 s", "0.1 s or 0.101 s")),
+    "stop time zero": (("--stop-time", "0"), ("stop time", "0 s", "> 0")),
+    "stop time text": (("--stop-time", "soon"), ("stop", "'soon'", "0.001")),
     "seed text": (("--seed", "one"), ("--seed", "'one'")),
     "unknown option": (("--sed", "1"), ("--sed", "--help")),
 }
@@ -96,7 +93,7 @@ REFUSED = {
 @pytest.fixture(scope="module")
 def refused(python, system, tmp_path_factory):
     """Return the answers to bad options of a run."""
-    cases = {what: ("run", system, "--stop", "0.1", *options) for what, (options, _) in REFUSED.items()}
+    cases = {what: ("run", system, "--stop-time", "0.1", *options) for what, (options, _) in REFUSED.items()}
     return answers(python, tmp_path_factory.mktemp("refused"), cases)
 
 
@@ -106,7 +103,7 @@ def test_bad_options_are_refused_in_one_line_before_anything_is_written(refused,
 
 
 def test_the_program_does_the_same_as_its_main_function(flexsat, refused, system, tmp_path):
-    done = flexsat("run", system, "--stop", "0.1", *REFUSED["unknown parameter"][0], cwd=tmp_path)
+    done = flexsat("run", system, "--stop-time", "0.1", *REFUSED["unknown parameter"][0], cwd=tmp_path)
 
     answer = refused["unknown parameter"]
     assert (done.returncode, done.stdout, done.stderr) == (answer["code"], answer["out"], answer["error"])
@@ -127,7 +124,9 @@ BY_COMPONENT = {
 @pytest.fixture(scope="module")
 def by_component(python, system, tmp_path_factory):
     """Return the answers to parameters that a component refuses. These FMUs do run in one process after another."""
-    cases = {what: ("run", system, "--stop", "0.1", "--set", setting) for what, (setting, _) in BY_COMPONENT.items()}
+    cases = {
+        what: ("run", system, "--stop-time", "0.1", "--set", setting) for what, (setting, _) in BY_COMPONENT.items()
+    }
     return answers(python, tmp_path_factory.mktemp("by-component"), cases)
 
 
@@ -141,7 +140,9 @@ def test_a_value_that_a_component_refuses_is_reported_in_its_words(by_component,
     ("component", "period", "own"), [("sensors", "0.002", "0.001"), ("controller", "0.01", "0.005")]
 )
 def test_a_period_that_a_component_refuses_ends_the_run_at_once(flexsat, system, tmp_path, component, period, own):
-    done = flexsat("run", system, "--stop", "0.1", "--period", f"{component}={period}", "--out", tmp_path / "out")
+    done = flexsat(
+        "run", system, "--stop-time", "0.1", "--step-size", f"{component}={period}", "--out", tmp_path / "out"
+    )
 
     assert done.returncode == 1
     assert len(error_lines(done)) == 1
@@ -154,8 +155,8 @@ def test_a_period_that_a_component_refuses_ends_the_run_at_once(flexsat, system,
 COMMANDS = {
     "no seeds": (("paper", "--seeds", "0"), ("--seeds 0", "1 or more")),
     "no processes": (("paper", "--jobs", "0"), ("--jobs 0", "1 or more")),
-    "too short": (("paper", "--duration", "100"), ("--duration 100", "150 s", "longer")),
-    "duration text": (("paper", "--duration", "long"), ("--duration", "'long'")),
+    "too short": (("paper", "--stop-time", "100"), ("--stop-time 100", "150 s", "longer")),
+    "duration text": (("paper", "--stop-time", "long"), ("--stop-time", "'long'")),
     "configuration": (("build", "--configuration", "central"), ("'central'", "centralised", "distributed")),
     "scenario": (("equivalence", "--scenario", "spin"), ("'spin'", "slew", "fine_pointing")),
     "no system": (("run", "fmus/centralised/slow.ssd"), ("fmus/centralised/slow.ssd", "flexsat build")),
@@ -231,7 +232,7 @@ def damaged(python, system, tmp_path_factory):
                 assert old in text, old
                 text = text.replace(old, new, 1)
             (copy / system.name).write_text(text)
-        cases[what] = ("run", copy / system.name, "--stop", "0.1")
+        cases[what] = ("run", copy / system.name, "--stop-time", "0.1")
     return answers(python, tmp_path_factory.mktemp("answers"), cases)
 
 
@@ -248,7 +249,7 @@ def test_a_missing_or_truncated_fmu_is_named(damaged, what):
 
 
 def test_a_results_folder_that_exists_is_kept(flexsat, system, tmp_path):
-    options = ("run", system, "--stop", "0.1", "--out", tmp_path / "out")
+    options = ("run", system, "--stop-time", "0.1", "--out", tmp_path / "out")
     assert flexsat(*options).returncode == 0
     before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
     done = flexsat(*options)
@@ -261,7 +262,7 @@ def test_a_results_folder_that_exists_is_kept(flexsat, system, tmp_path):
 
 
 def test_a_short_run_is_fine_but_says_why_it_has_no_metrics(flexsat, system, tmp_path):
-    done = flexsat("run", system, "--stop", "0.1", "--out", tmp_path / "out")
+    done = flexsat("run", system, "--stop-time", "0.1", "--out", tmp_path / "out")
 
     assert (done.returncode, error_lines(done)) == (0, [])
     assert "no metrics.json: metrics: the run ends at 0.095 s" in done.stdout

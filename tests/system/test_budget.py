@@ -15,7 +15,7 @@ def split(flexsat, fmus, tmp_path_factory):
     """Return the folder of a split of 4 s, and what was printed."""
     folder = tmp_path_factory.mktemp("split")
     system = fmus / "centralised" / "fine_pointing.ssd"
-    done = flexsat("budget", "--split", system, "--seed", "3", "--stop", "4", "--out", folder, *WINDOWS)
+    done = flexsat("budget", "--split", system, "--seed", "3", "--stop-time", "4", "--out", folder, *WINDOWS)
     assert done.returncode == 0, done.stderr
     return folder, done.stdout
 
@@ -92,7 +92,9 @@ def test_spectra_leave_figure_and_numbers(split, flexsat):
 def test_waterfall_of_three_speeds_peaks_at_the_resonance(flexsat, fmus, tmp_path):
     """The allowed band of the wheels about z holds a mode; away from it the harmonic shakes less."""
     system = fmus / "centralised" / "fine_pointing.ssd"
-    done = flexsat("waterfall", system, "--points", "3", "--range", "150", "400", "--stop", "2", "--out", tmp_path)
+    done = flexsat(
+        "waterfall", system, "--points", "3", "--speed-range", "150", "400", "--stop-time", "2", "--out", tmp_path
+    )
     assert done.returncode == 0, done.stderr
     content = json.loads((tmp_path / "waterfall.json").read_text())
     assert content["speed_rpm"] == pytest.approx([150.0, 275.0, 400.0])

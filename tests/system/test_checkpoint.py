@@ -8,7 +8,7 @@ import pytest
 
 from lockstep import read_signals
 
-OPTIONS = ("--stop", "0.9", "--record", "all", "--record-period", "0.001", "--seed", "3", "--checkpoint", "0.417")
+OPTIONS = ("--stop-time", "0.9", "--record", "all", "--record-period", "0.001", "--seed", "3", "--checkpoint", "0.417")
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_a_killed_run_is_resumed_with_the_same_bytes(fmus, flexsat, start_flexsa
 def test_a_branch_in_processes_of_its_own_goes_on_bit_by_bit(flexsat, whole, tmp_path):
     apart = [option for name in ("plant", "sensors", "controller") for option in ("--isolate", name)]
     file = whole / "checkpoints/t=0.417.ckpt"
-    done = flexsat("run", "--from", file, "--stop", "0.55", "--out", tmp_path, "--record", "all", *apart)
+    done = flexsat("run", "--restart-from", file, "--stop-time", "0.55", "--out", tmp_path, "--record", "all", *apart)
     assert done.returncode == 0, done.stderr
     assert "no metrics.json: metrics: the run begins at 0.417 s, from a checkpoint" in done.stdout
     mine, full = read_signals(tmp_path), read_signals(whole)
@@ -58,8 +58,8 @@ def test_a_branch_takes_another_command_and_fresh_sensors(flexsat, whole, tmp_pa
     values = {"controller.command.rotation[1]": 1e-4, "controller.command.start_time": 0.7, "sensors.seed": 9}
     sets = [option for key, value in values.items() for option in ("--set", f"{key}={value}")]
     file = whole / "checkpoints/t=0.417.ckpt"
-    changed = ("--fresh", "sensors", *sets, "--record", "all", "--record-period", "0.001")
-    done = flexsat("run", "--from", file, "--stop", "0.9", "--out", tmp_path, *changed)
+    changed = ("--reinitialise", "sensors", *sets, "--record", "all", "--record-period", "0.001")
+    done = flexsat("run", "--restart-from", file, "--stop-time", "0.9", "--out", tmp_path, *changed)
     assert done.returncode == 0, done.stderr
     mine, full = read_signals(tmp_path), read_signals(whole)
     assert mine["controller.reference.mrp"][-1, 0] > 1e-9  # the slew has begun

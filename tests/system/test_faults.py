@@ -28,7 +28,7 @@ def faulty(flexsat, fmus, tmp_path):
             text = text.replace(line, f"{key} = {value}")
         (tmp_path / "faults.toml").write_text(text)
         done = flexsat("run", fmus / configuration / "fine_pointing.ssd", "--faults", tmp_path / "faults.toml",
-                       "--stop", stop, *CALM, "--out", tmp_path / "out", "--record", "plant.*", "--record",
+                       "--stop-time", stop, *CALM, "--out", tmp_path / "out", "--record", "plant.*", "--record",
                        "controller.*", "--record-period", "0.005")  # fmt: skip
         assert done.returncode == 0, done.stderr
         result = [json.loads(line) for line in (tmp_path / "out" / "events.jsonl").read_text().splitlines()]
@@ -101,7 +101,7 @@ def test_a_wheel_that_seizes_gives_its_momentum_to_the_others_and_the_structure(
 
 def test_our_fmus_refuse_what_is_not_a_number_in_one_line(flexsat, fmus, tmp_path):
     (tmp_path / "f.toml").write_text('[[fault]]\nconnection = "controller.gyro.rate[2]"\nkind = "nan"\nfrom = 0.1\n')
-    done = flexsat("run", fmus / "centralised" / "fine_pointing.ssd", "--faults", tmp_path / "f.toml", "--stop", 1,
+    done = flexsat("run", fmus / "centralised" / "fine_pointing.ssd", "--faults", tmp_path / "f.toml", "--stop-time", 1,
                    "--out", tmp_path / "out")  # fmt: skip
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1

@@ -77,7 +77,7 @@ def test_the_command_shows_and_draws_it(tmp_path, fmus, flexsat):
     assert (done.returncode, done.stderr) == (0, "")
     assert "aocs/controller  reads 52 from aocs/sensors" in done.stdout
     assert "aocs/controller" in (tmp_path / "t.svg").read_text()
-    wrong = flexsat("run", folder, "--period", "controller=0.01", "--out", tmp_path / "no")
+    wrong = flexsat("run", folder, "--step-size", "controller=0.01", "--out", tmp_path / "no")
     assert wrong.returncode == 2
     assert wrong.stderr == (
         "flexsat: controller: no such component; there are plant, aocs/sensors, aocs/controller; "

@@ -169,8 +169,9 @@ def test_the_delay_that_destabilises_the_co_simulation_is_the_analysed_one(pytho
 def test_the_command_measures_a_vendors_controller(flexsat, known_system, tmp_path):
     vendor, out = tmp_path / "vendor.fmu", tmp_path / "out"
     vendor.write_bytes((known_system.parent / "controller.fmu").read_bytes())
-    done = flexsat("margins", known_system, "--controller-fmu", vendor, "--amplitude", 1, "--length", 5, "--settle", 1,
-                   "--periods", 2, "--lines", 30, "--set", "plant.noise=0.001", "--out", out)  # fmt: skip
+    done = flexsat("margins", known_system, "--replace", f"controller={vendor}", "--amplitude", 1, "--length", 5,
+                   "--settle", 1, "--periods", 2, "--lines", 30, "--set", "plant.noise=0.001",
+                   "--out", out)  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "measured: input" in done.stdout
     content = json.loads((out / "margins.json").read_text())

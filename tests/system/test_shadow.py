@@ -46,8 +46,8 @@ def taken_over(flexsat, fmus, softer, tmp_path_factory):
     """Return the results of a run in which the softer controller takes over at 0.5 s and blends in until 0.7 s."""
     out = tmp_path_factory.mktemp("taken-over") / "run"
     done = flexsat(
-        "run", fmus / SYSTEM, "--stop", 1, "--out", out, "--record", "all", "--record-period", "0.005",
-        "--shadow", f"controller={softer}", "--hand-over", "0.5", "--blend", "0.2",
+        "run", fmus / SYSTEM, "--stop-time", 1, "--out", out, "--record", "all", "--record-period", "0.005",
+        "--shadow", f"controller={softer}", "--switchover", "0.5", "--blend", "0.2",
         "--set", "controller.shadow.open_loop=false", "--checkpoint", "0.6",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -55,11 +55,11 @@ def taken_over(flexsat, fmus, softer, tmp_path_factory):
 
 
 def test_the_lqg_as_its_own_shadow_changes_nothing_bitwise(flexsat, fmus, tmp_path, capsys):
-    given = ("run", fmus / SYSTEM, "--stop", "0.4", "--record", "all")
+    given = ("run", fmus / SYSTEM, "--stop-time", "0.4", "--record", "all")
     shadow_options = (
         "--shadow",
         f"controller={fmus / 'centralised' / 'controller.fmu'}",
-        "--hand-over",
+        "--switchover",
         "0.2",
         "--blend",
         "0.1",
@@ -150,7 +150,7 @@ def test_it_takes_over_without_a_jump(taken_over):
 
 
 def test_a_run_goes_on_in_the_middle_of_the_blend_bitwise(taken_over, flexsat, tmp_path):
-    done = flexsat("run", "--from", taken_over / "checkpoints" / "t=0.6.ckpt", "--out", tmp_path / "branch")
+    done = flexsat("run", "--restart-from", taken_over / "checkpoints" / "t=0.6.ckpt", "--out", tmp_path / "branch")
     assert done.returncode == 0, done.stderr
     whole, branch = read_signals(taken_over), read_signals(tmp_path / "branch")
     rows = whole.time >= 0.6 - 1e-9
@@ -211,10 +211,10 @@ def test_a_foreign_shadow_at_its_own_rate_holds_the_attitude_after_switchover(fl
         "--shadow-adapter", tmp_path / "vendor.toml", "--set", "controller.shadow.kp=0.15", "--set",
         "controller.shadow.kd=0.5",
     )  # fmt: skip
-    assert main([str(word) for word in (*given, "--hand-over", "0.505")]) == 2
+    assert main([str(word) for word in (*given, "--switchover", "0.505")]) == 2
     periods = "hand-over 0.505 s is no step of controller and its shadow, whose periods are 0.005 s and 0.01 s"
     assert f"{periods}; choose 0.5 s or 0.51 s" in capsys.readouterr().err
-    done = flexsat(*given, "--stop", 10, "--hand-over", "0.5", "--blend", "0.5")
+    done = flexsat(*given, "--stop-time", 10, "--switchover", "0.5", "--blend", "0.5")
     assert done.returncode == 0, done.stderr
     run = read_signals(tmp_path / "run")
 

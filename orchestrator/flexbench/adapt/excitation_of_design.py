@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from flexbench.adapt.excitation import Excitation
 from flexbench.adapt.judge import AXES
-from flexbench.adapt.verdict import Verdict, check_adapter
+from flexbench.adapt.verdict import Verdict
 from flexsat.closed_loop import PORTS, port_values
 from flexsat.design.chain import Design, build_design
-from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName, configuration
 from flexsat.ports.table import Port
 from lockstep import InputError
 from lockstep.adapter.bind import Ports, bind
 from lockstep.adapter.draft import draft_adapter
-from lockstep.adapter.read import read_adapter
 from lockstep.check.contract import Contract, named
 from lockstep.fmi.model_description import Variable, read_description
 from lockstep.system.adapter_file import Adapter
@@ -30,37 +28,18 @@ from .contracts import contracts
 _SHARE = 0.02  # of a wheel's torque limit: what turns and rates call for, also in degrees far from saturation
 
 
-def check(options: argparse.Namespace) -> int:
-    """Excite an FMU through its adapter and say what is wrong; exit code 1 if anything is."""
-    adapter = read_adapter(options.adapter)
-    excitation = excitation_for(adapter, options)
-    verdict = check_adapter(options.fmu, adapter, excitation)
-    print("\n".join(told(verdict, excitation, options)))
-    return 0 if verdict.right else 1
-
-
-def draft(options: argparse.Namespace) -> int:
-    """Write a first adapter file, and print what it could not decide."""
-    asked = named(contracts(), options.like)
+def draft_for(fmu: Path, like: str) -> tuple[str, Sequence[str]]:
+    """Return a first adapter of an FMU for a component, and what remains undecided."""
     drafts = []
-    for contract in asked:
+    for contract in named(contracts(), like):
         needed = [port.name for port in contract.ports if port.needed]
-        drafts.append(draft_adapter(options.fmu, variables_of(contract), needed, contract.name))
-    text, doubts = min(drafts, key=lambda item: len(item[1]))
-    if options.out is None:
-        print(text, end="")
-    else:
-        write_atomically(options.out, text.encode())
-        print(options.out)
-    for doubt in doubts:
-        print(f"undecided: {doubt}", file=sys.stderr)
-    return 0
+        drafts.append(draft_adapter(fmu, variables_of(contract), needed, contract.name))
+    return min(drafts, key=lambda draft: len(draft[1]))
 
 
-def excitation_for(adapter: Adapter, options: argparse.Namespace) -> Excitation:
+def excitation_for(adapter: Adapter, fmu: Path, like: str) -> Excitation:
     """Return the excitation of the variant of our controller that an adapter fits."""
-    like = options.like or "controller"
-    theirs = read_description(Component(name="fmu", source=options.fmu, period=1)).variables
+    theirs = read_description(Component(name="fmu", source=fmu, period=1)).variables
     asked = [contract for contract in named(contracts(), like) if contract.component == "controller"]
     if not asked:
         raise InputError(f"--like {like}: only a controller can be excited; write controller or controller:centralised")
@@ -120,11 +99,11 @@ def excitation_of(contract: Contract) -> Excitation:
     )
 
 
-def told(verdict: Verdict, excitation: Excitation, options: argparse.Namespace) -> list[str]:
+def describe_verdict(verdict: Verdict, excitation: Excitation, fmu: Path, adapter: Path) -> list[str]:
     """Return the verdict as lines."""
     judgement = verdict.judgement
     lines = [
-        f"{options.fmu} through {options.adapter} as {excitation.component}, steps of "
+        f"{fmu} through {adapter} as {excitation.component}, steps of "
         f"{verdict.step * NANOSECOND:g} s; shares of the torque that our LQG would answer with:",
         "  about    a turn answered in x, y, z    a rate answered in x, y, z",
     ]

@@ -1,1 +1,1 @@
-"""The command line `flexsat`: the parser and one module a command."""
+"""The command line `flexsat`: the program and one module a command."""

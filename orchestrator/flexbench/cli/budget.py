@@ -1,46 +1,142 @@
-"""`flexsat budget`."""
+"""The command `flexsat budget`."""
 
 from __future__ import annotations
 
-import argparse
 import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from lockstep import InputError, load_system
+import click
 
-from ..html.text_table import format_table
-from ..runs.run_folder import read_run
-from ..studies.budget import split as split_study
-from ..studies.budget import tables
-from ..studies.budget.evaluate import LEVELS, Windows, compute_budget, steady_error
-from ..studies.budget.requirements import judge, read_requirements
-from ..studies.budget.result_file import write_budget
+from lockstep.cli.command import command
+from lockstep.cli.options import from_option, option_group, out_option
+from lockstep.cli.parameter_types import COUNT, NUMBER, PATH, WHOLE_NUMBER
+from lockstep.errors import InputError
+
+from .options import DEFAULT_SEED, SETTLED_HELP
+
+if TYPE_CHECKING:
+    from ..studies.budget.evaluate import Windows
+
+_EXAMPLES = """
+exit code: 0 all requirements pass, 1 one fails, 2 bad input
+
+examples:
+  {program} budget results/run --requirements examples/requirements.toml
+  {program} budget --split fmus/distributed/fine_pointing.ssd --seed 1 --stop-time 300
+
+requirements file, see examples/requirements.toml:
+  [[requirement]]
+  name = "exposure stability"
+  index = "RPE"             # APE, MPE, RPE, PDE or PRE
+  axis = "line_of_sight"    # x, y, z, line_of_sight or angle
+  limit = 0.2
+  unit = "arcsec"           # rad, mrad, urad, nrad, deg, arcmin, arcsec or mas
+  level = 0.9973            # optional, as are window, separation (PDE) and observation (PRE) in seconds
+"""
 
 
-def budget(options: argparse.Namespace) -> int:
-    """Print and leave the budget of results, or of sources one at a time; exit code 1 if a requirement fails."""
-    windows = Windows(window=options.window, separation=options.separation, observation=options.observation)
-    levels = tuple(options.level or LEVELS)
-    if options.split is not None:
-        if options.results or options.requirements:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SplitOptions:
+    """Runs with one error source at a time."""
+
+    split: Path | None
+    seed: int
+    stop_time: float
+    out: Path | None
+    jobs: int | None
+
+
+split_options = option_group(
+    "split",
+    SplitOptions,
+    click.option("--split", type=PATH, metavar="SYSTEM", help="instead run a system with one error source at a time"),
+    click.option("--seed", type=WHOLE_NUMBER, default=DEFAULT_SEED, metavar="N",
+                 help=f"with --split: seed of plant and sensors (default: {DEFAULT_SEED})"),
+    click.option("--stop-time", type=NUMBER, default=300.0, metavar="S",
+                 help="with --split: simulated time in seconds (default: 300)"),
+    out_option("with --split: results folder (default: results/SYSTEM-split-seedN)"),
+    click.option("--jobs", type=COUNT, metavar="N", help="with --split: processes at once (default: one a core)"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EvaluationOptions:
+    """Windows, levels and start of the evaluation."""
+
+    window: float
+    separation: float
+    observation: float
+    level: tuple[float, ...]
+    start: float | None
+
+    def windows(self) -> Windows:
+        """Return the windows of the indices."""
+        from ..studies.budget.evaluate import Windows
+
+        return Windows(window=self.window, separation=self.separation, observation=self.observation)
+
+    def levels(self) -> tuple[float, ...]:
+        """Return the shares of times."""
+        from ..studies.budget.evaluate import LEVELS
+
+        return self.level or LEVELS
+
+
+evaluation_options = option_group(
+    "evaluation",
+    EvaluationOptions,
+    click.option("--window", type=NUMBER, default=10.0, metavar="S",
+                 help="length of the means in MPE, RPE, PDE and PRE (default: 10)"),
+    click.option("--separation", type=NUMBER, default=60.0, metavar="S", help="of the windows of PDE (default: 60)"),
+    click.option("--observation", type=NUMBER, default=50.0, metavar="S", help="compared by PRE (default: 50)"),
+    click.option("--level", type=NUMBER, multiple=True, metavar="P", help="share of times (default: 0.95 and 0.9973)"),
+    from_option(SETTLED_HELP),
+)  # fmt: skip
+
+
+@command("budget", _EXAMPLES)
+@click.argument("results", type=PATH, nargs=-1, metavar="[RESULTS...]", help="results folders of runs")
+@click.option("--requirements", type=PATH, metavar="FILE", help="TOML file of requirements to assess")
+@split_options
+@evaluation_options
+def budget(
+    results: tuple[Path, ...], requirements: Path | None, split: SplitOptions, evaluation: EvaluationOptions
+) -> int:
+    """Compute the pointing budget of runs after ECSS-E-ST-60-10C, or split it by error source."""
+    if split.split is not None:
+        if results or requirements:
             raise InputError(
                 "--split: takes neither results nor --requirements; run `flexsat budget` on one of its runs"
             )
-        return _split(options, windows, levels)
-    if not options.results:
+        return _split(split.split, split, evaluation)
+    if not results:
         raise InputError("RESULTS: missing; give folders of runs, or --split SYSTEM")
-    requirements = read_requirements(options.requirements) if options.requirements else []
+    return _evaluate(results, requirements, evaluation)
+
+
+def _evaluate(results: Sequence[Path], file: Path | None, evaluation: EvaluationOptions) -> int:
+    """Print and write the budget of each run; return 1 if a requirement fails."""
+    from ..figures import save_figure
+    from ..figures.budget import budget_figure
+    from ..html.text_table import format_table
+    from ..runs.run_folder import read_run
+    from ..studies.budget import tables
+    from ..studies.budget.evaluate import compute_budget, steady_error
+    from ..studies.budget.requirements import judge, read_requirements
+    from ..studies.budget.result_file import write_budget
+
+    requirements = read_requirements(file) if file else []
     failed = 0
-    for folder in options.results:
+    for folder in results:
         run = read_run(folder)
-        history = steady_error(run, options.since)
-        found = compute_budget(history, windows, levels)
+        history = steady_error(run, evaluation.start)
+        found = compute_budget(history, evaluation.windows(), evaluation.levels())
         assessments = [judge(history, requirement) for requirement in requirements]
         failed += sum(not one.met for one in assessments)
-        path = write_budget(found, assessments, run, options.requirements)
-        from ..figures import save_figure
-        from ..figures.budget import budget_figure
-
+        path = write_budget(found, assessments, run, file)
         save_figure(budget_figure(history, found), folder / "figures", "budget")
         print(f"{run.configuration}, seed {run.seed}: {folder}")
         print(format_table(tables.header(found), tables.rows(found)))
@@ -49,21 +145,32 @@ def budget(options: argparse.Namespace) -> int:
             print(format_table(tables.ASSESSMENTS, tables.assessment_rows(assessments), left=3))
         print(path)
     if failed:
-        print(f"flexsat: {failed} of {len(requirements) * len(options.results)} requirements fail", file=sys.stderr)
+        print(f"flexsat: {failed} of {len(requirements) * len(results)} requirements fail", file=sys.stderr)
     return 1 if failed else 0
 
 
-def _split(options: argparse.Namespace, windows: Windows, levels: tuple[float, ...]) -> int:
-    if options.jobs is not None and options.jobs < 1:
-        raise InputError(f"--jobs {options.jobs}: must be 1 or more")
-    system: Path = options.split
+def _split(system: Path, options: SplitOptions, evaluation: EvaluationOptions) -> int:
+    """Simulate each error source alone; print and write its share of the budget."""
+    from lockstep.ssp.load import load_system
+
+    from ..html.text_table import format_table
+    from ..studies.budget import split as study
+    from ..studies.budget import tables
+
     name = load_system(system).name
     folder = options.out or Path("results") / f"{name}-split-seed{options.seed}"
-    found = split_study.split_budget(
-        system, folder, options.seed, options.stop, windows, options.since, levels, options.jobs
+    found = study.split_budget(
+        system,
+        folder,
+        options.seed,
+        options.stop_time,
+        evaluation.windows(),
+        evaluation.start,
+        evaluation.levels(),
+        options.jobs,
     )
     print(f"{name}, seed {found.seed}, {found.stop:g} s, from t = {found.start:g} s: line of sight, RMS [arcsec]")
-    print(format_table(split_study.HEADER, split_study.rows(found), left=1))
+    print(format_table(study.HEADER, study.rows(found), left=1))
     print(tables.SPLIT)
-    print(folder / split_study.RESULT)
+    print(folder / study.RESULT)
     return 0

@@ -1,27 +1,47 @@
-"""`flexsat figures`: draw the design, or runs."""
+"""The command `flexsat figures`."""
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from flexbench.runs.run_folder import Run, read_run
-from flexsat.design.chain import build_designs
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName
-from lockstep import InputError
+import click
 
-from ..figures.drawing import save_figure
-from ..figures.figure_lists import design_figures, result_figures
+from lockstep.cli.command import command
+from lockstep.cli.options import out_option
+from lockstep.cli.parameter_types import PATH
+from lockstep.errors import InputError
+
+from .options import configuration_option, configurations
+
+if TYPE_CHECKING:
+    from flexsat.parameters import ConfigurationName
+
+    from ..runs.run_folder import Run
+
+_EXAMPLES = """
+examples:
+  {program} figures
+  {program} figures results/paper --configuration distributed --out figures
+"""
 
 
-def draw(options: argparse.Namespace) -> int:
-    """Draw the figures of the design if no results are given, else those of the runs; print a line a file."""
-    chosen: Sequence[ConfigurationName] = [
-        name for name in CONFIGURATIONS if name in (options.configuration or CONFIGURATIONS)
-    ]
-    if options.results:
-        drawn = result_figures(runs_of(options.results, chosen))
+@command("figures", _EXAMPLES)
+@click.argument("results", type=PATH, nargs=-1, metavar="[RESULTS...]",
+                help="results folders of runs, or folders of such folders (default: draw the design)")  # fmt: skip
+@configuration_option
+@out_option("folder to fill", default="results/figures")
+def figures(results: tuple[Path, ...], configuration: tuple[str, ...], out: Path) -> int:
+    """Draw the design, or the results of runs, as PNG and SVG."""
+    from flexsat.design.chain import build_designs
+
+    from ..figures.drawing import save_figure
+    from ..figures.figure_lists import design_figures, result_figures
+
+    chosen = configurations(configuration)
+    if results:
+        drawn = result_figures(runs_of(results, chosen))
     else:
         drawn = design_figures({name: build_designs(name) for name in chosen})
     for name, make in drawn.items():
@@ -29,19 +49,21 @@ def draw(options: argparse.Namespace) -> int:
             figure = make()
         except ValueError as error:  # a signal was not recorded, or not often enough
             raise InputError(f"figure {name}: {error}") from error
-        for path in save_figure(figure, options.out, name):
+        for path in save_figure(figure, out, name):
             print(path, flush=True)
     return 0
 
 
 def runs_of(folders: Sequence[Path], chosen: Sequence[ConfigurationName]) -> list[Run]:
-    """Return the runs of the chosen configurations in these folders, each one of a run or one that holds such.
+    """Return the runs of the chosen configurations in results folders, or in folders of such folders.
 
     Raises
     ------
     InputError
         If a folder holds no run, or no run is of a chosen configuration.
     """
+    from ..runs.run_folder import read_run
+
     runs = []
     for folder in folders:
         found = (

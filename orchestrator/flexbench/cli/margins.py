@@ -1,56 +1,145 @@
-"""`flexsat margins`: what the command does."""
+"""The command `flexsat margins`."""
 
 from __future__ import annotations
 
-import argparse
+import dataclasses
 import sys
-from dataclasses import replace
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.table import Table
+import click
 
-from lockstep import load_system
-from lockstep.cli.run_options import assignments, with_delays
-from lockstep.system.component import Value
+from lockstep.cli.command import command
+from lockstep.cli.options import (
+    assignments,
+    delay_option,
+    option_group,
+    out_option,
+    replace_option,
+    set_option,
+    system_argument,
+)
+from lockstep.cli.parameter_types import NUMBER, WHOLE_NUMBER, OneOf
+from lockstep.cli.timing_options import with_delays
 
-from ..figures import save_figure
-from ..figures.margins import margin_figures
-from ..studies.margins.estimate import COHERENT
-from ..studies.margins.recognise import recognise, with_controller
-from ..studies.margins.study import Settings, read_study, run_study
-from ..studies.margins.tables import EXACT_HEADER, HEADER, Rows, exact_rows, explanation, margin_rows
+from .options import seed_option, seed_overrides
+from .print_table import print_table
+
+if TYPE_CHECKING:
+    from lockstep.system.component import Value
+
+    from ..studies.margins.study import Settings
+
+_EXAMPLES = """
+example:
+  {program} margins fmus/centralised/fine_pointing.ssd --replace controller=vendor.fmu --find-delay
+"""
+_WIDTH = 170  # of the table, where there is no terminal
 
 
-def margins(options: argparse.Namespace) -> int:
-    """Analyse and measure the margins of a system's loop; print the tables, leave JSON and figures."""
-    system = with_delays(load_system(options.system), options.delay)
-    if options.controller_fmu is not None:
-        system = with_controller(system, options.controller, options.controller_fmu)
-    overrides: dict[str, Value] = dict(assignments(options.set))
-    if options.seed is not None:
-        overrides |= {"plant.seed": options.seed, "sensors.seed": options.seed}
-    loop = recognise(system, overrides, options.controller, options.plant, options.directions == "channels")
-    settings = Settings(
-        band=tuple(options.band) if options.band else None,
-        length=options.length,
-        settle=options.settle,
-        periods=options.periods,
-        lines=options.lines,
-        amplitude=options.amplitude,
-        quiet=options.quiet,
-        zoom=options.zoom,
-        overrides=overrides,
-    )
-    if options.slow_period is not None:
-        loop = replace(loop, slow_period=options.slow_period)
-    folder = options.out or Path("results", f"margins-{system.name}")
-    say = lambda text: print(text, file=sys.stderr)  # noqa: E731
-    run_study(loop, folder, settings, options.analytic_only, options.find_delay, say)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasurementOptions:
+    """How to measure, as the options of the command."""
+
+    noise_free: bool
+    band: tuple[float, float] | None
+    lines: int | None
+    length: float
+    periods: int
+    settle: int
+    zoom: float
+    amplitude: float | None
+
+    def settings(self, overrides: dict[str, Value]) -> Settings:
+        """Return them as the study takes them."""
+        from ..studies.margins.study import Settings
+
+        return Settings(
+            band=self.band,
+            length=self.length,
+            settle=self.settle,
+            periods=self.periods,
+            lines=self.lines,
+            amplitude=self.amplitude,
+            quiet=self.noise_free,
+            zoom=self.zoom,
+            overrides=overrides,
+        )
+
+
+measurement_options = option_group(
+    "measurement",
+    MeasurementOptions,
+    click.option("--noise-free", is_flag=True, help="without sensor noise and jitter"),
+    click.option("--band", type=NUMBER, nargs=2, metavar="LOW HIGH", help="frequencies of the test signal in Hz"),
+    click.option("--lines", type=WHOLE_NUMBER, metavar="N", help="number of frequencies (default: as many as fit)"),
+    click.option("--length", type=NUMBER, default=20.0, metavar="S", help="period of the test signal (default: 20)"),
+    click.option("--periods", type=WHOLE_NUMBER, default=4, metavar="N", help="periods to average (default: 4)"),
+    click.option("--settle", type=WHOLE_NUMBER, default=2, metavar="N", help="periods left out at first (default: 2)"),
+    click.option("--zoom", type=NUMBER, default=0.0, metavar="N",
+                 help="measure again, with periods N times as long, where lines are too far apart"),
+    click.option("--amplitude", type=NUMBER, metavar="A",
+                 help="peak of the test signal (default: 40 % of the torque limit)"),
+)  # fmt: skip
+
+
+@command("margins", _EXAMPLES)
+@system_argument
+@replace_option
+@click.option("--analytic-only", is_flag=True, help="only analyse the design, without a run")
+@click.option("--find-delay", is_flag=True, help="also find by bisection the delay that makes the loop unstable")
+@seed_option
+@set_option
+@delay_option
+@measurement_options
+@click.option("--slow-period", type=NUMBER, metavar="S",
+              help="of the slowest sampler in the loop (default: that of the star tracker, where known)")  # fmt: skip
+@click.option("--directions", type=OneOf(("body", "channels")), default="body", metavar="KIND",
+              help="body axes, or channels: each input of the plant alone (default: body where known)")  # fmt: skip
+@click.option("--controller", default="controller", metavar="NAME",
+              help="component whose output is cut (default: controller)")  # fmt: skip
+@click.option("--plant", default="plant", metavar="NAME", help="component that it drives (default: plant)")
+@out_option("results folder (default: results/margins-NAME OF THE SYSTEM)")
+def margins(
+    system: Path,
+    replace: tuple[str, ...],
+    analytic_only: bool,
+    find_delay: bool,
+    seed: int | None,
+    settings: tuple[str, ...],
+    delay: tuple[str, ...],
+    measurement: MeasurementOptions,
+    slow_period: float | None,
+    directions: str,
+    controller: str,
+    plant: str,
+    out: Path | None,
+) -> int:
+    """Determine gain, phase, delay and disk margins: of the design, and measured through the FMUs."""
+    from lockstep.adapter.component import replacements
+    from lockstep.ssp.load import load_system
+
+    from ..figures import save_figure
+    from ..figures.margins import margin_figures
+    from ..studies.margins.estimate import COHERENT
+    from ..studies.margins.recognise import recognise, with_controller
+    from ..studies.margins.study import read_study, run_study
+    from ..studies.margins.tables import EXACT_HEADER, HEADER, exact_rows, explanation, margin_rows
+
+    loaded = with_delays(load_system(system), delay)
+    for name, fmu in replacements(replace, loaded).items():
+        loaded = with_controller(loaded, name, fmu)
+    overrides = {**seed_overrides(loaded, seed), **assignments(settings)}
+    loop = recognise(loaded, overrides, controller, plant, directions == "channels")
+    if slow_period is not None:
+        loop = dataclasses.replace(loop, slow_period=slow_period)
+    folder = out or Path("results", f"margins-{loaded.name}")
+    run_study(loop, folder, measurement.settings(overrides), analytic_only, find_delay, _report_progress)
     content = read_study(folder)
     if exact_rows(content):
-        _print(EXACT_HEADER, exact_rows(content))
-    _print(HEADER, margin_rows(content))
+        print_table(EXACT_HEADER, exact_rows(content), _WIDTH)
+    print_table(HEADER, margin_rows(content), _WIDTH)
     print(explanation(content))
     for name, figure in margin_figures(content, COHERENT).items():
         save_figure(figure, folder / "figures", name)
@@ -58,11 +147,5 @@ def margins(options: argparse.Namespace) -> int:
     return 0
 
 
-def _print(header: tuple[str, ...], rows: Rows) -> None:
-    table = Table(*header)
-    for row in rows:
-        table.add_row(*row)
-    console = Console()
-    if not console.is_terminal:
-        console.width = 170  # a pipe has no width of its own
-    console.print(table)
+def _report_progress(text: str) -> None:
+    print(text, file=sys.stderr)

@@ -1,28 +1,47 @@
-"""`flexsat shadow`."""
+"""The command `flexsat shadow`."""
 
 from __future__ import annotations
 
-import argparse
+from pathlib import Path
 
-from ..html.text_table import format_table
-from ..runs.run_folder import read_run
-from ..studies.shadow import tables
-from ..studies.shadow.study import study
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.options import from_option, results_argument
+from lockstep.cli.parameter_types import NUMBER
+
+_EXAMPLES = """
+example:
+  {program} shadow results/vendor
+
+  evaluates a run with a shadow, for example of
+  {program} run fmus/centralised/fine_pointing.ssd --stop-time 100 --out results/vendor \\
+      --shadow controller=vendor.fmu --shadow-adapter vendor.toml --switchover 50
+"""
 
 
-def shadow(options: argparse.Namespace) -> int:
-    """Print residuals and the closed loop before and after; leave shadow.json and the figure in each folder."""
-    for folder in options.results:
+@command("shadow", _EXAMPLES)
+@results_argument
+@from_option("leave out what is before this time in seconds (default: 0)")
+@click.option("--window", type=NUMBER, metavar="S",
+              help="length of the compared parts: before the switchover, and at the end (default: all)")  # fmt: skip
+def shadow(results: tuple[Path, ...], start: float | None, window: float | None) -> int:
+    """Evaluate a shadow controller: residual of each wheel, the closed loop before and after the switchover."""
+    from ..figures import save_figure
+    from ..figures.shadow import shadow_figure
+    from ..html.text_table import format_table
+    from ..runs.run_folder import read_run
+    from ..studies.shadow import tables
+    from ..studies.shadow.study import study
+
+    for folder in results:
         run = read_run(folder)
-        found = study(run, options.since, options.window)
+        found = study(run, start, window)
         path = tables.write_study(found, run)
-        from ..figures import save_figure
-        from ..figures.shadow import shadow_figure
-
-        figures = save_figure(shadow_figure(run.signals(), found), folder / "figures", "shadow")
+        paths = save_figure(shadow_figure(run.signals(), found), folder / "figures", "shadow")
         print(f"{run.configuration}, seed {run.seed}: {folder}")
         print("\n".join(tables.summary(found)))
         print(format_table(tables.RESIDUALS, tables.residual_rows(found)))
         print(format_table(tables.loop_header(found), tables.loop_rows(found)))
-        print("\n".join(map(str, (path, *figures))))
+        print("\n".join(map(str, (path, *paths))))
     return 0

@@ -1,23 +1,41 @@
-"""`flexsat spectra`."""
+"""The command `flexsat spectra`."""
 
 from __future__ import annotations
 
-import argparse
+from pathlib import Path
 
-from ..html.text_table import format_table
-from ..runs.run_folder import read_run
-from ..studies.spectra.channels import CHANNELS, run_spectra
-from ..studies.spectra.result_file import HEADER, rows, write_spectra
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.options import from_option, results_argument
+from lockstep.cli.parameter_types import NUMBER
+
+from .options import SETTLED_HELP
+
+_EXAMPLES = """
+example:
+  {program} spectra results/distributed-fine-pointing --resolution 0.1
+"""
 
 
-def spectra(options: argparse.Namespace) -> int:
-    """Print a summary; leave spectra.json and the figure in each results folder."""
-    for folder in options.results:
+@command("spectra", _EXAMPLES)
+@results_argument
+@click.option("--resolution", type=NUMBER, metavar="HZ",
+              help="noise bandwidth (default: 0.05, coarser for short runs)")  # fmt: skip
+@click.option("--confidence", type=NUMBER, default=0.95, metavar="P", help="of the bounds (default: 0.95)")
+@from_option(SETTLED_HELP)
+def spectra(results: tuple[Path, ...], resolution: float | None, confidence: float, start: float | None) -> int:
+    """Compute power spectral densities of pointing, rate, deformation and torque, with confidence bounds."""
+    from ..figures.drawing import save_figure
+    from ..figures.spectra import spectra_figure
+    from ..html.text_table import format_table
+    from ..runs.run_folder import read_run
+    from ..studies.spectra.channels import CHANNELS, run_spectra
+    from ..studies.spectra.result_file import HEADER, rows, write_spectra
+
+    for folder in results:
         run = read_run(folder)
-        result = run_spectra(run, options.since, options.resolution, options.confidence)
-        from ..figures.drawing import save_figure
-        from ..figures.spectra import spectra_figure
-
+        result = run_spectra(run, start, resolution, confidence)
         figure = spectra_figure(result, run.design)
         paths = [write_spectra(result, run), *save_figure(figure, folder / "figures", "spectra")]
         print(f"{run.configuration}, seed {run.seed}, from t = {result.start:g} s over {result.duration:g} s: {folder}")

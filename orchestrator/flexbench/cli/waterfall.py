@@ -1,29 +1,55 @@
-"""`flexsat waterfall`."""
+"""The command `flexsat waterfall`."""
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
-from flexsat.parameters import RPM
-from lockstep import InputError
+import click
 
-from ..html.text_table import format_table
-from ..studies.waterfall.sweep import RESULT, design_of, read_waterfall, sweep
-from ..studies.waterfall.tables import HEADER, flagged_rows, summary
+from lockstep.cli.command import command
+from lockstep.cli.options import jobs_option, out_option, stop_time_option
+from lockstep.cli.parameter_types import NUMBER, PATH, WHOLE_NUMBER
+
+from .options import DEFAULT_SEED, seed_option
+
+_EXAMPLES = """
+example:
+  {program} waterfall fmus/distributed/fine_pointing_open_loop.ssd --points 24 --stop-time 20
+"""
 
 
-def waterfall(options: argparse.Namespace) -> int:
-    """Run the sweep; print the crossings inside an allowed band."""
+@command("waterfall", _EXAMPLES)
+@click.argument("system", type=PATH, metavar="SYSTEM",
+                help="a system file that `flexsat build` has written; its loop is opened")  # fmt: skip
+@click.option("--points", type=WHOLE_NUMBER, default=24, metavar="N", help="speeds (default: 24)")
+@stop_time_option(20.0, "simulated time of each run in seconds")
+@click.option("--speed-range", type=NUMBER, nargs=2, metavar="LOW HIGH",
+              help="speeds in rpm (default: all modes and bands)")  # fmt: skip
+@seed_option
+@out_option("results folder (default: results/CONFIGURATION-waterfall)")
+@jobs_option
+def waterfall(
+    system: Path,
+    points: int,
+    stop_time: float,
+    speed_range: tuple[float, float] | None,
+    seed: int | None,
+    out: Path | None,
+    jobs: int | None,
+) -> int:
+    """Draw the deformation against wheel speed, from a sweep of short runs, over the Campbell diagram."""
+    from flexsat.parameters import RPM
+
     from ..figures import save_figure
     from ..figures.waterfall import waterfall_figure
+    from ..html.text_table import format_table
+    from ..studies.waterfall.sweep import RESULT, design_of, read_waterfall, sweep
+    from ..studies.waterfall.tables import HEADER, flagged_rows, summary
 
-    if options.jobs is not None and options.jobs < 1:
-        raise InputError(f"--jobs {options.jobs}: must be 1 or more")
-    span = (options.range[0] * RPM, options.range[1] * RPM) if options.range else None
-    design = design_of(options.system)
-    folder = options.out or Path("results") / f"{design.config.name}-waterfall"
-    result = sweep(options.system, design, folder, options.points, options.stop, options.seed, span, options.jobs)
+    span = None if speed_range is None else (speed_range[0] * RPM, speed_range[1] * RPM)
+    design = design_of(system)
+    folder = out or Path("results") / f"{design.config.name}-waterfall"
+    result = sweep(system, design, folder, points, stop_time, DEFAULT_SEED if seed is None else seed, span, jobs)
     paths = save_figure(waterfall_figure(result, design), folder / "figures", "waterfall")
     content = read_waterfall(folder)
     if content is not None:

@@ -89,7 +89,7 @@ def _within(signals: Signals, window: Window) -> Signals:
     rows = (signals.time >= start) & (signals.time <= end)
     if np.count_nonzero(rows) < 2:
         raise InputError(
-            f"--window {start:g} {end:g}: holds less than two rows; the record goes from {signals.time[0]:g} to"
+            f"--time-range {start:g} {end:g}: holds less than two rows; the record goes from {signals.time[0]:g} to"
             f" {signals.time[-1]:g} s"
         )
     columns = {name: values[rows] for name, values in signals.columns.items()}

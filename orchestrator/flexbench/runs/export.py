@@ -44,7 +44,7 @@ def export_run(folder: Path, to: str, out: Path | None = None, patterns: Sequenc
         If the folder holds no run, a pattern matches nothing, or the file cannot be written.
     """
     if to not in SUFFIXES:
-        raise InputError(f"--to {to}: no such format; there are {', '.join(SUFFIXES)}")
+        raise InputError(f"--format {to}: no such format; there are {', '.join(SUFFIXES)}")
     read_run_record(folder)  # that it is the folder of a run
     out = out or folder / f"{folder.resolve().name}{SUFFIXES[to]}"
     if out.is_dir():

@@ -89,9 +89,9 @@ def _is_of(pattern: str, name: str) -> bool:
     return pattern.startswith(f"{name}.")
 
 
-def with_replacements(system: System, replacements: Iterable[str], adapters: Iterable[str]) -> System:
+def with_replacements(system: System, texts: Iterable[str], adapters: Iterable[str]) -> System:
     """Return the system with replacements as COMPONENT=FMU, and adapters as FILE or COMPONENT=FILE."""
-    fmus = _pairs("--replace", replacements, system)
+    fmus = replacements(texts, system)
     if adapters and not fmus:
         raise InputError(f"--adapter {next(iter(adapters))}: needs --replace COMPONENT=FMU beside it")
     files: dict[str, Path] = {}
@@ -109,14 +109,15 @@ def with_replacements(system: System, replacements: Iterable[str], adapters: Ite
     return system
 
 
-def _pairs(option: str, texts: Iterable[str], system: System) -> Mapping[str, Path]:
+def replacements(texts: Iterable[str], system: System) -> Mapping[str, Path]:
+    """Return the FMUs of replacements given as COMPONENT=FMU, by component; or raise InputError."""
     found: dict[str, Path] = {}
     for text in texts:
         match = re.fullmatch(r"([^=.]+)=(.+)", text)
         if match is None:
-            raise InputError(f"{option} {text}: write COMPONENT=FMU, for example controller=vendor.fmu")
+            raise InputError(f"--replace {text}: write COMPONENT=FMU, for example controller=vendor.fmu")
         system.component(match[1])
         if match[1] in found:
-            raise InputError(f"{option} {text}: {match[1]} is replaced already, by {found[match[1]]}")
+            raise InputError(f"--replace {text}: {match[1]} is replaced already, by {found[match[1]]}")
         found[match[1]] = Path(match[2])
     return found

@@ -27,7 +27,7 @@ def resumable(folder: Path | str) -> Checkpoint:
     status = read_run_record(folder)[0].get("status")
     newest = newest_checkpoint(folder)
     if status == "completed":
-        remedy = f"; branch from {newest} with --from" if newest else ""
+        remedy = f"; branch from {newest} with --restart-from" if newest else ""
         raise InputError(f"{folder}: its run is complete, there is nothing to resume{remedy}")
     if goes_on(folder):
         raise InputError(f"{folder}: its run still goes on; end it before it is resumed")

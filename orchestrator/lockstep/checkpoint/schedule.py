@@ -56,7 +56,7 @@ class CheckpointSchedule:
         if left:
             raise InputError(
                 f"{compact(left)}: cannot save its state (canGetAndSetFMUstate, canSerializeFMUstate), so there can be "
-                f"no checkpoint; --checkpoint-without {left[0]} saves the others, and a branch has to reinitialise {left[0]}"
+                f"no checkpoint; --checkpoint-without {left[0]} saves the others; a branch then has to reinitialise it"
             )
 
 

@@ -1,1 +1,1 @@
-"""The command line of the master, and options that other command lines share."""
+"""The command line: programs and commands, options that commands share, and what `python -m lockstep` does."""

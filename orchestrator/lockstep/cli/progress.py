@@ -1,4 +1,4 @@
-"""Show how far a run is: a bar on a terminal, plain lines elsewhere."""
+"""Show the progress of a run: a bar on a terminal, plain lines elsewhere; and its summary at the end."""
 
 import sys
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from lockstep.run.real_time_pacing import Pacer
 from lockstep.simulation import Progress as Report
+from lockstep.simulation import RunSummary
 
 _LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 
@@ -19,9 +20,9 @@ _LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 def show_progress(
     title: str, stream: TextIO | None = None, begin: float = 0.0, pacer: Pacer | None = None
 ) -> Iterator[Report]:
-    """Yield what `simulate` takes as `progress`; it writes to standard error unless told otherwise.
+    """Yield what `simulate` takes as `progress`; it writes to standard error, or to `stream`.
 
-    `begin` is the simulated time [s] at which the run begins. A pacer tells of its overruns.
+    `begin` is the simulated time [s] at which the run begins. A pacer reports its overruns.
     """
     stream = stream or sys.stderr
     console = Console(file=stream)
@@ -66,3 +67,14 @@ class _Lines:
         pace = f"{speed:.1f} x real time" if self._pacer is None else str(self._pacer)
         text = f"{self._title}: {simulated:.6g} of {stop:.6g} s, {pace}, {left:.0f} s left"
         print(text, file=self._stream, flush=True)
+
+
+def print_summary(summary: RunSummary) -> None:
+    """Print simulated time, speed and results folder of a run."""
+    simulated = summary.simulated_time - summary.start_time
+    speed = simulated / max(summary.wall_time, 1e-9)
+    begun = f", from {summary.start_time:g} s on" if summary.start_time else ""
+    took = f"{simulated:g} s simulated{begun} in {summary.wall_time:.1f} s ({speed:.1f} x real time)"
+    print(f"{took}: {summary.folder}")
+    if summary.pacer is not None:
+        print(summary.pacer)

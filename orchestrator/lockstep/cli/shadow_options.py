@@ -1,48 +1,64 @@
-"""The options of a shadow on a command line."""
+"""Options of a shadow: a second FMU that runs beside a component, and may replace it during the run."""
 
 from __future__ import annotations
 
-import argparse
 import re
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from lockstep.adapter.read import read_adapter
+import click
+
+from lockstep.cli.options import option_group
+from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
-from lockstep.shadow.component import recorded, with_shadow
-from lockstep.system.clock import nanoseconds
-from lockstep.system.system import System
+
+if TYPE_CHECKING:
+    from lockstep.system.system import System
 
 
-def add_shadow_options(parser: argparse.ArgumentParser) -> None:
-    """Add what tells of a shadow and of the hand-over."""
-    add = parser.add_argument
-    add("--shadow", metavar="C=FMU", help="a second FMU rides along beside C; set its parameters as C.shadow.P")
-    add("--shadow-adapter", type=Path, metavar="FILE", help="TOML file between the shadow and the ports of C")
-    add("--hand-over", metavar="S", help="time at which the shadow takes over (default: never)")
-    add("--blend", metavar="S", help="how long the difference then takes to pass; 0 jumps (default: 5)")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShadowOptions:
+    """The FMU, its adapter, and when it replaces the component."""
+
+    shadow: str | None
+    shadow_adapter: Path | None
+    switchover: str | None
+    blend: str | None
+
+    def apply(self, system: System) -> System:
+        """Return the system with the shadow, if there is to be one; or raise InputError."""
+        from lockstep.adapter.read import read_adapter
+        from lockstep.shadow.component import with_shadow
+        from lockstep.system.clock import nanoseconds
+
+        over = None if self.switchover is None else nanoseconds(self.switchover, "--switchover")
+        blend = None if self.blend is None else nanoseconds(self.blend, "--blend")
+        if self.shadow is None:
+            self._refuse_without_shadow()
+            return system
+        if blend is not None and over is None:
+            raise InputError(f"--blend {self.blend}: needs --switchover SECONDS as well")
+        match = re.fullmatch(r"([^=.]+)=(.+)", self.shadow)
+        if match is None:
+            raise InputError(f"--shadow {self.shadow}: write COMPONENT=FMU, for example controller=vendor.fmu")
+        adapter = None if self.shadow_adapter is None else read_adapter(self.shadow_adapter)
+        return with_shadow(system, match[1], Path(match[2]), adapter, over, blend)
+
+    def _refuse_without_shadow(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None:
+                raise InputError(f"--{field.name.replace('_', '-')} {value}: needs --shadow COMPONENT=FMU as well")
 
 
-def shadow_as_told(options: argparse.Namespace, system: System) -> System:
-    """Return the system with the shadow that the options ask for, if they do."""
-    over = None if options.hand_over is None else nanoseconds(options.hand_over, "--hand-over")
-    blend = None if options.blend is None else nanoseconds(options.blend, "--blend")
-    if options.shadow is None:
-        for name in ("shadow_adapter", "hand_over", "blend"):
-            if getattr(options, name) is not None:
-                option = f"--{name.replace('_', '-')} {getattr(options, name)}"
-                raise InputError(f"{option}: needs --shadow COMPONENT=FMU beside it")
-        return system
-    if blend is not None and over is None:
-        raise InputError(f"--blend {options.blend}: needs --hand-over SECONDS beside it")
-    match = re.fullmatch(r"([^=.]+)=(.+)", options.shadow)
-    if match is None:
-        raise InputError(f"--shadow {options.shadow}: write COMPONENT=FMU, for example controller=vendor.fmu")
-    adapter = None if options.shadow_adapter is None else read_adapter(options.shadow_adapter)
-    return with_shadow(system, match[1], Path(match[2]), adapter, over, blend)
-
-
-def record_as_told(options: argparse.Namespace, system: System) -> list[str] | None:
-    """Return the patterns to record: those asked for, and always what a shadow is judged by."""
-    if options.record is None:
-        return None
-    return [*options.record, *(pattern for component in system.components for pattern in recorded(component))]
+shadow_options = option_group(
+    "shadow",
+    ShadowOptions,
+    click.option("--shadow", metavar="C=FMU",
+                 help="run a second FMU in shadow of component C; its parameters are C.shadow.P"),
+    click.option("--shadow-adapter", type=PATH, metavar="FILE", help="TOML file between the shadow and the ports of C"),
+    click.option("--switchover", metavar="S", help="time at which the shadow replaces C (default: never)"),
+    click.option("--blend", metavar="S",
+                 help="time over which the difference of the two decays after it; 0 jumps (default: 5)"),
+)  # fmt: skip

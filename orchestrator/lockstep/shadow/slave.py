@@ -287,7 +287,7 @@ class ShadowedSlave:
         self._time, self._handed_over = seconds(now), over >= 0
         mine, name = self._plan.hand_over, self._joined.name
         if over >= 0 and (over, blend) != (mine, self._plan.blend):
-            told = f"--hand-over {seconds_text(over)} --blend {seconds_text(blend)}"
+            told = f"--switchover {seconds_text(over)} --blend {seconds_text(blend)}"
             raise InputError(f"{name}: had taken over before the checkpoint; give {told} as it was")
         if over < 0 and mine is not None and mine <= now:
             times = f"hand-over {seconds_text(mine)} s: lies before the checkpoint, whose last step is"

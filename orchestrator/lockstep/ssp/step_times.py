@@ -59,9 +59,9 @@ class Timing:
         for answer in (self.periods.get(name), self.period, told.period, told.hint):
             if answer is not None:
                 return answer
-        remedy = f"give --period {name}=S in seconds, or --period S for all"
+        remedy = f"give --step-size {name}=S in seconds, or --step-size S for all"
         if description is None or description.step_size is None:
-            raise InputError(f"{name}: neither the file nor the FMU tells its period; {remedy}")
+            raise InputError(f"{name}: neither the file nor the FMU gives its step size; {remedy}")
         try:
             return nanoseconds(description.step_size, f"{name}: the FMU's step size")
         except InputError as error:

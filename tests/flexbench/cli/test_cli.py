@@ -1,66 +1,59 @@
-"""The command line `flexsat`: help with an example for every command, exit codes, one line and no traceback."""
+"""The program `flexsat`: its help, exit codes, and one line for whatever goes wrong."""
 
-from __future__ import annotations
-
-import re
+import importlib
 import subprocess
 import sys
 
 import pytest
 
-from flexbench.cli import commands
-from flexbench.cli.parser import main
+from flexbench.cli import options as shared
+from flexbench.cli.parser import PROGRAM, main
+from flexbench.loop.scenarios import SCENARIOS
+from flexsat.parameters import CONFIGURATIONS
 from lockstep import InputError, RunError
 
+HEAVY = {"numpy", "scipy", "matplotlib", "pyarrow", "xarray", "pandas", "fmpy", "lxml", "rich", "flexsat"}
 
-def told(capsys, *arguments):
+
+def run(capsys, *arguments):
     """Return exit code, output and errors of a command line."""
-    try:
-        code = main(arguments)
-    except SystemExit as end:
-        code = end.code
+    code = main(arguments)
     captured = capsys.readouterr()
     return code, captured.out, captured.err
 
 
 @pytest.fixture
-def names(capsys):
-    """Return the names of all commands, as a user is told them."""
-    _, _, error = told(capsys, "no such command")
-    return re.findall(r"'([\w-]+)'", error.partition("choose from")[2])
+def callback(monkeypatch):
+    """Return a function that replaces what a command does."""
+
+    def replace(name, function):
+        command = PROGRAM.get_command(None, name)
+        monkeypatch.setattr(command, "callback", function)
+
+    return replace
 
 
-def test_help_lists_every_command(capsys, names):
-    code, out, error = told(capsys, "--help")
-
-    assert (code, error) == (0, "")
-    assert {"build", "run", "paper", "equivalence"} <= set(names)
-    assert [name for name in names if not re.search(rf"^ +{name}\s+\S", out, re.MULTILINE)] == []
-
-
-def test_help_of_every_command_has_an_example_and_tells_every_option(capsys, names):
-    for name in names:
-        code, out, error = told(capsys, name, "--help")
-
-        assert (code, error) == (0, ""), name
-        example = re.search(r"^example:\n  flexsat (\S+)(.*)$", out, re.MULTILINE)
-        assert example is not None, name
-        assert example[1] == name
-        for option in re.findall(r"--[a-z-]+", example[2]):
-            assert f"  {option}" in out, f"{name}: the example uses {option}, which there is not"
-        for option in re.findall(r"^  (--[a-z-]+)(?: [\w.:=]+)?(?:, .*)?$\n(?! {6,}\S)", out, re.MULTILINE):
-            raise AssertionError(f"{name} {option} is not explained")
-
-
-def test_help_does_not_wait_for_numerics():
-    code = (
-        "import sys\nfrom flexbench.cli.parser import main\n"
-        "try:\n    main(['run', '--help'])\nexcept SystemExit:\n    pass\n"
-        "print([m for m in ('scipy', 'matplotlib', 'flexsat') if m in sys.modules])"
-    )
+def loaded_by(*arguments):
+    """Return the top-level modules that a command line has imported at its end."""
+    code = f"import sys\nfrom flexbench.cli.parser import main\nmain({list(arguments)})\nprint(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    return {name.partition(".")[0] for name in done.stdout.splitlines()[-1].split()}
 
-    assert done.stdout.splitlines()[-1] == "[]"
+
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["margins", "--help"], ["runn"]])
+def test_help_and_usage_errors_import_no_numerics(arguments):
+    loaded = loaded_by(*arguments)
+
+    assert "flexbench" in loaded
+    assert loaded & HEAVY == set()
+
+
+def test_the_help_imports_no_command():
+    code = "import sys\nfrom flexbench.cli.parser import main\nmain(['--help'])\nprint(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    loaded = done.stdout.splitlines()[-1].split()
+
+    assert [name for name in loaded if name.startswith("flexbench.cli.")] == ["flexbench.cli.parser"]
 
 
 @pytest.mark.parametrize(
@@ -72,41 +65,76 @@ def test_help_does_not_wait_for_numerics():
         (OSError(28, "No space left on device", "a/run.toml"), 1, "flexsat: a/run.toml: No space left on device\n"),
         (KeyboardInterrupt(), 130, "flexsat: interrupted; what was simulated is in the results folder\n"),
         (BrokenPipeError(), 1, ""),
-        (ZeroDivisionError("division"), 1, "flexsat: internal error, please report it: ZeroDivisionError: division\n"),
+        (
+            ZeroDivisionError("division"),
+            1,
+            "flexsat: internal error, please report it: ZeroDivisionError: division; --traceback shows where\n",
+        ),
     ],
 )
-def test_whatever_happens_is_one_line_and_an_exit_code(capsys, monkeypatch, error, code, line):
-    def fail(*_):
+def test_every_exception_is_one_line_and_an_exit_code(capsys, callback, error, code, line):
+    def fail(**_):
         raise error
 
-    monkeypatch.setattr(commands, "run", fail)
+    callback("run", fail)
 
-    assert told(capsys, "run", "some.ssd") == (code, "", line)
-
-
-def test_what_a_command_returns_is_the_exit_code(capsys, monkeypatch):
-    monkeypatch.setattr(commands, "run", lambda _: 0)
-    assert told(capsys, "run", "some.ssd") == (0, "", "")
-    monkeypatch.setattr(commands, "equivalence", lambda _: 1)  # the gate does not hold
-    assert told(capsys, "equivalence") == (1, "", "")
+    assert run(capsys, "run", "some.ssd") == (code, "", line)
 
 
-def test_options_reach_the_command(monkeypatch):
-    seen = []
-    monkeypatch.setattr(commands, "run", lambda options: seen.append(options) or 0)
-    main(["run", "a.ssd", "--set", "plant.seed=1", "--set", "b.c=2", "--delay", "a:b=3", "--seed", "4"])
-    (options,) = seen
+@pytest.mark.parametrize("arguments", [["--traceback", "run", "some.ssd"], ["run", "some.ssd", "--traceback"]])
+def test_a_traceback_is_printed_on_request(capsys, callback, arguments):
+    def fail(**_):
+        raise InputError("plant.x: no such parameter")
 
-    assert (str(options.system), options.set, options.delay, options.seed) == (
-        "a.ssd",
-        ["plant.seed=1", "b.c=2"],
-        ["a:b=3"],
-        4,
-    )
-    assert (options.out, options.stop, options.record, options.overwrite, options.period) == (
-        None,
-        None,
-        None,
-        False,
-        [],
-    )
+    callback("run", fail)
+    code, out, error = run(capsys, *arguments)
+
+    assert (code, out) == (2, "")
+    assert error.startswith("Traceback (most recent call last):\n")
+    assert "in fail\n" in error
+    assert error.endswith("\nflexsat: plant.x: no such parameter\n")
+
+
+def test_the_value_of_a_command_is_the_exit_code(capsys, callback):
+    callback("run", lambda **_: 0)
+    assert run(capsys, "run", "some.ssd") == (0, "", "")
+    callback("equivalence", lambda **_: 1)  # signals differ
+    assert run(capsys, "equivalence") == (1, "", "")
+
+
+def test_options_reach_the_command(callback):
+    seen = {}
+    callback("run", lambda **given: seen.update(given))
+    main(["run", "a.ssd", "--set", "plant.seed=-1", "--set", "b.c=2", "--delay", "a:b=3", "--seed", "4"])
+
+    assert str(seen["system"]) == "a.ssd"
+    assert seen["settings"] == ("plant.seed=-1", "b.c=2")
+    assert seen["delay"] == ("a:b=3",)
+    assert seen["seed"] == 4
+    absent = ("out", "stop_time", "record_period", "tick", "shadow", "resume", "restart_from", "pace")
+    assert {name: seen[name] for name in absent} == dict.fromkeys(absent)
+    assert (seen["record"], seen["step_size"], seen["overwrite"]) == ((), (), False)
+
+
+def test_options_with_any_number_of_values_end_at_the_next_option(callback):
+    seen = {}
+    callback("branch", lambda **given: seen.update(given))
+    callback("robustness", lambda **given: seen.update(given))
+    main(["branch", "a.ckpt", "--vary", "a.x", "-1", "2e-3", "-.5", "--vary", "b.y[2]", "0,1", "--stop-time", "7"])
+    assert seen["vary"] == (("a.x", "-1", "2e-3", "-.5"), ("b.y[2]", "0,1"))
+    assert seen["stop_time"] == 7.0
+    main(["robustness", "--levels", "1", "2", "5", "--seeds", "6"])
+    assert (seen["levels"], seen["seed_count"]) == ((1.0, 2.0, 5.0), 6)
+
+
+def test_the_choices_are_the_configurations_and_scenarios():
+    """They are written twice, as the help does not wait for numpy."""
+    assert tuple(CONFIGURATIONS) == shared.CONFIGURATIONS
+    assert set(shared.SCENARIOS) == set(SCENARIOS)
+
+
+def test_every_module_of_a_command_exists():
+    for name in PROGRAM.list_commands(None):
+        command = PROGRAM.get_command(None, name)
+        assert command.name == name
+        assert importlib.import_module(command.callback.__module__).__doc__

@@ -218,7 +218,9 @@ def test_a_window_is_kept_row_by_row(tmp_path):
 
     assert_allclose((part["time"]["start"], part["time"]["end"], part["time"]["count"]), (0.5, 0.75, 26))
     assert_allclose(floats(part["data"][0]), np.sin(np.arange(50, 76) * 0.01), rtol=1e-6)
-    with pytest.raises(InputError, match=r"--window 5 6: holds less than two rows; the record goes from 0 to 1\.99 s"):
+    with pytest.raises(
+        InputError, match=r"--time-range 5 6: holds less than two rows; the record goes from 0 to 1\.99 s"
+    ):
         read_run_data(result, runs=1, window=(5.0, 6.0))
 
 

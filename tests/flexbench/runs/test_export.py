@@ -171,7 +171,7 @@ def test_a_file_that_cannot_be_written_leaves_nothing(run, tmp_path, to):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"to": "xls"}, "--to xls: no such format; there are csv, mat, hdf5, parquet"),
+        ({"to": "xls"}, "--format xls: no such format; there are csv, mat, hdf5, parquet"),
         ({"to": "csv", "patterns": ["plant.rat"]}, "--signals plant.rat: matches nothing.*did you mean plant.rate"),
         ({"to": "parquet", "out": "signals.parquet"}, "is the run's own record"),
         ({"to": "csv", "out": "."}, "is a folder"),

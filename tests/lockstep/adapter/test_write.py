@@ -19,7 +19,7 @@ from pyssp_standard.ssv import SSV
 from lockstep import Component, Connection, InputError, System, load_system, read_signals, simulate, write_ssd
 from lockstep.__main__ import main
 from lockstep.adapter.component import with_replacements
-from lockstep.cli.write_ssp_command import standard_package
+from lockstep.cli.write_ssp import standard_package
 
 TESTS = Path(__file__).parents[2]
 SOURCES = (  # y = u / 2 + 1, value references 0 to WIDTH - 1 and on
@@ -213,7 +213,7 @@ def test_the_same_system_gives_the_same_bytes(place, package):
 
 def test_a_written_package_can_be_written_again(package, tmp_path):
     again = tmp_path / "again.ssp"
-    assert main(["write-ssp", str(package), "--period", "controller=0.004", "--out", str(again)]) == 0
+    assert main(["write-ssp", str(package), "--step-size", "controller=0.004", "--out", str(again)]) == 0
     one, two = load_system(package), load_system(again)
 
     assert two.component("controller").period == 4 * TICK

@@ -53,7 +53,7 @@ def test_the_command_line_branches_without_a_system_file(triple, triple_ssd, tmp
     done = cli("run", triple_ssd, "--out", tmp_path / "whole", "--checkpoint", "0.023", *told)
     assert done.returncode == 0, done.stderr
     file = tmp_path / "whole/checkpoints/t=0.023.ckpt"
-    done = cli("run", "--from", file, "--out", tmp_path / "branch")
+    done = cli("run", "--restart-from", file, "--out", tmp_path / "branch")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("0.037 s simulated, from 0.023 s on in ")
     mine, full = read_signals(tmp_path / "branch"), read_signals(tmp_path / "whole")

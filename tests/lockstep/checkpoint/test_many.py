@@ -1,38 +1,13 @@
-"""Many branches of one checkpoint, in parallel processes: `flexbench.cli.branch_command`."""
+"""Many branches of one checkpoint, in parallel processes: `flexbench.runs.branches`."""
 
 import numpy as np
 import pytest
 
-from flexbench.cli.branch_command import branch, varied
+from flexbench.runs.branches import run_branches
 from lockstep import InputError, load_system, read_signals, simulate
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.restart import Restart
 from lockstep.checkpoint.schedule import CheckpointSchedule
-
-
-def test_all_combinations_have_names_that_tell_them():
-    runs = varied([["a.gain", "1", "2.5", "1"], ["a.offset[2]", "0,1", "-1e-3"]], {"b.gain": "3"})
-    assert runs == {
-        "a.gain=1,a.offset.2=0_1": {"b.gain": "3", "a.gain": "1", "a.offset[2]": "0,1"},
-        "a.gain=1,a.offset.2=-1e-3": {"b.gain": "3", "a.gain": "1", "a.offset[2]": "-1e-3"},
-        "a.gain=2.5,a.offset.2=0_1": {"b.gain": "3", "a.gain": "2.5", "a.offset[2]": "0,1"},
-        "a.gain=2.5,a.offset.2=-1e-3": {"b.gain": "3", "a.gain": "2.5", "a.offset[2]": "-1e-3"},
-    }
-
-
-@pytest.mark.parametrize(
-    ("texts", "message"),
-    [
-        ([["a.gain"]], r"--vary a\.gain: write COMPONENT\.PARAMETER VALUE VALUE"),
-        ([["a.gain=1", "2"]], r"--vary a\.gain=1 2: write COMPONENT\.PARAMETER VALUE VALUE"),
-        ([["a.gain", "1"], ["a.gain", "2"]], r"--vary a\.gain: is given twice"),
-        ([["b.gain", "1"]], r"--vary b\.gain: is given twice"),
-        ([["a.x", *map(str, range(40))], ["a.y", *map(str, range(40))]], "--vary: more than 1000 combinations"),
-    ],
-)
-def test_what_cannot_be_varied_is_refused(texts, message):
-    with pytest.raises(InputError, match=message):
-        varied(texts, {"b.gain": "3"})
 
 
 def test_a_branch_is_the_run_that_it_would_be_alone(triple_ssd, tmp_path):
@@ -40,9 +15,9 @@ def test_a_branch_is_the_run_that_it_would_be_alone(triple_ssd, tmp_path):
     simulate(system, tmp_path / "one", overrides={"a.gain": 2.0}, checkpoints=CheckpointSchedule(times=["0.04"]))
     file = tmp_path / "one/checkpoints/t=0.04.ckpt"
     with pytest.raises(InputError, match=r"bad: b\.seed: is 6 in t=0\.04\.ckpt and cannot change"):
-        branch(file, {"good": {}, "bad": {"b.seed": 8}}, tmp_path / "many")
+        run_branches(file, {"good": {}, "bad": {"b.seed": 8}}, tmp_path / "many")
     assert not (tmp_path / "many").exists()
-    finished = branch(file, {"gain=5": {"b.gain": 5.0}}, tmp_path / "many")  # in a process of its own
+    finished = run_branches(file, {"gain=5": {"b.gain": 5.0}}, tmp_path / "many")  # in a process of its own
     assert [(one.job.folder.name, one.simulated_time) for one in finished] == [("gain=5", 0.06)]
     simulate(system, tmp_path / "alone", overrides={"b.gain": 5.0}, restart=Restart(checkpoint=read_checkpoint(file)))
     one, alone, mine = (read_signals(tmp_path / name) for name in ("one", "alone", "many/gain=5"))

@@ -27,7 +27,18 @@ def events(folder):
 
 def start(triple_ssd, out, environment):
     """Start a run at the pace of the clock, and return it once a checkpoint is there and rows are on disk."""
-    options = ("--stop", "4.1", "--checkpoint-every", "0.55", "--pace", "4", "--share-process", "a", "--isolate", "p")
+    options = (
+        "--stop-time",
+        "4.1",
+        "--checkpoint-every",
+        "0.55",
+        "--pace",
+        "4",
+        "--share-process",
+        "a",
+        "--isolate",
+        "p",
+    )
     process = subprocess.Popen(
         [*COMMAND, triple_ssd, "--out", out, *options],
         stdout=subprocess.PIPE,
@@ -81,7 +92,7 @@ def test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes(triple, triple_s
     run = tomllib.loads((out / "run.toml").read_text())
     assert (run["status"], run["simulated_time"], [r["time"] for r in run["resumed"]]) == ("completed", 4.1, [at])
     assert read_checkpoint(out / "checkpoints/t=3.85.ckpt").header["rows"] == 3000  # of which 850 are not on disk yet
-    with pytest.raises(InputError, match=r"its run is complete, .*; branch from .*t=3\.85\.ckpt with --from"):
+    with pytest.raises(InputError, match=r"its run is complete, .*; branch from .*t=3\.85\.ckpt with --restart-from"):
         resume(out)
 
 
@@ -97,7 +108,7 @@ def test_a_failed_run_without_a_checkpoint_cannot_be_resumed(triple, tmp_path):
 
 def test_a_resumed_run_takes_no_other_options(tmp_path, capsys):
     assert main(["run", "--resume", str(tmp_path), "--set", "a.gain=2"]) == 2
-    told = "lockstep: --set: a resumed run goes on as it was; leave it out, or branch with --from\n"
+    told = "lockstep: --set: a resumed run continues unchanged; leave it out, or branch with --restart-from\n"
     assert capsys.readouterr().err == told
 
 

@@ -275,7 +275,7 @@ ticks = 7
 from = 0.05
 to = 0.06
 """
-    signals = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--period", "echo=0.005")
+    signals = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--step-size", "echo=0.005")
     expected = TICKS // 5 * 5 + 1.0
     expected[25:35] += 0.5
     expected[50:60] -= 10.0  # transfers are 5 ticks apart: the newest that is at least 7 ticks old is 10 ticks old
@@ -298,7 +298,7 @@ value = 7.0
 from = 0.015
 to = 0.025
 """
-    isolated = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--isolate", "gain", "--stop", "0.03")
+    isolated = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--isolate", "gain", "--stop-time", "0.03")
     expected = 2.0 * CLEAN[:30]
     expected[10:20] *= 3.0
     expected[15:25] *= 3.5
@@ -328,7 +328,7 @@ from = 0.015
 to = 0.025
 """
     replaced = ("--replace", f"gain={toys / 'toy_gain.fmu'}", "--adapter", tmp_path / "theirs.toml")
-    signals = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--stop", "0.03", *replaced)
+    signals = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--stop-time", "0.03", *replaced)
     expected = 5.0 - 2.0 * CLEAN[:30]
     expected[10:20] -= 200.0
     expected[15:25] -= 10.0

@@ -84,7 +84,17 @@ def start(system, tmp_path, rows=250):
     """Start a run without end and wait until it has recorded so many rows."""
     temporary = tmp_path / "temporary"
     temporary.mkdir()
-    command = [sys.executable, "-m", "lockstep", "run", str(system), "--out", str(tmp_path / "out"), "--stop", "1e6"]
+    command = [
+        sys.executable,
+        "-m",
+        "lockstep",
+        "run",
+        str(system),
+        "--out",
+        str(tmp_path / "out"),
+        "--stop-time",
+        "1e6",
+    ]
     process = subprocess.Popen(
         command,
         stderr=subprocess.PIPE,

@@ -38,7 +38,7 @@ FINISHED = ["events.jsonl", "run.toml", "signals.parquet"]
 
 
 def test_every_sample_carries_the_time_at_which_it_is_true(loop_ssd, tmp_path, cli):
-    done = cli("run", loop_ssd, "--out", tmp_path / "out", "--stop", "0.02")
+    done = cli("run", loop_ssd, "--out", tmp_path / "out", "--stop-time", "0.02")
     assert (done.returncode, files(tmp_path / "out")) == (0, FINISHED), done.stderr
     signals = read_signals(tmp_path / "out")
     tick = np.arange(20)
@@ -58,7 +58,7 @@ def test_every_sample_carries_the_time_at_which_it_is_true(loop_ssd, tmp_path, c
 
 @pytest.mark.parametrize("delay", [0, 1, 5, 6])
 def test_a_delay_is_so_many_ticks(loop_ssd, tmp_path, cli, delay):
-    done = cli("run", loop_ssd, "--out", tmp_path / "out", "--delay", f"counter:echo={delay}", "--stop", "0.03")
+    done = cli("run", loop_ssd, "--out", tmp_path / "out", "--delay", f"counter:echo={delay}", "--stop-time", "0.03")
     assert done.returncode == 0, done.stderr
     read_at = np.arange(30) // 5 * 5
     np.testing.assert_array_equal(read_signals(tmp_path / "out")["echo.y[1]"], np.maximum(0, read_at - delay + 1))
@@ -95,7 +95,7 @@ def test_units_and_start_values_reach_the_fmus(toys, tmp_path, cli):
     ends = [("degrees", "radians"), ("celsius", "kelvin")]
     wires = [Connection(from_component="a", output=o, to_component="b", input=i) for o, i in ends]
     write_ssd(System(name="u", tick=MS, components=tuple(parts), connections=tuple(wires)), tmp_path / "u.ssd")
-    done = cli("run", tmp_path / "u.ssd", "--out", tmp_path / "out", "--stop", "0.002")
+    done = cli("run", tmp_path / "u.ssd", "--out", tmp_path / "out", "--stop-time", "0.002")
     assert done.returncode == 0, done.stderr
     signals = read_signals(tmp_path / "out")
     assert signals["b.radians_seen"][0] == pytest.approx(np.pi, rel=1e-15)  # one rounding
@@ -123,8 +123,8 @@ def test_an_archive_runs(loop, tmp_path, cli):
 BAD = [
     (("--set", "counter.gian=2"), r"lockstep: counter.gian: no such parameter; counter has gain"),
     (("--set", "counter.gain"), "lockstep: --set counter.gain: write COMPONENT.PARAMETER=VALUE"),
-    (("--stop", "soon"), "lockstep: --stop: 'soon' is not a number of seconds"),
-    (("--stop", "0.0015"), "lockstep: stop time 0.0015 s is not a whole multiple of the tick 0.001 s"),
+    (("--stop-time", "soon"), "lockstep: --stop-time: 'soon' is not a number of seconds"),
+    (("--stop-time", "0.0015"), "lockstep: stop time 0.0015 s is not a whole multiple of the tick 0.001 s"),
     (("--record", "plant.y"), "lockstep: record 'plant.y' matches no output"),
     (("--record-period", "0.0001"), "lockstep: record period 0.0001 s is not a whole multiple of the tick"),
     (("--delay", "plant=3"), "lockstep: --delay plant=3: write FROM:TO=TICKS"),
@@ -150,7 +150,7 @@ def test_a_folder_with_a_run_is_kept_unless_told_otherwise(loop_ssd, tmp_path, c
     assert "holds a run already; choose another folder or overwrite it" in refused.stderr
     bad = cli("run", loop_ssd, "--out", out, "--overwrite", "--set", "counter.gian=2")
     assert (bad.returncode, (out / "run.toml").read_bytes()) == (2, before)
-    assert cli("run", loop_ssd, "--out", out, "--overwrite", "--stop", "0.005").returncode == 0
+    assert cli("run", loop_ssd, "--out", out, "--overwrite", "--stop-time", "0.005").returncode == 0
     assert manifest(out)["stop_time"] == 0.005
     assert files(tmp_path) == ["loop.ssd", "out"]
     (tmp_path / "other").mkdir()
@@ -190,7 +190,7 @@ def test_what_an_fmu_logged_is_among_the_events_under_its_own_name(loop_ssd, tmp
 
 def start(loop_ssd, out, *options, **keywords):
     """Start a long run and wait until it has written two batches."""
-    command = [*COMMAND, str(loop_ssd), "--out", str(out), "--stop", "100000", *options]
+    command = [*COMMAND, str(loop_ssd), "--out", str(out), "--stop-time", "100000", *options]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **keywords)
     stream = out / "signals.arrows"
     deadline = time.monotonic() + 60
@@ -241,7 +241,7 @@ def limit_file_size():
 
 def test_a_full_disk_ends_the_run_with_one_line_and_readable_data(loop_ssd, tmp_path, cli):
     out = tmp_path / "out"
-    done = cli("run", loop_ssd, "--out", out, "--stop", "100000", preexec_fn=limit_file_size)
+    done = cli("run", loop_ssd, "--out", out, "--stop-time", "100000", preexec_fn=limit_file_size)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].startswith(f"lockstep: cannot write to {out}: File too large, after ")
     assert "Traceback" not in done.stderr

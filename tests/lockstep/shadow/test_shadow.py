@@ -55,7 +55,7 @@ def test_the_shadow_takes_over_at_its_own_rate_without_a_jump(loop_ssd, toys, tm
     adapter.write_text(SLOWER)
     done = cli(
         "run", loop_ssd, "--out", tmp_path / "out", "--shadow", f"counter={toys / 'toy_counter.fmu'}",
-        "--shadow-adapter", adapter, "--set", "counter.shadow.gain=3", "--hand-over", "0.004", "--blend", "0.005",
+        "--shadow-adapter", adapter, "--set", "counter.shadow.gain=3", "--switchover", "0.004", "--blend", "0.005",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     run = read_signals(tmp_path / "out")
@@ -155,7 +155,7 @@ def tracking(toys, tmp_path):
 def test_a_shadow_is_told_what_acted_in_its_last_step(tracking, toys, tmp_path, cli, isolated):
     done = cli(
         "run", tracking, "--out", tmp_path / "out", "--shadow", f"tracker={toys / 'toy_tracker.fmu'}",
-        "--set", "tracker.shadow.gain=3", "--hand-over", "0.005", "--blend", "0",
+        "--set", "tracker.shadow.gain=3", "--switchover", "0.005", "--blend", "0",
         "--isolate" if isolated else "--share-process", "tracker_shadow",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -192,7 +192,7 @@ def test_a_slower_shadow_is_told_the_mean(tracking, toys, tmp_path, cli):
 
 
 def test_after_the_hand_over_the_original_may_fail(loop_ssd, toys, tmp_path, cli):
-    given = ("--shadow", f"counter={toys / 'toy_counter.fmu'}", "--hand-over", "0.004", "--blend", "0.002")
+    given = ("--shadow", f"counter={toys / 'toy_counter.fmu'}", "--switchover", "0.004", "--blend", "0.002")
     failing = ("--set", "counter.fail_at=7", "--set", "counter.shadow.fail_at=-1")
     assert cli("run", loop_ssd, "--out", tmp_path / "usual", *given).returncode == 0
     usual = read_signals(tmp_path / "usual")
@@ -220,7 +220,7 @@ def test_after_the_hand_over_the_original_may_fail(loop_ssd, toys, tmp_path, cli
     ids=["original", "isolated", "shared", "nan"],
 )
 def test_a_failure_before_the_hand_over_ends_the_run_by_name(loop_ssd, toys, tmp_path, cli, given, process, told):
-    shadow = ("--shadow", f"counter={toys / 'toy_counter.fmu'}", "--hand-over", "0.006")
+    shadow = ("--shadow", f"counter={toys / 'toy_counter.fmu'}", "--switchover", "0.006")
     settings = [word for text in given for word in ("--set", f"counter.{text}")]
     done = cli("run", loop_ssd, "--out", tmp_path / "out", *shadow, *settings, *process)
     assert done.returncode == 1
@@ -244,17 +244,17 @@ def test_what_cannot_be_is_refused_in_one_line(loop, loop_ssd, toys, tmp_path, c
         return told
 
     shadow = ("--shadow", f"counter={counter}")
-    assert "--hand-over 1: needs --shadow COMPONENT=FMU beside it" in refused("--hand-over", 1)
-    assert "--blend 1: needs --hand-over SECONDS" in refused(*shadow, "--blend", 1)
+    assert "--switchover 1: needs --shadow COMPONENT=FMU as well" in refused("--switchover", 1)
+    assert "--blend 1: needs --switchover SECONDS" in refused(*shadow, "--blend", 1)
     assert "--shadow x: write COMPONENT=FMU" in refused("--shadow", "x")
     assert "countr: no such component; there are counter, echo, plant; did you mean counter?" in refused(
         "--shadow", f"countr={counter}"
     )
-    assert "hand-over 0.01 s: the run ends at 0.01 s; hand over before that" in refused(*shadow, "--hand-over", "0.01")
-    assert "hand-over 0.0015 s is no step of counter and its shadow, whose periods are 0.001 s and 0.001 s; choose 0.001 s or 0.002 s" in refused(*shadow, "--hand-over", "0.0015")  # fmt: skip  # noqa: E501
-    assert "choose 0.002 s or 0.004 s" in refused(*shadow, "--shadow-adapter", adapter, "--hand-over", "0.003")
-    assert "hand-over -1 s must be >= 0 s" in refused(*shadow, "--hand-over", "-1")
-    assert "blend -1 s must be >= 0 s; 0 switches at once" in refused(*shadow, "--hand-over", "0.002", "--blend", "-1")
+    assert "hand-over 0.01 s: the run ends at 0.01 s; hand over before that" in refused(*shadow, "--switchover", "0.01")
+    assert "hand-over 0.0015 s is no step of counter and its shadow, whose periods are 0.001 s and 0.001 s; choose 0.001 s or 0.002 s" in refused(*shadow, "--switchover", "0.0015")  # fmt: skip  # noqa: E501
+    assert "choose 0.002 s or 0.004 s" in refused(*shadow, "--shadow-adapter", adapter, "--switchover", "0.003")
+    assert "hand-over -1 s must be >= 0 s" in refused(*shadow, "--switchover", "-1")
+    assert "blend -1 s must be >= 0 s; 0 switches at once" in refused(*shadow, "--switchover", "0.002", "--blend", "-1")
     assert "counter_shadow.count: no such output; counter_shadow has" in refused("--shadow", f"counter={echo}")
     assert "echo: nothing reads an output of it" in refused("--shadow", f"echo={echo}")
     assert "plant: is continuous; a shadow and what it may replace have to be sampled" in refused(

@@ -1,7 +1,6 @@
 """When components of files of others are stepped: what decides, what is refused, and the command line."""
 
 import zipfile
-from argparse import ArgumentParser
 
 import h5py
 import pytest
@@ -9,7 +8,9 @@ from fmpy.ssp.simulation import simulate_ssp
 
 from flexbench.runs.export import export_run
 from lockstep import InputError
-from lockstep.cli.run_options import add_timing_options, folder_name, timing_of
+from lockstep.cli.command import command
+from lockstep.cli.run_options import folder_name
+from lockstep.cli.timing_options import timing_options
 from lockstep.plan.schedule import build_schedule
 from lockstep.ssp.step_times import Timing
 
@@ -18,9 +19,8 @@ MS = 1_000_000
 
 def told(*words):
     """Return what the options of a command line say."""
-    parser = ArgumentParser()
-    add_timing_options(parser)
-    return timing_of(parser.parse_args(words))
+    parse = command("parse", "")(timing_options(lambda timing: timing.timing()))
+    return parse.main(words, standalone_mode=False)
 
 
 @pytest.fixture(scope="session")
@@ -55,7 +55,7 @@ def facts(system):
 
 
 def test_what_the_command_line_does_not_say_the_fmus_do(load, top):
-    parts, delays, tick = facts(load(top, told("--period", "counter=0.002", "--period", "plant=0.003")))
+    parts, delays, tick = facts(load(top, told("--step-size", "counter=0.002", "--step-size", "plant=0.003")))
     assert parts == {
         "counter": (2 * MS, "continuous"),
         "sub/eager": (5 * MS, "sampled"),
@@ -66,7 +66,9 @@ def test_what_the_command_line_does_not_say_the_fmus_do(load, top):
 
 
 def test_the_command_line_goes_before_the_fmus(load, top):
-    words = "--period 0.002 --period sub/eager=0.004 --tick 0.001 --continuous sub/eager --sampled counter --delay 3"
+    words = (
+        "--step-size 0.002 --step-size sub/eager=0.004 --tick 0.001 --continuous sub/eager --sampled counter --delay 3"
+    )
     parts, delays, tick = facts(load(top, told(*words.split())))
     assert parts == {
         "counter": (2 * MS, "sampled"),
@@ -93,7 +95,7 @@ def test_annotations_go_before_the_fmus_and_hints_of_osp_before_their_steps(load
     text = annotated(top, 'Connector name="count"', own.format("Component", 'period="0.01" offset="0.005"'), hint)
     text = annotated(text, 'Connector name="u[1]"', hint)
     text = annotated(text, 'startElement="counter"', own.format("Connection", 'delay="7"'))
-    parts, delays, tick = facts(load(text, told("--period", "plant=0.01")))
+    parts, delays, tick = facts(load(text, told("--step-size", "plant=0.01")))
     assert parts == {
         "counter": (10 * MS, "sampled"),
         "sub/eager": (20 * MS, "sampled"),
@@ -113,22 +115,28 @@ def test_annotations_go_before_the_fmus_and_hints_of_osp_before_their_steps(load
 def test_the_step_of_another_master_goes_before_those_of_the_fmus(load, top, step):
     note = f'<ssd:Annotations><ssc:Annotation type="other">{step}</ssc:Annotation></ssd:Annotations>'
     text = top.replace("</ssd:System>", f"{note}</ssd:System>")
-    parts, _, tick = facts(load(text, told("--period", "plant=0.004")))
+    parts, _, tick = facts(load(text, told("--step-size", "plant=0.004")))
     assert [period for period, _ in parts.values()] == [8 * MS, 8 * MS, 4 * MS]
     assert tick == 4 * MS
 
 
 REFUSED = [
-    ((), r"^counter: neither the file nor the FMU tells its period; give --period counter=S in seconds, or --period S"),
-    (("--period", "0.001", "--period", "eager=1"), r"^eager: no such component; there are counter, sub/eager, plant"),
-    (("--period", "0.001", "--sampled", "plnt"), r"^plnt: no such component; .*did you mean plant\?"),
-    (("--period", "0"), r"^--period 0: must be > 0 s"),
-    (("--period", "1", "--period", "2"), r"^--period 2: given for all already, as 1; name a component"),
-    (("--period", "0.3 s"), r"^--period: '0\.3 s' is not a number of seconds"),
+    (
+        (),
+        r"^counter: neither the file nor the FMU gives its step size; give --step-size counter=S in seconds",
+    ),
+    (
+        ("--step-size", "0.001", "--step-size", "eager=1"),
+        r"^eager: no such component; there are counter, sub/eager, plant",
+    ),
+    (("--step-size", "0.001", "--sampled", "plnt"), r"^plnt: no such component; .*did you mean plant\?"),
+    (("--step-size", "0"), r"^--step-size 0: must be > 0 s"),
+    (("--step-size", "1", "--step-size", "2"), r"^--step-size 2: given for all already, as 1; name a component"),
+    (("--step-size", "0.3 s"), r"^--step-size: '0\.3 s' is not a number of seconds"),
     (("--tick", "-1"), r"^--tick -1: must be > 0 s"),
     (("--delay", "x"), r"^--delay x: write FROM:TO=TICKS"),
     (("--delay", "1", "--delay", "2"), r"^--delay 2: given for all already"),
-    (("--sampled", "plant", "--continuous", "plant"), r"^--sampled plant: is told to be continuous too; choose one"),
+    (("--sampled", "plant", "--continuous", "plant"), r"^--sampled plant: --continuous names it too; choose one"),
 ]
 
 
@@ -144,7 +152,7 @@ def test_an_odd_step_of_an_fmu_is_refused_with_the_remedy(tmp_path, ssd, load, e
         for member in source.infolist():
             target.writestr(member, source.read(member).replace(b'stepSize="0.005"', b'stepSize="0.0033333333333"'))
     with pytest.raises(
-        InputError, match=r"odd: the FMU's step size: 0\.0033333333333 s is not .*; give --period odd=S"
+        InputError, match=r"odd: the FMU's step size: 0\.0033333333333 s is not .*; give --step-size odd=S"
     ):
         load(ssd.system("top", ssd.component("odd", odd)), Timing())
 
@@ -176,7 +184,7 @@ def test_results_stay_below_their_folder_whatever_a_system_is_called(name, folde
 def test_the_command_line_shows_and_runs_a_system_of_others(tmp_path, ssd, top, cli):
     path = tmp_path / "foreign.ssd"
     path.write_text(ssd.document(top))
-    words = ("--period", "0.001", "--delay", "2", "--delay", "counter:sub/eager=5")
+    words = ("--step-size", "0.001", "--delay", "2", "--delay", "counter:sub/eager=5")
     shown = cli("show", path, *words)
     assert (shown.returncode, shown.stderr) == (0, "")
     assert "sub/eager  every 0.001 s from 0 s, sampled, eager.fmu" in shown.stdout
@@ -193,7 +201,9 @@ def test_the_command_line_shows_and_runs_a_system_of_others(tmp_path, ssd, top, 
         assert "sub.eager.y" in file  # a slash would make a group of it
     failed = cli("run", path, "--out", tmp_path / "none")
     assert failed.returncode == 2
-    assert failed.stderr.startswith("lockstep: counter: neither the file nor the FMU tells its period; give --period")
+    assert failed.stderr.startswith(
+        "lockstep: counter: neither the file nor the FMU gives its step size; give --step-size"
+    )
     assert not (tmp_path / "none").exists()
 
 
@@ -217,7 +227,7 @@ def test_without_annotations_the_values_are_those_of_fmpys_master(tmp_path, ssd,
     theirs = simulate_ssp(str(package), stop_time=32 * step, step_size=step)
     for name in ("counter", "echo", "integrator"):
         text = text.replace(f"resources/{name}.fmu", str(fmus[name]))
-    system = load(text, told("--period", str(step)), stop=33 * step)
+    system = load(text, told("--step-size", str(step)), stop=33 * step)
     ours = run(system, overrides={"sub/echo.u[2]": 0, "sub/echo.flag": False})
     for name, other in (("counter.count", "counter.count"), ("sub/echo.y[1]", "sub.echo.y[1]"),
                         ("sub/echo.number_out", "sub.echo.number_out"), ("plant.x", "plant.x")):  # fmt: skip

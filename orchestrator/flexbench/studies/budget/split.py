@@ -98,7 +98,7 @@ def split_budget(
         If the runs are too short for what is asked, or the system is none of ours.
     """
     if not (np.isfinite(stop) and stop > 0.0):
-        raise InputError(f"--stop {stop:g}: must be a time > 0 s")
+        raise InputError(f"--stop-time {stop:g}: must be a time > 0 s")
     runs = plan_runs()
     jobs = {
         name: Job(

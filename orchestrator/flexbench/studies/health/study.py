@@ -31,7 +31,7 @@ def run_health(
     """
     if not stop > 2.0 * SETTLED:
         raise InputError(
-            f"--stop {stop:g}: the first {SETTLED:g} s are not judged; simulate more than {2 * SETTLED:g} s"
+            f"--stop-time {stop:g}: the first {SETTLED:g} s are not judged; simulate more than {2 * SETTLED:g} s"
         )
     patterns = (*load_system(system).record, *MEASURED)
     jobs = [

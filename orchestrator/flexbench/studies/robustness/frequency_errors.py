@@ -61,7 +61,7 @@ def check_plan(levels: Sequence[float], stop: float) -> None:
         if not 0.0 < level < 0.5:
             raise InputError(f"--levels {100 * level:g}: must be a percentage from 0 to 50, zero excluded")
     if not stop >= 4.0:
-        raise InputError(f"--stop {stop:g}: quarters of the run are compared; simulate 4 s or more")
+        raise InputError(f"--stop-time {stop:g}: quarters of the run are compared; simulate 4 s or more")
 
 
 def run_robustness(

@@ -85,10 +85,10 @@ def sweep(
     if points < 2:
         raise InputError(f"--points {points}: must be 2 or more")
     if not (np.isfinite(stop) and stop >= 1.0):
-        raise InputError(f"--stop {stop:g}: must be 1 s or more, for the slowest modes to move")
+        raise InputError(f"--stop-time {stop:g}: must be 1 s or more, for the slowest modes to move")
     low, high = span or default_range(design)
     if not 0.0 < low < high:
-        raise InputError(f"--range {low / RPM:g} {high / RPM:g}: must be two rising speeds > 0 rpm")
+        raise InputError(f"--speed-range {low / RPM:g} {high / RPM:g}: must be two rising speeds > 0 rpm")
     speeds = np.linspace(low, high, points)
     jobs = [
         Job(

@@ -148,7 +148,7 @@ def _set_up(path: Path, experiment: Experiment, description: Description, settin
         raise InputError(f"--time-limit {settings.seconds:g}: must be > 0 s")
     if settings.step is not None:
         if not 0.0 < settings.step < math.inf:
-            raise InputError(f"--step {settings.step:g}: must be > 0 s")
+            raise InputError(f"--step-size {settings.step:g}: must be > 0 s")
         experiment = replace(experiment, step=settings.step, step_source="as told")
     starts = _starts(path, description, settings.starts or {})
     inputs = _amplified(tuple(_started(port, starts) for port in experiment.inputs), settings)

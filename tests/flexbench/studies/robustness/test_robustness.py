@@ -75,7 +75,7 @@ def test_torque_that_grows_or_is_a_limit_cycle_is_unstable(growth, last, stable)
 
 
 @pytest.mark.parametrize(
-    ("levels", "stop", "message"), [((0.7,), 20.0, "--levels 70"), ((0.01,), 1.0, "--stop 1: quarters")]
+    ("levels", "stop", "message"), [((0.7,), 20.0, "--levels 70"), ((0.01,), 1.0, "--stop-time 1: quarters")]
 )
 def test_bad_levels_and_stop_times_are_refused_before_anything_runs(tmp_path, levels, stop, message):
     with pytest.raises(InputError, match=message):

@@ -1,51 +1,88 @@
-"""The command `check`: its options, and what it does with them."""
+"""The command `python -m lockstep check`, and what every `check` command shares."""
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from lockstep.check.check_fmu import check_fmu
-from lockstep.check.contract import Contract, named
-from lockstep.check.report.check_report import CheckReport, as_json, as_junit, fails, write_text
-from lockstep.check.report.report_html import as_html
-from lockstep.check.report.report_text import print_report, show_checks
-from lockstep.check.static.fmu_archive import read_archive
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.options import option_group
+from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
+
+if TYPE_CHECKING:
+    from lockstep.check.contract import Contract
+    from lockstep.check.report.check_report import CheckReport
 
 EXIT_CODES = "exit code: 0 no error, 1 an error (with --strict also a warning), 2 bad input such as a missing file"
 
-_NEIGHBOURS = 2  # FMUs of the same call that each is loaded beside: more would cost time and tell little
+_EXAMPLES = f"""
+{EXIT_CODES}
+
+example:
+  {{program}} check vendor.fmu --html report.html --strict
+"""
+_NEIGHBOURS = 2  # FMUs of the same call that each is loaded beside: more would cost time and reveal little
 
 
-def add_check_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that every `check` command has."""
-    parser.add_argument(
-        "fmus",
-        nargs="+",
-        type=Path,
-        metavar="FMU",
-        help="co-simulation FMUs of any maker (FMI 1.0 and 3.0: fewer checks); several are also loaded side by side",
-    )
-    parser.add_argument("--static", action="store_true", help="only look at the file; do not run it")
-    parser.add_argument("--strict", action="store_true", help="warnings fail too")
-    parser.add_argument("--html", type=Path, metavar="FILE", help="write the report as one HTML page")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the report as JSON")
-    parser.add_argument(
-        "--junit", type=Path, metavar="FILE", help="write the report as JUnit XML, a test case a finding"
-    )
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckOptions:
+    """What to check, and the reports to write."""
+
+    fmus: tuple[Path, ...]
+    static: bool
+    strict: bool
+    html: Path | None
+    json: Path | None
+    junit: Path | None
 
 
-def check_as_told(options: argparse.Namespace, contracts: Callable[[], Sequence[Contract]] = tuple) -> int:
+check_options = option_group(
+    "options",
+    CheckOptions,
+    click.argument("fmus", type=PATH, nargs=-1, required=True, metavar="FMU...",
+                   help="co-simulation FMUs of any maker (FMI 1.0 and 3.0: fewer checks); several are also loaded side "
+                        "by side"),
+    click.option("--static", is_flag=True, help="only inspect the file; do not run it"),
+    click.option("--strict", is_flag=True, help="warnings fail too"),
+    click.option("--html", type=PATH, metavar="FILE", help="write the report as one HTML page"),
+    click.option("--json", type=PATH, metavar="FILE", help="write the report as JSON"),
+    click.option("--junit", type=PATH, metavar="FILE", help="write the report as JUnit XML, one test case per finding"),
+)  # fmt: skip
+
+
+@command("check", _EXAMPLES)
+@check_options
+def check(options: CheckOptions) -> int:
+    """Accept or refuse FMUs: the files, and how they run."""
+    return check_fmus(options)
+
+
+def check_fmus(
+    options: CheckOptions, contracts: Callable[[], Sequence[Contract]] = tuple, like: str | None = None
+) -> int:
     """Check every FMU, print a report of each, write the files asked for; return the exit code.
 
     Bad input is refused before any check begins: they may take minutes.
+
+    Parameters
+    ----------
+    options : of the command line
+    contracts : returns the components whose ports an FMU may have
+    like : name of the component to compare with; None: the one that the FMU resembles
     """
+    from lockstep.check.check_fmu import check_fmu
+    from lockstep.check.contract import named
+    from lockstep.check.report.check_report import fails
+    from lockstep.check.report.report_text import print_report, show_checks
+
     outputs = {"--html": options.html, "--json": options.json, "--junit": options.junit}
     _refuse(options.fmus, outputs)
-    like: str | None = getattr(options, "like", None)
     offered = contracts()
     if like is not None:
         named(offered, like)
@@ -63,6 +100,8 @@ def check_as_told(options: argparse.Namespace, contracts: Callable[[], Sequence[
 
 
 def _refuse(paths: Sequence[Path], outputs: dict[str, Path | None]) -> None:
+    from lockstep.check.static.fmu_archive import read_archive
+
     for path in paths:
         read_archive(path)
     inputs = {path.resolve() for path in paths}
@@ -90,6 +129,9 @@ def _refuse_folder(option: str, output: Path) -> None:
 
 
 def _write(outputs: dict[str, Path | None], reports: Sequence[CheckReport], strict: bool) -> None:
+    from lockstep.check.report.check_report import as_json, as_junit, write_text
+    from lockstep.check.report.report_html import as_html
+
     html, json, junit = outputs["--html"], outputs["--json"], outputs["--junit"]
     if html is not None:
         write_text(html, as_html(reports))

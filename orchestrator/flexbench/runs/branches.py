@@ -1,8 +1,7 @@
-"""Many runs that go on from one checkpoint, each with values of its own."""
+"""Run several branches of one checkpoint in parallel, each with values of its own."""
 
 from __future__ import annotations
 
-import argparse
 import re
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -13,15 +12,13 @@ from lockstep import InputError
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.rebuild_system import system_of
 from lockstep.checkpoint.restart import Restart
-from lockstep.cli.run_options import assignments
-from lockstep.system.clock import seconds
 
-from ..runs.jobs import Finished, Job, run_jobs
+from .jobs import Finished, Job, run_jobs
 
-_MOST = 1000  # runs; more is a slip of the keyboard
+_MOST = 1000  # runs; more is a typing error
 
 
-def branch(
+def run_branches(
     checkpoint: Path,
     runs: Mapping[str, Mapping[str, Any]],
     folder: Path,
@@ -36,7 +33,7 @@ def branch(
     Parameters
     ----------
     checkpoint : file that a run with checkpoints left
-    runs : what to change, by the name of the folder: inputs that nothing feeds, tunable parameters, and any
+    runs : what to change, by the name of the folder: unconnected inputs, tunable parameters, and any
         parameter of a reinitialised component, as `component.name`
     folder : to hold the folders of the runs
     stop_time : [s]; None: that of the checkpointed run
@@ -47,7 +44,7 @@ def branch(
     Raises
     ------
     InputError
-        If a run cannot go on from the checkpoint. None has begun then.
+        If a run cannot start from the checkpoint. None has started then.
     RunError
         If one fails. The others are stopped, and what they simulated stays readable.
     """
@@ -75,12 +72,12 @@ def branch(
 
 
 def varied(texts: Sequence[Sequence[str]], sets: Mapping[str, str]) -> dict[str, dict[str, str]]:
-    """Return the runs of all combinations of values, by a name that tells them.
+    """Return the parameters of all combinations of values, by a folder name that contains them.
 
     Parameters
     ----------
-    texts : a parameter and its values, each
-    sets : what all runs have
+    texts : each a parameter and its values
+    sets : values that all runs have
 
     Raises
     ------
@@ -104,22 +101,3 @@ def varied(texts: Sequence[Sequence[str]], sets: Mapping[str, str]) -> dict[str,
 
 def _short(text: str) -> str:
     return re.sub(r"[^\w.+-]", "_", re.sub(r"\[(\d+)\]", r".\1", text))
-
-
-def command(options: argparse.Namespace) -> int:
-    """Run the branches and print where they are."""
-    if options.jobs is not None and options.jobs < 1:
-        raise InputError(f"--jobs {options.jobs}: must be 1 or more")
-    finished = branch(
-        options.checkpoint,
-        varied(options.vary, assignments(options.set)),
-        options.out,
-        stop_time=options.stop,
-        reinitialised=options.fresh,
-        record=options.record,
-        processes=options.jobs,
-    )
-    begun = seconds(read_checkpoint(options.checkpoint).time)
-    for one in finished:
-        print(f"{one.job.folder}: {begun:g} to {one.simulated_time:g} s in {one.wall_time:.1f} s")
-    return 0

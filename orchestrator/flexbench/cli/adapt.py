@@ -1,0 +1,40 @@
+"""The command `flexsat adapt`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.options import out_option
+from lockstep.cli.parameter_types import PATH
+
+_EXAMPLES = """
+example:
+  {program} adapt vendor.fmu --like controller --out vendor.toml
+"""
+
+
+@command("adapt", _EXAMPLES)
+@click.argument("fmu", type=PATH, metavar="FMU", help="the foreign FMU")
+@click.option("--like", required=True, metavar="NAME",
+              help="the component that it is to replace: controller, plant or sensors, or controller:distributed and "
+                   "so on")  # fmt: skip
+@out_option("file to write (default: print it)", metavar="FILE")
+def adapt(fmu: Path, like: str, out: Path | None) -> int:
+    """Draft the adapter of a foreign FMU from names, units and array sizes, and list what remains undecided."""
+    from flexsat.fmu.reproducible_zip import write_atomically
+
+    from ..adapt.excitation_of_design import draft_for
+
+    text, doubts = draft_for(fmu, like)
+    if out is None:
+        print(text, end="")
+    else:
+        write_atomically(out, text.encode())
+        print(out)
+    for doubt in doubts:
+        print(f"undecided: {doubt}", file=sys.stderr)
+    return 0

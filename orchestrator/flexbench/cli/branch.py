@@ -1,0 +1,65 @@
+"""The command `flexsat branch`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.options import (
+    assignments,
+    jobs_option,
+    out_option,
+    record_option,
+    reinitialise_option,
+    set_option,
+    stop_time_option,
+)
+from lockstep.cli.parameter_types import PATH, Several
+
+_EXAMPLES = """
+example:
+  {program} branch results/slew/checkpoints/t=100.ckpt --vary plant.wheel.friction_torque[3] 0 0.01 0.05
+"""
+
+
+@command("branch", _EXAMPLES)
+@click.argument("checkpoint", type=PATH, metavar="CHECKPOINT", help="a .ckpt file of `flexsat run --checkpoint`")
+@click.option("--vary", type=Several(), multiple=True, required=True, metavar="C.P V...",
+              help="values of an input or tunable parameter; if given several times, all combinations")  # fmt: skip
+@set_option
+@reinitialise_option
+@stop_time_option(None, "stop time in seconds (default: that of the checkpointed run)")
+@record_option
+@out_option("folder for the folders of the runs", default="results/branch")
+@jobs_option
+def branch(
+    checkpoint: Path,
+    vary: tuple[tuple[str, ...], ...],
+    settings: tuple[str, ...],
+    reinitialise: tuple[str, ...],
+    stop_time: float | None,
+    record: tuple[str, ...],
+    out: Path,
+    jobs: int | None,
+) -> int:
+    """Restart one checkpoint several times in parallel, each time with other values."""
+    from lockstep.checkpoint.file import read_checkpoint
+    from lockstep.system.clock import seconds
+
+    from ..runs.branches import run_branches, varied
+
+    finished = run_branches(
+        checkpoint,
+        varied(vary, assignments(settings)),
+        out,
+        stop_time=stop_time,
+        reinitialised=reinitialise,
+        record=list(record) or None,
+        processes=jobs,
+    )
+    start = seconds(read_checkpoint(checkpoint).time)
+    for one in finished:
+        print(f"{one.job.folder}: {start:g} to {one.simulated_time:g} s in {one.wall_time:.1f} s")
+    return 0

@@ -1,0 +1,33 @@
+"""The command `flexsat build`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.options import out_option
+
+from .options import configuration_option, configurations
+
+_EXAMPLES = """
+examples:
+  {program} build
+  {program} build --configuration distributed --flat --out fmus
+"""
+
+
+@command("build", _EXAMPLES)
+@configuration_option
+@out_option("folder to fill", default="fmus")
+@click.option("--flat", is_flag=True, help="also with flat variable names such as wheel_torque_1, into DIR/NAME/flat")
+def build(configuration: tuple[str, ...], out: Path, flat: bool) -> int:
+    """Build the FMUs, system files, packages and the interface document of each configuration."""
+    from ..loop.build import build_all
+
+    started = perf_counter()
+    build_all(configurations(configuration), out, flat=flat)
+    print(f"built in {perf_counter() - started:.1f} s")
+    return 0

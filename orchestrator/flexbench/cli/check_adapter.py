@@ -1,0 +1,36 @@
+"""The command `flexsat check-adapter`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.parameter_types import PATH
+
+_EXAMPLES = """
+exit code: 0 the conventions are right, 1 they are not, 2 bad input
+
+example:
+  {program} check-adapter vendor.fmu --adapter vendor.toml --like controller:centralised
+"""
+
+
+@command("check-adapter", _EXAMPLES)
+@click.argument("fmu", type=PATH, metavar="FMU", help="the foreign controller")
+@click.option("--adapter", type=PATH, required=True, metavar="FILE", help="TOML file to check")
+@click.option("--like", metavar="NAME",
+              help="controller:centralised or controller:distributed (default: what the adapter fits)")  # fmt: skip
+def check_adapter(fmu: Path, adapter: Path, like: str | None) -> int:
+    """Measure a controller's static response to attitude and rate errors, and judge its adapter's conventions."""
+    from lockstep.adapter.read import read_adapter
+
+    from ..adapt.excitation_of_design import describe_verdict, excitation_for
+    from ..adapt.verdict import check_adapter as judge
+
+    read = read_adapter(adapter)
+    excitation = excitation_for(read, fmu, like or "controller")
+    verdict = judge(fmu, read, excitation)
+    print("\n".join(describe_verdict(verdict, excitation, fmu, adapter)))
+    return 0 if verdict.right else 1

@@ -1,0 +1,72 @@
+"""Options that commands of `flexsat` share: seeds, configurations, scenarios, folders of FMUs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from lockstep.cli.options import Decorator
+from lockstep.cli.parameter_types import COUNT, PATH, WHOLE_NUMBER, OneOf
+
+if TYPE_CHECKING:
+    from flexsat.parameters import ConfigurationName
+    from lockstep.system.component import Value
+    from lockstep.system.system import System
+
+DEFAULT_SEED = 1  # of every command that simulates
+CONFIGURATIONS = ("centralised", "distributed")  # as in flexsat.parameters, which the help does not wait for
+SCENARIOS = ("slew", "fine_pointing", "fine_pointing_open_loop")  # as in flexbench.loop.scenarios
+_SEEDED = ("plant", "sensors")  # components with a parameter `seed`
+
+configuration_option = click.option("--configuration", type=OneOf(CONFIGURATIONS), multiple=True, metavar="NAME",
+                                    help="centralised or distributed (default: both)")  # fmt: skip
+fmus_option = click.option(
+    "--fmus", type=PATH, default="fmus", metavar="DIR", help="folder of the FMUs (default: fmus)"
+)
+seed_option = click.option("--seed", type=WHOLE_NUMBER, metavar="N",
+                           help=f"seed of plant and sensors (default: {DEFAULT_SEED})")  # fmt: skip
+SETTLED_HELP = "evaluate from this time in seconds (default: 150, or half of a run shorter than 200)"
+
+
+def seeds_option(default: int) -> Decorator:
+    """Return the option of the number of seeds."""
+    last = f"{DEFAULT_SEED} to N"
+    return click.option("--seeds", "seed_count", type=COUNT, default=default, metavar="N",
+                        help=f"simulate seeds {last} (default: {default})")  # fmt: skip
+
+
+def seeds(count: int) -> range:
+    """Return that many seeds."""
+    return range(DEFAULT_SEED, DEFAULT_SEED + count)
+
+
+def configurations(chosen: Sequence[str]) -> tuple[ConfigurationName, ...]:
+    """Return the chosen configurations in the usual order, all if none is chosen."""
+    from flexsat.parameters import CONFIGURATIONS as ALL
+
+    return tuple(name for name in ALL if name in (chosen or ALL))
+
+
+def seed_overrides(system: System, seed: int | None) -> dict[str, Value]:
+    """Return the parameters that set the seed of a system.
+
+    The default seed is for components that have a seed and are not given one by the system file: a system of other
+    FMUs may have none.
+    """
+    if seed is not None:
+        return {f"{name}.seed": seed for name in _SEEDED}
+    return {
+        f"{c.name}.seed": DEFAULT_SEED
+        for c in system.components
+        if c.name in _SEEDED and _has_free_seed(system, c.name)
+    }
+
+
+def _has_free_seed(system: System, name: str) -> bool:
+    from lockstep.fmi.model_description import read_description
+
+    component = system.component(name)
+    variable = read_description(component).variables.get("seed")
+    return variable is not None and variable.causality == "parameter" and "seed" not in component.parameters

@@ -1,0 +1,88 @@
+"""The command `flexsat run`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lockstep.cli.checkpoint_options import resume_run
+from lockstep.cli.command import command
+from lockstep.cli.run_options import RunOptions, run_options, run_system
+from lockstep.errors import InputError
+from lockstep.faults import HELP
+
+from .options import seed_option, seed_overrides
+
+if TYPE_CHECKING:
+    from lockstep.simulation import RunSummary
+    from lockstep.system.component import Value
+    from lockstep.system.system import System
+
+    from ..loop.scenarios import ScenarioName
+
+_EXAMPLES = f"""
+examples:
+  {{program}} run fmus/distributed/slew.ssd --seed 3 --set plant.initial.mrp[1]=1e-6 --stop-time 200
+  {{program}} run fmus/distributed/fine_pointing.ssd --faults examples/faults/star_tracker_outage.toml
+  {{program}} run --restart-from results/slew/checkpoints/t=100.ckpt --out results/other
+
+{HELP}"""
+
+
+@command("run", _EXAMPLES)
+@run_options
+@seed_option
+@click.option("--as-published", is_flag=True, help="with the slips of the published release")
+def run(options: RunOptions, seed: int | None, as_published: bool) -> int:
+    """Simulate a system and leave its signals, events and metrics in a results folder."""
+    from ..runs.run_folder import read_run, write_metrics
+
+    resumed = options.checkpoints.resume
+    if resumed is not None:
+        folder = resume_run(resumed, pace=options.pace, step_limit=options.step_limit).folder
+    else:
+        folder = _run_new(options, seed, as_published).folder
+    try:
+        metrics = write_metrics(read_run(folder))
+    except InputError as error:
+        print(f"no metrics.json: {error}")
+        return 0
+    for key, value in metrics.items():
+        print(f"  {key:16} {value:.4g}")
+    return 0
+
+
+def _run_new(options: RunOptions, seed: int | None, as_published: bool) -> RunSummary:
+    def load(path: Path) -> System:
+        from lockstep.ssp.load import load_system
+
+        if not path.exists() and path.suffix == ".ssd":
+            raise InputError(f"{path}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
+        return load_system(path, options.timing.timing())
+
+    def overrides(system: System) -> dict[str, Value]:
+        values: dict[str, Value] = dict(_published(system)) if as_published else {}
+        if seed is not None or options.checkpoints.restart_from is None:  # a restart keeps the seed of its run
+            values |= seed_overrides(system, seed)
+        return values
+
+    return run_system(options, options.checkpoints.system(options.system, load), overrides)
+
+
+def _published(system: System) -> Mapping[str, Value]:
+    """Return the parameters of the published release for the scenario of a system."""
+    from ..loop.scenarios import scalar_overrides, scenario_parameters
+
+    return scalar_overrides(scenario_parameters(_scenario_of(system), as_published=True))
+
+
+def _scenario_of(system: System) -> ScenarioName:
+    from ..loop.scenarios import SCENARIOS
+
+    for scenario in sorted(SCENARIOS, key=len, reverse=True):
+        if system.name.endswith(scenario.replace("_", "-")):
+            return scenario
+    raise InputError(f"--as-published: system {system.name} is none of the paper's; they end in slew, fine-pointing")

@@ -1,0 +1,91 @@
+"""Types of command-line values, whose messages name the option, the value, and what is accepted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import click
+
+from lockstep.cli.usage_errors import option_name, similar
+
+SEPARATOR = "\0"  # between the values of an option that takes several: no argument can contain it
+
+PATH: click.ParamType[Path] = click.Path(path_type=Path)
+
+
+class Number(click.ParamType[float]):
+    """A real number."""
+
+    name = "number"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number, or raise UsageError."""
+        try:
+            return float(str(value))
+        except ValueError:
+            raise _error(f"'{value}' is not a number", param, ctx) from None
+
+
+class WholeNumber(click.ParamType[int]):
+    """A whole number, of a least value if one is given."""
+
+    name = "whole number"
+
+    def __init__(self, minimum: int | None = None) -> None:
+        self._minimum = minimum
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return the number, or raise UsageError."""
+        try:
+            number = int(str(value))
+        except ValueError:
+            raise _error(f"'{value}' is not a whole number", param, ctx) from None
+        if self._minimum is not None and number < self._minimum:
+            raise click.UsageError(f"{_name(param)} {number}: must be {self._minimum} or more", ctx)
+        return number
+
+
+class OneOf(click.ParamType[str]):
+    """One of a few words."""
+
+    name = "choice"
+
+    def __init__(self, choices: Iterable[str]) -> None:
+        self.choices = tuple(choices)
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the word, or raise UsageError."""
+        if value in self.choices:
+            return str(value)
+        meant = similar(str(value), self.choices)
+        suggestion = f"; did you mean {meant[0]}?" if meant else ""
+        raise _error(f"'{value}' is none of {', '.join(self.choices)}{suggestion}", param, ctx)
+
+
+class Several(click.ParamType[tuple[str | float, ...]]):
+    """One value or more, up to the next option; `Command` joins them to one argument."""
+
+    name = "values"
+
+    def __init__(self, one: click.ParamType[str] | click.ParamType[float] = click.STRING) -> None:
+        self._one = one
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str | float, ...]:
+        """Return the values, or raise UsageError."""
+        if isinstance(value, tuple):
+            return value
+        return tuple(self._one.convert(text, param, ctx) for text in str(value).split(SEPARATOR))
+
+
+def _error(problem: str, param: click.Parameter | None, ctx: click.Context | None) -> click.UsageError:
+    return click.UsageError(f"{_name(param)}: {problem}", ctx)
+
+
+def _name(param: click.Parameter | None) -> str:
+    return "value" if param is None else option_name(param)
+
+
+NUMBER, WHOLE_NUMBER, COUNT = Number(), WholeNumber(), WholeNumber(1)

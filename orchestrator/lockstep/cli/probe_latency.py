@@ -1,0 +1,124 @@
+"""The command `probe-latency`."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.options import assignments
+from lockstep.cli.parameter_types import NUMBER, PATH, WHOLE_NUMBER, OneOf
+from lockstep.errors import InputError
+
+if TYPE_CHECKING:
+    from lockstep.system.component import Kind
+
+_EXAMPLES = """
+exit code: 0 no claim is contradicted; 1 one is, or the FMU failed; 2 bad input; 130 Ctrl-C
+
+example:
+  {program} probe-latency vendor.fmu --set gain=2 --set q_ok=3 --amplitude 0.01 --json latency.json
+"""
+
+
+@command("probe-latency", _EXAMPLES)
+@click.argument("fmu", type=PATH, metavar="FMU",
+                help="a co-simulation FMU of any version of FMI; it runs in a process of its own")  # fmt: skip
+@click.option("--step-size", metavar="S", help="its step in seconds (default: what it recommends, or 0.001)")
+@click.option("--steps", type=WHOLE_NUMBER, default=104, metavar="N",
+              help="steps to observe after a change (default: 104)")  # fmt: skip
+@click.option("--set", "settings", multiple=True, metavar="NAME=V",
+              help="value of a parameter, or start value of an input; an array takes V,V,...")  # fmt: skip
+@click.option("--amplitude", multiple=True, metavar="A",
+              help="change of every Real input in its unit, or INPUT=A (default: 0.01 of its range, or 0.001 of its "
+                   "start or nominal value)")  # fmt: skip
+@click.option("--kind", type=OneOf(("sampled", "continuous")), metavar="KIND",
+              help="sampled: outputs hold from the start of a step; continuous: they are true at its end (default: "
+                   "found with a shorter step; sampled where the FMU makes none)")  # fmt: skip
+@click.option("--time-limit", type=NUMBER, default=60.0, metavar="S",
+              help="wall time for all changes; arrays are changed as a whole where it is too short "
+                   "(default: 60)")  # fmt: skip
+@click.option("--json", type=PATH, metavar="FILE", help="also write every pair as JSON; - prints it instead")
+def probe_latency(
+    fmu: Path,
+    step_size: str | None,
+    steps: int,
+    settings: tuple[str, ...],
+    amplitude: tuple[str, ...],
+    kind: Kind | None,
+    time_limit: float,
+    json: Path | None,
+) -> int:
+    """Measure the delay from each input of an FMU to each output, and check its declared dependencies."""
+    from lockstep.check.latency.probe_latency import ProbeSettings
+    from lockstep.check.latency.probe_latency import probe_latency as probe
+    from lockstep.cli.probe_latency_text import as_json, as_lines
+    from lockstep.cli.probe_progress import show_probing
+
+    chosen = ProbeSettings(
+        step=None if step_size is None else _number(step_size, f"--step-size {step_size}"),
+        steps=steps,
+        starts=_values(settings),
+        kind=kind,
+        seconds=time_limit,
+        **_amplitudes(amplitude),
+    )
+    printed = json is not None and str(json) == "-"
+    if json is not None and not printed:
+        _refuse(json, fmu)
+    try:
+        with show_probing(str(fmu)) as watch:
+            report = probe(fmu, chosen, watch)
+    except KeyboardInterrupt:
+        print(f"{fmu}: interrupted; nothing was written", file=sys.stderr)
+        return 130
+    if printed:
+        print(as_json(report), end="")
+    else:
+        print("\n".join(as_lines(report, shutil.get_terminal_size((120, 40)).columns)))
+        if json is not None:
+            json.write_text(as_json(report), encoding="utf-8")
+            print(json)
+    return 1 if report.of("contradicted") else 0
+
+
+def _amplitudes(texts: tuple[str, ...]) -> dict[str, Any]:
+    """Return the amplitude of all inputs and those of single ones, as arguments of `ProbeSettings`."""
+    general, single = None, {}
+    for text in texts:
+        name, _, amount = text.rpartition("=")
+        value = _number(amount, f"--amplitude {text}")
+        if name:
+            single[name] = value
+        else:
+            general = value
+    return {"amplitude": general, "amplitudes": single}
+
+
+def _values(texts: tuple[str, ...]) -> dict[str, str]:
+    for text in texts:
+        name, equals, _ = text.partition("=")
+        if not (name and equals):
+            raise InputError(f"--set {text}: write NAME=VALUE")
+    return assignments(texts)
+
+
+def _number(text: str, what: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{what}: {text!r} is not a number") from None
+
+
+def _refuse(output: Path, fmu: Path) -> None:
+    """Refuse a file that cannot be written, before the probe takes its time."""
+    if output.is_dir():
+        raise InputError(f"--json {output}: is a folder; give the name of a file")
+    if output.resolve() == fmu.resolve():
+        raise InputError(f"--json {output}: is the FMU; give another name")
+    if not output.absolute().parent.is_dir():
+        raise InputError(f"--json {output}: there is no folder {output.parent}; make it, or give another name")

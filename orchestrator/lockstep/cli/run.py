@@ -1,0 +1,47 @@
+"""The command `python -m lockstep run`."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from lockstep.cli.command import command
+from lockstep.cli.run_options import RunOptions, run_options
+from lockstep.faults import HELP
+
+_EXAMPLES = f"""
+examples:
+  {{program}} run orbit.ssd --out results/slew --stop-time 300 \\
+      --set plant.mass=120 --set plant.initial.mrp=0,0,0.1 --record 'plant.*' --record-period 0.005 \\
+      --delay controller:plant=2
+
+checkpoints every minute at real time; resuming after a kill; restarting with another value:
+  {{program}} run orbit.ssd --out results/slew --checkpoint-every 60 --pace 1
+  {{program}} run --resume results/slew
+  {{program}} run --restart-from results/slew/checkpoints/t=120.ckpt --out results/other --set plant.drag=0.2
+  A restart keeps overrides, stop time and recording of the checkpointed run; faults are those given now.
+
+a system file of another tool, without step sizes and delays:
+  {{program}} run vendor.ssp --step-size 0.001 --step-size aocs/controller=0.01 --stop-time 60 --set command=0
+  The step size is that of --step-size, of the file, or the one that the FMU prefers; all step sizes are multiples of
+  the tick. An FMU with discrete outputs alone is sampled: its outputs hold from the start of a step. All others are
+  continuous: their outputs are true at the end of a step. A connection transfers the newest value: that of the same
+  tick from a sampled component, that of one tick ago, which is true now, from a continuous one; --delay overrides.
+  `{{program}} show vendor.ssp` prints the result.
+
+{HELP}"""
+
+
+@command("run", _EXAMPLES)
+@run_options
+def run(options: RunOptions) -> int:
+    """Simulate a system of FMUs and leave its signals in a results folder."""
+    from lockstep.cli.checkpoint_options import resume_run
+    from lockstep.cli.run_options import run_system
+    from lockstep.ssp.load import load_system
+
+    if options.checkpoints.resume is not None:
+        resume_run(options.checkpoints.resume, pace=options.pace, step_limit=options.step_limit)
+    else:
+        load = partial(load_system, timing=options.timing.timing())
+        run_system(options, options.checkpoints.system(options.system, load))
+    return 0

@@ -1,0 +1,56 @@
+"""The command `python -m lockstep show`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lockstep.cli.command import command
+from lockstep.cli.options import system_argument
+from lockstep.cli.timing_options import TimingOptions, timing_options, with_delays
+
+if TYPE_CHECKING:
+    from lockstep.system.system import System
+
+_EXAMPLES = """
+example:
+  {program} show vendor.ssp --step-size 0.01 --step-size controller=0.1
+"""
+
+
+@command("show", _EXAMPLES)
+@system_argument
+@timing_options
+def show(system: Path, timing: TimingOptions) -> int:
+    """Print the components of a system with their step sizes, the order of a tick, and the delays."""
+    from lockstep.ssp.load import load_system
+
+    for line in describe(with_delays(load_system(system, timing.timing()), timing.delay)):
+        print(line)
+    return 0
+
+
+def describe(system: System) -> list[str]:
+    """Return the system as text: tick, components in the order of a tick, and latencies."""
+    from lockstep.errors import compact
+    from lockstep.plan.schedule import build_schedule
+    from lockstep.system.clock import seconds_text
+
+    lines = [f"{system.name}: tick {seconds_text(system.tick)} s, in the order of a tick:"]
+    width = max(len(component.name) for component in system.components)
+    for task in build_schedule(system).tasks:
+        c = system.component(task.name)
+        timing = f"every {seconds_text(c.period)} s from {seconds_text(c.offset)} s, {c.kind}"
+        lines.append(f"  {c.name:{width}}  {timing}, {c.source.name}")
+    links: dict[tuple[str, str, int], int] = {}
+    for connection in system.connections:
+        key = (connection.from_component, connection.to_component, connection.delay)
+        links[key] = links.get(key, 0) + 1
+    for (start, end, delay), count in links.items():
+        latency = "same tick" if delay == 0 else f"delay {delay} tick{'s' if delay > 1 else ''}"
+        lines.append(f"  {start} -> {end}: {count} value{'s' if count > 1 else ''}, {latency}")
+    if system.inputs:
+        lines.append(f"  without a value: {compact(one.name for one in system.inputs)}; give --set NAME=VALUE")
+    if system.ignored:
+        lines.append(f"  left out, as no variable takes them: {compact(system.ignored)}")
+    return lines

@@ -1,0 +1,101 @@
+"""Options of step sizes, delays and kinds of components, which system files of other tools do not contain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import click
+
+from lockstep.cli.options import option_group
+from lockstep.errors import InputError
+
+if TYPE_CHECKING:
+    from lockstep.ssp.step_times import Timing
+    from lockstep.system.component import Kind
+    from lockstep.system.system import System
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimingOptions:
+    """Step sizes, delays and kinds, as text."""
+
+    delay: tuple[str, ...]
+    step_size: tuple[str, ...]
+    tick: str | None
+    continuous: tuple[str, ...]
+    sampled: tuple[str, ...]
+
+    def timing(self) -> Timing:
+        """Return what `load_system` needs of them, or raise InputError."""
+        from lockstep.ssp.step_times import Timing
+
+        sizes = [text.rpartition("=") for text in self.step_size]
+        delays = [text for text in self.delay if "=" not in text]
+        kinds: dict[str, Kind] = dict.fromkeys(self.continuous, "continuous")
+        both = sorted(kinds.keys() & set(self.sampled))
+        if both:
+            raise InputError(f"--sampled {both[0]}: --continuous names it too; choose one")
+        kinds |= dict.fromkeys(self.sampled, "sampled")
+        general = [size for name, _, size in sizes if not name]
+        for option, texts in (("--step-size", general), ("--delay", delays)):
+            if len(texts) > 1:
+                raise InputError(f"{option} {texts[-1]}: given for all already, as {texts[0]}; name a component")
+        return Timing(
+            tick=_positive(self.tick, "--tick") if self.tick is not None else None,
+            period=_positive(general[0], "--step-size") if general else None,
+            periods={name: _positive(size, f"--step-size {name}") for name, _, size in sizes if name},
+            kinds=kinds,
+            delay=_ticks(delays[0]) if delays else None,
+        )
+
+
+timing_options = option_group(
+    "timing",
+    TimingOptions,
+    click.option("--delay", multiple=True, metavar="[A:B=]N",
+                 help="delay of the connections from A to B, or of all connections, in ticks"),
+    click.option("--step-size", multiple=True, metavar="[C=]S",
+                 help="co-simulation step of component C, or of all components, in seconds"),
+    click.option("--tick", metavar="S", help="base tick in seconds, for system files without one"),
+    click.option("--continuous", multiple=True, metavar="C", help="outputs of C are true at the end of its step"),
+    click.option("--sampled", multiple=True, metavar="C", help="outputs of C hold from the start of its step"),
+)  # fmt: skip
+
+
+def with_delays(system: System, texts: Iterable[str]) -> System:
+    """Return the system with delays given as TICKS for all connections, and as FROM:TO=TICKS, which goes before."""
+    for text in sorted(texts, key=lambda text: "=" in text):
+        ends, equals, ticks = text.rpartition("=")
+        start, _, end = ends.partition(":")
+        if equals and not (start and end):
+            raise InputError(f"--delay {text}: write FROM:TO=TICKS, for example sensors:controller=5, or TICKS for all")
+        count = _ticks(ticks, text)
+        system = system.with_delay(start, end, count) if equals else system.with_every_delay(count)
+    return system
+
+
+def with_step_sizes(system: System, texts: Iterable[str]) -> System:
+    """Return the system with step sizes given as COMPONENT=SECONDS; `load_system` has applied one for all."""
+    for text in texts:
+        name, equals, size = text.rpartition("=")
+        if equals:
+            system = system.with_period(name, _positive(size, f"--step-size {name}"))
+    return system
+
+
+def _positive(text: str, option: str) -> int:
+    from lockstep.system.clock import nanoseconds
+
+    time = nanoseconds(text, option)
+    if time <= 0:
+        raise InputError(f"{option} {text}: must be > 0 s")
+    return time
+
+
+def _ticks(text: str, given: str | None = None) -> int:
+    if not (text.isascii() and text.isdecimal()):
+        option = f"--delay {given or text}"
+        raise InputError(f"{option}: write FROM:TO=TICKS, for example sensors:controller=5, or TICKS for all")
+    return int(text)
