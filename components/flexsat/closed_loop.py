@@ -1,34 +1,32 @@
-"""The whole closed loop in one plain Python loop: no FMI, no files, no master.
+"""Run the whole closed loop in one plain Python loop, the monolith: no FMI, no files, no master.
 
 The same steppers as in the FMUs, called in the order of a tick: sensors, controller, plant. It is the reference that
-the co-simulation must reproduce, and the floor that its speed is measured against.
+the co-simulation must reproduce, and the lower bound that its speed is compared with.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from .arrays import Array
 from .design.chain import Designs
-from .ports import controller as controller_interface
-from .ports import plant as plant_interface
-from .ports import sensors as sensor_interface
+from .ports import controller as controller_ports
+from .ports import plant as plant_ports
+from .ports import sensors as sensor_ports
 from .ports.table import Port
-from .runtime import controller, plant, sensors
-from .runtime.bearing_friction import Bearings
+from .runtime import bearing_friction, controller, plant, sensors
 from .runtime.periods import whole_multiple
 
-T = TypeVar("T")
 Parameters = Mapping[str, Mapping[str, Any]]  # component, then port (or `port[i]`), to value
 
 PORTS: dict[str, Callable[[Any], tuple[Port, ...]]] = {
-    "plant": plant_interface.ports,
-    "sensors": sensor_interface.ports,
-    "controller": controller_interface.ports,
+    "plant": plant_ports.ports,
+    "sensors": sensor_ports.ports,
+    "controller": controller_ports.ports,
 }
 
 
@@ -66,10 +64,10 @@ def port_values(component: str, ports: Sequence[Port], given: Mapping[str, Any])
 
 
 class ClosedLoop:
-    """The closed loop of one configuration, ready to run once."""
+    """The closed loop of one configuration, prepared; it may run several times, each from rest."""
 
     def __init__(self, designs: Designs, parameters: Parameters) -> None:
-        """Prepare all three components as their FMUs would.
+        """Prepare all three components as their FMUs do.
 
         Raises
         ------
@@ -79,8 +77,7 @@ class ClosedLoop:
         for component in parameters:
             if component not in PORTS:
                 raise ValueError(f"{component}: no such component; there are {', '.join(PORTS)}")
-        self.values = {}
-        models = {}
+        self.values, models = {}, {}
         for name, ports in PORTS.items():
             declared = ports(getattr(designs.corrected, name))
             values = self.values[name] = port_values(name, declared, parameters.get(name, {}))
@@ -90,77 +87,101 @@ class ClosedLoop:
         self.controller_ticks = whole_multiple("controller period", rates.controller, self.step)
         if self.values["sensors"]["step_size"] != self.step:
             raise ValueError(f"sensors.step_size must be {self.step} s in the monolith: it has one tick")
-        self.plant = plant.Plant(
-            models["plant"], plant_interface.parameters(models["plant"], self.values["plant"].__getitem__), self.step
+        self.mounts = models["plant"].mounts
+        self.plant_inputs = [port.name for port in plant_ports.ports(models["plant"]) if port.causality == "input"]
+        self.plant = plant.prepare(
+            models["plant"], plant_ports.parameters(models["plant"], self.values["plant"].__getitem__), self.step
         )
-        self.sensors = sensors.prepare(
-            sensor_interface.parameters(models["sensors"], self.values["sensors"].__getitem__)
-        )
-        self.controller = controller.Controller(
+        self.sensors = sensors.prepare(sensor_ports.parameters(models["sensors"], self.values["sensors"].__getitem__))
+        self.controller = controller.prepare(
             models["controller"],
-            controller_interface.parameters(models["controller"], self.values["controller"].__getitem__),
+            controller_ports.parameters(models["controller"], self.values["controller"].__getitem__),
         )
+        limits = self.values["plant"]["wheel.friction_torque"]
+        self.friction = bearing_friction.prepare(self.plant, limits) if limits.any() else None
 
     def run(self, stop: float, record: Sequence[str], record_ticks: int = 5) -> Recording:
         """Run from rest to `stop` [s], recording ports named `component.port` every `record_ticks` ticks."""
         ticks = whole_multiple("stop time", stop, self.step)
         tick_ns = round(self.step * 1e9)  # whole nanoseconds, so that times are the nearest doubles
-        command = self.values["controller"]
-        rotation, start = command["command.rotation"], command["command.start_time"]
+        given = self.values["controller"]
+        rotation, start = given["command.rotation"], given["command.start_time"]
         plant_state, sensor_state = plant.init(self.plant), sensors.init(self.sensors)
         controller_state = controller.init(self.controller, rotation, start)
-        seen, measured = plant.observe(self.plant, plant_state), sensor_state.outputs
-        commanded = controller.ControllerOutputs.at_rest(self.controller)
 
-        n = self.plant.wheels
-        inputs = np.concatenate(
-            [self.values["plant"][p.name] for p in PORTS["plant"](self.plant.matrices) if p.causality == "input"]
+        # the outputs are buffers of the states: these inputs follow them
+        true, sensed, torque = plant_state.outputs, sensor_state.outputs, controller_state.outputs.torque
+        sensor_inputs = sensors.SensorInputs(
+            true.quaternion,
+            true.gyro_site_rate,
+            true.accelerometer_site_acceleration,
+            true.wheel_speed,
+            true.wheel_angle,
         )
-        friction = self.values["plant"]["wheel.friction_torque"]
-        bearings = Bearings(self.plant, friction) if friction.any() else None
+        measured = controller.Measurements(
+            sensed.gyro_rate,
+            sensed.accelerometer,
+            sensed.encoder_speed,
+            sensed.encoder_angle,
+            sensed.star_tracker_mrp,
+            sensed.star_tracker_valid,
+        )
+        n = self.plant.wheels
+        inputs = np.concatenate([self.values["plant"][name] for name in self.plant_inputs])
+        wrench = inputs[n : n + len(sensed.wrench)]
+
+        known = self._readers(plant_state, sensed, controller_state.outputs)
+        for name in record:
+            if name not in known:
+                raise ValueError(f"{name}: the monolith has no such output")
         rows = -(-ticks // record_ticks)
-        readers = {name: self._reader(name, plant_state) for name in record}
-        signals = {name: np.empty((rows, *np.shape(read(seen, measured, commanded)))) for name, read in readers.items()}
+        readers = {name: known[name] for name in record}
+        signals = {name: np.empty((rows, *np.shape(read()))) for name, read in readers.items()}
         for tick in range(ticks):
             time = tick * tick_ns / 1e9
-            _, measured = sensors.step(
-                self.sensors,
-                sensor_state,
-                seen.quaternion,
-                seen.gyro_site_rate,
-                seen.accelerometer_site_acceleration,
-                seen.wheel_speed,
-                seen.wheel_angle,
-            )
+            sensors.step(self.sensors, sensor_state, sensor_inputs)
             if tick % self.controller_ticks == 0:
                 controller.command(self.controller, controller_state, time, rotation, start)
-                _, commanded = controller.step(
-                    self.controller,
-                    controller_state,
-                    time,
-                    controller.Measurements(
-                        measured.gyro_rate,
-                        measured.accelerometer,
-                        measured.encoder_speed,
-                        measured.encoder_angle,
-                        measured.star_tracker_mrp,
-                        measured.star_tracker_valid,
-                    ),
-                )
-                inputs[:n] = commanded.torque
+                controller.step(self.controller, controller_state, time, measured)
+                inputs[:n] = torque
             if tick % record_ticks == 0:
                 row = tick // record_ticks
                 for name, read in readers.items():
-                    signals[name][row] = read(seen, measured, commanded)
-            inputs[n : n + len(measured.wrench)] = measured.wrench
-            _, seen = plant.step(self.plant, plant_state, inputs, bearings)
+                    signals[name][row] = read()
+            wrench[:] = sensed.wrench
+            plant.step(self.plant, plant_state, inputs, self.friction)
         times = np.array([row * record_ticks * tick_ns / 1e9 for row in range(rows)])
         return Recording(time=times, signals=signals)
 
-    def _reader(self, name: str, state: plant.PlantState) -> Callable[..., Any]:
-        """Return a function of the three outputs that gives a port's value."""
-        component, _, port = name.partition(".")
-        modes, n = self.plant.modes, self.plant.wheels
+    def _readers(
+        self, state: plant.PlantState, sensed: sensors.SensorOutputs, commanded: controller.ControllerOutputs
+    ) -> dict[str, Callable[[], Any]]:
+        """Return a function for each output, `component.port`, that gives its present value."""
+        true, modes, n = state.outputs, self.plant.modes, self.plant.wheels
+        buffers = {
+            "plant.attitude.mrp": true.mrp,
+            "plant.attitude.quaternion": true.quaternion,
+            "plant.rate": true.rate,
+            "plant.velocity": true.velocity,
+            "plant.modal.displacement": true.modal_displacement,
+            "plant.modal.velocity": true.modal_velocity,
+            "plant.wheel.speed": true.wheel_speed,
+            "plant.wheel.angle": true.wheel_angle,
+            "plant.gyro_site.rate": true.gyro_site_rate,
+            "plant.accelerometer_site.acceleration": true.accelerometer_site_acceleration,
+            "plant.rms_deformation": true.rms_deformation.reshape(()),
+            "sensors.gyro.rate": sensed.gyro_rate,
+            "sensors.accelerometer.acceleration": sensed.accelerometer,
+            "sensors.encoder.speed": sensed.encoder_speed,
+            "sensors.encoder.angle": sensed.encoder_angle,
+            "sensors.star_tracker.quaternion": sensed.star_tracker_quaternion,
+            "sensors.star_tracker.mrp": sensed.star_tracker_mrp,
+            "sensors.star_tracker.valid": sensed.star_tracker_valid,
+            "controller.wheel.torque": commanded.torque,
+            "controller.reference.torque": commanded.reference_torque,
+        }
+        for k, name in enumerate(plant_ports.JITTER):
+            buffers[f"sensors.{name}"] = sensed.wrench[k * self.mounts : (k + 1) * self.mounts]
         parts = {
             "mrp": slice(0, 3),
             "modal.displacement": slice(3, 3 + modes),
@@ -168,40 +189,10 @@ class ClosedLoop:
             "modal.velocity": slice(6 + modes, 6 + 2 * modes),
             "wheel.speed": slice(6 + 2 * modes, 6 + 2 * modes + n),
         }
-        kind, _, rest = port.partition(".")
-        if component == "controller" and kind in ("reference", "estimate") and rest in parts:
-            part = parts[rest]
-            return lambda _seen, _measured, commanded: getattr(commanded, kind)[part]
-        readers: dict[str, Callable[..., Any]] = {
-            "controller.wheel.torque": lambda _seen, _measured, commanded: commanded.torque,
-            "controller.reference.torque": lambda _seen, _measured, commanded: commanded.reference_torque,
-            "plant.attitude.mrp": lambda seen, _measured, _commanded: seen.mrp,
-            "plant.attitude.quaternion": lambda seen, _measured, _commanded: seen.quaternion,
-            "plant.rate": lambda seen, _measured, _commanded: seen.rate,
-            "plant.velocity": lambda seen, _measured, _commanded: seen.velocity,
-            "plant.modal.displacement": lambda seen, _measured, _commanded: seen.modal_displacement,
-            "plant.modal.velocity": lambda seen, _measured, _commanded: seen.modal_velocity,
-            "plant.wheel.speed": lambda seen, _measured, _commanded: seen.wheel_speed,
-            "plant.wheel.angle": lambda seen, _measured, _commanded: seen.wheel_angle,
-            "plant.gyro_site.rate": lambda seen, _measured, _commanded: seen.gyro_site_rate,
-            "plant.accelerometer_site.acceleration": (
-                lambda seen, _measured, _commanded: seen.accelerometer_site_acceleration
-            ),
-            "plant.rms_deformation": lambda seen, _measured, _commanded: seen.rms_deformation[0],
-            "plant.angular_momentum": lambda *_: plant.telemetry(self.plant, state).angular_momentum,
-            "plant.energy": lambda *_: plant.telemetry(self.plant, state).energy,
-            "sensors.gyro.rate": lambda _seen, measured, _commanded: measured.gyro_rate,
-            "sensors.accelerometer.acceleration": lambda _seen, measured, _commanded: measured.accelerometer,
-            "sensors.encoder.speed": lambda _seen, measured, _commanded: measured.encoder_speed,
-            "sensors.encoder.angle": lambda _seen, measured, _commanded: measured.encoder_angle,
-            "sensors.star_tracker.quaternion": (lambda _seen, measured, _commanded: measured.star_tracker_quaternion),
-            "sensors.star_tracker.mrp": lambda _seen, measured, _commanded: measured.star_tracker_mrp,
-            "sensors.star_tracker.valid": lambda _seen, measured, _commanded: measured.star_tracker_valid,
-        }
-        mounts = self.plant.matrices.mounts
-        for k, jitter in enumerate(plant_interface.JITTER):
-            part = slice(k * mounts, (k + 1) * mounts)
-            readers[f"sensors.{jitter}"] = lambda _seen, measured, _commanded, part=part: measured.wrench[part]
-        if name not in readers:
-            raise ValueError(f"{name}: the monolith has no such output")
-        return readers[name]
+        for name, part in parts.items():
+            buffers[f"controller.reference.{name}"] = commanded.reference[part]
+            buffers[f"controller.estimate.{name}"] = commanded.estimate[part]
+        readers: dict[str, Callable[[], Any]] = {name: buffer.view for name, buffer in buffers.items()}
+        readers["plant.angular_momentum"] = lambda: plant.telemetry(self.plant, state).angular_momentum
+        readers["plant.energy"] = lambda: plant.telemetry(self.plant, state).energy
+        return readers

@@ -9,7 +9,7 @@ import pytest
 
 from flexsat.design.chain import Design, build_design
 from flexsat.parameters import CONFIGURATIONS, configuration
-from flexsat.runtime.controller import ControllerParameters
+from flexsat.runtime.controller_parameters import ControllerParameters
 from flexsat.runtime.plant_parameters import PlantMatrices, PlantParameters
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "cachim_antenna_fem.npz"

@@ -9,9 +9,9 @@ from scipy.linalg import eigh
 
 from ..arrays import Array
 from ..parameters import Configuration, ConfigurationName, configuration
-from ..runtime.controller import ControllerMatrices
+from ..runtime.controller_parameters import ControllerMatrices
 from ..runtime.plant_parameters import PlantMatrices
-from ..runtime.sensors import SensorMatrices
+from ..runtime.sensor_parameters import SensorMatrices
 from ..spacecraft.assembly import Spacecraft, build_spacecraft
 from ..spacecraft.linear_model import LinearModel, linearise
 from ..spacecraft.wheel_speeds import WheelResponse, select_speeds

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..runtime.controller import ControllerMatrices, ControllerParameters
+from ..runtime.controller_parameters import ControllerMatrices, ControllerParameters
 from .table import Port
 
 

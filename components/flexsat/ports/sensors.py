@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..runtime.periods import whole_multiple
-from ..runtime.sensors import SensorMatrices, SensorParameters
+from ..runtime.sensor_parameters import SensorMatrices, SensorParameters
 from .table import Port
 
 

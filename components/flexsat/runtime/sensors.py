@@ -7,75 +7,29 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array
+from ..arrays import Array, make_read_only
 from . import rotations
 from . import wheel_jitter as jitter
+from .sensor_parameters import SensorParameters
 from .zero_order_hold import matrix_exponential
 
 STREAM = 2  # a component's own random streams: plant and sensors may be given the same seed
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SensorMatrices:
-    """What the sensors carry of a design: sizes, and nominal values of the parameters of the same names."""
+@dataclass(frozen=True, slots=True)
+class SensorInputs:
+    """True values at the time of a step. A shell gives views that the master writes into."""
 
-    nominal_speed: Array  # (n,) [rad/s]
-    wrench_of_jitter: Array  # (6 s, 4 n): from the jitter of the wheels to the wrenches on their mounts
-    gyros: int
-    accelerometers: int
-    gyro_noise: float  # rad/s
-    accelerometer_noise: float  # m/s2
-    encoder_noise: float  # rad/s
-    star_tracker_coarse: float  # rad
-    star_tracker_fine: float  # rad
-    filter_frequency: float  # Hz
-    imbalance_force: float  # N.s2
-    imbalance_torque: float  # N.m.s2
-    broadband_force: float  # N
-    broadband_torque: float  # N.m
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SensorParameters:
-    """Parameters of one run. Deviations are standard deviations of one sample."""
-
-    seed: int
-    gyro_noise: float  # rad/s
-    accelerometer_noise: float  # m/s2
-    accelerometer_noise_is_gyros: bool = False  # slip of the release: the gyros' number, read in m/s2
-    encoder_noise: float  # rad/s
-    star_tracker_noise: float  # rad, each axis
-    filter_frequency: float  # Hz, of the accelerometers' Butterworth filter
-    step: float  # s
-    fast_steps: int  # steps between samples of gyros, accelerometers and encoders
-    star_tracker_steps: int  # steps between samples of the star tracker
-    jitter: bool
-    imbalance_force: float  # N.s2
-    imbalance_torque: float  # N.m.s2
-    broadband_force: float  # N, held over fast_steps
-    broadband_torque: float  # N.m
-    wheels: int
-    gyros: int
-    accelerometers: int
-    wrench_of_jitter: Array  # (6 s, 4 wheels)
-    nominal_speed: Array  # (wheels,) [rad/s]: what the encoders show before their first sample
-
-    def __post_init__(self) -> None:
-        if self.seed < 0:
-            raise ValueError(f"seed must be >= 0, got {self.seed}")
-        for name in ("gyro_noise", "accelerometer_noise", "encoder_noise", "star_tracker_noise"):
-            if not getattr(self, name) >= 0.0:
-                raise ValueError(f"{name} must be >= 0, got {getattr(self, name)!r}")
-        if not self.filter_frequency > 0.0:
-            raise ValueError(f"filter_frequency must be > 0 Hz, got {self.filter_frequency!r}")
-        for name in ("fast_steps", "star_tracker_steps"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be >= 1, got {getattr(self, name)}")
+    quaternion: Array  # (4,) attitude, scalar last, body from inertial
+    rate: Array  # (g,) at the gyros [rad/s]
+    acceleration: Array  # (k,) at the accelerometers [m/s2]
+    speed: Array  # (n,) of the wheels [rad/s]
+    angle: Array  # (n,) of the wheels [rad]
 
 
 @dataclass(slots=True)
 class SensorOutputs:
-    """Hold from the sampling time on. Buffers that the stepper writes into; a shell may hand in its own."""
+    """Hold from the sampling time on. Buffers that the stepper writes into; a shell may put its own in their place."""
 
     star_tracker_quaternion: Array  # (4,) scalar last, body from inertial
     star_tracker_mrp: Array  # (3,)
@@ -89,7 +43,7 @@ class SensorOutputs:
 
 @dataclass(slots=True)
 class SensorState:
-    """Everything the sensors remember between steps."""
+    """What the sensors remember between steps, their held outputs included; `step` works in place."""
 
     count: int  # steps done
     filter: Array  # (4, k) [m/s2]: output, its rate over the corner frequency, last input, new input
@@ -101,16 +55,31 @@ class SensorState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sensors:
-    """The filter sampled for one step length, and the parameters."""
+class PreparedSensors:
+    """The filter sampled for one step length, and the numbers of one run; no step changes them."""
 
-    parameters: SensorParameters
+    seed: int
+    wheels: int
+    gyros: int
+    accelerometers: int
+    step: float  # s
+    fast_steps: int
+    star_tracker_steps: int
+    star_tracker_noise: float  # rad, each axis
+    jitter: bool
+    imbalance_force: float  # N.s2/rad2
+    imbalance_torque: float  # N.m.s2/rad2
     transition: Array  # (2, 4): from the four rows of the filter to its next output and rate
-    deviation: Array  # noise of gyros, accelerometers, encoders in one vector
+    deviation: Array  # (g + k + n,): noise of gyros, accelerometers, encoders
     broadband_deviation: Array  # (4, 1)
+    wrench_of_jitter: Array  # (6 s, 4 n)
+    nominal_speed: Array  # (n,) [rad/s]
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
 
 
-def prepare(parameters: SensorParameters) -> Sensors:
+def prepare(parameters: SensorParameters) -> PreparedSensors:
     """Sample the anti-aliasing filter, with its input taken as linear between steps."""
     corner = 2.0 * np.pi * parameters.filter_frequency
     h = parameters.step
@@ -123,8 +92,18 @@ def prepare(parameters: SensorParameters) -> Sensors:
     accelerometer_noise = (
         parameters.gyro_noise if parameters.accelerometer_noise_is_gyros else parameters.accelerometer_noise
     )
-    return Sensors(
-        parameters=parameters,
+    return PreparedSensors(
+        seed=parameters.seed,
+        wheels=parameters.wheels,
+        gyros=parameters.gyros,
+        accelerometers=parameters.accelerometers,
+        step=h,
+        fast_steps=parameters.fast_steps,
+        star_tracker_steps=parameters.star_tracker_steps,
+        star_tracker_noise=parameters.star_tracker_noise,
+        jitter=parameters.jitter,
+        imbalance_force=parameters.imbalance_force,
+        imbalance_torque=parameters.imbalance_torque,
         transition=np.hstack([sampled[:2, :2], sampled[:2, 2:3] - new, new]),
         deviation=np.concatenate(
             [
@@ -134,85 +113,80 @@ def prepare(parameters: SensorParameters) -> Sensors:
             ]
         ),
         broadband_deviation=np.array([[parameters.broadband_force]] * 2 + [[parameters.broadband_torque]] * 2),
+        wrench_of_jitter=parameters.wrench_of_jitter,
+        nominal_speed=parameters.nominal_speed,
     )
 
 
-def init(sensors: Sensors) -> SensorState:
+def init(prepared: PreparedSensors) -> SensorState:
     """Return the state before the first sample: instruments at rest, encoders at the nominal speeds."""
-    p = sensors.parameters
-    noise, disturbance = (np.random.default_rng(s) for s in np.random.SeedSequence([p.seed, STREAM]).spawn(2))
+    noise, disturbance = (np.random.default_rng(s) for s in np.random.SeedSequence([prepared.seed, STREAM]).spawn(2))
     return SensorState(
         count=0,
-        filter=np.zeros((4, p.accelerometers)),
-        jitter=np.zeros((4, p.wheels)),
-        broadband=np.zeros((4, p.wheels)),
+        filter=np.zeros((4, prepared.accelerometers)),
+        jitter=np.zeros((4, prepared.wheels)),
+        broadband=np.zeros((4, prepared.wheels)),
         noise=noise,
         disturbance=disturbance,
         outputs=SensorOutputs(
             star_tracker_quaternion=np.array([0.0, 0.0, 0.0, 1.0]),
             star_tracker_mrp=np.zeros(3),
             star_tracker_valid=np.array(False),
-            gyro_rate=np.zeros(p.gyros),
-            accelerometer=np.zeros(p.accelerometers),
-            encoder_speed=p.nominal_speed.copy(),
-            encoder_angle=np.zeros(p.wheels),
-            wrench=np.zeros(len(p.wrench_of_jitter)),
+            gyro_rate=np.zeros(prepared.gyros),
+            accelerometer=np.zeros(prepared.accelerometers),
+            encoder_speed=prepared.nominal_speed.copy(),
+            encoder_angle=np.zeros(prepared.wheels),
+            wrench=np.zeros(len(prepared.wrench_of_jitter)),
         ),
     )
 
 
-def step(
-    sensors: Sensors,
-    state: SensorState,
-    quaternion: Array,
-    rate: Array,
-    acceleration: Array,
-    speed: Array,
-    angle: Array,
-) -> tuple[SensorState, SensorOutputs]:
-    """Sample what is due now.
+def step(prepared: PreparedSensors, state: SensorState, inputs: SensorInputs) -> SensorOutputs:
+    """Sample what is due now; the outputs, which the state owns, hold from now on.
 
     Parameters
     ----------
-    sensors : the prepared model
+    prepared : for the run of the state
     state : updated in place
-    quaternion : (4,) true attitude, scalar last, body from inertial
-    rate : (g,) true rates at the gyros [rad/s]
-    acceleration : (k,) true accelerations at the accelerometers [m/s2]
-    speed, angle : (n,) true wheel speeds [rad/s] and angles [rad]
-
-    Returns
-    -------
-    state, outputs
-        Hold from the time of this call on.
+    inputs : true values at the time of this call
     """
-    p, outputs = sensors.parameters, state.outputs
-    state.filter[3] = acceleration
+    outputs = state.outputs
+    state.filter[3] = inputs.acceleration
     if state.count:  # the filter starts at rest, with its first input as its last
-        state.filter[:2] = sensors.transition @ state.filter
-    state.filter[2] = acceleration
-    if state.count % p.fast_steps == 0:
-        draw = state.noise.standard_normal(len(sensors.deviation))
-        draw *= sensors.deviation
-        first, second = p.gyros, p.gyros + p.accelerometers
-        np.add(rate, draw[:first], out=outputs.gyro_rate)
+        state.filter[:2] = prepared.transition @ state.filter
+    state.filter[2] = inputs.acceleration
+    if state.count % prepared.fast_steps == 0:
+        draw = state.noise.standard_normal(len(prepared.deviation))
+        draw *= prepared.deviation
+        first, second = prepared.gyros, prepared.gyros + prepared.accelerometers
+        np.add(inputs.rate, draw[:first], out=outputs.gyro_rate)
         np.add(state.filter[0], draw[first:second], out=outputs.accelerometer)
-        np.add(speed, draw[second:], out=outputs.encoder_speed)
-        outputs.encoder_angle[:] = angle
+        np.add(inputs.speed, draw[second:], out=outputs.encoder_speed)
+        outputs.encoder_angle[:] = inputs.angle
         outputs.star_tracker_valid[()] = False
-        if p.jitter:
+        if prepared.jitter:
             np.multiply(
-                state.disturbance.standard_normal((4, p.wheels)), sensors.broadband_deviation, out=state.broadband
+                state.disturbance.standard_normal((4, prepared.wheels)),
+                prepared.broadband_deviation,
+                out=state.broadband,
             )
-    if state.count % p.star_tracker_steps == 0:
+    if state.count % prepared.star_tracker_steps == 0:
         outputs.star_tracker_valid[()] = True
-        error = (p.star_tracker_noise * state.noise.standard_normal(3)).tolist()
-        seen = rotations.compose_quaternions(rotations.quaternion_from_rotation_vector(error), quaternion.tolist())
+        error = (prepared.star_tracker_noise * state.noise.standard_normal(3)).tolist()
+        turned = rotations.quaternion_from_rotation_vector(error)
+        seen = rotations.compose_quaternions(turned, inputs.quaternion.tolist())
         outputs.star_tracker_quaternion[:] = seen
         outputs.star_tracker_mrp[:] = rotations.mrp_from_quaternion(seen)
-    if p.jitter:
-        jitter.harmonic(speed, angle, p.step, p.imbalance_force, p.imbalance_torque, state.jitter)
+    if prepared.jitter:
+        jitter.harmonic(
+            inputs.speed,
+            inputs.angle,
+            prepared.step,
+            prepared.imbalance_force,
+            prepared.imbalance_torque,
+            state.jitter,
+        )
         state.jitter += state.broadband
-        np.matmul(p.wrench_of_jitter, state.jitter.ravel(), out=outputs.wrench)
+        np.matmul(prepared.wrench_of_jitter, state.jitter.ravel(), out=outputs.wrench)
     state.count += 1
-    return state, outputs
+    return outputs

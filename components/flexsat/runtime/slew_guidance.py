@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, make_read_only
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,6 +22,9 @@ class Shaper:
 
     weights: Array  # (3,)
     shifts: Array  # (3,) [s]: +spacing, 0, -spacing
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -122,7 +122,7 @@ with Session(argument(0), formatted={formatted}) as one:
     percent = "100%" if {formatted} else "100%%"
     status, category, text = one.messages[0]
     assert (status, category) == (3, b"logStatusError"), one.messages
-    assert f"RuntimeError: told to at {{percent}} of 0.03 s" in text and "Traceback" in text and "in advance" in text
+    assert f"RuntimeError: asked to at {{percent}} of 0.03 s" in text and "Traceback" in text and "in advance" in text
     assert "not stepped since: doStep at t = 0.03 s: RuntimeError" in one.messages[1][2]
     one.fmu.reset(); one.initialize(); one.run(0, 3)
 """,
@@ -274,7 +274,7 @@ def test_that_test_notices_a_generator_left_out_of_the_state(tmp_path):
     assert "rolled back in the same instance" in failed.stderr
 
 
-@pytest.mark.parametrize("damage", ["data[:-9]", "b'nonsense'", "b''", "data.replace(b'dataclass', b'databrass')"])
+@pytest.mark.parametrize("damage", ["data[:-9]", "b'nonsense'", "b''", "data.replace(b'state.level', b'state.lever')"])
 def test_damaged_state_is_refused(toy, tmp_path, damage):
     python(SAVE, toy, tmp_path / "state")
     python(

@@ -1,42 +1,32 @@
 """A wheel that seizes: closed forms for a rigid body, invariants for the flexible one."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from flexsat.runtime import plant as subject
-from flexsat.runtime.bearing_friction import Bearings
-from flexsat.runtime.plant import Plant
-
-
-def rigid(design):
-    """Return the plant's matrices with the modes uncoupled from the body."""
-    mass = design.plant.mass_matrix.copy()
-    mass[:6, 6:], mass[6:, :6] = 0.0, 0.0
-    return replace(design.plant, mass_matrix=mass)
+from flexsat.runtime import bearing_friction
+from flexsat.runtime import plant as stepper
 
 
 def friction(plant, size, *wheels):
     limits = np.zeros(plant.wheels)
     limits[list(wheels)] = size
-    return Bearings(plant, limits)
+    return bearing_friction.prepare(plant, limits)
 
 
-def test_a_wheel_brakes_at_the_rate_of_its_friction_and_then_turns_with_the_body(centralised, quiet_run):
+def test_a_wheel_brakes_at_the_rate_of_its_friction_and_then_turns_with_the_body(centralised, quiet_run, rigid):
     """Rigid body at rest, one wheel at 40 rad/s: rotor and body end at one rate, which keeps their momentum."""
     matrices, size, step = rigid(centralised), 50.0, 1e-3
     inertia, rotor = centralised.spacecraft.inertia[0, 0], matrices.wheel_inertia
     speed = np.zeros(6)
     speed[0] = 40.0
-    plant = Plant(matrices, quiet_run(matrices, wheel_speed=speed), step)
-    state, nothing = subject.init(plant), np.zeros(plant.input_count)
+    plant = stepper.prepare(matrices, quiet_run(matrices, wheel_speed=speed), step)
+    state, nothing = stepper.init(plant), np.zeros(plant.input_count)
     seized = friction(plant, size, 0)
     braking = size * (1.0 / rotor + 1.0 / inertia)  # of the relative speed [rad/s2]
     seen = []
     for k in range(1, 4001):
-        _, outputs = subject.step(plant, state, nothing, seized)
+        outputs = stepper.step(plant, state, nothing, seized)
         seen.append(outputs.wheel_speed[0])
         if k == 3000:
             assert_allclose(outputs.wheel_speed[0], 40.0 - braking * 3.0, rtol=1e-11)  # 3000 roundings
@@ -47,15 +37,15 @@ def test_a_wheel_brakes_at_the_rate_of_its_friction_and_then_turns_with_the_body
     assert_allclose(outputs.rate, [rotor * 40.0 / (inertia + rotor), 0.0, 0.0], rtol=1e-11, atol=1e-18)
 
 
-def test_friction_holds_a_wheel_against_its_motor_and_the_motor_overcomes_less_friction(centralised, quiet_run):
+def test_friction_holds_a_wheel_against_its_motor_and_the_motor_overcomes_less_friction(centralised, quiet_run, rigid):
     matrices = rigid(centralised)
-    plant = Plant(matrices, quiet_run(matrices), 1e-3)
+    plant = stepper.prepare(matrices, quiet_run(matrices), 1e-3)
     commanded = np.zeros(plant.input_count)
     commanded[1] = 2.0
     for size, torque in ((2.5, 0.0), (1.5, 0.5)):
-        state = subject.init(plant)
+        state = stepper.init(plant)
         for _ in range(1000):
-            _, outputs = subject.step(plant, state, commanded, friction(plant, size, 1))
+            outputs = stepper.step(plant, state, commanded, friction(plant, size, 1))
         exact = torque * (1.0 / matrices.wheel_inertia + 1.0 / centralised.spacecraft.inertia[1, 1])
         assert_allclose(outputs.wheel_speed[1], exact, rtol=1e-11, atol=1e-15)
 
@@ -72,20 +62,20 @@ def test_angular_momentum_is_kept_and_energy_lost_while_wheels_seize(request, co
     )
     seized, drift = (0, n - 1), []
     for step in (0.004, 0.002):
-        plant = Plant(design.plant, parameters, step)
-        state, nothing = subject.init(plant), np.zeros(plant.input_count)
-        bearings = friction(plant, 40.0 * design.plant.wheel_inertia / 0.5, *seized)  # stopped within 0.5 s
-        start = subject.telemetry(plant, state)
+        plant = stepper.prepare(design.plant, parameters, step)
+        state, nothing = stepper.init(plant), np.zeros(plant.input_count)
+        brakes = friction(plant, 40.0 * design.plant.wheel_inertia / 0.5, *seized)  # stopped within 0.5 s
+        start = stepper.telemetry(plant, state)
         momenta, speeds = [], []
         for _ in range(round(1.0 / step)):
-            _, outputs = subject.step(plant, state, nothing, bearings)
-            momenta.append(subject.telemetry(plant, state).angular_momentum)
+            outputs = stepper.step(plant, state, nothing, brakes)
+            momenta.append(stepper.telemetry(plant, state).angular_momentum)
             speeds.append(outputs.wheel_speed[list(seized)].copy())
         exchanged = np.linalg.norm(design.plant.wheel_inertia * parameters.wheel_speed[list(seized)])
         drift.append(np.linalg.norm(momenta - start.angular_momentum, axis=1).max() / exchanged)
         held = np.abs(speeds[len(speeds) * 6 // 10 :])
         assert held.max() < 1e-7 * 40.0  # gyroscopic terms of the step before stand for those of this one
-        assert subject.telemetry(plant, state).energy < start.energy
+        assert stepper.telemetry(plant, state).energy < start.energy
     if configuration == "centralised":  # the bus does not tilt: the integrator's error, of order 2
         assert_allclose(drift[0] / drift[1], 4.0, rtol=0.1)
         assert drift[1] < 1e-6
@@ -95,13 +85,13 @@ def test_angular_momentum_is_kept_and_energy_lost_while_wheels_seize(request, co
 
 
 def test_without_friction_no_bit_changes(design, quiet_run):
-    plant = Plant(design.plant, quiet_run(design.plant, rate=np.array([1e-3, 2e-3, 3e-3])), 1e-3)
+    plant = stepper.prepare(design.plant, quiet_run(design.plant, rate=np.array([1e-3, 2e-3, 3e-3])), 1e-3)
     torque = np.zeros(plant.input_count)
     torque[: plant.wheels] = 0.1
     ends = []
-    for bearings in (None, friction(plant, 0.0, 0)):
-        state = subject.init(plant)
+    for brakes in (None, friction(plant, 0.0, 0)):
+        state = stepper.init(plant)
         for _ in range(20):
-            _, outputs = subject.step(plant, state, torque, bearings)
+            outputs = stepper.step(plant, state, torque, brakes)
         ends.append(outputs.flat.copy())
     assert np.array_equal(*ends)

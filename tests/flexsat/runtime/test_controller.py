@@ -7,8 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
-from flexsat.runtime import controller as subject
-from flexsat.runtime.controller import Controller, Measurements
+from flexsat.runtime import controller as stepper
+from flexsat.runtime.controller import Measurements
+from flexsat.runtime.prepared_controller import plan_slew
 
 DEGREE = np.pi / 180.0
 ABOUT_X = np.array([0.5 * DEGREE, 0.0, 0.0])
@@ -64,9 +65,9 @@ def fly(design, given, steps, valid=lambda k: k % 20 == 0, start=0.05):
     deviation = np.repeat(
         [noise.gyro, noise.accelerometer, noise.encoder, noise.star_tracker_coarse], [23, 13, design.plant.wheels, 3]
     )
-    controller = Controller(design.controller, given)
+    controller = stepper.prepare(design.controller, given)
     # the shaped torque begins one spacing before the rigid profile
-    state = subject.init(controller, ABOUT_X, controller.shaper.shifts[0] + start)
+    state = stepper.init(controller, ABOUT_X, controller.shaper.shifts[0] + start)
     sampled, actuation = round(1e3 * given.measurement_delay), round(1e3 * given.actuation_delay)
     simulation = Simulation(design, actuation)
     x, known, waiting, ours, theirs = np.zeros(model.index.size), 0, 19, [], []
@@ -74,7 +75,7 @@ def fly(design, given, steps, valid=lambda k: k % 20 == 0, start=0.05):
     for k in range(steps):
         now = 5 * k
         y = 10.0 * deviation * rng.standard_normal(len(deviation))
-        state, out = subject.step(controller, state, now * 1e-3, measurements(design, y, valid(k)))
+        out = stepper.step(controller, state, now * 1e-3, measurements(design, y, valid(k)))
         measured = now - sampled
         if measured >= 0:
             x, known = simulation.propagate(x, known, measured), measured
@@ -150,17 +151,17 @@ def test_who_rides_along_and_is_told_what_acts_estimates_as_who_is_in_control(ce
     no_limits = {"torque_limit": 1e9, "speed_band": 1e9}
     given = flight(centralised, measurement_delay=delays[0], actuation_delay=delays[1], **no_limits)
     design = centralised.controller
-    softer = Controller(replace(design, feedback=0.8 * design.feedback), given)
-    flying = Controller(design, given)
+    softer = stepper.prepare(replace(design, feedback=0.8 * design.feedback), given)
+    flying = stepper.prepare(design, given)
     rng, acted = np.random.default_rng(4), np.zeros(flying.wheels)
-    states = [subject.init(c, np.zeros(3), 1.0) for c in (flying, softer, softer)]
+    states = [stepper.init(c, np.zeros(3), 1.0) for c in (flying, softer, softer)]
     for k in range(60):
         seen = measurements(centralised, 1e-8 * rng.standard_normal(36 + flying.wheels + 3), k % 20 == 0)
         told = replace(seen, applied_torque=acted, applied_valid=True)
-        _, in_control = subject.step(flying, states[0], 5e-3 * k, seen)
-        _, riding = subject.step(softer, states[1], 5e-3 * k, told)
-        _, untold = subject.step(softer, states[2], 5e-3 * k, replace(told, applied_valid=False))
-        acted = in_control.torque
+        in_control = stepper.step(flying, states[0], 5e-3 * k, seen)
+        riding = stepper.step(softer, states[1], 5e-3 * k, told)
+        untold = stepper.step(softer, states[2], 5e-3 * k, replace(told, applied_valid=False))
+        acted = in_control.torque.copy()
         np.testing.assert_array_equal(riding.estimate, in_control.estimate)
         # no slew: feedback alone; sums of 60 terms that cancel to a hundredth of the largest
         assert_allclose(riding.torque, 0.8 * acted, rtol=1e-12, atol=1e-14 * np.max(np.abs(acted)))
@@ -169,10 +170,10 @@ def test_who_rides_along_and_is_told_what_acts_estimates_as_who_is_in_control(ce
 
 
 def test_fine_sensor_uses_its_gain(centralised, flight):
-    controller = Controller(centralised.controller, flight(centralised, fine_sensor=True))
-    state = subject.init(controller, np.zeros(3), 5.0)
+    controller = stepper.prepare(centralised.controller, flight(centralised, fine_sensor=True))
+    state = stepper.init(controller, np.zeros(3), 5.0)
     y = np.ones(len(centralised.model.c))
-    _, out = subject.step(controller, state, 0.0, measurements(centralised, y, True))
+    out = stepper.step(controller, state, 0.0, measurements(centralised, y, True))
     assert_allclose(out.estimate, centralised.fine.gain[0] @ y, rtol=1e-12, atol=1e-20)  # rounding of the nominal speed
 
 
@@ -180,12 +181,12 @@ def test_fine_sensor_uses_its_gain(centralised, flight):
 def test_known_jitter_is_fed_forward(distributed, flight, delay):
     """The prediction over the period after the measurement carries the harmonic at its middle (PHYSICS section 4)."""
     given = flight(distributed, feed_forward_jitter=True, open_loop=True, measurement_delay=delay)
-    controller = Controller(distributed.controller, given)
-    state = subject.init(controller, np.zeros(3), 5.0)
+    controller = stepper.prepare(distributed.controller, given)
+    state = stepper.init(controller, np.zeros(3), 5.0)
     zero = np.zeros(len(distributed.model.c))
     first = round(delay / 0.005)  # before it, no measurement has come
     for k in range(first + 1):
-        subject.step(controller, state, 0.005 * k, measurements(distributed, zero, k == first, angle=0.3))
+        stepper.step(controller, state, 0.005 * k, measurements(distributed, zero, k == first, angle=0.3))
     x = state.estimate.copy()
     speed = distributed.model.nominal_speed
     middle = 0.3 + 0.0025 * speed
@@ -196,7 +197,7 @@ def test_known_jitter_is_fed_forward(distributed, flight, delay):
     block[:n, :n], block[:n, n:] = distributed.model.a, distributed.model.b_jitter
     expected = expm(0.005 * block)[:n] @ np.concatenate([x, jitter])
     seen = distributed.model.c @ expected  # what agrees with the prediction does not correct it
-    _, out = subject.step(controller, state, 0.005 * (first + 1), measurements(distributed, seen, False))
+    out = stepper.step(controller, state, 0.005 * (first + 1), measurements(distributed, seen, False))
     assert np.abs(expected).max() > 1e-5
     # rounding of the nominal speeds, 1e-14, comes back through the gain
     assert_allclose(out.estimate, expected, atol=1e-9 * np.abs(expected).max())
@@ -204,15 +205,15 @@ def test_known_jitter_is_fed_forward(distributed, flight, delay):
 
 def test_motor_limit_then_speed_band(centralised, flight):
     given = flight(centralised)
-    controller = Controller(centralised.controller, given)
-    state = subject.init(controller, np.zeros(3), 5.0)
+    controller = stepper.prepare(centralised.controller, given)
+    state = stepper.init(controller, np.zeros(3), 5.0)
     speeds = centralised.model.index.wheel_speed
     y = np.zeros(len(centralised.model.c))
 
     def torque_of(estimate):
         state.estimate, state.count, state.history = estimate, 0, np.zeros_like(state.history)
         # agree with the estimate, so that it stays
-        _, out = subject.step(controller, state, 0.0, measurements(centralised, centralised.model.c @ estimate, False))
+        out = stepper.step(controller, state, 0.0, measurements(centralised, centralised.model.c @ estimate, False))
         return out.torque
 
     far = np.zeros(controller.states)
@@ -246,36 +247,36 @@ def test_other_parameters_are_refused(centralised, flight, name, value):
 
 
 def test_command_may_change_until_the_slew_begins(centralised, flight):
-    controller = Controller(centralised.controller, flight(centralised))
-    state = subject.init(controller, ABOUT_X, 5.0)
+    controller = stepper.prepare(centralised.controller, flight(centralised))
+    state = stepper.init(controller, ABOUT_X, 5.0)
     first = state.profile
-    subject.command(controller, state, 1.0, ABOUT_X, 5.0)
+    stepper.command(controller, state, 1.0, ABOUT_X, 5.0)
     assert state.profile is first  # the same command again is none
-    subject.command(controller, state, 1.0, 2.0 * ABOUT_X, 6.0)
+    stepper.command(controller, state, 1.0, 2.0 * ABOUT_X, 6.0)
     assert_allclose([state.profile.angle, state.profile.start], [1.0 * DEGREE, 6.0], rtol=1e-14)
     # shaped torque begins one spacing before the rigid one
     lead = controller.shaper.shifts[0]
     with pytest.raises(ValueError, match=r"command.rotation changed at [\d.]+ s, after the slew of 6.000 s had begun"):
-        subject.command(controller, state, 6.0 - lead + 1e-9, ABOUT_X, 5.0)
-    subject.command(controller, state, 6.0, 2.0 * ABOUT_X, 6.0)  # nothing new: accepted at any time
+        stepper.command(controller, state, 6.0 - lead + 1e-9, ABOUT_X, 5.0)
+    stepper.command(controller, state, 6.0, 2.0 * ABOUT_X, 6.0)  # nothing new: accepted at any time
 
 
 def test_no_slew_gives_way_to_a_late_command(centralised, flight):
-    controller = Controller(centralised.controller, flight(centralised))
-    state = subject.init(controller, np.zeros(3), 0.0)
-    subject.command(controller, state, 50.0, ABOUT_X, 60.0)
+    controller = stepper.prepare(centralised.controller, flight(centralised))
+    state = stepper.init(controller, np.zeros(3), 0.0)
+    stepper.command(controller, state, 50.0, ABOUT_X, 60.0)
     assert state.profile.start == 60.0
 
 
 def references(design, given, times):
     """Return reference and feed-forward torque at every period up to the last time, by index of `times`."""
-    controller = Controller(design.controller, given)
-    state = subject.init(controller, ABOUT_X, 5.0)
+    controller = stepper.prepare(design.controller, given)
+    state = stepper.init(controller, ABOUT_X, 5.0)
     y = np.zeros(len(design.model.c))
     quiet = measurements(design, y, False)
     found = {}
     for k in range(max(times) + 1):
-        state, out = subject.step(controller, state, 0.005 * k, quiet)
+        out = stepper.step(controller, state, 0.005 * k, quiet)
         if k in times:
             found[k] = (out.reference.copy(), out.reference_torque.copy())
     return controller, found
@@ -284,7 +285,7 @@ def references(design, given, times):
 def test_smoothed_reference_is_the_rigid_profile(design, flight):
     times = [0, 1000, 1300, 4000]
     controller, found = references(design, flight(design, smoothed=True), times)
-    profile = controller.plan(ABOUT_X, 5.0)
+    profile = plan_slew(controller, ABOUT_X, 5.0)
     index, inertia = design.model.index, design.spacecraft.inertia
     for k, (reference, _) in found.items():
         time = np.array([0.005 * k])
@@ -300,7 +301,7 @@ def test_time_optimal_reference_keeps_momentum_and_turns_as_planned(design, flig
     """Body, modes and wheels have no net momentum, and together turn by the angle of the shaped profile."""
     times = [2000, 4400]
     controller, found = references(design, flight(design), times)
-    profile = controller.plan(ABOUT_X, 5.0)
+    profile = plan_slew(controller, ABOUT_X, 5.0)
     index, craft = design.model.index, design.spacecraft
     for k, (reference, _) in found.items():
         rate, flexing = reference[index.rate], reference[index.modal_velocity]

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from flexsat.runtime import sensors
-from flexsat.runtime.sensors import SensorParameters
+from flexsat.runtime.sensor_parameters import SensorParameters
 
 WHEELS, GYROS, ACCELEROMETERS = 4, 3, 2
 STEP = 0.001  # s
@@ -56,7 +56,7 @@ def observe(given: SensorParameters, steps: int, signal=None):
         "angle": np.zeros(given.wheels),
     }
     for k in range(steps):
-        state, out = sensors.step(prepared, state, **(still | (signal(k) if signal else {})))
+        out = sensors.step(prepared, state, sensors.SensorInputs(**(still | (signal(k) if signal else {}))))
         yield {name: np.copy(getattr(out, name)) for name in sensors.SensorOutputs.__slots__}
 
 

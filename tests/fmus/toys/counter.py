@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +18,7 @@ class State:
 
     level: np.ndarray
     generator: np.random.Generator
-    recent: deque[float]
+    recent: np.ndarray
     steps: int
 
 
@@ -59,7 +58,7 @@ class Counter(ComponentSlave):
         self.state = State(
             level=np.full(3, self.value("gain")),
             generator=np.random.default_rng(self.value("seed")),
-            recent=deque([0.0], maxlen=4),
+            recent=np.zeros(4),
             steps=0,
         )
         self.view("level")[:] = self.state.level
@@ -67,8 +66,8 @@ class Counter(ComponentSlave):
     def advance(self, time, step):
         state = self.state
         if self.view("explode"):
-            raise RuntimeError(f"told to at 100% of {time} s")
-        state.recent.append(float(state.generator.normal()))
+            raise RuntimeError(f"asked to at 100% of {time} s")
+        state.recent[state.steps % 4] = state.generator.normal()
         state.level += step * (GAIN * self.view("wheel.torque") + self.value("gain") * np.mean(state.recent))
         state.steps += 1
         self.view("level")[:] = state.level

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from ...ports import controller as interface
 from ...ports.table import Port
 from ...runtime import controller
+from ...runtime.controller_parameters import ControllerMatrices
 from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 
@@ -21,15 +22,14 @@ class Controller(ComponentSlave):
 
     def ports(self) -> Sequence[Port]:
         """Return the ports; their sizes are those of the design in the resources."""
-        return interface.ports(load_matrices(self.resource(MODEL_FILE), controller.ControllerMatrices))
+        return interface.ports(load_matrices(self.resource(MODEL_FILE), ControllerMatrices))
 
     def start(self) -> None:
         """Sample the design for the parameters, and plan the slew."""
-        matrices = load_matrices(
-            self.resource(MODEL_FILE), controller.ControllerMatrices, as_published=self.value("as_published")
-        )
+        path = self.resource(MODEL_FILE)
+        matrices = load_matrices(path, ControllerMatrices, as_published=self.value("as_published"))
         self.fixed_step = matrices.period
-        self._controller = controller.Controller(matrices, interface.parameters(matrices, self.value))
+        self._controller = controller.prepare(matrices, interface.parameters(matrices, self.value))
         self._rotation, self._start_time = self.view("command.rotation"), self.view("command.start_time")
         self.state = controller.init(self._controller, self._rotation.copy(), float(self._start_time))
         names = ("gyro.rate", "accelerometer.acceleration", "encoder.speed", "encoder.angle", "star_tracker.mrp",
@@ -45,7 +45,7 @@ class Controller(ComponentSlave):
     def advance(self, time: float, _step: float, /) -> None:
         """Take the measurements at `time`; the torque holds from `time` on."""
         controller.command(self._controller, self.state, time, self._rotation.copy(), float(self._start_time))
-        self.state, outputs = controller.step(self._controller, self.state, time, self._measured)
+        outputs = controller.step(self._controller, self.state, time, self._measured)
         self._torque[:] = outputs.torque
         self._feed_forward[:] = outputs.reference_torque
         self._reference[:] = outputs.reference

@@ -12,11 +12,8 @@ state, makes the instance usable again.
 
 from __future__ import annotations
 
-import os
-import traceback
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
+from collections.abc import Sequence
 from enum import Enum, auto
 from math import isfinite, nan
 from pathlib import Path
@@ -29,10 +26,13 @@ from pythonfmu._version import __version__ as pythonfmu_version
 from pythonfmu.enums import Fmi2Status
 
 from ...ports.table import Kind, Naming, Port, PortTable
-from .model_description import About, model_description
+from ...runtime.named_state import named_values, restore_values
+from .access_plans import AccessPlans
+from .host_log import log_text, printf_safe, reason_of
+from .model_description import About, build_date, model_description
 from .port_values import AnyArray, PortValues, Refused
 from .resources import build_facts, find_resource, leave_search_path, let_go_at_exit
-from .saved_state import restored, sealed, unsealed
+from .saved_state import pack_state, prefixed, section, unpack_state
 from .shared_buffers import BUFFERS_REFERENCE, SharedBuffers
 
 STEP_TOLERANCE = 1e-6  # relative; a host that subtracts times at t = 1e5 s errs by 1e-11 s in its step
@@ -81,8 +81,6 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         naming: Naming = "flat" if build.get("naming") == "flat" else "structured"
         self.table = PortTable(self.ports(), naming)
         self.values = PortValues(self.table)
-        self._outputs = self.values.arrays["real"][self.table.run("output")]
-        self._zeros = np.zeros_like(self._outputs)
         self._starting = {port.name for port in self.table if self.table.starts_from(port)}
         self._feeds_on_demand = any(port.on_demand and port.depends_on for port in self.table)
         self._buffers = SharedBuffers(self.values, self._feeds_on_demand)
@@ -90,10 +88,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         self._started = False  # whether `start` has run with the present parameters and inputs
         self._stale = False  # whether the outputs on demand are older than the state
         self._failure: str | None = None
-        self._reads: dict[tuple[int, int], tuple[list[int], Callable[[], list[float]], bool]] = {}
-        self._writes: dict[tuple[int, int], tuple[list[int], Callable[..., None]]] = {}
-        self._flag_reads: dict[tuple[str | int, ...], Callable[[], list[Any]]] = {}  # the same for booleans
-        self._flag_writes: dict[tuple[str | int, ...], Callable[..., None]] = {}
+        self._plans = AccessPlans()
 
     # What a final class implements.
 
@@ -168,7 +163,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
                 raise Refused(f"a step of {step_size!r} s is not accepted; a step is > 0 s")
             self._stale = True
             self.advance(current_time, step_size)
-            self._check_outputs()
+            self.values.check_outputs()
             return True
         except BaseException as error:
             self._fail(f"doStep at t = {current_time!r} s", error)
@@ -186,7 +181,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         try:
             if not vrs:
                 return []
-            plan = self._reads.get((vrs[0], len(vrs)))
+            plan = self._plans.reads.get((vrs[0], len(vrs)))
             if plan is None or plan[0] != vrs:
                 return self._read("real", vrs)
             if plan[2] and self._stale:
@@ -201,7 +196,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         try:
             if not vrs:
                 return
-            plan = self._writes.get((vrs[0], len(vrs)))
+            plan = self._plans.writes.get((vrs[0], len(vrs)))
             if plan is None or plan[0] != vrs or not isfinite(sum(values)):
                 self._write("real", vrs, values)
                 return
@@ -237,31 +232,41 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         """Write strings."""
         self._write_or_fail("string", vrs, values)
 
-    # State: bytes from the start, so that what is restored here and in a new process is the same.
+    # State: bytes from the start, so that restoring it here and in a new process is the same.
 
     def _get_fmu_state(self) -> bytes:
         try:
-            content = {"phase": self._phase.name, "started": self._started, "stale": self._stale}
-            return sealed(str(self.guid), content | {"values": self.values.saved(), "state": self.state})
+            life_cycle = {
+                "phase": np.array(self._phase.value),
+                "started": np.array(self._started),
+                "stale": np.array(self._stale),
+            }
+            values = prefixed(life_cycle, "life_cycle") | prefixed(self.values.saved(), "ports")
+            return pack_state(str(self.guid), values | prefixed(named_values(self.state), "state"))
         except BaseException as error:
             self._fail("getFMUstate", error)
             return b""
 
     def _set_fmu_state(self, state: bytes) -> None:
         try:
-            saved = unsealed(str(self.guid), state)
-            parameters = self._parameter_bytes()
-            self.values.restore(saved["values"])
-            if saved["started"] and not (
-                self._started and self._failure is None and parameters == self._parameter_bytes()
+            saved = unpack_state(str(self.guid), state)
+            life_cycle, ports = section(saved, "life_cycle"), section(saved, "ports")
+            phase, started = Phase(life_cycle["phase"].item()), bool(life_cycle["started"])
+            parameters = self.values.parameter_bytes()
+            self.values.restore(ports)
+            if started and not (
+                self._started and self._failure is None and parameters == self.values.parameter_bytes()
             ):
                 self.start()
-                self.values.restore(saved["values"])
-            self.state = restored(self.state, saved["state"])
-            self._enter(Phase[saved["phase"]])
-            self._started, self._stale = saved["started"], saved["stale"]
+                self.values.restore(ports)
+            if started:
+                restore_values(self.state, section(saved, "state"))
+            self._enter(phase)
+            self._started, self._stale = started, bool(life_cycle["stale"])
             self._failure = None
-            self._forget_plans()
+            self._plans.clear()
+        except ValueError as error:
+            self._fail("setFMUstate", Refused(str(error)))
         except BaseException as error:
             self._fail("setFMUstate", error)
 
@@ -276,8 +281,6 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
         """Write the model description."""
         assert not model_options, "options are the shell's own business"
-        epoch = os.environ.get("SOURCE_DATE_EPOCH")
-        date = epoch and datetime.fromtimestamp(int(epoch), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         kind = type(self)
         about = About(
             model_name=self.modelName,
@@ -290,7 +293,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
             step_size=self.fixed_step or kind.preferred_step,
             any_step=self.fixed_step is None,
             stop_time=kind.stop_time,
-            date=date or None,
+            date=build_date(),
             log_categories=self.log_categories,
         )
         return model_description(self.table, about)
@@ -306,21 +309,12 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         if not self._started:
             self.start()
             self._started, self._stale = True, True
-            self._check_outputs()
+            self.values.check_outputs()
 
     def _evaluate(self) -> None:
         self.evaluate()
         self._stale = False
-        self._check_outputs()
-
-    def _check_outputs(self) -> None:
-        """Refuse a non-finite output by name. Products with zero tell it in a third of a microsecond."""
-        try:
-            if self._outputs.dot(self._zeros) == 0.0:
-                return
-        except (RuntimeWarning, FloatingPointError):  # infinity times zero, in a host that makes warnings errors
-            pass
-        raise Refused(f"output {self.values.first_non_finite('output')} is not finite")
+        self.values.check_outputs()
 
     def _read(self, kind: Kind, vrs: list[int]) -> list[Any]:
         if not vrs:
@@ -333,10 +327,8 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
             on_demand = self._on_demand(kind, vrs)
             if on_demand and self._stale and self._started:
                 self._evaluate()
-            if kind == "real" and self._phase is Phase.STEPPING:
-                self._reads[vrs[0], len(vrs)] = (vrs, reader, on_demand)
-            elif kind == "boolean" and self._phase is Phase.STEPPING and not on_demand:
-                self._flag_reads[kind, *vrs] = reader
+            if self._phase is Phase.STEPPING:
+                self._plans.keep_read(kind, vrs, reader, on_demand)
         return reader()
 
     def _write(self, kind: Kind, vrs: list[int], values: Sequence[Any]) -> None:
@@ -352,15 +344,13 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
             ports = [self.values.variable(kind, i).port for i in vrs]
             if any(port.variability == "tunable" for port in ports):
                 self.tuned()
-            elif kind == "real" and not any(port.limited for port in ports):  # what has limits is checked each time
-                self._writes[vrs[0], len(vrs)] = (vrs, writer)
-            elif kind == "boolean" and not self._feeds_on_demand:
-                self._flag_writes[kind, *vrs] = writer
+            else:
+                self._plans.keep_write(kind, vrs, writer, ports, self._feeds_on_demand)
         elif any(port in self._starting for port in {self.values.variable(kind, i).port.name for i in vrs}):
             self._started = False
 
     def _read_or(self, kind: Kind, vrs: list[int], nothing: Any) -> list[Any]:
-        plan = self._flag_reads.get((kind, *vrs))
+        plan = self._plans.flag_reads.get((kind, *vrs))
         if plan is not None:
             return plan()
         try:
@@ -370,7 +360,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
             return [nothing] * len(vrs)
 
     def _write_or_fail(self, kind: Kind, vrs: list[int], values: Sequence[Any]) -> None:
-        plan = self._flag_writes.get((kind, *vrs))
+        plan = self._plans.flag_writes.get((kind, *vrs))
         if plan is not None:
             plan(*values)
             return
@@ -379,31 +369,17 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         except BaseException as error:
             self._fail(f"set{kind.capitalize()}", error)
 
-    def _fail(self, where: str, error: BaseException) -> None:
+    def _fail(self, call: str, error: BaseException) -> None:
         """Log an error and stop the instance. Must not raise, whatever happens."""
         brief = isinstance(error, Refused) or (self._phase is Phase.INITIALIZING and isinstance(error, ValueError))
-        reason = f"{where}: {error}" if brief else f"{where}: {type(error).__name__}: {error}"
-        text = reason if brief else f"{reason}\n{''.join(traceback.format_exception(error))}"
         if self._failure is None:
-            self._failure = reason
-            self._forget_plans()
+            self._failure = reason_of(call, error, brief)
+            self._plans.clear()
             self.values.poison()
-        self._tell(text)
+        self._log_error(log_text(call, error, brief))
 
-    def _tell(self, text: str) -> None:
-        """Log an error. The text is a printf format to C, encoded without error handling by the wrapper."""
-        clean = text.replace("\0", "").encode("utf-8", "backslashreplace").decode("utf-8").replace("%", "%%")
-        self.log(clean, Fmi2Status.error, "logStatusError")
+    def _log_error(self, text: str) -> None:
+        self.log(printf_safe(text), Fmi2Status.error, "logStatusError")
 
     def _on_demand(self, kind: Kind, vrs: Sequence[int]) -> bool:
         return any(self.values.variable(kind, reference).port.on_demand for reference in vrs)
-
-    def _forget_plans(self) -> None:
-        self._reads.clear()
-        self._flag_reads.clear()
-        self._flag_writes.clear()
-        self._writes.clear()
-
-    def _parameter_bytes(self) -> bytes:
-        parts = [self.values.arrays[kind][self.table.run("parameter", kind)].tobytes() for kind in self.values.arrays]
-        return b"".join(parts) + repr(self.values.strings).encode()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement
 
 from ...ports.table import PortTable, Scalar, Variable
@@ -35,6 +37,12 @@ class About:
     stop_time: float | None = None
     date: str | None = None
     log_categories: Mapping[str, str] = field(default_factory=dict)
+
+
+def build_date() -> str | None:
+    """Return the date that SOURCE_DATE_EPOCH gives, as FMI writes it; None if the variable is not set."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    return datetime.fromtimestamp(int(epoch), UTC).strftime("%Y-%m-%dT%H:%M:%SZ") if epoch else None
 
 
 def model_description(table: PortTable, about: About) -> Element:

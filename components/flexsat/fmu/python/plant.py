@@ -8,13 +8,12 @@ import numpy as np
 
 from ...ports import plant as interface
 from ...ports.table import Port
-from ...runtime import plant
-from ...runtime.bearing_friction import Bearings
+from ...runtime import bearing_friction, plant
 from ...runtime.plant_parameters import PlantMatrices
 from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 
-KEPT_STEPS = 8  # prepared models, a few hundred kB each
+KEPT_STEPS = 8  # prepared plants, a few hundred kB each
 
 
 class Plant(ComponentSlave):
@@ -30,39 +29,40 @@ class Plant(ComponentSlave):
 
     def start(self) -> None:
         """Draw what is random, and make the state."""
-        model = load_matrices(self.resource(MODEL_FILE), PlantMatrices, as_published=self.value("as_published"))
-        self._parameters = interface.parameters(model, self.value)
-        self._plant = plant.Plant(model, self._parameters, self.preferred_step)
+        path = self.resource(MODEL_FILE)
+        self._matrices = load_matrices(path, PlantMatrices, as_published=self.value("as_published"))
+        self._parameters = interface.parameters(self._matrices, self.value)
+        self._plant = plant.prepare(self._matrices, self._parameters, self.preferred_step)
         self._plants = {self.preferred_step: self._plant}
         self.state = plant.init(self._plant)
         self.tuned()
         reals = self.values.arrays["real"]
         self._inputs = reals[self.table.run("input")]
         self._shown = reals[self.table.span("attitude.mrp").start : self.table.span("rms_deformation").stop]
-        np.copyto(self._shown, plant.observe(self._plant, self.state).flat)
+        np.copyto(self._shown, self.state.outputs.flat)
 
     def advance(self, _time: float, step: float, /) -> None:
         """Hold the inputs over the step; the outputs are true at its end."""
         if step != self._plant.step_length:
             self._change_step(round(step, 9))  # masters that subtract times give the same step with other last digits
-        _, outputs = plant.step(self._plant, self.state, self._inputs, self._bearings)
+        outputs = plant.step(self._plant, self.state, self._inputs, self._friction)
         np.copyto(self._shown, outputs.flat)
 
     def _change_step(self, step: float) -> None:
-        """Take the model prepared for a step, or prepare it; keep a few, for masters that change between them."""
+        """Use the plant prepared for a step, or prepare it; keep a few, for masters that change between them."""
         if not step > 0.0:
             raise ValueError(f"a step of {step!r} s is not accepted; the shortest is 1e-9 s")
         if step not in self._plants:
             if len(self._plants) == KEPT_STEPS:
                 self._plants.pop(next(iter(self._plants)))
-            self._plants[step] = plant.Plant(self._plant.matrices, self._parameters, step)
+            self._plants[step] = plant.prepare(self._matrices, self._parameters, step)
         self._plant = self._plants[step]
         self.tuned()
 
     def tuned(self) -> None:
         """Prepare the friction of the wheels, which may change at any time."""
         limits = self.value("wheel.friction_torque")
-        self._bearings = Bearings(self._plant, limits) if limits.any() else None
+        self._friction = bearing_friction.prepare(self._plant, limits) if limits.any() else None
 
     def evaluate(self) -> None:
         """Compute the telemetry."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ...ports import sensors as interface
 from ...ports.table import Port
 from ...runtime import sensors
+from ...runtime.sensor_parameters import SensorMatrices
 from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 
@@ -25,20 +26,18 @@ class Sensors(ComponentSlave):
 
     def ports(self) -> Sequence[Port]:
         """Return the ports; their sizes are those of the model in the resources."""
-        return interface.ports(load_matrices(self.resource(MODEL_FILE), sensors.SensorMatrices))
+        return interface.ports(load_matrices(self.resource(MODEL_FILE), SensorMatrices))
 
     def start(self) -> None:
         """Sample the filter, and make the state."""
-        model = load_matrices(
-            self.resource(MODEL_FILE), sensors.SensorMatrices, as_published=self.value("as_published")
-        )
+        model = load_matrices(self.resource(MODEL_FILE), SensorMatrices, as_published=self.value("as_published"))
         parameters = interface.parameters(model, self.value)
         self.fixed_step = parameters.step
         self._sensors = sensors.prepare(parameters)
         self.state = sensors.init(self._sensors)
         names = ("attitude.quaternion", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.speed",
                  "wheel.angle")  # fmt: skip
-        self._inputs = tuple(self.view(name) for name in names)
+        self._inputs = sensors.SensorInputs(*(self.view(name) for name in names))
         reals, first = self.values.arrays["real"], self.table.span("jitter.force_x").start
         wrench = reals[first : self.table.span("jitter.torque_z").stop]
         # the stepper writes straight into the ports
@@ -55,7 +54,7 @@ class Sensors(ComponentSlave):
 
     def advance(self, _time: float, _step: float, /) -> None:
         """Sample the inputs now; the outputs hold from now on."""
-        sensors.step(self._sensors, self.state, *self._inputs)
+        sensors.step(self._sensors, self.state, self._inputs)
 
     def _port(self, name: str, initial: NDArray[Any]) -> NDArray[Any]:
         view = self.view(name)

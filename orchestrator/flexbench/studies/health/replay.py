@@ -63,7 +63,7 @@ def replay(run: Run) -> Replay:
         raise InputError(f"{run.folder}: flown with known delays; the health of the estimator is defined without")
     rows = controller_rows(signals, design)
     time = signals.time[rows]
-    stepper = controller.Controller(matrices, parameters)
+    stepper = controller.prepare(matrices, parameters)
     rotation, start = values["command.rotation"], float(values["command.start_time"])
     state = controller.init(stepper, rotation, start)
     measured = [np.ascontiguousarray(signals[name][rows]) for name in MEASURED]
@@ -75,7 +75,7 @@ def replay(run: Run) -> Replay:
         rate, acceleration, speed, angle, mrp, valid = (values[row] for values in measured)
         controller.command(stepper, state, now, rotation, start)
         seen = controller.Measurements(rate, acceleration, speed, angle, mrp, bool(valid))
-        state, outputs = controller.step(stepper, state, now, seen)
+        outputs = controller.step(stepper, state, now, seen)
         innovation[row], torque[row] = outputs.innovation, outputs.torque
         estimate[row] = outputs.estimate[: stepper.controlled]
         phase[row] = min(state.since_star_tracker, stepper.phases - 1)

@@ -13,7 +13,7 @@ from flexsat.arrays import Array
 from flexsat.closed_loop import port_values
 from flexsat.design.chain import Design
 from flexsat.ports import controller as interface
-from flexsat.runtime.controller import Controller
+from flexsat.runtime.controller import PreparedController, prepare
 from flexsat.runtime.zero_order_hold import zero_order_hold
 
 from .loop import PeriodicLoop, Phase
@@ -58,7 +58,7 @@ class DesignedLoop:
         prepared = self._controller()
         reached = _reached(np.hstack([model.a, model.b_torque]))
         a, b, c = reached.T @ model.a @ reached, reached.T @ model.b_torque, model.c @ reached
-        period, n, s = prepared.parameters.period, prepared.wheels, prepared.states
+        period, n, s = prepared.period, prepared.wheels, prepared.states
         lag, late = self.delays.samples, self.delays.actuation + extra_delay
 
         rows = _history_rows(prepared)
@@ -98,10 +98,10 @@ class DesignedLoop:
             predicted[:, told] = prepared.predict[:, s : s + rows * n]
             corrected = predicted + gain @ (measured - model.c @ predicted)
             expected = corrected[: prepared.controlled]
-            if prepared.ahead is not None:
+            if prepared.delayed:
                 expected = prepared.ahead[:, :s] @ corrected
                 expected[:, told] += prepared.ahead[:, s : s + rows * n]
-            returned = prepared.matrices.feedback @ expected
+            returned = prepared.feedback @ expected
             step = common.copy()
             step[estimate] = corrected
             _shift(step, told, n)
@@ -115,17 +115,17 @@ class DesignedLoop:
         makes = -self.design.controller.wheel_axis.T
         return np.asarray(np.linalg.pinv(makes)), makes
 
-    def _controller(self) -> Controller:
+    def _controller(self) -> PreparedController:
         matrices = self.design.controller
         values = port_values("controller", interface.ports(matrices), self.parameters)
-        return Controller(matrices, interface.parameters(matrices, values.__getitem__))
+        return prepare(matrices, interface.parameters(matrices, values.__getitem__))
 
 
-def _history_rows(prepared: Controller) -> int:
+def _history_rows(prepared: PreparedController) -> int:
     """Return how many past torques the controller's model really uses; the newest is always kept."""
     s, n = prepared.states, prepared.wheels
     used = np.abs(prepared.predict[:, s : s + (prepared.whole_delay + 2) * n]).max(axis=0)
-    if prepared.ahead is not None:
+    if prepared.delayed:
         used = used + np.abs(prepared.ahead[:, s:]).max(axis=0)
     return max(k for k in range(len(used)) if used[k] > 0.0) // int(n) + 1
 

@@ -1,10 +1,19 @@
 """The base shell as a plain Python class."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 from flexsat.fmu.python.life_cycle import ComponentSlave
 from flexsat.ports.table import Port
+
+
+@dataclass
+class Steps:
+    """State of the toy."""
+
+    count: int
 
 
 class Toy(ComponentSlave):
@@ -28,13 +37,13 @@ class Toy(ComponentSlave):
         self.starts += 1
         if self.value("bias") > 9.0:
             raise ValueError("bias must be <= 9")
-        self.state = {"steps": 0}
+        self.state = Steps(count=0)
         self.view("y")[:] = self.value("bias")
 
     def advance(self, _time, step):
         if self.stop:
             raise KeyError("model")
-        self.state["steps"] += 1
+        self.state.count += 1
         self.step = step
         self.view("y")[:] = self.view("u") + self.value("bias")
 
@@ -97,7 +106,7 @@ def test_a_non_finite_input_is_refused_by_name_also_on_the_quick_way(toy, value,
 
     assert messages(toy) == [f"setReal: u[8] must be finite, got {value!r}"]
     assert toy.do_step(0.0, 0.1) is False
-    assert toy.state["steps"] == 0
+    assert toy.state.count == 0
     assert np.isnan(toy.get_real(references(toy, "y"))).all()
 
 
@@ -154,7 +163,7 @@ def test_a_model_error_is_logged_with_its_traceback_and_the_model_is_left_alone(
     assert messages(toy)[0].startswith("doStep at t = 0.0 s: KeyError: 'model'\nTraceback")
     toy.stop = False
     assert toy.do_step(0.1, 0.1) is False
-    assert toy.state["steps"] == 0
+    assert toy.state.count == 0
     assert messages(toy)[1] == "doStep at t = 0.1 s: not stepped since: doStep at t = 0.0 s: KeyError: 'model'"
 
 
@@ -195,14 +204,14 @@ def test_a_saved_state_is_a_copy_and_also_heals_a_failed_instance(toy):
     toy.stop = False
     toy._set_fmu_state(saved)
 
-    assert toy.state == {"steps": 1}
+    assert toy.state == Steps(count=1)
     assert toy.get_real(references(toy, "y")) == [1.0] * 130
     assert toy.get_real(references(toy, "u")) == [0.0] * 130
     assert toy.do_step(0.1, 0.1) is True
 
 
 def test_messages_are_safe_for_printf_and_for_the_encoding_of_the_wrapper(toy):
-    toy._tell("50 % of \udc80\0 done")
+    toy._log_error("50 % of \udc80\0 done")
 
     assert messages(toy) == ["50 %% of \\udc80 done"]
 

@@ -1,121 +1,69 @@
-"""Saving state: exact, complete, restored in place, refused by place."""
+"""The bytes of a saved state: exact, documented, refused in one line where they do not fit."""
 
-from collections import deque
-from dataclasses import dataclass, field
+import json
 
 import numpy as np
 import pytest
 
-from flexsat.fmu.python.saved_state import decode, encode, restored
+from flexsat.fmu.python.saved_state import pack_state, prefixed, section, unpack_state
 
 
-@dataclass(frozen=True, slots=True)
-class Inner:
-    """Frozen part of a state."""
-
-    count: int
-    past: tuple[float, ...]
-
-
-@dataclass
-class Outer:
-    """State with one of everything."""
-
-    array: np.ndarray
-    inner: Inner
-    generator: np.random.Generator
-    queue: deque = field(default_factory=lambda: deque([np.zeros(2), 1.5], maxlen=3))
-    table: dict = field(default_factory=lambda: {"a": [None, True, float("inf"), -0.0], "b": np.float32(0.1)})
-    words: np.ndarray = field(default_factory=lambda: np.array(["x", "yz"]))
-    empty: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+def values():
+    return {
+        "life_cycle.phase": np.array(3),
+        "ports.string": np.frombuffer("toy\0Größe\0".encode(), dtype=np.uint8),
+        "state.matrix": np.arange(6.0).reshape(2, 3),
+        "state.tiny": np.array([5e-324, -0.0, np.inf, np.nan]),
+        "state.empty": np.empty((0, 3)),
+        "state.flag": np.array(True),
+        "state.noise.state.state": np.array([2**64 - 1, 7], dtype=np.uint64),
+    }
 
 
-def outer(seed=1, kind=np.random.PCG64):
-    return Outer(np.arange(6.0).reshape(2, 3).T, Inner(2**70, (0.1, 5e-324)), np.random.Generator(kind(seed)))
+def test_values_come_back_bitwise():
+    packed = pack_state("{guid}", values())
+    back = unpack_state("{guid}", packed)
+
+    assert list(back) == list(values())
+    for name, array in values().items():
+        assert back[name].tobytes() == array.tobytes()
+        assert (back[name].dtype, back[name].shape) == (array.dtype, array.shape)
+        assert back[name].flags.writeable
+    assert pack_state("{guid}", back) == packed
 
 
-@pytest.mark.parametrize(
-    "kind", [np.random.PCG64, np.random.PCG64DXSM, np.random.MT19937, np.random.Philox, np.random.SFC64]
-)
-def test_a_state_comes_back_exactly(kind):
-    state = outer(kind=kind)
-    state.generator.normal(size=7)
-    state.generator.integers(10, dtype=np.int32)  # leaves half a word inside the generator
-
-    back = decode(encode(state))
-
-    assert encode(back) == encode(state)
-    assert back.inner == state.inner
-    assert back.queue.maxlen == 3
-    assert back.array.flags.f_contiguous  # products round as before
-    assert not back.array.flags.c_contiguous
-    assert type(back.table["b"]) is np.float32
-    assert (
-        back.generator.integers(10, dtype=np.int32, size=9).tolist()
-        == state.generator.integers(10, dtype=np.int32, size=9).tolist()
+def test_layout_is_the_documented_one():
+    line, _, memory = pack_state("{guid}", {"a": np.array([1.0, 2.0]), "n": np.array(5, dtype=np.int32)}).partition(
+        b"\n"
     )
 
-
-def test_saved_bytes_do_not_follow_the_state():
-    state = outer()
-    before = encode(state)
-
-    state.array += 1.0
-    state.generator.normal()
-
-    assert encode(decode(before)) == before != encode(state)
+    assert json.loads(line) == {"component": "{guid}", "layout": 1, "values": {"a": ["<f8", [2]], "n": ["<i4", []]}}
+    assert memory == np.array([1.0, 2.0]).tobytes() + (5).to_bytes(4, "little")
 
 
-def test_restoring_keeps_views_of_one_buffer_and_shared_generators():
-    buffer = np.arange(5.0)
-    generator = np.random.default_rng(3)
-    live = {"low": buffer[:3], "high": buffer[3:], "a": generator, "b": generator, "inner": Inner(1, (1.0,))}
-    saved = encode(live)
-    expected = generator.normal()
-    generator.normal(size=4)
-    buffer[:] = -1.0
-    live["inner"] = Inner(9, (1.0,))
-
-    live = restored(live, decode(saved))
-
-    assert buffer.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
-    assert live["a"] is live["b"] is generator
-    assert generator.normal() == expected
-    assert live["inner"] == Inner(1, (1.0,))
-
-
-def test_restoring_a_frozen_part_makes_a_new_one():
-    live, kept = outer(), outer().inner
-    live.inner = kept
-    saved = outer()
-    object.__setattr__(saved.inner, "count", 5)
-
-    restored(live, saved)
-
-    assert live.inner.count == 5
-    assert kept.count == 2**70
-
-
-@pytest.mark.parametrize(
-    ("value", "place"),
-    [
-        ({"a": [1, object()]}, r"state\['a'\]\[1\]: a object cannot be saved"),
-        ({1: 2}, "state: a dict cannot be saved"),
-        (np.array([object()]), "state: a ndarray cannot be saved"),
-        (Inner(1, (lambda: 0,)), r"state.past\[0\]: a function cannot be saved"),
-    ],
-)
-def test_what_cannot_be_saved_is_named_by_place(value, place):
-    with pytest.raises(ValueError, match=place):
-        encode(value)
+def test_sections_of_names():
+    assert list(section(values(), "state")) == ["matrix", "tiny", "empty", "flag", "noise.state.state"]
+    assert list(prefixed({"phase": np.array(3)}, "life_cycle")) == ["life_cycle.phase"]
 
 
 @pytest.mark.parametrize("damage", [slice(0, -1), slice(0, 0), slice(1, None), slice(0, 1), slice(9, -9)])
 def test_damaged_bytes_are_refused(damage):
-    with pytest.raises(ValueError, match="not a saved state"):
-        decode(encode(outer())[damage])
+    with pytest.raises(ValueError, match=r"^these bytes are not a saved state of this component: .*$"):
+        unpack_state("{guid}", pack_state("{guid}", values())[damage])
 
 
-def test_only_dataclasses_are_made():
-    with pytest.raises(ValueError, match="not a dataclass"):
-        decode(b'{"dataclass":["subprocess","Popen",{}]}\n')
+@pytest.mark.parametrize(
+    ("head", "message"),
+    [
+        ({"component": "{other}"}, r"the saved state belongs to \{other\}, this is \{guid\}"),
+        ({"layout": 2}, "the saved state has layout 2; this component reads layout 1"),
+        ({"values": {"a": ["O", [1]]}}, "a has the type 'O', which is no number"),
+        ({"values": {"a": ["<f8", [2]]}}, "a has 8 of its 16 bytes"),
+        ({"values": {}}, "8 bytes follow the last array"),
+        ({"values": {"a": 5}}, "not a saved state"),
+    ],
+)
+def test_content_that_does_not_fit_is_refused(head, message):
+    whole = {"component": "{guid}", "layout": 1, "values": {"a": ["<f8", [1]]}} | head
+    with pytest.raises(ValueError, match=message):
+        unpack_state("{guid}", json.dumps(whole).encode() + b"\n" + np.ones(1).tobytes())

@@ -20,7 +20,6 @@ class Tuned(ComponentSlave):
         )
 
     def start(self):
-        self.state = {}
         self.view("y")[()] = 0.0
 
     def advance(self, _time, _step):

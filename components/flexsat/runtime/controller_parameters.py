@@ -1,0 +1,65 @@
+"""Hold the controller's design that travels to run time, and the parameters of one run. numpy alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..arrays import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControllerMatrices:
+    """The design that travels to run time. State: p, eta, w, eta', wheel speed less nominal, filter (2 k)."""
+
+    a: Array  # (s, s), continuous [1/s in the states' units]
+    b_torque: Array  # (s, n)
+    b_jitter: Array  # (s, 4 n)
+    c: Array  # (y, s): gyro, accelerometer, encoder, star tracker
+    gain_coarse: Array  # (phases, s, y): Kalman gain with the star tracker
+    gain_fine: Array  # (phases, s, y): with the fine guidance sensor
+    feedback: Array  # (n, r): on the first r states, those without the filter
+    reference_a: Array  # (r, r), continuous, without gyroscopic terms
+    reference_b: Array  # (r, n)
+    nominal_speed: Array  # (n,) [rad/s]
+    wheel_axis: Array  # (n, 3)
+    wheel_inertia: float  # kg.m2
+    inertia: Array  # (3, 3) [kg.m2]
+    modes: int
+    period: float  # s, that the gains were designed for
+    shaper_frequency: float  # rad/s
+    shaper_damping: float
+    gyros: int
+    accelerometers: int
+    torque_limit: float  # N.m, these four: nominal values of the parameters of the same names
+    speed_band: float  # rad/s
+    imbalance_force: float  # N.s2
+    imbalance_torque: float  # N.m.s2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControllerParameters:
+    """Parameters of one run."""
+
+    period: float  # s
+    fine_sensor: bool
+    feed_forward_jitter: bool
+    smoothed: bool  # slew reference: smoothed instead of time-optimal
+    open_loop: bool  # estimates, but commands no torque
+    torque_limit: float  # N.m
+    speed_band: float  # rad/s either side of nominal
+    authority: float  # share of torque and speed band that the slew may use
+    measurement_delay: float  # s, from sampling to the call that uses it; known, whole milliseconds up to 20 ms
+    actuation_delay: float  # s, from the call to when the torque acts
+    imbalance_force: float  # N.s2
+    imbalance_torque: float  # N.m.s2
+
+    def __post_init__(self) -> None:
+        # named as the ports are: the messages reach those who set them
+        for name, value in (("wheel.torque_limit", self.torque_limit), ("wheel.speed_band", self.speed_band)):
+            if not value > 0.0:
+                raise ValueError(f"{name} must be > 0, got {value!r}")
+        if not 0.0 < self.authority <= 1.0:
+            raise ValueError(f"slew.authority must be in (0, 1], got {self.authority!r}")
+        for name, value in (("delay.measurement", self.measurement_delay), ("delay.actuation", self.actuation_delay)):
+            if not 0.0 <= value <= 0.020 or abs(value * 1e3 - round(value * 1e3)) > 1e-6:
+                raise ValueError(f"{name} must be whole milliseconds from 0 to 0.020 s, got {value!r}")

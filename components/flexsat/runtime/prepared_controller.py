@@ -1,0 +1,148 @@
+"""Prepare the controller for one run: its design sampled at the period, for the known delays. numpy alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array, make_read_only
+from . import slew_guidance as guidance
+from .controller_parameters import ControllerMatrices, ControllerParameters
+from .zero_order_hold import zero_order_hold
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PreparedController:
+    """Arrays and numbers that no step changes; states of several runs may share them."""
+
+    period: float  # s
+    states: int
+    wheels: int
+    controlled: int  # the first states, without those of the filter
+    modes: int
+    phases: int  # of the gain: periods between two samples of the star tracker
+    whole_delay: int  # whole periods of both delays together
+    first_measurement: int  # step that uses the first one
+    delayed: bool
+    smoothed: bool
+    open_loop: bool
+    feed_forward_jitter: bool
+    measurement_delay: float  # s
+    actuation_delay: float  # s
+    torque_limit: float  # N.m
+    speed_band: float  # rad/s
+    imbalance_force: float  # N.s2/rad2
+    imbalance_torque: float  # N.m.s2/rad2
+    wheel_inertia: float  # kg.m2
+    inertia: Array  # (3, 3) [kg.m2]
+    nominal_speed: Array  # (n,) [rad/s]
+    c: Array  # (y, s)
+    gain: Array  # (phases, s, y)
+    feedback: Array  # (n, r)
+    predict: Array  # (s, s + (q + 2) n + 4 n): over a period, from estimate, torque history and jitter
+    ahead: Array  # (r, s + (q + 2) n): to the time at which the torque acts, from estimate and torque history
+    reference_a: Array  # (r, r)
+    reference_b: Array  # (r, n)
+    distribution: Array  # (n, 3): wheel torques of a body torque
+    body_torque: Array  # (3,) [N.m] that the slew may use
+    body_momentum: Array  # (3,) [N.m.s]
+    shaper: guidance.Shaper
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
+
+
+def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> PreparedController:
+    """Sample the models of a design for the delays of a run."""
+    s, n = matrices.b_torque.shape
+    controlled = matrices.feedback.shape[1]
+    period = parameters.period
+    gain = matrices.gain_fine if parameters.fine_sensor else matrices.gain_coarse
+
+    # a torque commanded at t acts from t + delay on, seen from the time of the measurement
+    delay = parameters.measurement_delay + parameters.actuation_delay
+    whole = int(np.floor(delay / period + 1e-6))
+    part = max(0.0, delay - whole * period)
+    if part < 1e-9:
+        part = 0.0
+    a, b_jitter = zero_order_hold(matrices.a, matrices.b_jitter, period)
+    early, late = _split_hold(matrices.a, matrices.b_torque, period, part)
+    # over one period the torques at work are history[whole] and, until `part`, history[whole + 1]
+    inputs = np.zeros((s, (whole + 2) * n))
+    inputs[:, whole * n : (whole + 1) * n] = late
+    inputs[:, (whole + 1) * n :] = early
+
+    ahead = np.eye(s, s + (whole + 2) * n)
+    for k in range(whole, 0, -1):  # each whole period, with the torques then at work
+        shift = np.zeros((s, (whole + 2) * n))
+        shift[:, (k - 1) * n : k * n] = late
+        shift[:, k * n : (k + 1) * n] = early
+        ahead = a @ ahead
+        ahead[:, s:] += shift
+    if part > 0.0:
+        a_part, b_part = zero_order_hold(matrices.a, matrices.b_torque, part)
+        ahead = a_part @ ahead
+        ahead[:, s : s + n] += b_part
+
+    reference_a, reference_b = zero_order_hold(matrices.reference_a, matrices.reference_b, period)
+    capability = np.sum(np.abs(matrices.wheel_axis), axis=0) * parameters.authority
+    return PreparedController(
+        period=period,
+        states=s,
+        wheels=n,
+        controlled=controlled,
+        modes=matrices.modes,
+        phases=len(gain),
+        whole_delay=whole,
+        first_measurement=max(0, int(np.ceil(parameters.measurement_delay / period - 1e-6))),
+        delayed=delay > 0.0,
+        smoothed=parameters.smoothed,
+        open_loop=parameters.open_loop,
+        feed_forward_jitter=parameters.feed_forward_jitter,
+        measurement_delay=parameters.measurement_delay,
+        actuation_delay=parameters.actuation_delay,
+        torque_limit=parameters.torque_limit,
+        speed_band=parameters.speed_band,
+        imbalance_force=parameters.imbalance_force,
+        imbalance_torque=parameters.imbalance_torque,
+        wheel_inertia=matrices.wheel_inertia,
+        inertia=matrices.inertia,
+        nominal_speed=matrices.nominal_speed,
+        c=matrices.c,
+        gain=gain,
+        feedback=matrices.feedback,
+        predict=np.ascontiguousarray(np.hstack([a, inputs, b_jitter])),
+        ahead=np.ascontiguousarray(ahead[:controlled]),
+        reference_a=reference_a,
+        reference_b=reference_b,
+        distribution=np.asarray(-np.linalg.pinv(matrices.wheel_axis.T), np.float64),
+        body_torque=capability * parameters.torque_limit,
+        body_momentum=capability * matrices.wheel_inertia * parameters.speed_band,
+        shaper=guidance.shaper_for_pole(matrices.shaper_frequency, matrices.shaper_damping, period),
+    )
+
+
+def _split_hold(a: Array, b: Array, period: float, part: float) -> tuple[Array, Array]:
+    """Return the input matrices over a period for an input that changes after `part`: before, after."""
+    if part == 0.0:
+        return np.zeros_like(b), zero_order_hold(a, b, period)[1]
+    rest, late = zero_order_hold(a, b, period - part)
+    return rest @ zero_order_hold(a, b, part)[1], late
+
+
+def plan_slew(prepared: PreparedController, rotation: Array, start: float) -> guidance.Profile:
+    """Plan the slew for a rotation vector [rad] from `start` [s], within the limits of this controller.
+
+    Raises
+    ------
+    ValueError
+        If the shaped torque would have to begin before the run, or before the first measurement can count it.
+    """
+    profile = guidance.plan(rotation, start, prepared.inertia, prepared.body_torque, prepared.body_momentum)
+    earliest = float(prepared.shaper.shifts[0]) + prepared.measurement_delay + prepared.actuation_delay
+    if profile.angle > 0.0 and start < earliest:
+        raise ValueError(
+            f"command.start_time = {start:g} s must be >= {earliest:g} s: the shaped torque begins before the slew"
+        )
+    return profile

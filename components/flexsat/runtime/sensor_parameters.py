@@ -1,0 +1,65 @@
+"""Hold what the sensors carry of a design, and the parameters of one run. numpy alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..arrays import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorMatrices:
+    """What the sensors carry of a design: sizes, and nominal values of the parameters of the same names."""
+
+    nominal_speed: Array  # (n,) [rad/s]
+    wrench_of_jitter: Array  # (6 s, 4 n): from the jitter of the wheels to the wrenches on their mounts
+    gyros: int
+    accelerometers: int
+    gyro_noise: float  # rad/s
+    accelerometer_noise: float  # m/s2
+    encoder_noise: float  # rad/s
+    star_tracker_coarse: float  # rad
+    star_tracker_fine: float  # rad
+    filter_frequency: float  # Hz
+    imbalance_force: float  # N.s2
+    imbalance_torque: float  # N.m.s2
+    broadband_force: float  # N
+    broadband_torque: float  # N.m
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorParameters:
+    """Parameters of one run. Deviations are standard deviations of one sample."""
+
+    seed: int
+    gyro_noise: float  # rad/s
+    accelerometer_noise: float  # m/s2
+    accelerometer_noise_is_gyros: bool = False  # slip of the release: the gyros' number, read in m/s2
+    encoder_noise: float  # rad/s
+    star_tracker_noise: float  # rad, each axis
+    filter_frequency: float  # Hz, of the accelerometers' Butterworth filter
+    step: float  # s
+    fast_steps: int  # steps between samples of gyros, accelerometers and encoders
+    star_tracker_steps: int  # steps between samples of the star tracker
+    jitter: bool
+    imbalance_force: float  # N.s2
+    imbalance_torque: float  # N.m.s2
+    broadband_force: float  # N, held over fast_steps
+    broadband_torque: float  # N.m
+    wheels: int
+    gyros: int
+    accelerometers: int
+    wrench_of_jitter: Array  # (6 s, 4 wheels)
+    nominal_speed: Array  # (wheels,) [rad/s]: what the encoders show before their first sample
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise ValueError(f"seed must be >= 0, got {self.seed}")
+        for name in ("gyro_noise", "accelerometer_noise", "encoder_noise", "star_tracker_noise"):
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(f"{name} must be >= 0, got {getattr(self, name)!r}")
+        if not self.filter_frequency > 0.0:
+            raise ValueError(f"filter_frequency must be > 0 Hz, got {self.filter_frequency!r}")
+        for name in ("fast_steps", "star_tracker_steps"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be >= 1, got {getattr(self, name)}")
