@@ -9,7 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import expm, solve_discrete_are, solve_discrete_lyapunov
 
-from flexsat.design.estimator import design_estimator, measurement_noise
+from flexsat.design.chain import build_design
+from flexsat.design.estimator import design_estimator, measurement_noise, process_covariance
 from flexsat.design.regulator import design_regulator
 from flexsat.design.riccati import RiccatiStep, steady_state
 
@@ -54,16 +55,16 @@ def test_steady_state_against_two_solvers_of_algebraic_equations():
     rng = np.random.default_rng(6)
     a, b = rng.standard_normal((6, 6)), rng.standard_normal((6, 2))
     q, r = np.diag(rng.uniform(0.5, 2.0, 6)), np.diag([0.5, 2.0])
-    ours = steady_state([RiccatiStep(a=a.T, g=q, h=b @ np.linalg.solve(r, b.T))])
+    found = steady_state([RiccatiStep(a=a.T, g=q, h=b @ np.linalg.solve(r, b.T))])
     # all three are backward stable; the condition of this equation is some 1e3
-    assert_allclose(ours, solve_discrete_are(a, b, q, r), rtol=1e-9, atol=1e-9 * np.abs(ours).max())
+    assert_allclose(found, solve_discrete_are(a, b, q, r), rtol=1e-9, atol=1e-9 * np.abs(found).max())
     slycot, _, _ = control.dare(a, b, q, r, method="slycot")
-    assert_allclose(ours, slycot, rtol=1e-9, atol=1e-9 * np.abs(ours).max())
+    assert_allclose(found, slycot, rtol=1e-9, atol=1e-9 * np.abs(found).max())
 
 
 @pytest.mark.parametrize("growth", [1.0, 1.1])
-def test_a_state_nobody_sees_is_refused(growth):
-    """Noise drives a state that no measurement shows: its variance grows for ever."""
+def test_undetectable_state_is_refused(growth):
+    """Noise drives a state that no measurement shows: its variance grows without bound."""
     blind = RiccatiStep(a=np.diag([0.5, growth]), g=np.eye(2), h=np.diag([1.0, 0.0]))
     with (
         np.errstate(over="ignore", invalid="ignore"),
@@ -151,33 +152,48 @@ def test_regulator_weights(design):
     assert design.regulator.gain.shape == (n, 6 + 2 * m + n)
 
 
+@pytest.fixture(scope="session")
+def variant(request, design):
+    """Return the design of a configuration: corrected, or with the slips of the published release."""
+    return build_design(design.config, as_published=True) if request.param == "as published" else design
+
+
 def kalman_problem(design, star_tracker):
-    """Return a, q, the variances, written from PHYSICS section 6 with SciPy's exponential."""
+    """Return a, q, the variances, written from PHYSICS sections 6 and 7 with SciPy's exponential."""
     model, wheel, noise = design.model, design.config.wheel, design.config.noise
-    n, d = model.index.size, model.b_jitter.shape[1]
-    block = np.zeros((n + d, n + d))
-    block[:n, :n], block[:n, n:] = model.a, model.b_jitter
+    n, wheels = model.index.size, model.index.wheels
+    inputs = np.hstack([model.b_torque, model.b_jitter])
+    block = np.zeros((n + inputs.shape[1],) * 2)
+    block[:n, :n], block[:n, n:] = model.a, inputs
     sampled = expm(block * 0.005)[:n]
-    wheels = d // 4
-    broadband = np.repeat([wheel.broadband_force, wheel.broadband_torque], 2 * wheels)
-    spread = sampled[:, n:] * broadband
+    torque, jitter = sampled[:, n : n + wheels], sampled[:, n + wheels :]
+    if design.as_published:
+        # the release: inputs are all torques, then (force a, force b, torque a, torque b) of each wheel in turn; of
+        # these it takes the first 4 n, with the deviations of the jitter
+        by_wheel = [jitter[:, kind * wheels + i] for i in range(wheels) for kind in range(4)]
+        columns = np.column_stack([torque, *by_wheel])[:, : 4 * wheels]
+        broadband = [wheel.broadband_force, wheel.broadband_force, wheel.broadband_torque, wheel.broadband_torque]
+        spread = columns * np.tile(broadband, wheels)
+    else:
+        spread = jitter * np.repeat([wheel.broadband_force, wheel.broadband_torque], 2 * wheels)
     corner = 2.0 * np.pi * 80.0
     base = np.full(n, 1e-12)
-    base[model.index.filter_output] *= corner**4  # the release's companion coordinates: see kalman._noise_scale
+    base[model.index.filter_output] *= corner**4  # the release's companion coordinates: see estimator._noise_scale
     base[model.index.filter_rate] *= corner**2
     deviation = [noise.gyro] * 23 + [noise.accelerometer] * 13 + [noise.encoder] * wheels + [star_tracker] * 3
     return sampled[:, :n], np.diag(base) + spread @ spread.T, np.array(deviation) ** 2
 
 
+@pytest.mark.parametrize("variant", ["corrected", "as published"], indirect=True)
 @pytest.mark.parametrize("sensor", ["coarse", "fine"])
-def test_kalman_filter_repeats_over_the_star_trackers_period(design, sensor):
-    """One period of the plain filter, gain by gain, from the steady covariance, comes back to it (Joseph's form)."""
-    estimator = getattr(design, sensor)
-    noise = design.config.noise
-    a, q, variance = kalman_problem(
-        design, noise.star_tracker_coarse if sensor == "coarse" else noise.star_tracker_fine
-    )
-    p, c, identity = estimator.covariance, design.model.c, np.eye(len(a))
+def test_kalman_filter_repeats_over_the_star_trackers_period(variant, sensor):
+    """One period of the plain filter, gain by gain, from the steady covariance, comes back to it (Joseph's form).
+
+    The variants differ in the columns through which the broadband noise enters: neither passes with the other's.
+    """
+    estimator, noise = getattr(variant, sensor), variant.config.noise
+    a, q, variance = kalman_problem(variant, getattr(noise, f"star_tracker_{sensor}"))
+    p, c, identity = estimator.covariance, variant.model.c, np.eye(len(a))
     assert estimator.gain.shape == (20, *c.T.shape)
     transition = identity
     for phase in range(20):
@@ -197,6 +213,19 @@ def test_kalman_filter_repeats_over_the_star_trackers_period(design, sensor):
     assert np.abs(np.linalg.eigvals(transition)).max() < 1.0  # the error dies out: this steady state is the right one
 
 
+@pytest.mark.parametrize("variant", ["corrected", "as published"], indirect=True)
+def test_process_covariance_takes_the_columns_of_its_variant(variant):
+    _, expected, _ = kalman_problem(variant, 1.0)
+    given = (variant.model, variant.config.wheel, variant.config.weights.process_noise, 0.005)
+    scale = np.sqrt(np.diag(expected))
+
+    q = process_covariance(*given, variant.as_published)
+
+    assert np.abs((q - expected) / np.outer(scale, scale)).max() < 1e-9  # rounding of two exponentials
+    other = process_covariance(*given, not variant.as_published)
+    assert np.abs((other - expected) / np.outer(scale, scale)).max() > 1e-3
+
+
 def test_star_tracker_counts_in_its_phase_alone(design):
     for estimator in (design.coarse, design.fine):
         assert not estimator.gain[1:, :, -3:].any()
@@ -214,7 +243,7 @@ def test_variances_stand_in_the_order_of_the_outputs(design):
 
 
 def test_attitude_without_star_tracker_is_refused(centralised):
-    """Gyros alone do not tell the attitude: its variance grows for ever."""
+    """Gyros alone do not measure the attitude: its variance grows for ever."""
     model = centralised.model
     blind = measurement_noise(model, centralised.config.noise, np.inf)
     with pytest.raises(ValueError, match="not stabilisable or not detectable"):
