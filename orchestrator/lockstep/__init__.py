@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from lockstep.checkpoint.file import Checkpoint, read_checkpoint
     from lockstep.checkpoint.restart import Restart
-    from lockstep.checkpoint.resume import resume
     from lockstep.checkpoint.schedule import CheckpointSchedule
     from lockstep.errors import InputError, RunError
     from lockstep.faults.read import read_scenario
     from lockstep.results.read import Signals, read_signals
-    from lockstep.simulation import RunSummary, simulate
+    from lockstep.simulation import RunOptions, RunSummary, resume, simulate
     from lockstep.ssp.load import load_system
     from lockstep.ssp.write import write_ssd
     from lockstep.system.component import Component, Connector
@@ -31,6 +30,7 @@ __all__ = [
     "InputError",
     "Restart",
     "RunError",
+    "RunOptions",
     "RunSummary",
     "Signals",
     "System",
@@ -48,10 +48,9 @@ _HOMES = {
     "checkpoint.restart": ("Restart",),
     "checkpoint.file": ("Checkpoint", "read_checkpoint"),
     "checkpoint.schedule": ("CheckpointSchedule",),
-    "checkpoint.resume": ("resume",),
     "errors": ("InputError", "RunError"),
     "faults.read": ("read_scenario",),
-    "simulation": ("RunSummary", "simulate"),
+    "simulation": ("RunOptions", "RunSummary", "resume", "simulate"),
     "results.read": ("Signals", "read_signals"),
     "ssp.load": ("load_system",),
     "ssp.write": ("write_ssd",),

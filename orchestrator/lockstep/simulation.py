@@ -1,15 +1,18 @@
-"""Run a system: check it, start the FMUs, step them in lockstep, and leave a results folder whatever happens."""
+"""Simulate a system: check it, start the FMUs, step them in lockstep, and record the results in a folder."""
 
-import os
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, suppress
-from dataclasses import dataclass, replace
-from itertools import cycle, islice
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from time import perf_counter
+from typing import Any, TypedDict, Unpack
 
 from lockstep.adapter.component import with_adapter
+from lockstep.checkpoint.rebuild_system import system_of
 from lockstep.checkpoint.restart import Restart
+from lockstep.checkpoint.resume import earlier_options, refuse_missing_rows, resumable
 from lockstep.checkpoint.save import Saver
 from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.errors import InputError, RunError
@@ -21,48 +24,71 @@ from lockstep.interrupt import Interrupt, deferred_interrupt
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
 from lockstep.processes.start_slave import limits_given, start_slave, wait_until_ready
+from lockstep.processes.watched_process import Limits
 from lockstep.results.recorder import Recorder
 from lockstep.results.results_folder import check_folder, make_folder
-from lockstep.results.run_record import Events, describe_run, write_manifest
-from lockstep.run.exchange import Exchange, Step
-from lockstep.run.initialise import initialize
+from lockstep.results.run_record import Events, describe_run
+from lockstep.run.exchange import Exchange
+from lockstep.run.initialise import initialise
+from lockstep.run.loop import Action, Loop
 from lockstep.run.real_time_pacing import Pacer, pacer_given
+from lockstep.run.recorded_run import RecordedRun
 from lockstep.run.unpack_folder import run_folder
 from lockstep.shadow.component import everyone, with_shadows
 from lockstep.system.clock import seconds
 from lockstep.system.system import System
 
 Progress = Callable[[float, float], None]
-_REPORT_INTERVAL = 0.1  # [s] of wall time between two looks at progress and Ctrl-C
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """What a run is to do. All may be left out."""
+
+    stop_time: float | str | None = None  # [s]; None: the system file's
+    overrides: Mapping[str, Override] = field(default_factory=dict)  # by `component.parameter`, or an array's name
+    record: Sequence[str] | None = None  # patterns on `component.variable`, or `all`; None: the system file's
+    record_period: float | str | None = None  # [s]; None: the system file's, or every tick
+    progress: Progress | None = None  # called with simulated and final time [s], at most ten times in a second
+    overwrite: bool = False  # replace the folder of an earlier run, once the new one has started
+    step_limit: float | str | None = None  # wall time of one call of an isolated FMU [s]; None: 60
+    faults: Sequence[Scenario] = ()  # to inject: `lockstep.faults`
+    pace: float | str | Pacer | None = None  # most times real time; None or 0: as fast as possible
+    checkpoints: CheckpointSchedule = field(default_factory=CheckpointSchedule)  # when to save, in the results folder
+    restart: Restart | None = None  # checkpoint to start from, instead of time 0
+
+
+class _Named(TypedDict, total=False):
+    """The fields of `RunOptions`, as keyword arguments."""
+
+    stop_time: float | str | None
+    overrides: Mapping[str, Override]
+    record: Sequence[str] | None
+    record_period: float | str | None
+    progress: Progress | None
+    overwrite: bool
+    step_limit: float | str | None
+    faults: Sequence[Scenario]
+    pace: float | str | Pacer | None
+    checkpoints: CheckpointSchedule
+    restart: Restart | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSummary:
-    """What a completed run was."""
+    """Key figures of a completed run."""
 
     folder: Path
     simulated_time: float  # [s]
     wall_time: float  # [s] of the loop, without start and end
     ticks: int
     rows: int  # recorded
-    start_time: float = 0.0  # [s] simulated: where it began, or went on
-    pacer: Pacer | None = None  # how well real time was held
+    start_time: float = 0.0  # [s] simulated: that of the checkpoint, if it was started from one
+    pacer: Pacer | None = None  # how well real time was kept
 
 
 def simulate(
-    system: System,
-    folder: Path | str,
-    stop_time: float | str | None = None,
-    overrides: Mapping[str, Override] | None = None,
-    record: Sequence[str] | None = None,
-    record_period: float | str | None = None,
-    progress: Progress | None = None,
-    overwrite: bool = False,
-    step_limit: float | str | None = None,
-    faults: Sequence[Scenario] = (),
-    pace: float | str | Pacer | None = None,
-    checkpoints: CheckpointSchedule | None = None,
-    restart: Restart | None = None,
+    system: System, folder: Path | str, options: RunOptions | None = None, **named: Unpack[_Named]
 ) -> RunSummary:
     """Simulate a system from 0, or from a checkpoint, to the stop time and leave a results folder.
 
@@ -70,18 +96,11 @@ def simulate(
     ----------
     system : what `load_system` returns
     folder : results folder to make; it must not exist, or be a run and `overwrite` given
-    stop_time : [s]; None: the system file's
-    overrides : values by `component.parameter`, numbers or texts; an array's name takes a sequence
-    record : patterns on `component.variable`, or `all`; None: the system file's
-    record_period : [s]; None: the system file's, or every tick
-    progress : called with simulated and final time [s], at most ten times in a second
-    overwrite : replace the folder of an earlier run, once the new one has started
-    step_limit : wall time that one call of an isolated FMU may take [s]; None: 60
-    faults : what goes wrong when: `lockstep.faults`
-    pace : factor of real time that the run must not be ahead of; None or 0: as fast as possible
-    checkpoints : when to save the state of everything, in the results folder
-    restart : checkpoint to go on from; the overrides, stop time and recording of its run hold unless others are given
-        (the recording only where no component begins anew)
+    options : what the run is to do, see `RunOptions`
+    named : fields of `RunOptions` by name, which replace those of `options`: `simulate(system, "out", stop_time=10.0)`
+
+    A run from a checkpoint keeps the overrides, stop time and recording of the checkpoint's run where none are given;
+    the recording only if no component is reinitialised.
 
     Raises
     ------
@@ -92,210 +111,185 @@ def simulate(
     KeyboardInterrupt
         After Ctrl-C, with the folder closed in the same way.
     """
+    chosen = replace(options or RunOptions(), **named)
     folder = Path(folder).absolute()
-    limits, pacer = limits_given(step_limit), pacer_given(pace)
-    given = dict(overrides or {})
-    if restart is None:
-        plan = Plan(system, stop_time, given, record, record_period)
-    else:
-        plan, given = restart.plan(system, stop_time, given, record, record_period)
-    resolved = resolve(faults, plan) if faults else None
-    system = plan.system
+    restart = chosen.restart
+    limits, pacer = limits_given(chosen.step_limit), pacer_given(chosen.pace)
+    plan, overrides = _plan(system, chosen)
+    faults = resolve(chosen.faults, plan) if chosen.faults else None
     first = restart.checkpoint.tick if restart else 0
-    saving = checkpoints or CheckpointSchedule()
-    ticks = saving.ticks(plan, first + 1 if restart else 0)
+    saves = chosen.checkpoints.ticks(plan, first + 1 if restart else 0)
     if restart is not None:
         restart.check(plan)
-    if restart is None or not restart.again:
-        check_folder(folder, overwrite)
+    if restart is None or not restart.same_run:
+        check_folder(folder, chosen.overwrite)
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
-        limits = replace(limits, interrupt=interrupt)
-        events = Events(seconds(first * system.tick))
+        events = Events(seconds(first * plan.system.tick))
         temporary = stack.enter_context(run_folder(lambda path: events.add("cleaned", folder=str(path))))
         stack.callback(events.close)
-        slaves: dict[str, Slave] = {}
-        started: list[Slave] = []
         close_slaves = stack.enter_context(ExitStack())
-        descriptions = {**plan.descriptions, **plan.shadows}
-        for number, component in enumerate(everyone(system)):
-            interrupt.check()
-            place = Path(temporary, str(number))
-            slave = start_slave(component, descriptions[component.name], place, events.log, limits)
-            close_slaves.callback(slave.close)
-            started.append(slave)
-            slaves[component.name] = with_adapter(component, slave)
-        wait_until_ready(started)
-        slaves = with_shadows(system, slaves, events.add)
-        injected = None if resolved is None else Faults(resolved, events.add)
+        slaves = _start(plan, temporary, events, replace(limits, interrupt=interrupt), close_slaves)
+        injected = None if faults is None else Faults(faults, events.add)
         exchange = Exchange(plan.layout, slaves, plan.names, injected)
-        saver = Saver(request=saving, ticks=ticks, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary)
-        try:
-            initialize(plan, slaves, exchange, interrupt, restart, temporary)
-        except RunError as error:  # nothing has been simulated: what a component refuses is its parameters
-            raise InputError(str(error)) from None
-        manifest = describe_run(
-            system,
-            descriptions,
-            plan.wiring.parameters,
-            given,
-            plan.stop_time,
-            plan.record,
-            plan.layout.record_ticks * system.tick,
-            faults,
+        saver = Saver(
+            schedule=chosen.checkpoints, ticks=saves, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary
         )
+        _initialise(plan, slaves, exchange, interrupt, restart, temporary)
+        record = _describe(plan, overrides, chosen.faults)
         if restart is None:
-            make_folder(folder, manifest)
+            make_folder(folder, record)
         else:
-            restart.take_folder(folder, manifest)
-        return _Run(plan, folder, manifest, events, saver, restart, pacer, close_slaves).execute(interrupt, progress)
-
-
-class _Run:
-    """The loop, and what is written around it."""
-
-    def __init__(
-        self,
-        plan: Plan,
-        folder: Path,
-        manifest: dict[str, object],
-        events: Events,
-        saver: Saver,
-        restart: Restart | None,
-        pacer: Pacer | None,
-        close_slaves: ExitStack,
-    ) -> None:
-        self.plan, self.folder, self.manifest, self.events = plan, folder, manifest, events
-        self.saver, self.restart, self.pacer, self.close_slaves = saver, restart, pacer, close_slaves
-        self.first = self.done = restart.checkpoint.tick if restart else 0  # [ticks]
-        self.started = 0.0  # [s] of the wall clock, as if all before the checkpoint had been of this run
-
-    def execute(self, interrupt: Interrupt, progress: Progress | None) -> RunSummary:
-        """Run to the end; on any failure close everything in order, then let the failure pass."""
-        plan = self.plan
-        started = self.started = perf_counter()
-        recorder: Recorder | None = None
-        try:
-            try:
-                self._open_events()
-                recorder = Recorder(
-                    self.folder, plan.signals, self._rows_per_second(), self.restart.kept if self.restart else None
-                )
-                self._loop(recorder, interrupt, progress)
-                wall_time = perf_counter() - started
-            except BaseException:
-                self.close_slaves.close()
-                with suppress(OSError):  # the first failure is the one to tell
-                    if recorder is not None:
-                        recorder.close()
-                raise
-            self.close_slaves.close()
-            recorder.close()
-        except KeyboardInterrupt:
-            self._end("interrupted", None)
-            raise
-        except OSError as error:
-            what = os.strerror(error.errno) if error.errno else str(error)
-            reason = f"cannot write to {self.folder}: {what}, after {self._time():.9g} s simulated"
-            self._end("failed", reason)
-            raise RunError(f"{reason}; what was written before stays readable") from None
-        except BaseException as error:
-            self._end("failed", str(error))
-            raise
-        self._end("completed", None)
-        return RunSummary(
-            folder=self.folder,
-            simulated_time=self._time(),
-            wall_time=wall_time,
-            ticks=self.done,
-            rows=self._rows_before(self.done) - self._rows_before(self.first),
-            start_time=seconds(self.first * plan.system.tick),
-            pacer=self.pacer,
+            restart.prepare_folder(folder, record)
+        run = RecordedRun(
+            folder=folder,
+            record=record,
+            events=events,
+            loop=Loop(tick=plan.system.tick, first=first, last=plan.ticks, clock=events),
+            pacer=pacer,
+            close_slaves=close_slaves,
+            wall_time_before=restart.wall_time_before if restart else 0.0,
         )
+        wall_time = run.execute(
+            partial(_open_files, plan, events, folder, restart),
+            partial(_run_loop, run, saver, interrupt, chosen.progress),
+        )
+    return RunSummary(
+        folder=folder,
+        simulated_time=run.loop.time,
+        wall_time=wall_time,
+        ticks=run.loop.done,
+        rows=_rows_before(plan.ticks, plan) - _rows_before(first, plan),
+        start_time=seconds(first * plan.system.tick),
+        pacer=pacer,
+    )
 
-    def _rows_before(self, tick: int) -> int:
-        return -(-tick // self.plan.layout.record_ticks)
 
-    def _open_events(self) -> None:
-        events, restart = self.events, self.restart
-        events.time = self._time()
+def resume(
+    folder: Path | str,
+    system: System | None = None,
+    progress: Progress | None = None,
+    step_limit: float | str | None = None,
+    pace: float | str | Pacer | None = None,
+) -> RunSummary:
+    """Resume a run from its newest checkpoint: what was simulated after that is cut off and simulated again.
+
+    The folder then holds the same signals, bit by bit, as if the run had never ended. Checkpoints are saved as before.
+
+    Parameters
+    ----------
+    folder : results folder of a run that did not complete
+    system : None: loaded from where the run had it
+    progress, step_limit, pace : as in `RunOptions`
+
+    Raises
+    ------
+    InputError
+        If the run is complete or still going on, there is no checkpoint, or FMUs, adapters or the system have changed.
+    RunError, KeyboardInterrupt
+        As `simulate`.
+    """
+    checkpoint = resumable(folder)
+    refuse_missing_rows(Path(folder), checkpoint)
+    options = RunOptions(progress=progress, step_limit=step_limit, pace=pace, **earlier_options(checkpoint))
+    return simulate(system or system_of(checkpoint.run), folder, options)
+
+
+def _plan(system: System, options: RunOptions) -> tuple[Plan, Mapping[str, Override]]:
+    """Return the plan of the run and all its overrides, those of the checkpoint's run included."""
+    overrides, record = dict(options.overrides), options.record
+    if options.restart is None:
+        return Plan(system, options.stop_time, overrides, record, options.record_period), overrides
+    return options.restart.plan(system, options.stop_time, overrides, record, options.record_period)
+
+
+def _start(plan: Plan, temporary: Path, events: Events, limits: Limits, close_slaves: ExitStack) -> dict[str, Slave]:
+    """Start the FMUs, with their adapters and shadows."""
+    slaves: dict[str, Slave] = {}
+    started: list[Slave] = []
+    descriptions = {**plan.descriptions, **plan.shadows}
+    for number, component in enumerate(everyone(plan.system)):
+        limits.interrupt.check()
+        folder = Path(temporary, str(number))
+        slave = start_slave(component, descriptions[component.name], folder, events.log, limits)
+        close_slaves.callback(slave.close)
+        started.append(slave)
+        slaves[component.name] = with_adapter(component, slave)
+    wait_until_ready(started)
+    return with_shadows(plan.system, slaves, events.add)
+
+
+def _initialise(
+    plan: Plan,
+    slaves: Mapping[str, Slave],
+    exchange: Exchange,
+    interrupt: Interrupt,
+    restart: Restart | None,
+    temporary: Path,
+) -> None:
+    try:
         if restart is None:
-            events.open(self.folder)
-            events.add("start", stop_time=seconds(self.plan.stop_time))
-            return
-        told = {"checkpoint": str(restart.checkpoint.path), "stop_time": seconds(self.plan.stop_time)}
-        if restart.again:
-            events.open_again(self.folder, restart.checkpoint.header["events"])
-            self.started -= restart.checkpoint.header["wall_time"]
-            events.add("resume", **told)
+            initialise(plan, slaves, exchange, interrupt)
         else:
-            events.open(self.folder)
-            events.add("branch", **told, reinitialised=list(restart.reinitialised))
+            restore = partial(restart.restore, plan, slaves, exchange, temporary)
+            first, late = restart.checkpoint.tick, restart.reinitialised
+            initialise(plan, slaves, exchange, interrupt, restore=restore, first=first, late=late)
+    except RunError as error:  # nothing has been simulated: what a component refuses is its parameters
+        raise InputError(str(error)) from None
 
-    def _rows_per_second(self) -> int:
-        return max(1, 10**9 // (self.plan.layout.record_ticks * self.plan.system.tick))
 
-    def _loop(self, recorder: Recorder, interrupt: Interrupt, progress: Progress | None) -> None:
-        """Run all ticks, and save where that is due: before a tick, or after the last one."""
-        phases = self.saver.exchange.phases(recorder.row)
-        stop, first, last = seconds(self.plan.stop_time), self.first, self.plan.ticks
-        if self.pacer is not None:
-            self.pacer.begin(self._time(), interrupt)
-            phases = [(self.pacer, *phase) for phase in phases]
-        look = perf_counter() + _REPORT_INTERVAL
-        for end in [*self.saver.ticks, None]:
-            look = self._ticks(phases, range(first, last if end is None else end), look, interrupt, progress)
-            if end is not None:
-                self.done = first = end
-                self.events.time = self._time()
-                wall_time = perf_counter() - self.started
-                self.saver.save(end, self.folder, recorder, self.events, self.manifest, wall_time)
-        self.done = last
-        self.events.time = stop
-        self.saver.exchange.finish()
-        if self.pacer is not None:
-            self.pacer(stop)
+def _describe(plan: Plan, overrides: Mapping[str, Override], faults: Sequence[Scenario]) -> dict[str, Any]:
+    """Return the content of run.toml."""
+    return describe_run(
+        plan.system,
+        {**plan.descriptions, **plan.shadows},
+        plan.wiring.parameters,
+        overrides,
+        plan.stop_time,
+        plan.record,
+        plan.layout.record_ticks * plan.system.tick,
+        [{"path": str(scenario.path), "sha256": scenario.sha256, "text": scenario.text} for scenario in faults],
+    )
+
+
+def _open_files(plan: Plan, events: Events, folder: Path, restart: Restart | None) -> Recorder:
+    """Open the events and the signals of the run."""
+    stop = seconds(plan.stop_time)
+    if restart is None:
+        events.open(folder)
+        events.add("start", stop_time=stop)
+    else:
+        restart.open_events(events, folder, stop)
+    rows_per_second = max(1, 10**9 // (plan.layout.record_ticks * plan.system.tick))
+    return Recorder(folder, plan.signals, rows_per_second, restart.saved_rows if restart else None)
+
+
+def _run_loop(
+    run: RecordedRun, saver: Saver, interrupt: Interrupt, progress: Progress | None, recorder: Recorder
+) -> None:
+    """Run all ticks, paced, with checkpoints and reports of progress."""
+    loop, pacer, stop = run.loop, run.pacer, seconds(saver.plan.stop_time)
+    phases: list[tuple[Action, ...]] = saver.exchange.phases(recorder.row)
+    if pacer is not None:
+        pacer.begin(loop.time, interrupt)
+        phases = [(pacer, *phase) for phase in phases]
+
+    def save(tick: int) -> None:
+        saver.save(tick, run.folder, recorder, run.events, run.record, run.wall_time)
+
+    def look(time: float) -> None:
+        interrupt.check()
         if progress is not None:
-            progress(stop, stop)
+            progress(time, stop)
 
-    def _ticks(
-        self,
-        phases: Sequence[tuple[Step, ...]],
-        ticks: range,
-        look: float,
-        interrupt: Interrupt,
-        progress: Progress | None,
-    ) -> float:
-        """Run these ticks; return when to look next at Ctrl-C and progress, on the wall clock."""
-        events, tick_length, stop = self.events, self.plan.system.tick, seconds(self.plan.stop_time)
-        clock = perf_counter
-        for tick, phase in zip(ticks, islice(cycle(phases), ticks.start % len(phases), None), strict=False):
-            self.done = tick
-            events.time = time = tick * tick_length / 1e9  # the nearest double, never a sum of steps
-            for step in phase:
-                step(time)
-            if clock() >= look:
-                self.done = tick + 1  # the tick is complete: every recorded row lies before the simulated time
-                interrupt.check()
-                if progress is not None:
-                    progress(time, stop)
-                look = clock() + _REPORT_INTERVAL
-        return look
+    loop.run(phases, [(tick, partial(save, tick)) for tick in saver.ticks], look)
+    saver.exchange.finish()
+    if pacer is not None:
+        pacer(stop)
+    if progress is not None:
+        progress(stop, stop)
 
-    def _time(self) -> float:
-        return seconds(self.done * self.plan.system.tick)
 
-    def _end(self, status: str, reason: str | None) -> None:
-        """Note how the run ended; on a full disk as far as that goes."""
-        wall_time = perf_counter() - self.started
-        self.manifest |= {"status": status, "simulated_time": self._time(), "wall_time": round(wall_time, 3)}
-        if reason is not None:
-            self.manifest["reason"] = reason
-        if self.pacer is not None:
-            self.manifest["pace"] = self.pacer.summary()
-            with suppress(OSError):
-                self.events.add("pace", **self.pacer.summary())
-        with suppress(OSError):
-            self.events.add("end", status=status, **({"reason": reason} if reason else {}))
-        with suppress(OSError):
-            write_manifest(self.folder, self.manifest)
+def _rows_before(tick: int, plan: Plan) -> int:
+    """Return how many rows are recorded before a tick, one at tick 0 included."""
+    return -(-tick // plan.layout.record_ticks)

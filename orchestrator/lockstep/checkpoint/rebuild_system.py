@@ -31,7 +31,7 @@ def system_of(run: Mapping[str, Any]) -> System:
     system = load_system(Path(told["path"]), timing_of_run(run))
     if system.sha256 != told["sha256"]:
         hashes = f"sha256 {told['sha256'][:12]} then, {(system.sha256 or '')[:12]} now"
-        raise InputError(f"{told['path']}: has changed since the run, {hashes}; put the old one back")
+        raise InputError(f"{told['path']}: has changed since the run, {hashes}; restore the old one")
     for entry in run["component"]:
         name, source = entry["name"], Path(entry["source"])
         if entry.get("adapter"):

@@ -1,4 +1,4 @@
-"""Where a run begins that goes on from a checkpoint, and how its components get there."""
+"""Start a run from a checkpoint: the same run again in its folder, or a branch with other values."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from lockstep.errors import InputError
 from lockstep.fmi.slave import Scalar, Slave, Stateful
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
-from lockstep.results.recorder import Kept
+from lockstep.results.recorder import SavedRows
 from lockstep.results.results_folder import make_folder
-from lockstep.results.run_record import write_manifest
+from lockstep.results.run_record import Events, write_run_record
 from lockstep.run.exchange import Exchange
 from lockstep.system.clock import seconds, seconds_text
 from lockstep.system.component import Value
@@ -24,34 +24,53 @@ from lockstep.system.system import System
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Restart:
-    """A checkpoint to go on from; `reinitialised` components start there from their initial state."""
+    """A checkpoint to start from; `reinitialised` components start there from their initial state."""
 
     checkpoint: Checkpoint
     reinitialised: tuple[str, ...] = ()
-    again: bool = False  # the same run goes on in its folder, behind the rows that it had
+    same_run: bool = False  # resume the run in its own folder, after the rows that it had recorded
 
     @property
-    def kept(self) -> Kept | None:
-        """What the recorder goes on with; None: it begins a file of its own."""
-        if not self.again:
+    def saved_rows(self) -> SavedRows | None:
+        """Rows that the recorder continues after; None: it starts a file of its own."""
+        if not self.same_run:
             return None
         checkpoint = self.checkpoint
-        return Kept(written=int(checkpoint.header["rows"]), waiting=checkpoint.arrays[WAITING].tobytes())
+        return SavedRows(written=int(checkpoint.header["rows"]), waiting=checkpoint.arrays[WAITING].tobytes())
 
-    def take_folder(self, folder: Path, manifest: dict[str, object]) -> None:
-        """Make the results folder of a branch, or take that of the run again; note in run.toml where it began."""
-        told = {"checkpoint": str(self.checkpoint.path), "sha256": self.checkpoint.sha256}
-        place = told | {"time": seconds(self.checkpoint.time)}
-        if not self.again:
-            manifest["branch"] = place | {"reinitialised": list(self.reinitialised)}
-            make_folder(folder, manifest)
+    @property
+    def wall_time_before(self) -> float:
+        """Wall time of the same run before the checkpoint [s]."""
+        return float(self.checkpoint.header["wall_time"]) if self.same_run else 0.0
+
+    def prepare_folder(self, folder: Path, record: dict[str, object]) -> None:
+        """Make the results folder of a branch, or reuse that of the same run; note the checkpoint in run.toml."""
+        checkpoint = self.checkpoint
+        start = {
+            "checkpoint": str(checkpoint.path),
+            "sha256": checkpoint.sha256,
+            "time": seconds(checkpoint.time),
+        }
+        if not self.same_run:
+            record["branch"] = start | {"reinitialised": list(self.reinitialised)}
+            make_folder(folder, record)
             return
-        before = self.checkpoint.run
-        manifest["resumed"] = [*before.get("resumed", []), place | {"started": manifest["started"]}]
-        manifest["started"] = before["started"]
+        before = checkpoint.run
+        record["resumed"] = [*before.get("resumed", []), start | {"started": record["started"]}]
+        record["started"] = before["started"]
         if "branch" in before:
-            manifest["branch"] = before["branch"]
-        write_manifest(folder, manifest)
+            record["branch"] = before["branch"]
+        write_run_record(folder, record)
+
+    def open_events(self, events: Events, folder: Path, stop_time: float) -> None:
+        """Open the events of the run, and note in them that it starts from the checkpoint."""
+        start = {"checkpoint": str(self.checkpoint.path), "stop_time": stop_time}
+        if self.same_run:
+            events.open_again(folder, self.checkpoint.header["events"])
+            events.add("resume", **start)
+        else:
+            events.open(folder)
+            events.add("branch", **start, reinitialised=list(self.reinitialised))
 
     def plan(
         self,
@@ -61,17 +80,17 @@ class Restart:
         record: Sequence[str] | None,
         record_period: float | str | None = None,
     ) -> tuple[Plan, dict[str, Override]]:
-        """Return the run, with what held in the one of the checkpoint unless other is given; and all its overrides."""
+        """Return the plan, with the settings of the checkpoint's run where none are given; and all its overrides."""
         before = self.checkpoint.run
         given = {**before["overrides"], **overrides}
-        if not self.reinitialised:  # another FMU may not have what was recorded
+        if not self.reinitialised:  # another FMU may lack the signals that were recorded
             record = before["record"] if record is None else record
             record_period = before["record_period"] if record_period is None else record_period
         stop = before["stop_time"] if stop_time is None else stop_time
         return Plan(system, stop, given, record, record_period), given
 
     def check(self, plan: Plan) -> None:
-        """Refuse by name, before any FMU is started, a run that cannot go on from this checkpoint."""
+        """Refuse by name, before any FMU is started, a run that cannot start from this checkpoint."""
         name, time = self.checkpoint.path.name, self.checkpoint.time
         identity = self.checkpoint.header["identity"]
         refuse_other(identity, plan, self.reinitialised, name)
@@ -91,26 +110,25 @@ class Restart:
         for number, name in enumerate(old):
             slave = slaves[name]
             if not isinstance(slave, Stateful):
-                raise InputError(f"{name}: cannot take a state; give --reinitialise {name}")
-            place = temporary / f"state-{number}"
-            place.mkdir()
+                raise InputError(f"{name}: cannot restore a state; give --reinitialise {name}")
+            folder = temporary / f"state-{number}"
+            folder.mkdir()
             for file, content in checkpoint.states[name].items():
-                (place / file).write_bytes(content)
-            exchange.check(name, "SetFMUstate", time, slave.restore_state(str(place)))
+                (folder / file).write_bytes(content)
+            exchange.check(name, "SetFMUstate", time, slave.restore_state(str(folder)))
         restore_bus(checkpoint, plan, exchange, exchange.present, self.reinitialised)
         self._restore_faults(slaves, exchange)
-        for name, values in changes(
-            checkpoint.header["identity"], plan, self.reinitialised, checkpoint.path.name
-        ).items():
+        changed = changes(checkpoint.header["identity"], plan, self.reinitialised, checkpoint.path.name)
+        for name, values in changed.items():
             for scalar, part in _by_type(plan, name, values).items():
                 exchange.check(name, f"Set{scalar}", time, slaves[name].set_start(part, scalar))
         for name in old:
             exchange.fetch_present(name)
 
     def _restore_faults(self, slaves: Mapping[str, Slave], exchange: Exchange) -> None:
-        """Take up the faults of the run again, or undo for a branch what they had made of parameters."""
+        """Restore the faults of the same run; for a branch, restore the parameters that they had changed."""
         tick, saved = self.checkpoint.tick, self.checkpoint.header["faults"]
-        if self.again:
+        if self.same_run:
             if exchange.faults is not None:
                 exchange.faults.go_on(saved, tick)
             return

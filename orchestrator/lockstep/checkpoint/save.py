@@ -24,9 +24,9 @@ from lockstep.system.clock import seconds
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Saver:
-    """What it takes to save a run, and after how many ticks that is due."""
+    """Saves a run, after the `ticks` of its schedule."""
 
-    request: CheckpointSchedule
+    schedule: CheckpointSchedule
     ticks: list[int]
     plan: Plan
     slaves: Mapping[str, Slave]
@@ -35,7 +35,7 @@ class Saver:
 
     def __post_init__(self) -> None:
         for name, slave in self.slaves.items():
-            if self.ticks and name not in self.request.without and not isinstance(slave, Stateful):
+            if self.ticks and name not in self.schedule.without and not isinstance(slave, Stateful):
                 raise InputError(f"{name}: cannot save its state; leave it out with --checkpoint-without {name}")
 
     def save(
@@ -51,18 +51,18 @@ class Saver:
         plan, time = self.plan, tick * self.plan.system.tick
         states: dict[str, dict[str, bytes]] = {}
         for name, slave in self.slaves.items():
-            if isinstance(slave, Stateful) and name not in self.request.without:
-                place = self.temporary / "state"
-                place.mkdir()
+            if isinstance(slave, Stateful) and name not in self.schedule.without:
+                content = self.temporary / "state"
+                content.mkdir()
                 try:
-                    self.exchange.check(name, "GetFMUstate", seconds(time), slave.save_state(str(place)))
-                    states[name] = {file.name: file.read_bytes() for file in sorted(place.iterdir())}
+                    self.exchange.check(name, "GetFMUstate", seconds(time), slave.save_state(str(content)))
+                    states[name] = {file.name: file.read_bytes() for file in sorted(content.iterdir())}
                 finally:
-                    shutil.rmtree(place, ignore_errors=True)
+                    shutil.rmtree(content, ignore_errors=True)
         bus, outputs = saved_bus(plan, self.exchange, tick)
         path = folder / FOLDER / checkpoint_name(time)
         events.add("checkpoint", file=f"{FOLDER}/{path.name}")
-        kept = recorder.saved()
+        rows = recorder.saved()
         header = {
             "tick": tick,
             "time": time,
@@ -70,14 +70,14 @@ class Saver:
             "identity": identity(plan),
             "run": run,
             "outputs": outputs,
-            "rows": kept.written,
+            "rows": rows.written,
             "events": events.saved(),
             "faults": None if self.exchange.faults is None else self.exchange.faults.saved(),
             "checkpoints": {
-                "times": [str(time) for time in self.request.times],
-                "every": None if self.request.every is None else str(self.request.every),
-                "without": list(self.request.without),
+                "times": [str(time) for time in self.schedule.times],
+                "every": None if self.schedule.every is None else str(self.schedule.every),
+                "without": list(self.schedule.without),
             },
         }
-        write_checkpoint(path, header, bus | {WAITING: np.frombuffer(kept.waiting, np.uint8)}, states)
+        write_checkpoint(path, header, bus | {WAITING: np.frombuffer(rows.waiting, np.uint8)}, states)
         return path

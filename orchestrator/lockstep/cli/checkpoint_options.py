@@ -83,9 +83,10 @@ checkpoint_options = option_group(
 
 def resume_run(folder: Path, *, pace: str | None, step_limit: str | None) -> RunSummary:
     """Resume a run and print its summary; refuse options that would make it another run."""
-    from lockstep.checkpoint.resume import resumable, resume
+    from lockstep.checkpoint.resume import resumable
     from lockstep.cli.progress import print_summary, show_progress
     from lockstep.run.real_time_pacing import pacer_given
+    from lockstep.simulation import resume
     from lockstep.system.clock import seconds
 
     context = click.get_current_context()

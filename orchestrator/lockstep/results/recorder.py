@@ -20,15 +20,15 @@ _BLOCK_BYTES = 4_000_000  # of one batch on disk, when a simulated second is lar
 _GROUP_BYTES = 16_000_000  # of one row group of the final file; bounds the memory of the conversion
 
 _NUMBERS: tuple[Scalar, ...] = ("Real", "Integer", "Boolean")  # recorded as float64, which holds them all
-_AGAIN = f".{STREAM}.again"  # the file of a run that goes on, until it holds what was kept
+_CONTINUED = f".{STREAM}.continued"  # the file of a resumed run, until it holds the rows saved before
 _COLUMNS = {"Int64": pa.int64(), "UInt64": pa.uint64(), "String": pa.string()}
 
 Rows = tuple[NDArray[Any], ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Kept:
-    """What a run had recorded at some time: rows in its file, and those that waited, as an Arrow stream."""
+class SavedRows:
+    """Rows that a run had recorded at some time: in its file, and not yet written, as an Arrow stream."""
 
     written: int
     waiting: bytes
@@ -40,8 +40,10 @@ class Recorder:
     A column is float64, unless the signal is a 64-bit integer or a text.
     """
 
-    def __init__(self, folder: Path, signals: Sequence[Signal], rows_per_second: int, kept: Kept | None = None) -> None:
-        """Begin a file, or go on with that of an earlier run behind the rows that are kept of it."""
+    def __init__(
+        self, folder: Path, signals: Sequence[Signal], rows_per_second: int, saved: SavedRows | None = None
+    ) -> None:
+        """Start a file, or continue that of an earlier part of the same run after the rows saved from it."""
         self._folder = folder
         by_type = {scalar: [signal for signal in signals if signal.variable.scalar == scalar] for scalar in SCALARS}
         columns = [signal for group in by_type.values() for signal in group]
@@ -59,28 +61,30 @@ class Recorder:
         self.schema = _schema(signals)
         self._columns = [part[:, k] for part in parts for k in range(part.shape[1])]
         self._written = 0  # rows
-        self._file = pa.OSFile(str(folder / (STREAM if kept is None else _AGAIN)), "wb")  # unbuffered: survives a kill
+        self._file = pa.OSFile(
+            str(folder / (STREAM if saved is None else _CONTINUED)), "wb"
+        )  # unbuffered: survives a kill
         self._writer = pa.ipc.new_stream(self._file, self.schema)
-        if kept is not None:
-            self._keep(kept)
+        if saved is not None:
+            self._continue(saved)
 
-    def saved(self) -> Kept:
+    def saved(self) -> SavedRows:
         """Return what has been recorded so far, with the file on disk for good."""
         waiting = pa.BufferOutputStream()
         with pa.ipc.new_stream(waiting, self.schema) as stream:
             stream.write_batch(self._batch(self._count))
         with (self._folder / STREAM).open("rb") as file:
             os.fsync(file.fileno())
-        return Kept(written=self._written, waiting=waiting.getvalue().to_pybytes())
+        return SavedRows(written=self._written, waiting=waiting.getvalue().to_pybytes())
 
-    def _keep(self, kept: Kept) -> None:
+    def _continue(self, saved: SavedRows) -> None:
         """Copy rows of the earlier file in the batches that they came in, and put the new file in its place."""
-        for batch in first_rows(self._folder, kept.written, self._size):
+        for batch in first_rows(self._folder, saved.written, self._size):
             self._writer.write_batch(batch)
-        self._written = kept.written
-        (self._folder / _AGAIN).replace(self._folder / STREAM)
+        self._written = saved.written
+        (self._folder / _CONTINUED).replace(self._folder / STREAM)
         (self._folder / PARQUET).unlink(missing_ok=True)
-        (batch,) = pa.ipc.open_stream(kept.waiting)
+        (batch,) = pa.ipc.open_stream(saved.waiting)
         self._count = len(batch)
         self._times[: self._count] = batch.column(0).to_numpy()
         for k, position in enumerate(self._order, 1):

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from lockstep.errors import InputError
-from lockstep.results.run_record import RUN, write_manifest
+from lockstep.results.run_record import RUN, write_run_record
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
-    """Refuse a folder that a run may not take."""
+    """Refuse a folder that a run may not use."""
     if not folder.exists():
         return
     if not folder.is_dir():
@@ -22,21 +22,21 @@ def check_folder(folder: Path, overwrite: bool) -> None:
             raise InputError(f"{folder}: holds a run already; choose another folder or overwrite it")
 
 
-def make_folder(folder: Path, manifest: Mapping[str, object]) -> None:
-    """Put the new run's folder in place of an old one, in one step for whoever looks."""
+def make_folder(folder: Path, record: Mapping[str, object]) -> None:
+    """Replace the folder of an old run by that of a new one, in one step."""
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        fresh = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-        fresh.chmod(0o755)
+        new = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+        new.chmod(0o755)
         try:
-            write_manifest(fresh, manifest)
+            write_run_record(new, record)
             old = None
             if folder.exists():
                 old = Path(tempfile.mkdtemp(prefix=f".{folder.name}-old-", dir=folder.parent))
                 folder.replace(old)
-            fresh.rename(folder)
+            new.rename(folder)
         except BaseException:
-            shutil.rmtree(fresh, ignore_errors=True)
+            shutil.rmtree(new, ignore_errors=True)
             raise
         if old is not None:
             shutil.rmtree(old, ignore_errors=True)

@@ -11,7 +11,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from lockstep.faults.scenario import Scenario
 from lockstep.fmi.model_description import Description
 from lockstep.operating_system import Release, is_locked, lock_file
 from lockstep.system.clock import seconds
@@ -34,9 +33,9 @@ def describe_run(
     stop_time: int,
     record: Sequence[str],
     record_period: int,
-    faults: Sequence[Scenario] = (),
+    faults: Sequence[Table] = (),
 ) -> Table:
-    """Collect what a run depends on. Times are in seconds."""
+    """Return the content of run.toml: everything that a run depends on. Times are in seconds."""
     delays = sorted({(c.from_component, c.to_component, c.delay) for c in system.connections})
     return {
         "status": "running",
@@ -67,7 +66,7 @@ def describe_run(
             }
             for c in system.components
         ],
-        **({"faults": [{"path": str(s.path), "sha256": s.sha256, "text": s.text} for s in faults]} if faults else {}),
+        **({"faults": list(faults)} if faults else {}),
         "latency": [{"from": start, "to": end, "delay": delay} for start, end, delay in delays],
     }
 
@@ -100,7 +99,7 @@ def _shadow(component: Component, descriptions: Mapping[str, Description]) -> Ta
     return {"shadow": table}
 
 
-def write_manifest(folder: Path, content: Mapping[str, object]) -> None:
+def write_run_record(folder: Path, content: Mapping[str, object]) -> None:
     """Replace run.toml in one step: a reader sees the old one or the new one."""
     partial = folder / f".{RUN}.partial"
     try:
@@ -156,7 +155,7 @@ def _plain(value: object) -> object:
     return list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
 
 
-def goes_on(folder: Path) -> bool:
+def is_running(folder: Path) -> bool:
     """Return whether a run is writing to this results folder."""
     return is_locked(folder / EVENTS)
 
@@ -174,7 +173,7 @@ class Events:
     def open(self, folder: Path, keep: int = 0) -> None:
         """Create events.jsonl, or keep so many bytes of it, and write what waited.
 
-        The file is locked as long as this process lives: see `goes_on`.
+        The file is locked as long as this process lives: see `is_running`.
         """
         self._file = os.open(folder / EVENTS, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         with suppress(OSError):  # a file system without locks

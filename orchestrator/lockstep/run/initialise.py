@@ -1,9 +1,7 @@
-"""Bring all slaves to step mode: at the start, or where a checkpoint was made."""
+"""Bring all slaves to step mode, at time 0 or where the state of an earlier run is restored."""
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Collection, Mapping, Sequence
 
-from lockstep.checkpoint.restart import Restart
 from lockstep.fmi.slave import Slave
 from lockstep.interrupt import Interrupt
 from lockstep.plan.plan import Plan
@@ -11,27 +9,30 @@ from lockstep.plan.schedule import Task
 from lockstep.run.exchange import Exchange
 from lockstep.system.clock import seconds
 
+Restore = Callable[[], None]
 
-def initialize(
+
+def initialise(
     plan: Plan,
     slaves: Mapping[str, Slave],
     exchange: Exchange,
     interrupt: Interrupt,
-    restart: Restart | None,
-    temporary: Path,
+    *,
+    restore: Restore | None = None,
+    first: int = 0,
+    late: Collection[str] = (),
 ) -> None:
-    """Initialize all slaves, with each other's outputs as inputs; put those of a checkpoint into their states.
+    """Initialise all slaves, with each other's outputs as inputs.
 
-    Continuous components first: their initial outputs are initial states. Those that restart anew at a checkpoint come
-    last, and get the outputs that the others have there.
+    Continuous components come first: their initial outputs are initial states. Then `restore` brings all to the state
+    that they had before the tick `first`, except the components in `late`: those are initialised after it, with the
+    outputs that the others have there.
     """
     tasks = sorted(plan.schedule.tasks, key=lambda task: not task.continuous)
-    fresh = restart.reinitialised if restart else ()
-    _bring_up([task for task in tasks if task.name not in fresh], 0, plan, slaves, exchange, interrupt)
-    if restart is not None:
-        restart.restore(plan, slaves, exchange, temporary)
-        late = [task for task in tasks if task.name in fresh]
-        _bring_up(late, restart.checkpoint.tick, plan, slaves, exchange, interrupt)
+    _bring_up([task for task in tasks if task.name not in late], 0, plan, slaves, exchange, interrupt)
+    if restore is not None:
+        restore()
+        _bring_up([task for task in tasks if task.name in late], first, plan, slaves, exchange, interrupt)
 
 
 def _bring_up(
@@ -42,9 +43,9 @@ def _bring_up(
     exchange: Exchange,
     interrupt: Interrupt,
 ) -> None:
-    """Initialize components whose first step is at this tick or later.
+    """Initialise components whose first step is at this tick or later.
 
-    Each gets the outputs of those before it while it is initialized, and of all when everyone is.
+    Each gets the outputs of those before it while it is initialised, and those of all once every one is.
     """
     for task in tasks:
         name, slave = task.name, slaves[task.name]

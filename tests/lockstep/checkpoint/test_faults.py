@@ -8,9 +8,9 @@ import pytest
 from lockstep import InputError, read_signals, simulate
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.restart import Restart
-from lockstep.checkpoint.resume import resume
 from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.faults.read import read_scenario
+from lockstep.simulation import resume
 
 SCENARIO = """
 [[fault]]
@@ -115,5 +115,5 @@ def test_a_scenario_that_has_changed_is_refused(triple, tmp_path):
     run = (tmp_path / "out/run.toml").read_text().replace('"completed"', '"failed"', 1)
     (tmp_path / "out/run.toml").write_text(run)
     mine.write_text(SCENARIO.replace("5.0", "6.0"))
-    with pytest.raises(InputError, match=r"mine\.toml: has changed since the run, sha256 .* put the old one back"):
+    with pytest.raises(InputError, match=r"mine\.toml: has changed since the run, sha256 .* restore the old one"):
         resume(tmp_path / "out", triple)

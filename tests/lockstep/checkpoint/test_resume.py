@@ -15,8 +15,8 @@ import pytest
 from lockstep import InputError, read_signals, simulate
 from lockstep.__main__ import main
 from lockstep.checkpoint.file import FORMAT, newest_checkpoint, read_checkpoint
-from lockstep.checkpoint.resume import resume
 from lockstep.checkpoint.schedule import CheckpointSchedule
+from lockstep.simulation import resume
 
 COMMAND = [sys.executable, "-W", "error", "-m", "lockstep", "run"]
 
@@ -62,7 +62,7 @@ def test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes(triple, triple_s
     environment = os.environ | {"TMPDIR": str(temporary)}
     process = start(triple_ssd, out, environment)
     if how == signal.SIGKILL:
-        with pytest.raises(InputError, match="its run still goes on; end it before it is resumed"):
+        with pytest.raises(InputError, match="its run is still going on; end it before it is resumed"):
             resume(out)
     process.send_signal(how)
     process.communicate(timeout=60)

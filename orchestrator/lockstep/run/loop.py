@@ -1,0 +1,70 @@
+"""The loop of ticks: the actions of each tick, actions between two ticks, and a look around now and then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from itertools import cycle, islice
+from time import perf_counter
+from typing import Protocol
+
+from lockstep.system.clock import seconds
+
+Action = Callable[[float], None]  # called with the simulated time [s]
+Pause = tuple[int, Callable[[], None]]  # after so many ticks of the whole run, what is called then
+
+_LOOK_INTERVAL = 0.1  # [s] of wall time between two looks around
+
+
+class Clock(Protocol):
+    """What others read the present simulated time from."""
+
+    time: float  # [s]
+
+
+class Loop:
+    """The ticks of a run, from one to another; `done` is how many of the whole run are complete."""
+
+    def __init__(self, *, tick: int, first: int, last: int, clock: Clock) -> None:
+        """Prepare the loop of the ticks `first` to `last` (exclusive) of `tick` nanoseconds each."""
+        self.tick, self.first, self.last = tick, first, last
+        self.done = first
+        self._clock = clock
+        clock.time = self.time
+
+    @property
+    def time(self) -> float:
+        """Simulated time that is complete [s]."""
+        return seconds(self.done * self.tick)
+
+    def run(self, phases: Sequence[tuple[Action, ...]], pauses: Iterable[Pause], look: Action) -> None:
+        """Run all ticks.
+
+        Parameters
+        ----------
+        phases : actions of each tick of a cycle, in order; the cycle begins at tick 0 of the whole run
+        pauses : in the order of their ticks: when to stop between two ticks, or after the last one, for an action
+        look : called at most ten times in a second of wall time, after a tick, with the time at which that began [s]
+        """
+        due = perf_counter() + _LOOK_INTERVAL
+        first = self.first
+        for end, act in [*pauses, (self.last, None)]:
+            due = self._ticks(phases, range(first, end), due, look)
+            self.done = first = end
+            self._clock.time = self.time
+            if act is not None:
+                act()
+
+    def _ticks(self, phases: Sequence[tuple[Action, ...]], ticks: range, due: float, look: Action) -> float:
+        """Run these ticks; return when the next look is due, on the wall clock."""
+        events, tick_length = self._clock, self.tick
+        clock = perf_counter
+        for tick, phase in zip(ticks, islice(cycle(phases), ticks.start % len(phases), None), strict=False):
+            self.done = tick
+            events.time = time = tick * tick_length / 1e9  # the nearest double, never a sum of steps
+            for action in phase:
+                action(time)
+            if clock() >= due:
+                self.done = tick + 1  # the tick is complete: every recorded row lies before the simulated time
+                look(time)
+                due = clock() + _LOOK_INTERVAL
+        return due

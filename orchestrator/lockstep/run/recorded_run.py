@@ -1,0 +1,85 @@
+"""Run the loop with its results folder open, and leave that readable whatever ends the run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+from lockstep.errors import RunError
+from lockstep.results.recorder import Recorder
+from lockstep.results.run_record import Events, write_run_record
+from lockstep.run.loop import Loop
+from lockstep.run.real_time_pacing import Pacer
+
+
+@dataclass(slots=True, kw_only=True)
+class RecordedRun:
+    """A run whose components are initialised and whose folder has been made."""
+
+    folder: Path
+    record: dict[str, object]  # the content of run.toml
+    events: Events
+    loop: Loop
+    pacer: Pacer | None
+    close_slaves: ExitStack
+    wall_time_before: float = 0.0  # [s] of an earlier part of the same run
+    _started: float = 0.0
+
+    @property
+    def wall_time(self) -> float:
+        """Wall time since the start [s], with that of an earlier part."""
+        return perf_counter() - self._started + self.wall_time_before
+
+    def execute(self, open_files: Callable[[], Recorder], run_loop: Callable[[Recorder], None]) -> float:
+        """Run to the end and return the wall time of the loop [s]; on a failure close everything, then raise it.
+
+        Raises
+        ------
+        RunError
+            If a component, a value or the disk ends the run.
+        """
+        self._started = perf_counter()
+        recorder: Recorder | None = None
+        try:
+            try:
+                recorder = open_files()
+                run_loop(recorder)
+                wall_time = perf_counter() - self._started
+            except BaseException:
+                self.close_slaves.close()
+                with suppress(OSError):  # the first failure is the one to report
+                    if recorder is not None:
+                        recorder.close()
+                raise
+            self.close_slaves.close()
+            recorder.close()
+        except KeyboardInterrupt:
+            self._end("interrupted", None)
+            raise
+        except OSError as error:
+            what = os.strerror(error.errno) if error.errno else str(error)
+            reason = f"cannot write to {self.folder}: {what}, after {self.loop.time:.9g} s simulated"
+            self._end("failed", reason)
+            raise RunError(f"{reason}; what was written before stays readable") from None
+        except BaseException as error:
+            self._end("failed", str(error))
+            raise
+        self._end("completed", None)
+        return wall_time
+
+    def _end(self, status: str, reason: str | None) -> None:
+        """Write how the run ended; on a full disk as far as possible."""
+        ended = {"status": status, "simulated_time": self.loop.time, "wall_time": round(self.wall_time, 3)}
+        self.record |= ended | ({} if reason is None else {"reason": reason})
+        if self.pacer is not None:
+            self.record["pace"] = self.pacer.summary()
+            with suppress(OSError):
+                self.events.add("pace", **self.pacer.summary())
+        with suppress(OSError):
+            self.events.add("end", status=status, **({"reason": reason} if reason else {}))
+        with suppress(OSError):
+            write_run_record(self.folder, self.record)
