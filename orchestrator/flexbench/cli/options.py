@@ -50,21 +50,19 @@ def configurations(chosen: Sequence[str]) -> tuple[ConfigurationName, ...]:
 
 
 def seed_overrides(system: System, seed: int | None) -> dict[str, Value]:
-    """Return the parameters that set the seed of a system.
+    """Return the parameters that set the seed of plant and sensors, wherever they are in a system.
 
-    The default seed is for components that have a seed and are not given one by the system file: a system of other
-    FMUs may have none.
+    The default seed is for those that have a seed and are not given one by the system file: the plant of another maker
+    may have none.
     """
+    names = [c.name for c in system.components if c.name.rpartition("/")[2] in _SEEDED]
     if seed is not None:
-        return {f"{name}.seed": seed for name in _SEEDED}
-    return {
-        f"{c.name}.seed": DEFAULT_SEED
-        for c in system.components
-        if c.name in _SEEDED and _has_free_seed(system, c.name)
-    }
+        return {f"{name}.seed": seed for name in names or _SEEDED}
+    return {f"{name}.seed": DEFAULT_SEED for name in names if _has_free_seed(system, name)}
 
 
 def _has_free_seed(system: System, name: str) -> bool:
+    """Return whether a component has a parameter `seed` without a value of the system's."""
     from lockstep.fmi.model_description import read_description
 
     component = system.component(name)
