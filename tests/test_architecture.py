@@ -49,7 +49,7 @@ ALLOWED = {
     "lockstep": {
         "numpy": "*",
         "scipy": {"adapter"},
-        "fmpy": {"fmi", "check.dynamic"},
+        "fmpy": {"fmi"},
         "lxml": {"ssp", "check.static", "cli"},
         "elftools": {"check.static.elf"},
         "pyarrow": {"results"},

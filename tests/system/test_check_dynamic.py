@@ -71,9 +71,9 @@ def test_one_defect_is_found_where_it_is_and_nothing_else(tmp_path, defect, chec
             "UNDECODED_LOCATION",
             "resource_location",
             "error",
-            "unpacked to a path with spaces: fmi2Instantiate returned",
+            "unpacked to a path with spaces: cannot be instantiated",
         ),
-        ("NEEDS_AUTHORITY", "resource_location", "warning", "without an authority, file:/path: fmi2Instantiate"),
+        ("NEEDS_AUTHORITY", "resource_location", "warning", "without an authority, file:/path: cannot be instantiated"),
         ("LEAKS", "memory", "error", "bytes a step"),
         ("SHARED_BETWEEN_INSTANCES", "second_instance", "error", "stepped in turn with a second: filtered is"),
         ("HIDDEN_ARRAY", "state", "error", "set back, the run goes on differently: scaled is"),
@@ -150,7 +150,7 @@ def test_inputs_that_it_refuses_to_move_stay_where_they_are(tmp_path):
 
     assert of_note(findings) == {}
     assert "inputs stay at their start values, as it refuses others" in findings["dynamic.step"].message
-    assert "fmi2SetReal at t = 0.01 s returned fmi2Error" in findings["dynamic.step"].details[0]
+    assert "fmi2SetReal returned fmi2Error at t = 0.01 s" in findings["dynamic.step"].details[0]
     assert "level: a small change is refused" in findings["dynamic.latency"].details[0]
 
 

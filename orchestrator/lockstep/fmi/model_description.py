@@ -76,7 +76,7 @@ class Variable:
 
     @property
     def settable(self) -> bool:
-        """Tell whether a value may be given before initialization."""
+        """Whether a value may be given before initialization."""
         if self.causality in ("output", "local"):
             return self.initial in ("exact", "approx") and self.variability != "constant"
         return self.causality in ("parameter", "input")
@@ -137,12 +137,11 @@ def read_description(component: Component) -> Description:
                 raise InputError(f"{component.name}: {component.source} is no FMU: it has no modelDescription.xml")
             members = set(archive.namelist())
         stream.seek(0)
+        where = f"{component.name}: {component.source}"
         try:
-            model = read_model_description(stream)
-        except Exception as error:  # fmpy raises bare Exception for whatever is wrong in the XML
-            reason = " ".join(str(error).split())
-            raise InputError(f"{component.name}: {component.source} has a bad model description: {reason}") from None
-    where = f"{component.name}: {component.source}"
+            model = parse_description(stream)
+        except ValueError as error:
+            raise InputError(f"{where} has a bad model description: {error}") from None
     version = str(model.fmiVersion)[:3]
     if version not in PLATFORMS or model.coSimulation is None:
         kind = f"FMI {model.fmiVersion}" + ("" if model.coSimulation else " without co-simulation")
@@ -151,7 +150,7 @@ def read_description(component: Component) -> Description:
     if clocks:
         raise InputError(f"{where} has clocks ({compact(clocks)}), which the master cannot drive; use one without")
     identifier, platform = model.coSimulation.modelIdentifier, PLATFORMS[version]
-    if f"binaries/{platform}/{identifier}{fmpy.sharedLibraryExtension}" not in members:
+    if library_path(identifier, version) not in members:
         there = sorted({m.split("/")[1] for m in members if m.startswith("binaries/") and m.count("/") > 1})
         raise InputError(f"{where} has no binary for {platform}; it has {', '.join(there) or 'none'}")
     units = {unit.name: _unit(unit) for unit in model.unitDefinitions}
@@ -173,6 +172,19 @@ def read_description(component: Component) -> Description:
         version=version,
         step_size=model.defaultExperiment.stepSize if model.defaultExperiment else None,
     )
+
+
+def parse_description(source: Any, *, validate: bool = True) -> Any:
+    """Return a model description as fmpy reads it from an FMU or an XML file; raise ValueError with its one line."""
+    try:
+        return read_model_description(source, validate=validate)
+    except Exception as error:  # fmpy raises bare Exception for whatever is wrong in the XML
+        raise ValueError(" ".join(str(error).split())) from None
+
+
+def library_path(identifier: str, version: str) -> str:
+    """Return the path in an FMU of its library for this platform."""
+    return f"binaries/{PLATFORMS[version]}/{identifier}{fmpy.sharedLibraryExtension}"
 
 
 def validation_problems(path: Path) -> list[str]:
@@ -226,7 +238,7 @@ def _elements(variables: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
 def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, Any]:
     declared = variable.declaredType
     unit = variable.unit or (declared.unit if declared else None)
-    minimum, maximum = (_bound(variable, declared, bound) if kind in ("Real", "Integer") else None for bound in _BOUNDS)
+    minimum, maximum = (_bound(variable, bound) if kind in ("Real", "Integer") else None for bound in _BOUNDS)
     return {
         "causality": variable.causality or "local",
         "unit": units.get(unit, Unit(name=unit)) if unit else None,
@@ -240,6 +252,12 @@ def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, An
     }
 
 
-def _bound(variable: Any, declared: Any, name: str) -> float | None:
-    text = getattr(variable, name) or (getattr(declared, name) if declared else None)
+def bound_text(variable: Any, name: str) -> str | None:
+    """Return `min` or `max` of one of fmpy's variables as written: its own, else that of its declared type."""
+    declared = variable.declaredType
+    return getattr(variable, name) or (getattr(declared, name) if declared else None)
+
+
+def _bound(variable: Any, name: str) -> float | None:
+    text = bound_text(variable, name)
     return float(text) if text else None

@@ -21,7 +21,7 @@ DTYPES: Mapping[str, type] = {
 }
 Buffer = NDArray[np.float64] | NDArray[np.int32] | NDArray[np.int64] | NDArray[np.uint64] | NDArray[np.object_]
 
-OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
 _STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
 
@@ -87,7 +87,11 @@ class Stateful(Protocol):
         ...
 
 
+def status_name(prefix: str, status: int) -> str:
+    """Return the name of a status in a version of FMI, such as `fmi2Error`; prefix is `fmi2`."""
+    return f"{prefix}{_STATUS[status]}" if 0 <= status < len(_STATUS) else f"the unknown status {status}"
+
+
 def returned(prefix: str, call: str, status: int) -> str:
-    """Say that a call with this prefix (`fmi2`) returned a status."""
-    label = f"{prefix}{_STATUS[status]}" if 0 <= status < len(_STATUS) else f"status {status}"
-    return f"{prefix}{call} returned {label}"
+    """Describe a call with this prefix (`fmi2`) that returned a status."""
+    return f"{prefix}{call} returned {status_name(prefix, status)}"

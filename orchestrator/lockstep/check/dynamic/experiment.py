@@ -1,23 +1,21 @@
-"""What of an FMU the dynamic checks drive, and how: its ports, its step, a mild stimulus."""
+"""How the dynamic checks drive an FMU: its ports, its step size, and a mild stimulus of its inputs."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import fmpy
 import numpy as np
-from fmpy.model_description import read_model_description
 from numpy.typing import NDArray
 
 from lockstep.errors import InputError
-from lockstep.fmi.model_description import Description, Variable
+from lockstep.fmi.model_description import Description, Variable, bound_text, library_path, parse_description
+from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
 
-KINDS = ("Real", "Integer", "Boolean", "String")
 PERIOD = 37  # steps after which the stimulus repeats; no divisor of usual sampling periods
 DEFAULT_STEP = 1e-3  # [s] for an FMU that recommends none
 GOLDEN = 0.6180339887498949  # turns between the phases of neighbouring inputs, so that no two are alike
@@ -28,7 +26,7 @@ class Port:
     """An input or an output. Enumerations are driven as integers, as FMI does."""
 
     name: str
-    kind: str
+    kind: str  # Real, Integer, Boolean or String
     reference: int
     start: float = 0.0
     minimum: float = -math.inf
@@ -36,6 +34,12 @@ class Port:
     nudge: float = 0.0  # a small change of an input, in its unit
     swings: bool = False  # whether the stimulus moves it, by its nudge; else it keeps its start value
     feeds: tuple[str, ...] | None = None  # of an output: inputs it declares to depend on; None for all
+    type: str = ""  # in which its values travel: an Integer of FMI 3.0 may be Int64; empty: the kind
+
+    @property
+    def scalar(self) -> Scalar:
+        """The type in which its values travel."""
+        return self.type or self.kind  # type: ignore[return-value]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,8 +60,8 @@ class Experiment:
     outputs: tuple[Port, ...]
     stimulated: bool = True  # false leaves every input at its start value
     directory: str = "elsewhere"  # or "unpacked": the only working directory in which it runs
-    starts: tuple[tuple[str, int, float | str], ...] = ()  # type, value reference, value: set before initialisation
-    fmi: str = "2.0"  # the others are driven as the master does, see `slave_instance`
+    starts: tuple[tuple[Scalar, int, float | str], ...] = ()  # type, value reference, value: set before initialisation
+    fmi: str = "2.0"  # version
 
     def as_json(self) -> dict[str, Any]:
         """Return what `from_json` reads."""
@@ -72,26 +76,32 @@ class Experiment:
                 Port(**{**port, "feeds": None if port["feeds"] is None else tuple(port["feeds"])})
                 for port in made[name]
             )
-        starts = tuple((str(kind), int(reference), value) for kind, reference, value in made["starts"])
+        starts = tuple((kind, int(reference), value) for kind, reference, value in made["starts"])
         return cls(**{**made, "categories": tuple(made["categories"]), "starts": starts})
 
     def of_kind(self, side: str, kind: str) -> tuple[Port, ...]:
         """Return the inputs or outputs of one type, in the order of the file."""
         return tuple(port for port in getattr(self, side) if port.kind == kind)
 
-    def stimulus(self, kind: str, phase: int = 0) -> NDArray[Any]:
+    def by_type(self, side: str) -> dict[Scalar, tuple[Port, ...]]:
+        """Return the inputs or outputs that are numbers, by the type in which they travel; each type has some."""
+        numeric = [port for port in getattr(self, side) if port.kind != "String"]
+        groups = {scalar: tuple(port for port in numeric if port.scalar == scalar) for scalar in SCALARS}
+        return {scalar: ports for scalar, ports in groups.items() if ports}
+
+    def stimulus(self, scalar: Scalar, phase: int = 0) -> NDArray[Any]:
         """Return the inputs of one type over one period of the stimulus, (PERIOD, inputs).
 
         Continuous inputs swing about their start value within their range; the others keep it.
         """
-        ports = self.of_kind("inputs", kind)
+        ports = self.by_type("inputs").get(scalar, ())
         start = np.array([port.start for port in ports])
         swing = np.array([port.nudge * port.swings for port in ports]) * self.stimulated
         turns = (np.arange(PERIOD)[:, None] + phase) / PERIOD + np.arange(len(ports)) * GOLDEN
         values = start + swing * np.sin(2.0 * np.pi * turns)
         low, high = ([getattr(port, side) for port in ports] for side in ("minimum", "maximum"))
-        limited: NDArray[np.float64] = np.clip(values, low, high)
-        return limited if kind == "Real" else limited.astype(np.int32)
+        limited: NDArray[Any] = np.clip(values, low, high).astype(DTYPES[scalar])
+        return limited
 
     def time(self, k: int) -> float:
         """Return when step k (from 0) begins [s]."""
@@ -111,43 +121,62 @@ class Experiment:
 
 
 def read_experiment(folder: Path) -> Experiment:
-    """Read how to drive an unpacked FMU, or raise InputError."""
+    """Read how to drive an unpacked FMU of FMI 2.0, or raise InputError. A description that is not valid will do."""
     try:
-        model = read_model_description(str(folder / "modelDescription.xml"), validate=False)
-    except Exception as error:  # fmpy raises bare Exception for whatever is wrong in the XML
-        raise InputError(f"bad model description: {' '.join(str(error).split())}") from None
-    if model.fmiVersion != "2.0" or model.coSimulation is None:
-        raise InputError(f"FMI {model.fmiVersion} {'' if model.coSimulation else 'without co-simulation '}is not FMI "
-                         "2.0 co-simulation")  # fmt: skip
+        model = parse_description(str(folder / "modelDescription.xml"), validate=False)
+    except ValueError as error:
+        raise InputError(f"bad model description: {error}") from None
     interface = model.coSimulation
-    binary = f"{interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
-    if Path(binary).name != binary or not (folder / "binaries" / fmpy.platform / binary).is_file():
-        raise InputError(f"no binary binaries/{fmpy.platform}/{binary}")
+    if model.fmiVersion != "2.0" or interface is None:
+        without = "" if interface else "without co-simulation "
+        raise InputError(f"FMI {model.fmiVersion} {without}is not FMI 2.0 co-simulation")
+    library = library_path(interface.modelIdentifier, "2.0")
+    if "/" in interface.modelIdentifier or not (folder / library).is_file():
+        raise InputError(f"no binary {library}")
+    feeds = {
+        unknown.variable.name: None if unknown.dependencies is None else tuple(v.name for v in unknown.dependencies)
+        for unknown in model.outputs
+    }
     try:
-        return _experiment(model, interface)
+        step, step_source, start = _default_experiment(model.defaultExperiment)
+        ports = {
+            side: tuple(_port(v, feeds.get(v.name)) for v in model.modelVariables if v.causality == side)
+            for side in ("input", "output")
+        }
     except (ValueError, TypeError, OverflowError) as error:
         raise InputError(f"bad model description: {error}") from None
+    return Experiment(
+        identifier=interface.modelIdentifier,
+        guid=model.guid or "",
+        step=step,
+        step_source=step_source,
+        start_time=start,
+        any_step=bool(interface.canHandleVariableCommunicationStepSize),
+        once_per_process=bool(interface.canBeInstantiatedOnlyOncePerProcess),
+        saves_state=bool(interface.canGetAndSetFMUstate),
+        serialises_state=bool(interface.canSerializeFMUstate),
+        categories=tuple(category.name for category in model.logCategories),
+        inputs=ports["input"],
+        outputs=ports["output"],
+    )
 
 
 def read_other_experiment(folder: Path, description: Description) -> Experiment:
     """Read how to drive an unpacked FMU of FMI 1.0 or 3.0; arrays element by element, named as in the description."""
-    model = read_model_description(str(folder / "modelDescription.xml"), validate=False)
+    model = parse_description(str(folder / "modelDescription.xml"), validate=False)
     names: dict[int, list[str]] = {}  # of the elements, by value reference of their variable
     for variable in description.variables.values():
-        names.setdefault(variable.array if description.version == "3.0" else variable.reference, []).append(
-            variable.name
-        )
+        reference = variable.array if description.version == "3.0" else variable.reference
+        names.setdefault(reference, []).append(variable.name)
     feeds: dict[str, tuple[str, ...] | None] = {}
     for unknown in model.outputs:
         fed = unknown.dependencies
-        told = None if fed is None else tuple(n for v in fed for n in names.get(v.valueReference, ()))
-        feeds |= dict.fromkeys(names.get(unknown.variable.valueReference, ()), told)
-    default = model.defaultExperiment
-    step, start = (_number(getattr(default, name, None), math.nan) for name in ("stepSize", "startTime"))
-    usable = math.isfinite(step) and step > 0.0
+        declared = None if fed is None else tuple(n for v in fed for n in names.get(v.valueReference, ()))
+        feeds |= dict.fromkeys(names.get(unknown.variable.valueReference, ()), declared)
+    step, step_source, start = _default_experiment(model.defaultExperiment)
     ports = {
         side: tuple(
-            _other_port(v, feeds.get(v.name))
+            _element_port(v, feeds.get(v.name))
             for v in description.variables.values()
             if v.causality == side and v.scalar
         )
@@ -156,12 +185,12 @@ def read_other_experiment(folder: Path, description: Description) -> Experiment:
     return Experiment(
         identifier=description.identifier,
         guid=description.guid,
-        step=step if usable else DEFAULT_STEP,
-        step_source="default experiment" if usable else "no step recommended",
-        start_time=start if math.isfinite(start) else 0.0,
+        step=step,
+        step_source=step_source,
+        start_time=start,
         any_step=bool(getattr(model.coSimulation, "canHandleVariableCommunicationStepSize", False)),
         once_per_process=description.once_per_process,
-        saves_state=False,  # of no use to those who drive it as the master does
+        saves_state=False,  # only delays are measured, which does not need it
         serialises_state=False,
         categories=(),
         inputs=ports["input"],
@@ -170,87 +199,59 @@ def read_other_experiment(folder: Path, description: Description) -> Experiment:
     )
 
 
-def _other_port(variable: Variable, feeds: tuple[str, ...] | None) -> Port:
-    kind = {"Int64": "Integer", "UInt64": "Integer"}.get(str(variable.scalar), str(variable.scalar))
+def _default_experiment(default: Any) -> tuple[float, str, float]:
+    """Return step size [s], where it is from, and start time [s]."""
+    step, start = (_number(getattr(default, name, None), math.nan) for name in ("stepSize", "startTime"))
+    usable = math.isfinite(step) and step > 0.0
+    source = "default experiment" if usable else "no step recommended"
+    return step if usable else DEFAULT_STEP, source, start if math.isfinite(start) else 0.0
+
+
+def _port(variable: Any, feeds: tuple[str, ...] | None = None) -> Port:
+    """Make a port of one of fmpy's variables."""
+    kind = "Integer" if variable.type == "Enumeration" else variable.type
+    if not 0 <= variable.valueReference < 2**32:
+        raise ValueError(f"{variable.name}: value reference {variable.valueReference} is not in 0 to 2^32 - 1")
+    port = Port(name=variable.name, kind=kind, reference=variable.valueReference, feeds=feeds)
     if kind == "String":
-        return Port(name=variable.name, kind=kind, reference=variable.reference, feeds=feeds)
+        return port
+    low, high = (
+        _number(bound_text(variable, name), missing) for name, missing in (("min", -math.inf), ("max", math.inf))
+    )
+    if not low <= high:
+        raise ValueError(f"{variable.name}: min {low} is above max {high}")
+    nominal = _number(variable.nominal, 1.0)
+    return _numeric(port, variable.start, (low, high), nominal, variable.variability in (None, "continuous"))
+
+
+def _element_port(variable: Variable, feeds: tuple[str, ...] | None) -> Port:
+    """Make a port of a variable, or of an element of an array of FMI 3.0."""
+    scalar = str(variable.scalar)
+    kind = "Integer" if "Int" in scalar else scalar
+    port = Port(name=variable.name, kind=kind, reference=variable.reference, feeds=feeds, type=scalar)
+    if kind == "String":
+        return port
     low, high = (float(limit) for limit in variable.limits) if kind == "Integer" else (-math.inf, math.inf)
     low = low if variable.minimum is None else variable.minimum
     high = high if variable.maximum is None else variable.maximum
-    start = min(max(_number(variable.start, 0.0), low), high)
-    real = kind == "Real"
-    nudge = 0.01 * (high - low) if math.isfinite(high - low) else 1e-3 * max(abs(start), 1.0)
-    return Port(
-        name=variable.name,
-        kind=kind,
-        reference=variable.reference,
+    return _numeric(port, variable.start, (low, high), 1.0, variable.variability == "continuous")
+
+
+def _numeric(port: Port, start_text: Any, limits: tuple[float, float], nominal: float, continuous: bool) -> Port:
+    """Return a port with its start value, its range, and the change that the stimulus makes."""
+    low, high = limits
+    start = min(max(_number(start_text, 0.0), low), high)
+    span = high - low
+    # a thousandth of the usual size: visible in 64 bits, and small against any range of validity
+    nudge = 0.01 * span if math.isfinite(span) else 1e-3 * max(abs(start), abs(nominal))
+    real = port.kind == "Real"
+    return replace(
+        port,
         start=start,
         minimum=low,
         maximum=high,
         nudge=nudge if real else 1.0,
-        swings=real and variable.variability == "continuous",
-        feeds=feeds,
-    )
-
-
-def _experiment(model: Any, interface: Any) -> Experiment:
-    default = model.defaultExperiment
-    recommended = float(default.stepSize) if default is not None and default.stepSize else math.nan
-    usable = math.isfinite(recommended) and recommended > 0.0
-    start = float(default.startTime) if default is not None and default.startTime else 0.0
-    feeds = {
-        unknown.variable.name: None if unknown.dependencies is None else tuple(v.name for v in unknown.dependencies)
-        for unknown in model.outputs
-    }
-    inputs = tuple(_port(variable) for variable in model.modelVariables if variable.causality == "input")
-    return Experiment(
-        identifier=interface.modelIdentifier,
-        guid=model.guid or "",
-        step=recommended if usable else DEFAULT_STEP,
-        step_source="default experiment" if usable else "no step recommended",
-        start_time=start if math.isfinite(start) else 0.0,
-        any_step=bool(interface.canHandleVariableCommunicationStepSize),
-        once_per_process=bool(interface.canBeInstantiatedOnlyOncePerProcess),
-        saves_state=bool(interface.canGetAndSetFMUstate),
-        serialises_state=bool(interface.canSerializeFMUstate),
-        categories=tuple(category.name for category in model.logCategories),
-        inputs=inputs,
-        outputs=tuple(
-            _port(variable, feeds.get(variable.name))
-            for variable in model.modelVariables
-            if variable.causality == "output"
-        ),
-    )
-
-
-def _port(variable: Any, feeds: tuple[str, ...] | None = None) -> Port:
-    kind = "Integer" if variable.type == "Enumeration" else variable.type
-    if not 0 <= variable.valueReference < 2**32:
-        raise ValueError(f"{variable.name}: value reference {variable.valueReference} is not in 0 to 2^32 - 1")
-    if kind == "String":
-        return Port(name=variable.name, kind=kind, reference=variable.valueReference, feeds=feeds)
-    declared = variable.declaredType
-    low, high = (
-        _number(getattr(variable, name) or (getattr(declared, name) if declared else None), missing)
-        for name, missing in (("min", -math.inf), ("max", math.inf))
-    )
-    if not low <= high:
-        raise ValueError(f"{variable.name}: min {low} is above max {high}")
-    start = min(max(_number(variable.start, 0.0), low), high)
-    nominal = _number(variable.nominal, 1.0)
-    span = high - low
-    # a thousandth of the usual size: visible in 64 bits, and small against any range of validity
-    nudge = 0.01 * span if math.isfinite(span) else 1e-3 * max(abs(start), abs(nominal))
-    return Port(
-        name=variable.name,
-        kind=kind,
-        reference=variable.valueReference,
-        start=start,
-        minimum=low,
-        maximum=high,
-        nudge=nudge if kind == "Real" else 1.0,
-        swings=kind == "Real" and variable.variability in (None, "continuous"),
-        feeds=feeds,
+        swings=real and continuous,
     )
 
 

@@ -1,6 +1,6 @@
 """The process that one dynamic check runs in; `python -m` it with TASK.json and it writes one JSON result.
 
-An FMU may crash here, end the process, hang or eat memory: the parent (`isolation`) makes a finding of each.
+An FMU may crash here, end the process, hang or eat memory: the parent (`probe_runner`) makes a finding of each.
 """
 
 from __future__ import annotations
@@ -11,16 +11,20 @@ import sys
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
+from lockstep.check.dynamic.checked_instance import NAME, CheckedInstance
 from lockstep.check.dynamic.experiment import Experiment
-from lockstep.check.dynamic.fmi2_instance import FATAL, Failed, Instance
-from lockstep.check.dynamic.slave_instance import SlaveInstance
 from lockstep.check.report.finding import Status
+from lockstep.errors import RunError
+from lockstep.fmi.model_description import Variable, read_description
+from lockstep.fmi.slave import FATAL
 from lockstep.operating_system import end_with_parent, limit_process, physical_memory
 from lockstep.processes.last_call import LastCall, last_call_in
+from lockstep.system.component import Component
 
 GIGABYTE = 2**30
 MEMORY_LIMIT = 8 * GIGABYTE  # data of a check, and at most half of the machine's memory: above the needs of an FMU
@@ -46,23 +50,28 @@ class ProbeTask:
     work: Path  # for files that the parent reads
     options: Mapping[str, Any]
     last_call: LastCall
-    instances: list[Instance] = field(default_factory=list)
+    instances: list[CheckedInstance] = field(default_factory=list)
 
-    def open(self, name: str = "checked", folder: Path | None = None, other: Experiment | None = None) -> Instance:
+    def open(self, name: str = NAME, folder: Path | None = None, other: Experiment | None = None) -> CheckedInstance:
         """Instantiate the FMU, or another one."""
-        if self.experiment.fmi != "2.0":  # the calls that a measurement of delays needs are the same
-            driven: Any = SlaveInstance(self.experiment, Path(self.options["archive"]), self.work, self.last_call)
-            return cast(Instance, driven)
         form = self.options.get("location", "encoded")
-        made = Instance(other or self.experiment, folder or self.folder, self.last_call, name, form)
+        variables = _declared(Path(self.options["archive"])) if self.experiment.fmi == "3.0" else ()
+        place = folder or self.folder
+        made = CheckedInstance(other or self.experiment, place, self.last_call, name, form, variables)
         self.instances.append(made)
         return made
 
-    def started(self, name: str = "checked") -> Instance:
+    def started(self, name: str = NAME) -> CheckedInstance:
         """Instantiate and initialise the FMU."""
         made = self.open(name)
         made.initialise()
         return made
+
+
+@cache
+def _declared(archive: Path) -> tuple[Variable, ...]:
+    """Return the variables of an FMU file."""
+    return tuple(read_description(Component(name=NAME, source=archive, period=1)).variables.values())
 
 
 Probe = Callable[[ProbeTask], ProbeResult]
@@ -86,8 +95,8 @@ def main(arguments: list[str]) -> int:
         result = probe(task)
         for instance in task.instances:
             instance.close()
-    except Failed as error:
-        result = ProbeResult(status="error", message=str(error))
+    except RunError as error:
+        result = ProbeResult(status="error", message=str(error).removeprefix(f"{NAME}: "))
     except Exception as error:  # of the check itself: told as such, and no end of the report
         lines = traceback.format_exc().splitlines()
         reason = f"the check could not be carried out: {type(error).__name__}: {error}"
@@ -97,7 +106,7 @@ def main(arguments: list[str]) -> int:
         try:
             for instance in task.instances:
                 instance.close()
-        except Failed:
+        except RunError:
             pass  # the first failure is what is reported
     (work / "result.json").write_text(json.dumps(asdict(result)), encoding="utf-8")
     sys.stdout.flush()

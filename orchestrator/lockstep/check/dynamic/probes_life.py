@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import time
-from ctypes import c_char_p
 from pathlib import Path
 
 import numpy as np
 
+from lockstep.check.dynamic.checked_instance import CheckedInstance
 from lockstep.check.dynamic.experiment import Experiment
-from lockstep.check.dynamic.fmi2_instance import Failed, Instance
 from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 from lockstep.check.dynamic.trajectory import Trajectory, difference, output_names
+from lockstep.errors import RunError
 
 LOADS = 4
 AWKWARD = ("accumulated", "subtracted")
@@ -23,13 +23,10 @@ def instantiate(task: ProbeTask) -> ProbeResult:
     began = time.perf_counter()
     instance = task.open()
     lasted = 1e3 * (time.perf_counter() - began)
-    told = {}
-    for name, expected in (("fmi2GetVersion", b"2.0"), ("fmi2GetTypesPlatform", b"default")):
-        function = instance.library[name]
-        function.argtypes, function.restype = (), c_char_p
-        told[name] = function()
-        if told[name] != expected:
-            return ProbeResult(status="error", message=f"{name} returns {told[name]!r} instead of {expected!r}")
+    for name, expected in (("GetVersion", b"2.0"), ("GetTypesPlatform", b"default")):
+        answer = instance.library_text(name)
+        if answer != expected:
+            return ProbeResult(status="error", message=f"fmi2{name} returns {answer!r} instead of {expected!r}")
     return ProbeResult(message=f"in {lasted:.0f} ms", numbers={"instantiate [ms]": lasted})
 
 
@@ -78,8 +75,8 @@ def awkward_times(task: ProbeTask) -> ProbeResult:
         steps = task.options["steps"]
         try:
             run = instance.run(0, steps, times=task.experiment.times(how, steps))
-        except Failed as error:
-            raise Failed(f"times {how}, as hosts do: {error}") from None
+        except RunError as error:
+            raise RunError(f"times {how}, as hosts do: {error}") from None
         run.save(task.work / f"{how}.npz")
         instance.close()
     return ProbeResult()
@@ -141,7 +138,7 @@ def side_by_side(task: ProbeTask) -> ProbeResult:
     folder, name = Path(task.options["neighbour_folder"]), task.options["neighbour_name"]
     bases = Trajectory.load(task.work / "base.npz"), Trajectory.load(task.work / task.options["neighbour_base"])
     for order in ((0, 1), (1, 0)):
-        made: dict[int, Instance] = {}
+        made: dict[int, CheckedInstance] = {}
         for which in order:
             opened = task.open("neighbour", folder, neighbour) if which else task.open()
             opened.initialise()
@@ -161,4 +158,4 @@ def side_by_side(task: ProbeTask) -> ProbeResult:
 def _same(got: Trajectory, expected: Trajectory, experiment: Experiment, when: str) -> None:
     gap = difference(got, expected, experiment)
     if gap:
-        raise Failed(f"{when}: {gap}")
+        raise RunError(f"{when}: {gap}")

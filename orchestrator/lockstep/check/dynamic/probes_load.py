@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from ctypes import c_double, c_int
 from typing import Any
 
 import numpy as np
 
+from lockstep.check.dynamic.checked_instance import PortCall
 from lockstep.check.dynamic.experiment import PERIOD
-from lockstep.check.dynamic.fmi2_instance import Failed
 from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
+from lockstep.errors import RunError
 from lockstep.operating_system import resident_memory
 
 MEGABYTE = 2**20
@@ -40,7 +40,7 @@ def memory(task: ProbeTask) -> ProbeResult:
                 instance.put([table[k % PERIOD] for table in tables])
                 instance.step(experiment.time(k), experiment.step)
                 instance.row()
-        except Failed as error:
+        except RunError as error:
             if done < aim * WARM_UP:
                 raise
             why = f"; ended by {error}"
@@ -78,20 +78,19 @@ def cost(task: ProbeTask) -> ProbeResult:
     instance = task.started()
     tables, experiment = instance.stimuli(), task.experiment
     clock, spent = time.perf_counter_ns, []
-    begin = instance.function("fmi2DoStep", c_double, c_double, c_int)
     for k in range(steps):
         at, length = experiment.time(k), experiment.step
-        for (_, _, buffer, _), table in zip(instance.write, tables, strict=True):
-            buffer[:] = table[k % PERIOD]
+        for port_call, table in zip(instance.write, tables, strict=True):
+            port_call.buffer[:] = table[k % PERIOD]
         moments = [clock()]
         status = _all(instance.write)
         moments.append(clock())
-        status |= begin(at, length, 1)
+        status |= instance.do_step(at, length, 1)
         moments.append(clock())
         status |= _all(instance.read)
         moments.append(clock())
         if status > 1:
-            raise Failed(f"a call failed in step {k + 1}: {instance.logged() or 'it logged nothing'}")
+            raise RunError(f"a call failed in step {k + 1}: {instance.logged() or 'it logged nothing'}")
         spent.append(np.diff(moments))
         if time.monotonic() > deadline:
             break
@@ -109,8 +108,8 @@ def cost(task: ProbeTask) -> ProbeResult:
     return ProbeResult(status="info", message=told, numbers=numbers)
 
 
-def _all(bound: list[Any]) -> int:
+def _all(bound: list[PortCall]) -> int:
     status = 0
-    for function, *_ in bound:
-        status |= function()
+    for port_call in bound:
+        status |= port_call.call()
     return status

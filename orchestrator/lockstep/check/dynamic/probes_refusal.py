@@ -5,14 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_char_p, c_double, c_int, c_uint
 
-from lockstep.check.dynamic.fmi2_instance import FATAL, OK, WARNING, Failed, Instance, status_name
+from lockstep.check.dynamic.checked_instance import CheckedInstance
 from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
+from lockstep.errors import RunError
+from lockstep.fmi.slave import FATAL, OK, WARNING
+from lockstep.fmi.slave import status_name as name_of_status
 
 BAD_REFERENCE = 4_000_000_007  # no model has so many variables
-EXCHANGE = (c_void_p, c_size_t, c_void_p)
 FRACTION = 1.5  # of the fixed step
+
+
+def _name(status: int) -> str:
+    return name_of_status("fmi2", status)
 
 
 def refuses_step(task: ProbeTask) -> ProbeResult:
@@ -23,8 +29,8 @@ def refuses_step(task: ProbeTask) -> ProbeResult:
             instance = _after_a_step(task)
             try:
                 instance.step(task.experiment.time(1), factor * h)
-            except Failed as error:
-                raise Failed(f"claims variable steps, but refuses one of {factor * h:g} s: {error}") from None
+            except RunError as error:
+                raise RunError(f"claims variable steps, but refuses one of {factor * h:g} s: {error}") from None
             instance.close()
     # FMI 2.0 asks for steps > 0; hosts err, and an FMU that goes on silently hides it
     odd = {"zero": 0.0, "negative": -h, "not-a-number": math.nan}
@@ -33,11 +39,11 @@ def refuses_step(task: ProbeTask) -> ProbeResult:
     for words, step in (others | odd).items():
         instance = _after_a_step(task)
         status = instance.try_step(task.experiment.time(1), step)
-        details.append(f"step {words}: {status_name(status)}")
+        details.append(f"step {words}: {_name(status)}")
         accepted += [words] * (status in (OK, WARNING))
         _put_away(instance)
         if status >= FATAL:
-            text = f"a step of {words} is answered with {status_name(status)}, which ends every instance in the process"
+            text = f"a step of {words} is answered with {_name(status)}, which ends every instance in the process"
             return ProbeResult(status="warning", message=text, details=tuple(details))
     wrong = [words for words in accepted if words in others]
     if wrong:
@@ -56,19 +62,19 @@ def invalid_reference(task: ProbeTask) -> ProbeResult:
     for kind, ctype in (("Real", c_double), ("Integer", c_int), ("Boolean", c_int), ("String", c_char_p)):
         for verb in ("Get", "Set"):
             instance = _after_a_step(task)
-            name = f"fmi2{verb}{kind}"
+            name = f"{verb}{kind}"
             reference, value = c_uint(BAD_REFERENCE), (ctype * 1)()
             if verb == "Set" and kind == "String":
                 value[0] = b""
             instance.messages.clear()
-            status = instance.ask(name, byref(reference), 1, value, types=EXCHANGE)
+            status = instance.call(name, byref(reference), 1, value)
             logged = [text for level, _, _, text in instance.messages if level != OK]
-            details.append(f"{name}: {status_name(status)}{', logged' if logged else ''}")
+            details.append(f"fmi2{name}: {_name(status)}{', logged' if logged else ''}")
             if status in (OK, WARNING) and not logged:
-                silent.append(name)
+                silent.append(f"fmi2{name}")
             _put_away(instance)
             if status >= FATAL:
-                text = f"{name} answers a bad reference with {status_name(status)}"
+                text = f"fmi2{name} answers a bad reference with {_name(status)}"
                 text += ", which ends every instance in the process"
                 return ProbeResult(status="warning", message=text, details=tuple(details))
     if silent:
@@ -82,8 +88,7 @@ def logging(task: ProbeTask) -> ProbeResult:
     categories = task.experiment.categories
     instance = task.open("named by the host")
     told = (c_char_p * max(1, len(categories)))(*(name.encode() for name in categories))
-    types = (c_int, c_size_t, c_void_p)
-    status = instance.ask("fmi2SetDebugLogging", 1, len(categories), told, types=types)
+    status = instance.call("SetDebugLogging", 1, len(categories), told)
     if status not in (OK, WARNING):
         listed = ", ".join(categories) or "none"
         return ProbeResult(status="warning", message=f"fmi2SetDebugLogging refuses the declared categories ({listed})")
@@ -97,13 +102,9 @@ def logging(task: ProbeTask) -> ProbeResult:
     words, status = induced
     said = [message for message in instance.messages if message[0] != OK]
     if not said:
-        return ProbeResult(
-            status="warning", message=f"{words} is answered with {status_name(status)}, but nothing is logged"
-        )
+        return ProbeResult(status="warning", message=f"{words} is answered with {_name(status)}, but nothing is logged")
     level, category, name, text = said[0]
-    details = (
-        f"{words}: {status_name(status)}, logged {status_name(level)}, category {category or '(empty)'}: {text}",
-    )
+    details = (f"{words}: {_name(status)}, logged {_name(level)}, category {category or '(empty)'}: {text}",)
     if category not in categories:
         listed = ", ".join(categories) or "none"
         return ProbeResult(status="warning", message=f"logs in the category {category!r}; declared are {listed}",
@@ -114,7 +115,7 @@ def logging(task: ProbeTask) -> ProbeResult:
     return ProbeResult(message=f"{words}: a message in the declared category {category}", details=details)
 
 
-def _induce(task: ProbeTask, instance: Instance) -> tuple[str, int] | None:
+def _induce(task: ProbeTask, instance: CheckedInstance) -> tuple[str, int] | None:
     """Do what is wrong until it is noticed; return what was done, and the status."""
     h, at = task.experiment.step, task.experiment.time(1)
     reference, value = c_uint(BAD_REFERENCE), (c_double * 1)()
@@ -122,7 +123,7 @@ def _induce(task: ProbeTask, instance: Instance) -> tuple[str, int] | None:
         ("a negative step", lambda: instance.try_step(at, -h)),
         (
             "a bad value reference",
-            lambda: instance.ask("fmi2GetReal", byref(reference), 1, value, types=EXCHANGE),
+            lambda: instance.call("GetReal", byref(reference), 1, value),
         ),
     ]
     if not task.experiment.any_step:
@@ -134,14 +135,14 @@ def _induce(task: ProbeTask, instance: Instance) -> tuple[str, int] | None:
     return None
 
 
-def _after_a_step(task: ProbeTask) -> Instance:
+def _after_a_step(task: ProbeTask) -> CheckedInstance:
     instance = task.started()
     instance.put([table[0] for table in instance.stimuli()])
     instance.step(task.experiment.time(0), task.experiment.step)
     return instance
 
 
-def _put_away(instance: Instance) -> None:
+def _put_away(instance: CheckedInstance) -> None:
     """Close an instance that was provoked; how it takes that is not judged here."""
-    with suppress(Failed):
+    with suppress(RunError):
         instance.close()

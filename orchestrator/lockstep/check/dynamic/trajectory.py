@@ -18,7 +18,7 @@ class Trajectory:
     """Outputs after each step; rows are steps, columns the outputs of a type in the order of the file."""
 
     reals: NDArray[np.float64]
-    integers: NDArray[np.int32]  # booleans follow the integers
+    integers: NDArray[np.int64]  # and booleans, by the type in which they travel
     strings: NDArray[np.bytes_]
 
     def __len__(self) -> int:
@@ -50,28 +50,32 @@ class Trajectory:
     @classmethod
     def of_rows(cls, rows: Sequence[tuple[Any, Any, Any]], experiment: Experiment) -> Trajectory:
         """Stack the rows that an instance returned."""
-        sizes = [len(experiment.of_kind("outputs", kind)) for kind in ("Real", "Integer", "Boolean", "String")]
+        reals = len(experiment.of_kind("outputs", "Real"))
+        texts = len(experiment.of_kind("outputs", "String"))
         strings = np.array([row[2] for row in rows], dtype=np.bytes_)
         return cls(
-            reals=np.array([row[0] for row in rows], np.float64).reshape(len(rows), sizes[0]),
-            integers=np.array([row[1] for row in rows], np.int32).reshape(len(rows), sizes[1] + sizes[2]),
-            strings=strings.reshape(len(rows), sizes[3]),
+            reals=np.array([row[0] for row in rows], np.float64).reshape(len(rows), reals),
+            integers=np.array([row[1] for row in rows], np.int64).reshape(
+                len(rows), len(experiment.outputs) - reals - texts
+            ),
+            strings=strings.reshape(len(rows), texts),
         )
 
 
 def output_names(experiment: Experiment) -> list[str]:
     """Return the names of the outputs in the order of the columns of `unlike`."""
-    return [p.name for kind in ("Real", "Integer", "Boolean", "String") for p in experiment.of_kind("outputs", kind)]
+    numbers = [port.name for ports in experiment.by_type("outputs").values() for port in ports]
+    return numbers + [port.name for port in experiment.of_kind("outputs", "String")]
 
 
 def unlike(one: Trajectory, other: Trajectory) -> NDArray[np.bool_]:
-    """Tell where two trajectories of one length differ in a bit, (steps, outputs). Equal not-a-numbers are equal."""
+    """Return where two trajectories of one length differ in a bit, (steps, outputs). Equal not-a-numbers are equal."""
     bits = [np.ascontiguousarray(t.reals).view(np.uint64) for t in (one, other)]
     return np.hstack([bits[0] != bits[1], one.integers != other.integers, one.strings != other.strings])
 
 
 def difference(got: Trajectory, expected: Trajectory, experiment: Experiment, first: int = 0) -> str:
-    """Say where a trajectory first leaves another, or return "" when they have the same bits.
+    """Describe where a trajectory first differs from another; nothing when they have the same bits.
 
     `first` is the number of the step that the first rows belong to.
     """

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.check.dynamic.fmi2_instance import Failed
 from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 from lockstep.check.dynamic.trajectory import Trajectory, output_names, unlike
 from lockstep.check.latency.response_bench import (
@@ -26,6 +25,7 @@ from lockstep.check.latency.response_bench import (
     grouped,
     lasting,
 )
+from lockstep.errors import RunError
 
 LINES = 60
 ENUMERATED = 6
@@ -57,11 +57,12 @@ def latency(task: ProbeTask) -> ProbeResult:
     deadline = began + task.options["seconds"]
     responses, broken, late = [], [], 0
     # what a flag such as `valid` gates answers only while the flag is up: so once more with every flag turned over
-    flags = [part for change in changes.values() for part in change if bench.instance.write[part[0]][3] == "Boolean"]
+    write = bench.instance.write
+    flags = [part for change in changes.values() for part in change if write[part[0]].scalar == "Boolean"]
     for context in ([], flags) if flags else ([],):
         try:
             about = (base, shortened) if not context else bases(bench, context)
-        except Failed:
+        except RunError:
             bench.renew()
             break
         for inputs, change in changes.items():
@@ -72,7 +73,7 @@ def latency(task: ProbeTask) -> ProbeResult:
                 continue
             try:
                 responses.append(_response(bench, inputs, change, context, *about))
-            except Failed as error:
+            except RunError as error:
                 broken += [] if context else [f"{folded(inputs)}: a small change is refused: {error}"]
                 bench.renew()
     return judged(task, responses, broken, late, bench.window)
@@ -100,7 +101,7 @@ def _sure(
 ) -> NDArray[np.bool_]:
     """Tell which answers shrink with the change: rounding, as of a conserved sum of large parts, does not."""
     sure = np.ones(unlike(answer, base).shape[1], bool)
-    if all(bench.instance.write[setter][3] == "Real" for setter, _, _ in change):
+    if all(bench.instance.write[setter].scalar == "Real" for setter, _, _ in change):
         small = [(setter, column, REDUCED * amount) for setter, column, amount in change]
         _, reduced = bench.watch(context + small, 1, short=short)
         with np.errstate(all="ignore"):

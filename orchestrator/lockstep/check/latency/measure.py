@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.check.dynamic.fmi2_instance import FATAL, Failed
 from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 from lockstep.check.dynamic.trajectory import Trajectory, output_names, unlike
 from lockstep.check.latency.response_bench import (
@@ -32,6 +31,8 @@ from lockstep.check.latency.response_bench import (
     grouped,
     lasting,
 )
+from lockstep.errors import RunError
+from lockstep.fmi.slave import FATAL
 
 RESULT, PROGRESS = "latency.json", "progress"
 SWEEP = 12  # moments at most: sampling periods up to this, and those that divide MOMENT, are seen in full
@@ -132,7 +133,7 @@ def measure(task: ProbeTask) -> ProbeResult:
 
 
 def _kind(bench: Bench, part: tuple[int, int, float]) -> str:
-    return str(bench.instance.write[part[0]][3])
+    return bench.instance.write[part[0]].scalar
 
 
 def _bench(task: ProbeTask) -> tuple[Bench, NDArray[np.bool_]]:
@@ -148,7 +149,7 @@ def _bench(task: ProbeTask) -> tuple[Bench, NDArray[np.bool_]]:
         bench = Bench(replace(task, options=options), moment=MOMENT if resets else EARLY_MOMENT, window=window)
         try:
             first, second = (bench.watch([], window)[1] for _ in range(2))
-        except Failed:
+        except RunError:
             if not resets or bench.instance.worst >= FATAL:
                 raise
         else:
@@ -174,7 +175,7 @@ def _at_all_moments(
         for context in ([], flags) if flags else ([],):
             try:
                 about = bases(bench, context) if context else unchanged
-            except Failed:
+            except RunError:
                 bench.renew()
                 break
             for made, (inputs, change) in enumerate(wanted.items(), start=1):
@@ -188,7 +189,7 @@ def _at_all_moments(
                 try:
                     if found.add(inputs, *_answers(bench, change, context, *about)):
                         closer.add(inputs)
-                except Failed as error:
+                except RunError as error:
                     if not context:
                         broken[inputs] = f"{folded(inputs)}: a small change is refused: {error}"
                     bench.renew()

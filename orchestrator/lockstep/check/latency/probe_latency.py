@@ -17,6 +17,7 @@ from lockstep.check.latency.measure import PROGRESS, RESULT, measure
 from lockstep.errors import InputError, RunError, compact, suggestion
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.safe_zip import unpacking_place
+from lockstep.fmi.slave import Scalar
 from lockstep.plan.overrides import resolve_overrides
 from lockstep.system.component import Component, Kind, Value
 from lockstep.system.system import System
@@ -129,9 +130,9 @@ def probe_latency(
         experiment = _set_up(path, experiment, description, settings)
         report(runner.results / PROGRESS)
         options: dict[str, Any] = {"steps": settings.steps, "seconds": settings.seconds, "archive": str(path.resolve())}
-        agreement = runner.run(measure, experiment, **options)
-        if agreement.status == "error":
-            raise RunError(f"{path}: {agreement.message}")
+        result = runner.run(measure, experiment, **options)
+        if result.status == "error":
+            raise RunError(f"{path}: {result.message}")
         found = json.loads((runner.results / RESULT).read_text(encoding="utf-8"))
     return _report(path, experiment, description, settings, found)
 
@@ -156,18 +157,18 @@ def _set_up(path: Path, experiment: Experiment, description: Description, settin
     return replace(experiment, inputs=inputs, starts=chosen)
 
 
-def _starts(path: Path, description: Description, values: Mapping[str, Value]) -> dict[str, tuple[str, int, Any]]:
+def _starts(path: Path, description: Description, values: Mapping[str, Value]) -> dict[str, tuple[Scalar, int, Any]]:
     """Return type, value reference and value by name."""
     system = System(name="probe", tick=1, components=(Component(name="fmu", source=path, period=1),))
-    found: dict[str, tuple[str, int, Any]] = {}
+    found: dict[str, tuple[Scalar, int, Any]] = {}
     for key, value in values.items():
         for _, variable, parsed in resolve_overrides(f"fmu.{key}", value, system, {"fmu": description}):
-            kind = "Integer" if variable.type == "Enumeration" else variable.type
-            found[variable.name] = (kind, variable.reference, parsed)
+            if variable.scalar is not None:  # others cannot be set, which resolve_overrides refuses
+                found[variable.name] = (variable.scalar, variable.reference, parsed)
     return found
 
 
-def _started(port: Port, starts: Mapping[str, tuple[str, int, Any]]) -> Port:
+def _started(port: Port, starts: Mapping[str, tuple[Scalar, int, Any]]) -> Port:
     if port.name not in starts or port.kind == "String":
         return port
     return replace(port, start=float(starts[port.name][2]))

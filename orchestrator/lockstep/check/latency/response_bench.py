@@ -22,11 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.array_names import array_of
+from lockstep.check.dynamic.checked_instance import CheckedInstance
 from lockstep.check.dynamic.experiment import PERIOD, Port
-from lockstep.check.dynamic.fmi2_instance import FATAL, WARNING, Failed, Instance
 from lockstep.check.dynamic.probe_process import ProbeTask
-from lockstep.check.dynamic.probes_state import free_state, get_state, set_state
 from lockstep.check.dynamic.trajectory import Trajectory, unlike
+from lockstep.errors import RunError
+from lockstep.fmi.slave import FATAL, WARNING
 
 MOMENT = 100  # the first changed step: one in which what samples every 2, 4, 5, 10, 20, 25, 50 or 100 steps samples
 WINDOW = 104  # steps watched
@@ -45,16 +46,16 @@ class Bench:
     task: ProbeTask
     moment: int
     window: int
-    instance: Instance = field(init=False)
+    instance: CheckedInstance = field(init=False)
     _state: Any = None
 
     def __post_init__(self) -> None:
         self._new()
 
-    def rewind(self) -> Instance:
+    def rewind(self) -> CheckedInstance:
         """Return the instance as it is before the moment."""
         if self._state is not None:
-            set_state(self.instance, self._state)
+            self.instance.set_state(self._state)
         elif self.instance.worst > WARNING or not self.task.options["resets"]:
             self.instance.close()
             self._new()
@@ -67,22 +68,22 @@ class Bench:
     def renew(self) -> None:
         """Give an instance up that a change broke."""
         if self.instance.worst >= FATAL:
-            raise Failed("a changed input ends every instance in the process")
+            raise RunError("a changed input ends every instance in the process")
         self.instance.close()
         self._new()
 
     def _new(self) -> None:
         self.instance = self.task.started()
         self.instance.run(0, self.moment)
-        self._state = get_state(self.instance) if self.task.options["state"] else None
+        self._state = self.instance.get_state() if self.task.options["state"] else None
 
     def advance(self, moment: int) -> None:
         """Go on to a later moment."""
         if self._state is not None:
             instance = self.rewind()
             instance.run(self.moment, moment)
-            free_state(instance, self._state)
-            self._state = get_state(instance)
+            instance.free_state(self._state)
+            self._state = instance.get_state()
         self.moment = moment
 
     def watch(self, change: Change, steps: int, short: bool = False) -> tuple[Trajectory, Trajectory]:
@@ -106,11 +107,11 @@ def bases(bench: Bench, context: Change) -> tuple[Any, Any]:
     return bench.watch(context, bench.window), bench.watch(context, 1, short=True) if any_step else None
 
 
-def changes_of(instance: Instance) -> dict[tuple[str, ...], Change]:
+def changes_of(instance: CheckedInstance) -> dict[tuple[str, ...], Change]:
     """Return a change of each input that can be changed, by its name alone."""
     found: dict[tuple[str, ...], Change] = {}
-    for setter, (_, _, _, kind) in enumerate(instance.write):
-        for column, port in enumerate(instance.experiment.of_kind("inputs", kind)):
+    for setter, port_call in enumerate(instance.write):
+        for column, port in enumerate(port_call.ports):
             amount = _amount(port)
             if amount:
                 found[(port.name,)] = [(setter, column, amount)]

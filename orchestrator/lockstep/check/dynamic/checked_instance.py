@@ -1,0 +1,285 @@
+"""One instance of an FMU under check: each call is recorded before it is made, and each bad status raises RunError."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from ctypes import byref, c_char, c_char_p, c_size_t, c_uint32, c_void_p
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.check.dynamic.experiment import PERIOD, Experiment, Port
+from lockstep.check.dynamic.trajectory import Trajectory
+from lockstep.errors import RunError
+from lockstep.fmi.fmi2 import Fmi2Slave
+from lockstep.fmi.instance import Hooks
+from lockstep.fmi.instantiate import instantiate_unpacked
+from lockstep.fmi.library import UnpackedFmu
+from lockstep.fmi.model_description import Variable
+from lockstep.fmi.slave import DTYPES, FATAL, OK, PENDING, WARNING, Scalar
+from lockstep.processes.last_call import LastCall
+from lockstep.system.component import Value
+
+NAME = "checked"  # of the instance that most checks make
+_PREFIXES = {"1.0": "fmi", "2.0": "fmi2", "3.0": "fmi3"}
+
+OutputRow = tuple[Any, Any, list[bytes]]  # real outputs, integer and boolean outputs, strings
+
+
+class PortCall(NamedTuple):
+    """A bound setter or getter of all ports of one type, and the buffer that it works on."""
+
+    call: Callable[[], int]
+    name: str  # without the prefix of the version
+    buffer: NDArray[Any]
+    ports: tuple[Port, ...]
+    scalar: Scalar
+
+
+def location(folder: Path, form: str) -> str:
+    """Return a folder's URI: "encoded" as RFC 3986 wants, "raw" with letters as they are, or "bare" of an authority.
+
+    FMI 2.0 (2.1.5) obliges FMUs to understand the scheme `file` with and without the authority.
+    """
+    uri = folder.as_uri()
+    return {"encoded": uri, "raw": f"file://{folder}", "bare": uri.replace("file:///", "file:/", 1)}[form]
+
+
+class CheckedInstance:
+    """An instance of any version of FMI; `close` ends it as far as FMI allows after what happened."""
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        folder: Path,
+        last_call: LastCall,
+        name: str = NAME,
+        form: str = "encoded",
+        variables: Iterable[Variable] = (),
+    ) -> None:
+        self.experiment, self.name, self._last_call = experiment, name, last_call
+        self.messages: deque[tuple[int, str, str, str]] = deque(maxlen=20)  # status, category, instance, text
+        self._at: float | None = None  # [s] simulated time that the instance has reached
+        self._prefix = _PREFIXES[experiment.fmi]
+        fmu = UnpackedFmu(
+            name=name,
+            folder=folder,
+            identifier=experiment.identifier,
+            guid=experiment.guid,
+            resources=location(folder / "resources", form),
+        )
+        hooks = Hooks(log=lambda *_: None, message=self._take_message, call=self._record_call, require_functions=False)
+        self._slave = instantiate_unpacked(fmu, experiment.fmi, variables, hooks)
+        self.do_step = self._slave.do_step
+        self.write = [self._port_call("Set", ports, scalar) for scalar, ports in experiment.by_type("inputs").items()]
+        self._read = {
+            scalar: self._port_call("Get", ports, scalar) for scalar, ports in experiment.by_type("outputs").items()
+        }
+
+    @property
+    def read(self) -> list[PortCall]:
+        """The getters of numbers."""
+        return list(self._read.values())
+
+    @property
+    def worst(self) -> int:
+        """The worst status of all calls since it was instantiated or reset."""
+        return self._slave.instance.worst
+
+    # Calls.
+
+    def call(self, name: str, *arguments: object) -> int:
+        """Call a function by its name without prefix, and return its status, whatever it is."""
+        status = self._slave.instance.call(name, *arguments)
+        self._note(status)
+        return status
+
+    def demand(self, name: str, *arguments: object) -> None:
+        """Call a function, or raise RunError."""
+        self._must(self.call(name, *arguments), name)
+
+    def library_text(self, name: str) -> bytes:
+        """Return what a function without arguments answers, such as GetVersion."""
+        text: bytes = self._slave.instance.library.function(f"{self._prefix}{name}", returns=c_char_p)()
+        return text
+
+    def logged(self) -> str:
+        """Return the last messages of a status above OK."""
+        texts = [text for status, _, _, text in self.messages if status != OK]
+        return " | ".join(texts[-2:])[:400]
+
+    def _take_message(self, status: int, category: str, name: str, text: str) -> None:
+        self.messages.append((status, category, name, " ".join(text.split())[:400]))
+
+    def _record_call(self, name: str) -> None:
+        if name:
+            self._last_call.enter(name, self._at)
+        else:
+            self._last_call.leave()
+
+    def _must(self, status: int, name: str, time: float | None = None) -> None:
+        if status in (OK, WARNING):
+            return
+        self._note(status)
+        at = self._at if time is None else time
+        moment = f" at t = {at:.9g} s" if at is not None else ""
+        logged = self.logged()
+        reason = f": {logged}" if logged else ", and logged nothing"
+        raise RunError(f"{self._slave.outcome(name, status)}{moment}{reason}")
+
+    def _note(self, status: int) -> None:
+        self._slave.failed(status if status in range(PENDING) else FATAL)
+
+    # Life cycle.
+
+    def initialise(self) -> None:
+        """Set start values, set up the experiment without an end, and initialise."""
+        starts: dict[Scalar, dict[int, Value]] = {}
+        for scalar, reference, value in self.experiment.starts:
+            starts.setdefault(scalar, {})[reference] = value
+        for scalar, values in starts.items():
+            self._make(f"Set{scalar}", partial(self._slave.set_start, values, scalar))
+        start = self.experiment.start_time
+        self._make("SetupExperiment", lambda: self._slave.setup_experiment(start, None))
+        self._make("EnterInitializationMode", self._slave.enter_initialization)
+        self._make("ExitInitializationMode", self._slave.exit_initialization)
+        self._at = start
+
+    def _make(self, name: str, call: Callable[[], int]) -> None:
+        """Make a call that the driver reports, or does not because it is bound."""
+        self._last_call.enter(f"{self._prefix}{name}", self._at)
+        status = call()
+        self._last_call.leave()
+        self._must(status, name)
+
+    def reset(self) -> None:
+        """Return to the state after instantiation."""
+        if not isinstance(self._slave, Fmi2Slave):
+            raise RunError(f"reset is used with FMI 2.0 only, and this is FMI {self.experiment.fmi}")
+        self._must(self._slave.reset(), "Reset")
+        self._at = None
+
+    def try_step(self, time: float, step: float) -> int:
+        """Make a step and return its status."""
+        self._last_call.enter(f"{self._prefix}DoStep", time)
+        status = self.do_step(time, step, 1)
+        self._last_call.leave()
+        if status:
+            self._note(status)
+        self._at = time + step
+        return status
+
+    def close(self) -> None:
+        """End the instance; raise RunError if it refuses to terminate."""
+        if not self._slave.instance.alive or self.worst >= FATAL:
+            return
+        before = max(WARNING, self.worst)
+        self._slave.close()
+        if self.worst > before:
+            self._must(self.worst, "TerminateSlave" if self._prefix == "fmi" else "Terminate")
+
+    # Values.
+
+    def _port_call(self, verb: str, ports: tuple[Port, ...], scalar: Scalar) -> PortCall:
+        references = np.array([port.reference for port in ports], np.uint32)
+        buffer: NDArray[Any] = np.zeros(len(ports), DTYPES[scalar])
+        bind = self._slave.setter if verb == "Set" else self._slave.getter
+        return PortCall(bind(scalar, references, buffer), f"{verb}{scalar}", buffer, ports, scalar)
+
+    def stimuli(self, phase: int = 0) -> list[NDArray[Any]]:
+        """Return the stimulus of each bound setter, (PERIOD, inputs) each."""
+        return [self.experiment.stimulus(port_call.scalar, phase) for port_call in self.write]
+
+    def put(self, values: Sequence[Any]) -> None:
+        """Set the inputs, one array for each bound setter."""
+        for (call, name, buffer, _, _), row in zip(self.write, values, strict=True):
+            buffer[:] = row
+            self._last_call.enter(f"{self._prefix}{name}", self._at)
+            status = call()
+            if status:
+                self._must(status, name)
+        self._last_call.leave()
+
+    def step(self, time: float, length: float) -> None:
+        """Make one step, or raise RunError."""
+        self._must(self.try_step(time, length), "DoStep", time)
+
+    def row(self) -> OutputRow:
+        """Read all outputs."""
+        for call, name, _, _, _ in self._read.values():
+            self._last_call.enter(f"{self._prefix}{name}", self._at)
+            status = call()
+            if status:
+                self._must(status, name)
+        self._last_call.leave()
+        real = self._read.get("Real")
+        whole = [port_call.buffer for scalar, port_call in self._read.items() if scalar != "Real"]
+        integers = np.concatenate(whole, dtype=np.int64, casting="unsafe") if whole else np.zeros(0, np.int64)
+        return np.zeros(0) if real is None else real.buffer.copy(), integers, self._texts()
+
+    def _texts(self) -> list[bytes]:
+        """Return the String outputs as bytes, which need not be UTF-8."""
+        ports = self.experiment.of_kind("outputs", "String")
+        if not ports:
+            return []
+        if isinstance(self._slave, Fmi2Slave):
+            references = (c_uint32 * len(ports))(*(port.reference for port in ports))
+            texts = (c_char_p * len(ports))()
+            self.demand("GetString", byref(references), len(ports), byref(texts))
+            return [text or b"" for text in texts]
+        found = self._port_call("Get", ports, "String")
+        self._make(found.name, found.call)
+        return [str(text).encode() for text in found.buffer]
+
+    # State, with FMI 2.0.
+
+    def get_state(self) -> c_void_p:
+        """Return the handle of a new state."""
+        state = c_void_p()
+        self.demand("GetFMUstate", byref(state))
+        return state
+
+    def set_state(self, state: c_void_p) -> None:
+        """Set a state."""
+        self.demand("SetFMUstate", state)
+
+    def free_state(self, state: c_void_p) -> None:
+        """Free a state."""
+        self.demand("FreeFMUstate", byref(state))
+
+    def serialised(self, state: c_void_p) -> bytes:
+        """Return a state as bytes."""
+        size = c_size_t()
+        self.demand("SerializedFMUstateSize", state, byref(size))
+        buffer = (c_char * size.value)()
+        self.demand("SerializeFMUstate", state, buffer, size)
+        return bytes(buffer)
+
+    def deserialised(self, content: bytes) -> c_void_p:
+        """Return the handle of a state that the FMU makes of bytes."""
+        state = c_void_p()
+        buffer = (c_char * len(content)).from_buffer_copy(content)
+        self.demand("DeSerializeFMUstate", buffer, len(content), byref(state))
+        return state
+
+    def run(
+        self,
+        first: int,
+        last: int,
+        *,
+        phase: int = 0,
+        tables: Sequence[Any] | None = None,
+        times: Sequence[tuple[float, float]] | None = None,
+    ) -> Trajectory:
+        """Make steps `first` to `last` - 1 under the stimulus, or under `tables`; return the outputs after each."""
+        tables = self.stimuli(phase) if tables is None else tables
+        rows = []
+        for k in range(first, last):
+            self.put([table[k % PERIOD] for table in tables])
+            self.step(*(times[k] if times else (self.experiment.time(k), self.experiment.step)))
+            rows.append(self.row())
+        return Trajectory.of_rows(rows, self.experiment)
