@@ -10,7 +10,7 @@ import click
 
 from lockstep.cli.checkpoint_options import resume_run
 from lockstep.cli.command import command
-from lockstep.cli.run_options import RunOptions, run_options, run_system
+from lockstep.cli.run_options import RunRequest, run_options, run_system
 from lockstep.errors import InputError
 from lockstep.faults import HELP
 
@@ -36,15 +36,15 @@ examples:
 @run_options
 @seed_option
 @click.option("--as-published", is_flag=True, help="with the slips of the published release")
-def run(options: RunOptions, seed: int | None, as_published: bool) -> int:
+def run(request: RunRequest, seed: int | None, as_published: bool) -> int:
     """Simulate a system and leave its signals, events and metrics in a results folder."""
     from ..runs.run_folder import read_run, write_metrics
 
-    resumed = options.checkpoints.resume
+    resumed = request.checkpoints.resume
     if resumed is not None:
-        folder = resume_run(resumed, pace=options.pace, step_limit=options.step_limit).folder
+        folder = resume_run(resumed, pace=request.pace, step_limit=request.step_limit).folder
     else:
-        folder = _run_new(options, seed, as_published).folder
+        folder = _run_new(request, seed, as_published).folder
     try:
         metrics = write_metrics(read_run(folder))
     except InputError as error:
@@ -55,21 +55,21 @@ def run(options: RunOptions, seed: int | None, as_published: bool) -> int:
     return 0
 
 
-def _run_new(options: RunOptions, seed: int | None, as_published: bool) -> RunSummary:
+def _run_new(request: RunRequest, seed: int | None, as_published: bool) -> RunSummary:
     def load(path: Path) -> System:
         from lockstep.ssp.load import load_system
 
         if not path.exists() and path.suffix == ".ssd":
             raise InputError(f"{path}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
-        return load_system(path, options.timing.timing())
+        return load_system(path, request.timing.timing())
 
     def overrides(system: System) -> dict[str, Value]:
         values: dict[str, Value] = dict(_published(system)) if as_published else {}
-        if seed is not None or options.checkpoints.restart_from is None:  # a restart keeps the seed of its run
+        if seed is not None or request.checkpoints.restart_from is None:  # a restart keeps the seed of its run
             values |= seed_overrides(system, seed)
         return values
 
-    return run_system(options, options.checkpoints.system(options.system, load), overrides)
+    return run_system(request, request.checkpoints.system(request.system, load), overrides)
 
 
 def _published(system: System) -> Mapping[str, Value]:

@@ -21,14 +21,14 @@ LEGEND = (
 
 
 def as_json(report: LatencyReport) -> str:
-    """Return all of it; a pair that is not there did not answer, and does not claim to."""
+    """Return the report as JSON; a pair that is missing did not answer, and is not declared to."""
     content = asdict(report)
     content["contradictions"] = len(report.of("contradicted"))
     return json.dumps(content, indent=1) + "\n"
 
 
 def as_lines(report: LatencyReport, width: int) -> list[str]:
-    """Return the head, the matrix of arrays, and what it means for the claims."""
+    """Return a title, the matrix of delays by arrays, and the comparison with the declared dependencies."""
     step = f"step {report.step:g} s ({report.step_source})"
     lines = [f"{report.file}: {report.model}, {step}, {report.window} steps watched after each change"]
     if report.kind is not None and not report.any_step:
@@ -45,7 +45,7 @@ def as_lines(report: LatencyReport, width: int) -> list[str]:
     if report.unmoved:
         lines.append(f"nothing answered to: {compact(report.unmoved)}; other values (--set, --amplitude) may excite it")
     if report.restless:
-        lines.append(f"differ in two runs alike, so that nothing can be said of them: {compact(report.restless)}")
+        lines.append(f"differ between two equal runs, so that no delay can be given: {compact(report.restless)}")
     return lines
 
 
@@ -75,10 +75,10 @@ def _cell(pairs: Sequence[Pair]) -> str:
     agreements = {pair.agreement for pair in pairs}
     if not answering:
         return "?"
-    # couplings that are hardly above rounding are seen late: they tell nothing of the array
-    telling = [pair for pair in answering if pair.clear] or answering
-    least = [pair.least for pair in telling if pair.least is not None]
-    most = [pair.most for pair in telling if pair.most is not None]
+    # couplings that are hardly above rounding are seen late, and say nothing about the array
+    counted = [pair for pair in answering if pair.clear] or answering
+    least = [pair.least for pair in counted if pair.least is not None]
+    most = [pair.most for pair in counted if pair.most is not None]
     text = str(min(least)) if min(least) == max(most) else f"{min(least)}-{max(most)}"
     return text + "f" * any(pair.feedthrough for pair in pairs) + "!" * ("contradicted" in agreements)
 
@@ -97,12 +97,12 @@ def _claims(report: LatencyReport) -> list[str]:
     lines = [f"feedthrough, by pairs of output and input: {', '.join(parts)}"]
     groups: defaultdict[tuple[str, str, str], list[Pair]] = defaultdict(list)
     for pair in contradictions:
-        groups[_base(pair.output), _base(pair.input), _told(pair)].append(pair)
-    for (_, _, told), pairs in list(groups.items())[:LISTED]:
+        groups[_base(pair.output), _base(pair.input), _contradiction(pair)].append(pair)
+    for (_, _, contradiction), pairs in list(groups.items())[:LISTED]:
         outputs, inputs = (list(dict.fromkeys(getattr(pair, end) for pair in pairs)) for end in ("output", "input"))
-        lines.append(f"  contradicted: {compact(outputs)} <- {compact(inputs)}: {told}")
+        lines.append(f"  contradicted: {compact(outputs)} <- {compact(inputs)}: {contradiction}")
     if len(groups) > LISTED:
-        lines.append(f"  and {len(groups) - LISTED} more: --json tells all")
+        lines.append(f"  and {len(groups) - LISTED} more: --json lists all")
     for name, listed in (("not excited", silent), ("later or vanishing", vanishing)):
         ends = list(dict.fromkeys(f"{_base(pair.output)} <- {_base(pair.input)}" for pair in listed))
         lines += [f"  {name}: {', '.join(ends[:6])}" + (f" and {len(ends) - 6} more" if len(ends) > 6 else "")] * bool(
@@ -111,7 +111,7 @@ def _claims(report: LatencyReport) -> list[str]:
     return lines
 
 
-def _told(pair: Pair) -> str:
+def _contradiction(pair: Pair) -> str:
     if pair.claimed:
         steps = "1 step" if pair.least == 1 else f"{pair.least} steps"
         return f"claimed as feedthrough, but answers after {steps} at the earliest"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from lockstep.cli.command import command
-from lockstep.cli.run_options import RunOptions, run_options
+from lockstep.cli.run_options import RunRequest, run_options
 from lockstep.faults import HELP
 
 _EXAMPLES = f"""
@@ -33,15 +33,15 @@ a system file of another tool, without step sizes and delays:
 
 @command("run", _EXAMPLES)
 @run_options
-def run(options: RunOptions) -> int:
+def run(request: RunRequest) -> int:
     """Simulate a system of FMUs and leave its signals in a results folder."""
     from lockstep.cli.checkpoint_options import resume_run
     from lockstep.cli.run_options import run_system
     from lockstep.ssp.load import load_system
 
-    if options.checkpoints.resume is not None:
-        resume_run(options.checkpoints.resume, pace=options.pace, step_limit=options.step_limit)
+    if request.checkpoints.resume is not None:
+        resume_run(request.checkpoints.resume, pace=request.pace, step_limit=request.step_limit)
     else:
-        load = partial(load_system, timing=options.timing.timing())
-        run_system(options, options.checkpoints.system(options.system, load))
+        load = partial(load_system, timing=request.timing.timing())
+        run_system(request, request.checkpoints.system(request.system, load))
     return 0

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunOptions:
+class RunRequest:
     """Everything that a user says about a run; times are texts, as they are exact."""
 
     system: Path | None
@@ -46,8 +46,8 @@ class RunOptions:
 
 
 run_options = option_group(
-    "options",
-    RunOptions,
+    "request",
+    RunRequest,
     click.argument("system", type=PATH, required=False, metavar="[SYSTEM]",
                    help="a .ssd file, an unpacked SSP folder, or a .ssp archive"),
     timing_options,
@@ -71,14 +71,14 @@ run_options = option_group(
 
 
 def run_system(
-    options: RunOptions, system: System, overrides: Callable[[System], Mapping[str, Value]] = lambda _: {}
+    request: RunRequest, system: System, overrides: Callable[[System], Mapping[str, Value]] = lambda _: {}
 ) -> RunSummary:
     """Simulate a system and print the summary.
 
     Parameters
     ----------
-    options : of the command line
-    system : before replacements, delays and step sizes of the options
+    request : what the command line says
+    system : before replacements, delays and step sizes of the request
     overrides : returns parameters of the system that is simulated; values of --set go before them
     """
     from lockstep.adapter.component import with_replacements
@@ -90,29 +90,29 @@ def run_system(
     from lockstep.simulation import simulate
     from lockstep.system.clock import nanoseconds, seconds
 
-    system = with_replacements(system, options.replace, options.adapter)
-    system = with_step_sizes(with_delays(system, options.timing.delay), options.timing.step_size)
-    system = options.shadow.apply(system)
-    system = _with_processes(system, options.isolate, options.share_process)
-    folder = options.out or Path("results", folder_name(system.name))
-    if options.stop_time is not None:
-        nanoseconds(options.stop_time, "--stop-time")
-    restart, pacer = options.checkpoints.restart(), pacer_given(options.pace)
+    system = with_replacements(system, request.replace, request.adapter)
+    system = with_step_sizes(with_delays(system, request.timing.delay), request.timing.step_size)
+    system = request.shadow.apply(system)
+    system = _with_processes(system, request.isolate, request.share_process)
+    folder = request.out or Path("results", folder_name(system.name))
+    if request.stop_time is not None:
+        nanoseconds(request.stop_time, "--stop-time")
+    restart, pacer = request.checkpoints.restart(), pacer_given(request.pace)
     time = seconds(restart.checkpoint.time) if restart else 0.0
     with show_progress(system.name, begin=time, pacer=pacer) as progress:
         summary = simulate(
             system,
             folder,
-            stop_time=options.stop_time,
-            overrides={**overrides(system), **assignments(options.settings)},
-            record=_recorded(options.record, system),
-            record_period=options.record_period,
+            stop_time=request.stop_time,
+            overrides={**overrides(system), **assignments(request.settings)},
+            record=_recorded(request.record, system),
+            record_period=request.record_period,
             progress=progress,
-            overwrite=options.overwrite,
-            step_limit=options.step_limit,
-            faults=[read_scenario(path) for path in options.faults],
+            overwrite=request.overwrite,
+            step_limit=request.step_limit,
+            faults=[read_scenario(path) for path in request.faults],
             pace=pacer,
-            checkpoints=options.checkpoints.schedule(),
+            checkpoints=request.checkpoints.schedule(),
             restart=restart,
         )
     if system.ignored:
