@@ -1,18 +1,55 @@
-"""What the tests of figures share: finding words that overlap, or that the edge of the picture cuts."""
+"""Runs and designs that several studies read, and a check of figures for words that overlap or are cut off."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import combinations
+from pathlib import Path
 
+import numpy as np
 import pytest
+from filelock import FileLock
 from matplotlib.axis import Tick
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
+from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
+from flexbench.studies.health.replay import MEASURED
+from flexsat.design.chain import Design, build_designs
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from lockstep import load_system, simulate
+
 TOUCH = 1.0  # pixel by which boxes of words may overlap: a box is a little larger than its ink
+RECORDED = {1: 10.0, 2: 10.0}  # s, by seed
+
+
+@pytest.fixture(scope="session")
+def designs() -> dict[ConfigurationName, Design]:
+    """Return the corrected design of each configuration."""
+    return {name: build_designs(name).corrected for name in CONFIGURATIONS}
+
+
+@pytest.fixture(scope="session")
+def recorded_runs(delivered: Path) -> Path:
+    """Return a folder with centralised fine pointing of seeds 1 and 2, measurements recorded: run once for all workers.
+
+    For reading only. Results are in the folders `1` and `2`.
+    """
+    folder, done = delivered.parent / "recorded", delivered.parent / "recorded.done"
+    with FileLock(delivered.parent / "recorded.lock"):
+        if not done.exists():
+            system = load_system(delivered / "centralised" / "fine_pointing.ssd")
+            for seed, stop_time in RECORDED.items():
+                simulate(
+                    system,
+                    folder / str(seed),
+                    stop_time=stop_time,
+                    record=(*system.record, *MEASURED),
+                    overrides=scalar_overrides(scenario_parameters("fine_pointing", seed=seed)),
+                )
+            done.touch()
+    return folder
 
 
 def _words(figure: Figure) -> list[tuple[str, Bbox]]:
@@ -45,10 +82,13 @@ def crowded() -> Callable[[Figure], list[str]]:
         for text, box in words:
             if box.x0 < -TOUCH or box.y0 < -TOUCH or box.x1 > width + TOUCH or box.y1 > height + TOUCH:
                 complaints.append(f"cut: {text!r}")
-        for (one, first), (other, second) in combinations(words, 2):
-            shared = Bbox.intersection(first, second)
-            if shared is not None and min(shared.width, shared.height) > TOUCH:
-                complaints.append(f"overlap: {one!r} and {other!r}")
+        boxes = np.array([box.extents for _, box in words]).reshape(-1, 4)
+        low, high = (
+            np.maximum(boxes[:, None, :2], boxes[None, :, :2]),
+            np.minimum(boxes[:, None, 2:], boxes[None, :, 2:]),
+        )
+        for one, other in np.argwhere(np.triu(np.all(high - low > TOUCH, axis=2), k=1)).tolist():
+            complaints.append(f"overlap: {words[one][0]!r} and {words[other][0]!r}")
         return complaints
 
     return look

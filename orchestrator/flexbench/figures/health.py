@@ -13,7 +13,7 @@ from ..studies.health.analysis import Health
 from ..studies.health.statistics import Average
 from .drawing import STYLE, WIDTH, envelope
 
-LEAST = 1e-3  # of the logarithmic axis: what lies below is drawn at its edge, with its value beside it
+LEAST = 1e-3  # of the logarithmic axis: what lies below is drawn at its edge, with its value next to it
 BLUE, VERMILLION, GREY = "#0072B2", "#D55E00", "0.55"
 
 
@@ -27,13 +27,15 @@ def estimator_health(health: Health) -> Figure:
         _averages(panels[0, 1], health.error, f"normalised estimation error squared (NEES), {seeds}")
         _history(panels[1, 0], health)
         _whiteness(panels[1, 1], health)
-        title = f"{health.configuration}, seeds {health.seeds[0]} to {health.seeds[-1]}"
-        figure.suptitle(title, fontsize=10)
+        which = (
+            f"seed {health.seeds[0]}" if len(health.seeds) == 1 else f"seeds {health.seeds[0]} to {health.seeds[-1]}"
+        )
+        figure.suptitle(f"{health.configuration}, {which}", fontsize=10)
     return figure
 
 
 def _averages(panel: Axes, averages: Mapping[str, Average], title: str) -> None:
-    """A mark each, its 95 % interval for a consistent filter as a bar."""
+    """Draw a mark for each average, over a bar for the 95 % interval of a consistent filter."""
     for row, average in enumerate(averages.values()):
         panel.plot([average.low, average.high], [row, row], color=GREY, linewidth=6, solid_capstyle="butt", alpha=0.6)
         inside = average.low <= average.value <= average.high

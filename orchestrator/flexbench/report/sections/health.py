@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flexbench.html.document import Block, Heading, Paragraph, Table
 from flexbench.runs.run_folder import Run
-from flexbench.studies.health.analysis import SETTLED, analyse
+from flexbench.studies.health.analysis import analyse
 from flexbench.studies.health.replay import recorded, replay
 from flexbench.studies.health.study import HEADER, table_rows
 from lockstep import InputError
@@ -22,7 +22,7 @@ def section(run: Run) -> list[Block]:
         return [heading, Paragraph(str(error))]
     white = health.whiteness
     text = (
-        f"Of seed {run.seed}, from {SETTLED:g} s on, per degree of freedom. {100 * white.outside:.0f} % of the "
-        "autocorrelations of the innovations lie beyond what white noise exceeds at 5 % of the lags."
+        f"Of seed {run.seed}, from {health.settled_from:g} s on, per degree of freedom. {100 * white.outside:.0f} % of "
+        "the autocorrelations of the innovations lie beyond what white noise exceeds at 5 % of the lags."
     )
     return [heading, Paragraph(text), Table(HEADER, table_rows(health), frozenset())]

@@ -1,1 +1,1 @@
-"""Health of the estimator: is it as good as it believes? Innovations, their whiteness, NIS and NEES with bounds."""
+"""Consistency of the estimator with its own covariance: NIS and NEES with bounds, whiteness of the innovations."""

@@ -1,4 +1,4 @@
-"""From replays of several seeds to the numbers: NIS, NEES, whiteness, by group of measurements and of states."""
+"""NIS, NEES and whiteness from replays of several seeds, by group of measurements and of states."""
 
 from __future__ import annotations
 
@@ -12,32 +12,33 @@ from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from lockstep import InputError
 
-from .covariance import Belief, belief
+from .covariance import FilterCovariance, filter_covariance
 from .replay import Replay
 from .statistics import Average, autocorrelation, average, normalised, portmanteau, whiteness_bound
 
 SETTLED = 20.0  # s: the filter starts at zero, not in its steady state
-LONGER = 2.0  # s, the least to be judged: four times the longest lag
+LONGER = 2.0  # s, shortest time that is judged: four times the longest lag
 LAGS = 100  # of the autocorrelation: half a second
-SIGNIFICANT = 0.01  # p-value below which a channel counts as not white
+SIGNIFICANT = 0.01  # p-value below which a channel is not white
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whiteness:
-    """Of the normalised innovations of the gyros, accelerometers and encoders of one run."""
+    """Whiteness of the normalised innovations of gyros, accelerometers and encoders of one run."""
 
     correlation: Array  # (lags, channels)
     bound: float  # that white noise exceeds at 5 % of the lags
     outside: float  # share of lags beyond it, over all channels
-    coloured: float  # share of channels that the portmanteau test refuses at 1 %
+    coloured: float  # share of channels that the portmanteau test rejects at 1 %
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Health:
-    """What several runs of one controller say of its estimator. Averages are per degree of freedom."""
+    """Consistency of one controller's estimator over several runs. Averages are per degree of freedom."""
 
     configuration: str
     seeds: tuple[int, ...]
+    settled_from: float  # s
     innovation: Mapping[str, Average]  # NIS by group of measurements
     error: Mapping[str, Average]  # NEES by group of states, bounds for one independent sample a seed
     history: Array  # (rows, 2): time [s] and NEES of all states, the mean over the seeds
@@ -58,7 +59,7 @@ def measurement_groups(design: Design) -> dict[str, slice]:
 
 
 def state_groups(design: Design) -> dict[str, slice]:
-    """Return where each quantity stands in the state without the filter."""
+    """Return the rows of each quantity in the state without the anti-aliasing filter."""
     m, n = design.spacecraft.mode_count, design.model.index.wheels
     return {
         "attitude": slice(0, 3),
@@ -70,13 +71,14 @@ def state_groups(design: Design) -> dict[str, slice]:
     }
 
 
-def analyse(replays: Mapping[int, Replay], design: Design) -> Health:
+def analyse(replays: Mapping[int, Replay], design: Design, settled_from: float = SETTLED) -> Health:
     """Judge the estimator over the runs of several seeds that differ in nothing else.
 
     Parameters
     ----------
     replays : by seed
-    design : that they were flown with
+    design : of the controller
+    settled_from : judge from this time on [s]
 
     Raises
     ------
@@ -84,21 +86,22 @@ def analyse(replays: Mapping[int, Replay], design: Design) -> Health:
         If a run ends before the filter has settled.
     """
     shortest = min(float(run.time[-1]) for run in replays.values())
-    if not shortest > SETTLED + LONGER:
+    if not shortest > settled_from + LONGER:
         raise InputError(
-            f"the run ends at {shortest:g} s, and the filter is judged from {SETTLED:g} s on;"
-            f" simulate more than {SETTLED + LONGER:g} s"
+            f"the run ends at {shortest:g} s, and the filter is judged from {settled_from:g} s on;"
+            f" simulate more than {settled_from + LONGER:g} s"
         )
-    believed = belief(design, next(iter(replays.values())).fine)
-    settled = {seed: _from(run, SETTLED) for seed, run in replays.items()}
+    covariances = filter_covariance(design, next(iter(replays.values())).fine)
+    settled = {seed: _from(run, settled_from) for seed, run in replays.items()}
     first = next(iter(settled.values()))
     return Health(
         configuration=design.config.name,
         seeds=tuple(settled),
-        innovation=_innovations(list(settled.values()), believed, design),
-        error={name: _errors(list(settled.values()), believed, part) for name, part in state_groups(design).items()},
-        history=_history(list(settled.values()), believed),
-        whiteness=_whiteness(first, believed),
+        settled_from=settled_from,
+        innovation=_innovations(list(settled.values()), covariances, design),
+        error={name: _errors(list(settled.values()), covariances, part) for name, part in state_groups(design).items()},
+        history=_history(list(settled.values()), covariances),
+        whiteness=_whiteness(first, covariances),
     )
 
 
@@ -118,34 +121,34 @@ def _squares(vectors: Array, phase: NDArray[np.intp], covariances: Array, part: 
     return squares
 
 
-def _innovations(runs: Sequence[Replay], believed: Belief, design: Design) -> dict[str, Average]:
+def _innovations(runs: Sequence[Replay], covariances: FilterCovariance, design: Design) -> dict[str, Average]:
     groups = measurement_groups(design)
     found = {}
     for name, part in groups.items():
         squares = []
         for run in runs:
             rows = run.phase == 0 if name == "star tracker" else np.ones(len(run.phase), bool)
-            squares.append(_squares(run.innovation[rows], run.phase[rows], believed.innovation, part))
+            squares.append(_squares(run.innovation[rows], run.phase[rows], covariances.innovation, part))
         found[name] = average(np.concatenate(squares), part.stop - part.start)
     return found
 
 
-def _errors(runs: Sequence[Replay], believed: Belief, part: slice) -> Average:
+def _errors(runs: Sequence[Replay], covariances: FilterCovariance, part: slice) -> Average:
     """Average over time and seeds; errors are correlated in time, so each seed counts as one sample."""
-    means = np.array([np.mean(_squares(run.error, run.phase, believed.corrected, part)) for run in runs])
+    means = np.array([np.mean(_squares(run.error, run.phase, covariances.corrected, part)) for run in runs])
     return average(means, part.stop - part.start)
 
 
-def _history(runs: Sequence[Replay], believed: Belief) -> Array:
-    part = slice(0, believed.controlled)
-    squares = [_squares(run.error, run.phase, believed.corrected, part) for run in runs]
-    return np.column_stack([runs[0].time, np.mean(squares, axis=0) / believed.controlled])
+def _history(runs: Sequence[Replay], covariances: FilterCovariance) -> Array:
+    part = slice(0, covariances.controlled)
+    squares = [_squares(run.error, run.phase, covariances.corrected, part) for run in runs]
+    return np.column_stack([runs[0].time, np.mean(squares, axis=0) / covariances.controlled])
 
 
-def _whiteness(run: Replay, believed: Belief) -> Whiteness:
+def _whiteness(run: Replay, covariances: FilterCovariance) -> Whiteness:
     fast = slice(0, run.innovation.shape[1] - 3)
     white = np.zeros((len(run.time), fast.stop))
-    for number, covariance in enumerate(believed.innovation):
+    for number, covariance in enumerate(covariances.innovation):
         rows = run.phase == number
         if rows.any():
             white[rows] = normalised(run.innovation[rows, fast], covariance[fast, fast])

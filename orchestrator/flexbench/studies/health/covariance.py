@@ -1,4 +1,4 @@
-"""What the filter believes of its error: predicted and corrected covariance in every phase of its period."""
+"""The filter's own covariance of its error, predicted and corrected, in every phase of its period."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from flexsat.design.estimator import measurement_noise, process_covariance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Belief:
+class FilterCovariance:
     """Covariances of the periodic steady state; phase 0 has the star tracker."""
 
     predicted: Array  # (phases, s, s)
     corrected: Array  # (phases, s, s)
-    innovation: Array  # (phases, y, y); in the other phases the star tracker's rows mean nothing
+    innovation: Array  # (phases, y, y); in the other phases the rows of the star tracker are unused
     controlled: int  # the first states, those without the anti-aliasing filter
 
 
-def belief(design: Design, fine: bool) -> Belief:
-    """Carry the filter's own covariance through one period, in Joseph's form, with the gains that fly.
+def filter_covariance(design: Design, fine: bool) -> FilterCovariance:
+    """Propagate the filter's covariance through one period, in Joseph's form, with the gains of the controller.
 
     Parameters
     ----------
     design : with model and estimators
     fine : the gains for the fine guidance sensor instead of the coarse star tracker
 
-    Joseph's form holds for any gain: after a period it returns to where it began only if the gains are the steady ones.
+    Joseph's form holds for any gain: it repeats after a period only if the gains are the steady ones.
     """
     estimator = design.fine if fine else design.coarse
     config, model = design.config, design.model
@@ -47,7 +47,7 @@ def belief(design: Design, fine: bool) -> Belief:
         corrected.append(after)
         innovations.append(estimator.c @ covariance @ estimator.c.T + np.diag(variance))
         covariance = estimator.a @ after @ estimator.a.T + disturbance
-    return Belief(
+    return FilterCovariance(
         predicted=np.array(predicted),
         corrected=np.array(corrected),
         innovation=np.array(innovations),

@@ -1,4 +1,4 @@
-"""Replay the controller over what its FMU measured, to see inside: innovations and estimates at every step."""
+"""Step the controller over recorded measurements again, for its innovations and estimates at every step."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MEASURED = (
     "sensors.star_tracker.mrp",
     "sensors.star_tracker.valid",
 )
-SAME = 1e-6  # of the largest torque: the design is made anew, and its rounding may differ from the FMU's
+SAME = 1e-6  # of the largest torque: the design is computed again, and its rounding may differ from the FMU's
 TRUE = ("plant.attitude.mrp", "plant.modal.displacement", "plant.rate", "plant.modal.velocity")
 
 
@@ -39,7 +39,7 @@ class Replay:
     phase: NDArray[np.intp]  # (rows,): steps since the last star tracker sample
     innovation: Array  # (rows, y)
     error: Array  # (rows, r): estimate less truth, of the states without the anti-aliasing filter
-    fine: bool  # flown with the fine guidance sensor
+    fine: bool  # whether the fine guidance sensor was in use
 
 
 def replay(run: Run) -> Replay:
@@ -49,7 +49,7 @@ def replay(run: Run) -> Replay:
     ------
     InputError
         If something needed was not recorded, delays are configured, or the replay does not command the torques
-        that the FMU did: then it would tell of another filter.
+        that the FMU did: then its filter is another one.
     """
     signals, design = run.signals(), run.design
     missing = [name for name in (*MEASURED, *TRUE, "controller.wheel.torque") if name not in signals]
@@ -60,7 +60,9 @@ def replay(run: Run) -> Replay:
     values = port_values("controller", interface.ports(matrices), given)
     parameters = interface.parameters(matrices, values.__getitem__)
     if parameters.measurement_delay or parameters.actuation_delay:
-        raise InputError(f"{run.folder}: flown with known delays; the health of the estimator is defined without")
+        raise InputError(
+            f"{run.folder}: the controller compensates delays; the estimator is only judged without: run it with none"
+        )
     rows = controller_rows(signals, design)
     time = signals.time[rows]
     stepper = controller.prepare(matrices, parameters)
@@ -74,22 +76,22 @@ def replay(run: Run) -> Replay:
     for row, now in enumerate(time.tolist()):
         rate, acceleration, speed, angle, mrp, valid = (values[row] for values in measured)
         controller.command(stepper, state, now, rotation, start)
-        seen = controller.Measurements(rate, acceleration, speed, angle, mrp, bool(valid))
-        outputs = controller.step(stepper, state, now, seen)
+        measurements = controller.Measurements(rate, acceleration, speed, angle, mrp, bool(valid))
+        outputs = controller.step(stepper, state, now, measurements)
         innovation[row], torque[row] = outputs.innovation, outputs.torque
         estimate[row] = outputs.estimate[: stepper.controlled]
         phase[row] = min(state.since_star_tracker, stepper.phases - 1)
-    own = f"controller.{ORIGINAL}wheel.torque"  # what acted may be a shadow's
-    flown = signals[own if own in signals else "controller.wheel.torque"][rows]
-    if np.max(np.abs(torque - flown)) > SAME * np.max(np.abs(flown)):
-        raise InputError(f"{run.folder}: the replay commands other torques than the FMU did; build and run it anew")
+    own = f"controller.{ORIGINAL}wheel.torque"  # after a switchover the torque that acted is the shadow's
+    commanded = signals[own if own in signals else "controller.wheel.torque"][rows]
+    if np.max(np.abs(torque - commanded)) > SAME * np.max(np.abs(commanded)):
+        raise InputError(f"{run.folder}: the replay commands other torques than the FMU did; build and run it again")
     truth = [signals[name][rows] for name in TRUE]
     error = estimate - np.hstack([*truth, wheel_speed_deviation(signals, design)[rows]])
     return Replay(time=time, phase=phase, innovation=innovation, error=error, fine=parameters.fine_sensor)
 
 
 def recorded(signals: Signals) -> bool:
-    """Tell whether a run recorded what a replay needs."""
+    """Return whether a run recorded what a replay needs."""
     return all(name in signals for name in MEASURED)
 
 

@@ -24,15 +24,17 @@ class Average:
     samples: int
 
     @property
-    def verdict(self) -> str:
-        """Say what the average tells."""
+    def assessment(self) -> str:
+        """Whether the filter's covariance fits its errors, in words."""
         if self.low <= self.value <= self.high:
             return "consistent"
-        return "optimistic: errors larger than believed" if self.value > self.high else "cautious: errors smaller"
+        if self.value > self.high:
+            return "optimistic: covariance underestimated"
+        return "conservative: covariance overestimated"
 
 
 def normalised(vectors: Array, covariance: Array) -> Array:
-    """Return vectors (k, m) in units of a covariance (m, m): white and of unit variance if it is theirs."""
+    """Return vectors (k, m) in units of a covariance (m, m): white and of unit variance if it is their covariance."""
     return np.asarray(solve_triangular(np.linalg.cholesky(covariance), vectors.T, lower=True).T)
 
 

@@ -16,7 +16,7 @@ from .replay import MEASURED, replay
 from .statistics import Average
 
 RESULT = "health.json"
-HEADER = ("quantity", "average", "95 % if consistent", "degrees of freedom", "verdict")
+HEADER = ("quantity", "average", "95 % if consistent", "degrees of freedom", "assessment")
 
 
 def run_health(
@@ -27,7 +27,7 @@ def run_health(
     Raises
     ------
     InputError
-        If the runs would end before the filter has settled, or the system is none of ours.
+        If the runs would end before the filter has settled, or the system is not one of flexsat.
     """
     if not stop > 2.0 * SETTLED:
         raise InputError(
@@ -58,7 +58,7 @@ def write_health(health: Health, folder: Path) -> None:
     content = {
         "configuration": health.configuration,
         "seeds": list(health.seeds),
-        "settled_from": SETTLED,
+        "settled_from": health.settled_from,
         "nis": {name: _plain(value) for name, value in health.innovation.items()},
         "nees": {name: _plain(value) for name, value in health.error.items()},
         "whiteness": {
@@ -72,7 +72,7 @@ def write_health(health: Health, folder: Path) -> None:
 
 def _plain(average: Average) -> dict[str, Any]:
     bounds = [average.low, average.high]
-    return {"average": average.value, "bounds": bounds, "freedom": average.freedom, "verdict": average.verdict}
+    return {"average": average.value, "bounds": bounds, "freedom": average.freedom, "verdict": average.assessment}
 
 
 def table_rows(health: Health) -> list[tuple[str, ...]]:
@@ -81,5 +81,5 @@ def table_rows(health: Health) -> list[tuple[str, ...]]:
     for kind, averages in (("NIS", health.innovation), ("NEES", health.error)):
         for name, average in averages.items():
             bounds = f"{average.low:.3f} to {average.high:.3f}"
-            rows.append((f"{kind} {name}", f"{average.value:.3g}", bounds, str(average.freedom), average.verdict))
+            rows.append((f"{kind} {name}", f"{average.value:.3g}", bounds, str(average.freedom), average.assessment))
     return rows

@@ -1,4 +1,4 @@
-"""Estimator health: statistics against known noise, the belief against a filter that is right, real runs replayed."""
+"""Estimator health: statistics against known noise, a filter with the right model, and replays of recorded runs."""
 
 from __future__ import annotations
 
@@ -6,52 +6,44 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from scipy.stats import chi2
 
 from flexbench.figures.drawing import save_figure
 from flexbench.figures.health import estimator_health
-from flexbench.loop.build import build_all
-from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
+from flexbench.report.sections import health as report_section
 from flexbench.report.sections.health import section
 from flexbench.runs.run_folder import read_run
 from flexbench.studies.health.analysis import SETTLED, analyse, measurement_groups, state_groups
-from flexbench.studies.health.covariance import belief
-from flexbench.studies.health.replay import MEASURED, Replay, replay
+from flexbench.studies.health.covariance import filter_covariance
+from flexbench.studies.health.replay import Replay, replay
 from flexbench.studies.health.statistics import autocorrelation, average, normalised, portmanteau, whiteness_bound
 from flexbench.studies.health.study import table_rows, write_health
-from flexsat.design.chain import build_designs
 from flexsat.design.estimator import measurement_noise, process_covariance
-from lockstep import InputError, load_system, simulate
+from lockstep import InputError
+
+FROM = 5.0  # s: half of a recorded run
 
 
 @pytest.fixture(scope="module")
-def design():
-    return build_designs("centralised").corrected
+def design(designs):
+    return designs["centralised"]
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory):
-    """Return 26 s of centralised fine pointing with two seeds, measurements recorded, and one run without them."""
-    folder = tmp_path_factory.mktemp("health")
-    build_all(("centralised",), folder / "fmus", lambda _: None)
-    system = load_system(folder / "fmus" / "centralised" / "fine_pointing.ssd")
-    for name, seed, record, stop in (
-        ("1", 1, (*system.record, *MEASURED), 26.0),
-        ("2", 2, (*system.record, *MEASURED), 26.0),
-        ("bare", 1, None, 1.0),
-    ):
-        simulate(
-            system,
-            folder / name,
-            stop_time=stop,
-            record=record,
-            overrides=scalar_overrides(scenario_parameters("fine_pointing", seed=seed)),
-        )
-    return folder
+def replays(recorded_runs):
+    """Return the replays of two recorded runs, by seed."""
+    return {seed: replay(read_run(recorded_runs / str(seed))) for seed in (1, 2)}
 
 
-def test_normalised_vectors_of_their_own_covariance_are_white():
+@pytest.fixture(scope="module")
+def health(replays, design):
+    """Return the health of seed 1, judged from 5 s on."""
+    return analyse({1: replays[1]}, design, FROM)
+
+
+def test_vectors_normalised_by_their_covariance_are_white():
     generator = np.random.default_rng(1)
     factor = generator.normal(size=(4, 4)) + 3.0 * np.eye(4)
     vectors = generator.normal(size=(20_000, 4)) @ factor.T
@@ -59,18 +51,18 @@ def test_normalised_vectors_of_their_own_covariance_are_white():
     assert np.cov(white.T) == pytest.approx(np.eye(4), abs=0.04)
     found = average(np.sum(white**2, axis=1), 4)
     assert found.low < found.value < found.high
-    assert found.verdict == "consistent"
+    assert found.assessment == "consistent"
 
 
-def test_the_bounds_of_an_average_are_those_of_chi_square():
+def test_bounds_of_an_average_are_those_of_chi_square():
     found = average(np.full(10, 3.0), 3)
     assert found.value == pytest.approx(1.0)
     assert (found.low, found.high) == pytest.approx((chi2.ppf(0.025, 30) / 30, chi2.ppf(0.975, 30) / 30))
-    assert "optimistic" in average(np.full(10, 9.0), 3).verdict
-    assert "cautious" in average(np.full(10, 0.3), 3).verdict
+    assert average(np.full(10, 9.0), 3).assessment == "optimistic: covariance underestimated"
+    assert average(np.full(10, 0.3), 3).assessment == "conservative: covariance overestimated"
 
 
-def test_white_noise_is_found_white_and_a_first_order_process_is_not():
+def test_white_noise_is_white_and_a_first_order_process_is_not():
     generator = np.random.default_rng(2)
     white = generator.normal(size=(4000, 200))
     found = autocorrelation(white, 20)
@@ -85,26 +77,26 @@ def test_white_noise_is_found_white_and_a_first_order_process_is_not():
 
 
 @pytest.mark.parametrize("fine", [True, False])
-def test_the_belief_returns_after_a_period_and_correcting_never_loses(design, fine):
-    believed = belief(design, fine)
+def test_covariance_repeats_after_a_period_and_no_correction_enlarges_it(design, fine):
+    covariances = filter_covariance(design, fine)
     estimator, config = design.fine if fine else design.coarse, design.config
     disturbance = process_covariance(design.model, config.wheel, config.weights.process_noise, config.rates.controller)
-    again = estimator.a @ believed.corrected[-1] @ estimator.a.T + disturbance
+    again = estimator.a @ covariances.corrected[-1] @ estimator.a.T + disturbance
     scale = np.sqrt(np.diag(again))
-    assert (again - believed.predicted[0]) / np.outer(scale, scale) == pytest.approx(0.0, abs=1e-7)
-    for before, after in zip(believed.predicted, believed.corrected, strict=True):
+    assert (again - covariances.predicted[0]) / np.outer(scale, scale) == pytest.approx(0.0, abs=1e-7)
+    for before, after in zip(covariances.predicted, covariances.corrected, strict=True):
         assert np.all(np.diag(after) <= np.diag(before) * (1.0 + 1e-9))
 
 
-def test_a_filter_that_is_right_is_found_consistent(design):
-    """Truth from the filter's own model and noise: NIS and NEES must come out at one, innovations white."""
+def test_filter_with_the_right_model_is_consistent(design):
+    """With truth from the filter's own model and noise NIS and NEES are one, and the innovations white."""
     estimator, config = design.coarse, design.config
     variance = measurement_noise(design.model, config.noise, config.noise.star_tracker_coarse)
     disturbance = process_covariance(design.model, config.wheel, config.weights.process_noise, config.rates.controller)
-    believed = belief(design, fine=False)
+    covariances = filter_covariance(design, fine=False)
     replays = {}
     for seed in range(1, 5):
-        replays[seed] = _linear_run(estimator, variance, disturbance, believed, np.random.default_rng([seed, 9]))
+        replays[seed] = _linear_run(estimator, variance, disturbance, covariances, np.random.default_rng([seed, 9]))
     found = analyse(replays, design)
     for name, value in found.innovation.items():
         assert value.value == pytest.approx(1.0, abs=4.0 * (value.high - 1.0) / 1.96), name
@@ -114,17 +106,17 @@ def test_a_filter_that_is_right_is_found_consistent(design):
     assert analyse(worse, design).error["all"].value == pytest.approx(4.0 * found.error["all"].value)
 
 
-def _linear_run(estimator, variance, disturbance, believed, generator):
+def _linear_run(estimator, variance, disturbance, covariances, generator):
     steps, states = 2400, len(estimator.a)
     shake = np.linalg.cholesky(disturbance)
-    error = np.linalg.cholesky(believed.predicted[0]) @ generator.normal(size=states)
+    error = np.linalg.cholesky(covariances.predicted[0]) @ generator.normal(size=states)
     innovations, errors, phases = [], [], []
     for step in range(steps):
         phase = step % len(estimator.gain)
         innovation = estimator.c @ -error + np.sqrt(variance) * generator.normal(size=len(variance))
         error = error + estimator.gain[phase] @ innovation
         innovations.append(innovation)
-        errors.append(error[: believed.controlled])
+        errors.append(error[: covariances.controlled])
         phases.append(phase)
         error = estimator.a @ error + shake @ generator.normal(size=states)
     time = SETTLED + 0.005 * np.arange(steps)
@@ -133,7 +125,7 @@ def _linear_run(estimator, variance, disturbance, believed, generator):
     )
 
 
-def test_groups_cover_everything_once(design):
+def test_groups_cover_each_measurement_and_state_once(design):
     measured = [i for part in measurement_groups(design).values() for i in range(part.start, part.stop)]
     assert measured == list(range(len(design.model.c)))
     groups = state_groups(design)
@@ -142,17 +134,16 @@ def test_groups_cover_everything_once(design):
     assert whole.stop == design.model.index.unfiltered
 
 
-def test_a_replay_commands_what_the_fmu_commanded(runs):
-    run = read_run(runs / "1")
-    found = replay(run)  # raises if a torque differs
+def test_replay_commands_the_torques_of_the_fmu(replays, design):
+    found = replays[1]  # the replay raises if a torque differs
     assert set(np.flatnonzero(found.phase == 0) % 20) == {0}
-    rate = slice(3 + run.design.spacecraft.mode_count, 6 + run.design.spacecraft.mode_count)
-    assert 0.0 < np.sqrt(np.mean(found.error[-1000:, rate] ** 2)) < run.design.config.noise.gyro
+    rate = slice(3 + design.spacecraft.mode_count, 6 + design.spacecraft.mode_count)
+    assert 0.0 < np.sqrt(np.mean(found.error[-1000:, rate] ** 2)) < design.config.noise.gyro
 
 
-def test_a_replay_of_other_parameters_is_refused(runs, tmp_path):
+def test_replay_with_other_parameters_is_refused(recorded_runs, tmp_path):
     for name in ("signals.parquet", "run.toml"):
-        (tmp_path / name).write_bytes((runs / "1" / name).read_bytes())
+        (tmp_path / name).write_bytes((recorded_runs / "1" / name).read_bytes())
     text = (tmp_path / "run.toml").read_text()
     assert '"jitter.feed_forward" = true' in text
     (tmp_path / "run.toml").write_text(text.replace('"jitter.feed_forward" = true', '"jitter.feed_forward" = false'))
@@ -160,42 +151,49 @@ def test_a_replay_of_other_parameters_is_refused(runs, tmp_path):
         replay(read_run(tmp_path))
 
 
-def test_the_real_filter_is_right_about_encoders_and_cautious_about_the_rest(runs):
-    """Its process noise is that of the release, in coordinates where it drowns the accelerometers."""
-    found = analyse({seed: replay(read_run(runs / str(seed))) for seed in (1, 2)}, read_run(runs / "1").design)
+def test_filter_is_consistent_in_encoders_and_conservative_in_the_rest(replays, design):
+    """Its process noise is that of the release, in coordinates where it exceeds the noise of the accelerometers."""
+    found = analyse(replays, design, FROM)
     assert found.innovation["encoders"].value == pytest.approx(1.0, abs=0.02)
     assert found.innovation["accelerometers"].value < 1e-6
     assert found.error["all"].value < found.error["all"].low
 
 
-def test_results_and_section_tell_the_same(runs, tmp_path):
-    run = read_run(runs / "1")
-    found = analyse({1: replay(run)}, run.design)
-    write_health(found, tmp_path)
-    told = json.loads((tmp_path / "health.json").read_text())
-    assert told["seeds"] == [1]
-    assert told["nis"]["gyros"]["average"] == found.innovation["gyros"].value
-    svg = save_figure(estimator_health(found), tmp_path / "figures", "estimator-health")[1]
-    assert svg.stat().st_size > 1000
-    assert section(run)[2].rows == table_rows(found)
-    assert "were not recorded" in section(read_run(runs / "bare"))[1].text
+def test_file_and_report_show_the_same_numbers(recorded_runs, health, tmp_path, monkeypatch):
+    run = read_run(recorded_runs / "1")
+    write_health(health, tmp_path)
+    written = json.loads((tmp_path / "health.json").read_text())
+    assert (written["seeds"], written["settled_from"], written["configuration"]) == ([1], FROM, "centralised")
+    assert written["nis"]["gyros"]["average"] == health.innovation["gyros"].value
+    monkeypatch.setattr(report_section, "analyse", lambda *_: health)
+    assert section(run)[2].rows == table_rows(health)
+    assert "from 5 s on" in section(run)[1].text
 
 
-def test_a_run_that_ends_too_soon_is_refused(runs):
-    run = read_run(runs / "1")
-    whole = replay(run)
-    early = whole.time < SETTLED + 1.0
-    cut = {name: getattr(whole, name)[early] for name in ("time", "phase", "innovation", "error")}
-    with pytest.raises(InputError, match=r"the run ends at 20\.995 s, and the filter is judged from 20 s on"):
-        analyse({1: replace(whole, **cut)}, run.design)
+def test_report_of_a_run_that_cannot_be_judged_gives_the_reason(recorded_runs, tmp_path):
+    short = section(read_run(recorded_runs / "1"))
+    assert "the run ends at 9.995 s, and the filter is judged from 20 s on" in short[1].text
+    (tmp_path / "run.toml").write_bytes((recorded_runs / "1" / "run.toml").read_bytes())
+    table = pq.read_table(recorded_runs / "1" / "signals.parquet")
+    pq.write_table(table.select([name for name in table.column_names if not name.startswith("sensors.")]),
+                   tmp_path / "signals.parquet")  # fmt: skip
+    assert "were not recorded" in section(read_run(tmp_path))[1].text
 
 
-def test_the_figure_shows_values_and_bounds(runs):
-    run = read_run(runs / "1")
-    found = analyse({1: replay(run)}, run.design)
-    panels = estimator_health(found).axes
+def test_run_that_ends_before_the_filter_has_settled_is_refused(replays, design):
+    with pytest.raises(InputError, match=r"the run ends at 9\.995 s, and the filter is judged from 20 s on"):
+        analyse({1: replays[1]}, design)
+    with pytest.raises(InputError, match=r"judged from 8 s on; simulate more than 10 s"):
+        analyse({1: replays[1]}, design, 8.0)
+
+
+def test_figure_shows_values_and_bounds(health, tmp_path):
+    figure = estimator_health(health)
+    panels = figure.axes
     marks = [line for line in panels[1].lines if line.get_marker() in "oD"]
-    assert [line.get_xdata()[0] for line in marks] == [max(a.value, 1e-3) for a in found.error.values()]
-    assert [text.get_text() for text in panels[1].get_yticklabels()] == list(found.error)
+    assert [line.get_xdata()[0] for line in marks] == [max(a.value, 1e-3) for a in health.error.values()]
+    assert [text.get_text() for text in panels[1].get_yticklabels()] == list(health.error)
     assert panels[2].get_xlabel() == "time [s]"
-    assert panels[3].lines[0].get_ydata() == pytest.approx(np.median(found.whiteness.correlation, axis=1))
+    assert figure.get_suptitle() == "centralised, seed 1"
+    svg = save_figure(figure, tmp_path, "estimator-health")[1]
+    assert svg.stat().st_size > 1000

@@ -46,9 +46,16 @@ def test_centralised_loop_is_stable_with_five_per_cent_errors(fmus, tmp_path):
 def test_loop_beyond_its_delay_margin_is_unstable(fmus, tmp_path):
     system = load_system(fmus / "centralised" / "fine_pointing.ssd").with_delay("controller", "plant", 10)
     values = scalar_overrides(scenario_parameters("fine_pointing", seed=1))
-    simulate(system, tmp_path / "run", stop_time=20.0, overrides=values)
+    simulate(system, tmp_path / "run", stop_time=8.0, overrides=values)  # it reaches its limit cycle in 3 s
     run = read_run(tmp_path / "run")
     assert not judge(run, run.signals(), "nominal", 0.0).stable
+
+
+def test_recorded_run_is_stable(recorded_runs):
+    run = read_run(recorded_runs / "1")
+    outcome = judge(run, run.signals(), "nominal", 0.0)
+    assert outcome.stable
+    assert outcome.growth < 1.5
 
 
 def made_run(torque):
