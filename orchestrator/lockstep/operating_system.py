@@ -148,7 +148,7 @@ def _personality(number: int) -> int:
 
 def anonymous_memory(size: int) -> int:
     """Return the descriptor of a new file in memory; it has no name that could be left behind."""
-    file = os.memfd_create("lockstep")
+    file = os.memfd_create("exchanged values")
     os.ftruncate(file, size)
     return file
 

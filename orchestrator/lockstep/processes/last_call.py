@@ -29,8 +29,8 @@ class LastCall:
         length = min(max(0, self.integers[TEXT_SIZE]), SIZE - _TEXT)
         return self._memory[_TEXT : _TEXT + length].decode("utf-8", "replace")
 
-    @text.setter
-    def text(self, text: str) -> None:
+    def leave_text(self, text: str) -> None:
+        """Leave a text, as much of it as fits."""
         content = text.encode()[: SIZE - _TEXT]
         self._memory[_TEXT : _TEXT + len(content)] = content
         self.integers[TEXT_SIZE] = len(content)
@@ -38,7 +38,7 @@ class LastCall:
     def enter(self, name: str, time: float | None) -> None:
         """Note the call that is about to be made, and its simulated time [s] if it has one."""
         self.reals[TIME] = math.nan if time is None else time
-        self.text = name
+        self.leave_text(name)
         self.integers[CALL] = 1
 
     def leave(self) -> None:

@@ -61,7 +61,7 @@ class Worker:
     def log(self, _component: str, status: int, category: str, message: str) -> None:
         """Keep a message for the next answer; after a number of them the last few only."""
         text = message[:_LONGEST_MESSAGE]
-        self.last_call.text = " ".join(text.split())
+        self.last_call.leave_text(" ".join(text.split()))
         self._messages.append((status, category, text))
         if self._sent + len(self._messages) > _MOST_MESSAGES and len(self._messages) > 3:
             self._messages.popleft()
