@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from importlib import import_module
 
 import click
@@ -94,11 +96,14 @@ class Program(click.Group):
         context: click.Context | None = None
         try:
             with self.make_context(self.name, words) as context:
-                return int(self.invoke(context) or 0)
+                code = int(self.invoke(context) or 0)
+                sys.stdout.flush()  # here, where a reader that is gone is no error
+                return code
         except click.exceptions.Exit as end:
             return int(end.exit_code)
         except (Exception, KeyboardInterrupt) as error:
             if isinstance(error, BrokenPipeError):
+                _discard_output()
                 return 1
             if context is not None and traceback_asked(context):
                 traceback.print_exception(error)
@@ -120,3 +125,9 @@ class Program(click.Group):
             return 1, f"{error.filename or 'system'}: {error.strerror or error}"
         # a bug: still one line, and one that can be reported
         return 1, f"internal error, please report it: {type(error).__name__}: {error}; --traceback shows where"
+
+
+def _discard_output() -> None:
+    """Write what is left of the output to nowhere: the interpreter would report the broken pipe at its end."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
