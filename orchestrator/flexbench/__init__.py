@@ -1,4 +1,4 @@
-"""The studies: scenarios, metrics, figures, tables, and the command line `flexsat`."""
+"""Simulate, analyse and report the flexible spacecraft: scenarios, studies, figures and the command line `flexsat`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["load"]
 
 
 def load(path: Path | str, signals: Sequence[str] | None = None) -> Dataset:
-    """Return the signals of a results folder as an xarray Dataset; see `flexbench.runs.dataset.load_dataset`."""
-    from .runs.dataset import load_dataset  # xarray takes a second to import: only those who ask for it pay
+    """Load the signals of a results folder as an xarray Dataset; see `flexbench.runs.dataset.load_dataset`."""
+    from .runs.dataset import load_dataset  # xarray takes a second to import, so only where it is needed
 
     return load_dataset(path, signals)

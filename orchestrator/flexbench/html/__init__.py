@@ -1,1 +1,1 @@
-"""HTML documents made of blocks."""
+"""Documents made of blocks, written as HTML or Markdown."""

@@ -9,7 +9,7 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading; level 1 is the title."""
+    """A heading; level 1 is the title of the document."""
 
     level: Literal[1, 2, 3]
     text: str
@@ -17,21 +17,21 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """Plain text; names between backticks."""
+    """Plain text; names stand between backticks."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Listing:
-    """Text whose line breaks and blanks matter."""
+    """Preformatted text: line breaks and spaces are kept."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table; cells of `code` columns are names."""
+    """A table; the columns in `code` hold names."""
 
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -40,7 +40,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """An SVG image: inline in HTML, a file beside the document for Markdown."""
+    """An SVG image: inline in HTML, a separate file for Markdown."""
 
     svg: str
     file: str

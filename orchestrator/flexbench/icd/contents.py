@@ -27,20 +27,20 @@ _ROLES = {
     "inputs, and its outputs are true at the step's end. Any communication step.",
     "sensors": "Star tracker, gyros, accelerometers, encoders, and the jitter of the wheels. Sampled: reads its inputs "
     "at the step's start, and its outputs hold from there. Fixed step (parameter step_size).",
-    "controller": "The LQG attitude controller with its slew guidance. Sampled, fixed step. This is the interface that "
-    "another controller has to serve to take its place.",
+    "controller": "The LQG attitude controller with its slew guidance. Sampled, fixed step. Another controller that "
+    "takes its place needs this interface.",
 }
 _HEADER = ("port", "size", "type", "unit (shown)", "frame", "every", "range", "start")
 
 _CONVENTIONS = (
-    "Names follow the structured convention of FMI 2.0; arrays are numbered from 1. All values are SI; a display unit "
-    "is named where people prefer another.",
+    "Names follow the structured convention of FMI 2.0; arrays are numbered from 1. All values are SI; a display "
+    "unit is given where another one is usual.",
     "Body axes: origin at the centre of the aperture, x and y in its plane, z along its normal. Quaternions are scalar "
     "last and, like modified Rodrigues parameters (MRP), turn inertial components into body components; MRP are those "
     "of the short rotation.",
     "Where the two configurations differ a cell reads centralised / distributed.",
-    "Ranges are what the closed loop stays in, not limits: an input beyond its range is taken (the plant limits wheel "
-    "torque to wheel.torque_limit). Limits of parameters are enforced.",
+    "Ranges of inputs and outputs are the values in the closed loop, not limits: an input beyond its range is accepted "
+    "(the plant limits wheel torque to wheel.torque_limit). Ranges of parameters are enforced.",
 )
 
 
@@ -62,7 +62,7 @@ def icd_blocks(
     blocks: list[Block] = [
         Heading(1, "flexsat: interface control document"),
         Paragraph(
-            f"Of flexsat {version('flexsat')}, written by `flexsat build` from the tables that the FMUs are made of."
+            f"Written by `flexsat build`, flexsat {version('flexsat')}, from the port tables that also define the FMUs."
         ),
         Heading(2, "Conventions"),
         *(Paragraph(text) for text in _CONVENTIONS),
@@ -70,12 +70,12 @@ def icd_blocks(
         Table(("file", "GUID", "SHA-256"), identities, frozenset({0, 1, 2})),
         Heading(2, "Timing"),
         Paragraph(
-            "In a tick the components run in the order sensors, controller, plant. `same tick`: the reader sees what "
-            "the producer computed in this tick. `1 tick`: the reader sees the plant's outputs as they are true at the "
-            "tick's time."
+            "In a tick the components run in the order sensors, controller, plant. `same tick`: the consumer reads the "
+            "value that the producer computed in this tick. `1 tick`: the consumer reads the plant's outputs that are "
+            "true at the time of this tick."
         ),
         Table(("from", "to", "ports", "latency"), [_wire(*wire) for wire in wires]),
-        Picture(timeline_svg(system, TIMELINE_TICKS), TIMELINE_FILE, "who runs when, and what travels where"),
+        Picture(timeline_svg(system, TIMELINE_TICKS), TIMELINE_FILE, "timeline of steps and connections"),
         Listing("\n".join(timeline_lines(system, TIMELINE_TICKS))),
     ]
     for component, role in _ROLES.items():
@@ -119,15 +119,15 @@ def _elements(design: Design) -> list[Block]:
     modes = [[str(i), f"{f / (2.0 * np.pi):.4f}"] for i, f in enumerate(craft.frequency, 1)]
     position, axis = ("x [m]", "y [m]", "z [m]"), ("axis x", "axis y", "axis z")
     return [
-        Paragraph("Mounts, of jitter.force_* and jitter.torque_*:"),
+        Paragraph("Mounts, elements of jitter.force_* and jitter.torque_*:"),
         Table(("mount", *position), mounts, frozenset()),
-        Paragraph("Wheels, of every wheel.*, encoder.* and *.torque:"),
+        Paragraph("Wheels, elements of every wheel.*, encoder.* and *.torque:"),
         Table(("wheel", "mount", *axis, "nominal speed [rpm]"), wheels, frozenset()),
-        Paragraph("Gyros, of gyro_site.rate and gyro.rate:"),
+        Paragraph("Gyros, elements of gyro_site.rate and gyro.rate:"),
         Table(("gyro", *position, *axis), gyros, frozenset()),
-        Paragraph("Accelerometers, of accelerometer_site.acceleration and accelerometer.acceleration:"),
+        Paragraph("Accelerometers, elements of accelerometer_site.acceleration and accelerometer.acceleration:"),
         Table(("accelerometer", *position, *axis), accelerometers, frozenset()),
-        Paragraph("Modes with the bus clamped, of modal.*:"),
+        Paragraph("Modes with the bus clamped, elements of modal.*:"),
         Table(("mode", "frequency [Hz]"), modes, frozenset()),
     ]
 

@@ -8,7 +8,7 @@ from flexsat.design.chain import Design
 from flexsat.ports.plant import JITTER
 from flexsat.ports.table import Port
 
-SIGMAS = 4.0  # of the broadband jitter that a bound allows for
+SIGMAS = 4.0  # standard deviations of the broadband jitter inside the bound
 STABLE_RATE = 0.5  # rad/s: up to here the plant's explicit momentum terms are stable at 1 ms (flexsat.runtime.plant)
 
 Range = tuple[float | None, float | None]  # lower, upper; None: no bound

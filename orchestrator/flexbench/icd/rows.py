@@ -105,4 +105,4 @@ def _partner(component: str, port: Port, wires: Sequence[Wire]) -> str:
             ends.append(f"{target}.{port.name} ({latency})")
     if ends or port.causality == "parameter":
         return "; ".join(ends)
-    return "a value of the scenario" if port.causality == "input" else "recording"
+    return "set by the scenario" if port.causality == "input" else "recording"

@@ -50,7 +50,7 @@ def compare(
     ----------
     fmus : folder that `flexsat build` filled
     folder : results folder of the co-simulation
-    name, scenario, seed : what to run
+    name, scenario, seed : of the run
     duration : [s]
     record : patterns; None for the default recording
     """

@@ -23,7 +23,7 @@ SCRIPTS = ("data.js", "axes.js", "plots.js", "scene.js")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageSection:
-    """One section of the page: a title, the template that writes it, and what that template reads."""
+    """One section of the page: its title, its template, and the values that the template shows."""
 
     anchor: str
     title: str

@@ -1,4 +1,4 @@
-"""What readers look at first: errors, deformation and effort, as far as a run recorded what they are made of."""
+"""Compute the histories shown first, errors, deformation and effort, as far as their signals were recorded."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class DerivedHistory:
 
 
 def fully_recorded(signals: Signals, run: Run, *names: str) -> bool:
-    """Tell whether all elements of these arrays of our systems were recorded: a part of them has no norm."""
+    """Return whether all elements of these arrays were recorded: a part of an array has no norm."""
     wheels = len(build_wheels(run.configuration).position)
     modes = configuration(run.configuration).plate.mode_count
     counts = {histories.TORQUE: wheels, SPEED: wheels, MODAL: modes, MODAL_RATE: modes}
@@ -45,7 +45,7 @@ def build_wheels(name: ConfigurationName) -> Points:
 
 
 def derived_histories(signals: Signals, run: Run | None) -> Iterator[DerivedHistory]:
-    """Yield the derived histories that the recorded signals allow; none for a system that is not ours."""
+    """Yield the derived histories that the recorded signals allow; none for a system that is not flexsat's."""
     if run is None:
         return
     if fully_recorded(signals, run, *ERRORS):

@@ -1,4 +1,4 @@
-"""Figures of a page: those that stand in the results folders, or drawn on the spot."""
+"""Figures of a page as images: those stored in the results folders, or else drawn now."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from flexbench.html.document import Picture
 
 from .results import Result
 
-ROOM = 2_500_000  # bytes of all figures of a page before base64
-LARGE = 800_000  # bytes of a drawing with lines; pixels are smaller then
+ROOM = 2_500_000  # bytes for all figures of a page, before base64
+LARGE = 800_000  # bytes of an SVG from which on PNG is smaller
 TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Image:
-    """A figure as bytes."""
+    """A figure as the bytes of an image file."""
 
     title: str
     data: bytes
@@ -34,12 +34,12 @@ class Image:
 
 
 def image_of(picture: Picture) -> Image:
-    """Return a picture of a section as an image."""
+    """Return the picture of a document block as an image."""
     return Image(title=picture.description, data=picture.svg.encode("utf-8"), type=TYPES[".svg"])
 
 
 def stored_images(folder: Path) -> list[Image]:
-    """Return the figures of a results folder, each in the smaller of its formats."""
+    """Return the figures stored in a results folder, each in the smaller of its formats."""
     found: dict[str, Path] = {}
     for path in sorted((folder / "figures").glob("*")):
         if path.suffix in TYPES and (path.stem not in found or path.stat().st_size < found[path.stem].stat().st_size):
@@ -51,12 +51,12 @@ def stored_images(folder: Path) -> list[Image]:
 
 
 def drawn_images(results: Sequence[Result]) -> list[Image]:
-    """Draw the paper's figures of the runs of our systems, configurations overlaid."""
+    """Draw the paper's figures of the runs of flexsat systems, configurations overlaid."""
     from flexbench import figures  # matplotlib takes a second to import
 
     images = []
     for name, draw in figures.result_figures([result.run for result in results if result.run is not None]).items():
-        with suppress(ValueError):  # what a figure needs was not recorded, or in part
+        with suppress(ValueError):  # a signal that the figure needs was not recorded, or in part
             images.append(_image(name.replace("-", " "), draw()))
     return images
 
@@ -64,7 +64,7 @@ def drawn_images(results: Sequence[Result]) -> list[Image]:
 def _image(title: str, figure: Any) -> Image:
     vector = io.BytesIO()
     figure.savefig(vector, format="svg")
-    if vector.tell() <= LARGE:
+    if len(vector.getvalue()) <= LARGE:
         return Image(title=title, data=vector.getvalue(), type=TYPES[".svg"])
     raster = io.BytesIO()
     figure.savefig(raster, format="png", dpi=150)
@@ -72,7 +72,7 @@ def _image(title: str, figure: Any) -> Image:
 
 
 def split_by_size(images: Sequence[Image], room: int = ROOM) -> tuple[list[Image], list[Image]]:
-    """Return the images that a page takes, in their order, and those that are too large for it."""
+    """Return the images that fit the page, in their order, and those that are too large for it."""
     taken, left = [], []
     for image in images:
         if len(image.data) <= room:

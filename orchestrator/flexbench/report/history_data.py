@@ -1,4 +1,4 @@
-"""Histories small enough for a page: every sample if it fits, else the least and the largest of each interval."""
+"""Reduce histories to what fits a page: every sample, or the minimum and maximum of each interval of rows."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from flexsat.arrays import Array
 
 FLOAT = 4  # bytes
-LEAST_INTERVALS = 600  # of a history; what would need more room than that is left out
-SAME = 1e-6  # relative differences of intervals that count as uniform
+LEAST_INTERVALS = 600  # of a history; those that do not fit with so many are left out
+SAME = 1e-6  # relative difference of time steps that still count as uniform
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,13 +28,13 @@ class History:
     unit: str
     description: str
     values: Array  # (rows,)
-    logarithmic: bool = False  # how it is best seen
+    logarithmic: bool = False  # axis on which it is shown
 
 
 def stride_for(rows: int, changing: int, budget: int) -> int:
     """Return how many rows share one interval so that `changing` histories fit `budget` bytes.
 
-    1 means every sample, which takes half the room of an interval.
+    1 means every sample, which takes half the bytes of an interval.
     """
     if changing == 0 or rows * changing * FLOAT <= budget:
         return 1
@@ -43,7 +43,7 @@ def stride_for(rows: int, changing: int, budget: int) -> int:
 
 
 def extremes(values: Array, stride: int) -> NDArray[np.float32]:
-    """Return least and largest value of each `stride` rows, (intervals, 2), rounded outwards to single precision."""
+    """Return minimum and maximum of each `stride` rows, (intervals, 2), rounded outwards to single precision."""
     starts = np.arange(0, len(values), stride)
     low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
     below, above = low.astype(np.float32), high.astype(np.float32)
@@ -53,12 +53,12 @@ def extremes(values: Array, stride: int) -> NDArray[np.float32]:
 
 
 def encode(values: NDArray[Any]) -> str:
-    """Return an array's bytes, little-endian, as base64."""
+    """Return the bytes of an array, little-endian, as base64."""
     return base64.b64encode(np.ascontiguousarray(values.astype(values.dtype.newbyteorder("<"))).tobytes()).decode()
 
 
 def time_base(time: Array, stride: int) -> dict[str, Any]:
-    """Return when the rows, or intervals of `stride` rows, begin: by start and step if uniform, else one by one."""
+    """Return start times of rows, or of intervals of `stride` rows: by start and step if uniform, else one by one."""
     starts = time[::stride]
     base: dict[str, Any] = {"count": len(starts), "end": float(time[-1]) if len(time) else 0.0, "stride": stride}
     steps = np.diff(time)
@@ -69,7 +69,7 @@ def time_base(time: Array, stride: int) -> dict[str, Any]:
 
 
 def history_data(history: History, stride: int) -> tuple[dict[str, Any], str]:
-    """Return what the page knows of a history, and its base64 data: none for one that never changes."""
+    """Return the description of a history for the page, and its data as base64: none if it is constant."""
     values = history.values
     about: dict[str, Any] = {
         "name": history.name,
@@ -88,20 +88,20 @@ def history_data(history: History, stride: int) -> tuple[dict[str, Any], str]:
 
 
 def histories_within(time: Array, histories: Sequence[History], budget: int) -> Mapping[str, Any]:
-    """Pack histories of one time base within about `budget` bytes of data, and name those that found no room."""
+    """Return histories of one time base in about `budget` bytes of data, and the names of those left out."""
     changing = [h for h in histories if len(h.values) and h.values.min() != h.values.max()]
     stride = stride_for(len(time), len(changing), budget)
     room = max(1, budget // (2 * FLOAT * math.ceil(len(time) / stride))) if stride > 1 else len(changing)
     left_out = {id(history) for history in changing[room:]}
-    told, data = [], []
+    descriptions, data = [], []
     for history in histories:
         if id(history) not in left_out:
             about, text = history_data(history, stride)
-            told.append(about)
+            descriptions.append(about)
             data.append(text)
     return {
         "time": time_base(time, stride),
-        "histories": told,
+        "histories": descriptions,
         "data": data,
         "left_out": sorted({history.group for history in changing[room:]}),
     }

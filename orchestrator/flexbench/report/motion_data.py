@@ -1,4 +1,4 @@
-"""The structure in motion: its mesh, mode shapes and wheels once, and the modal coordinates and torques over time."""
+"""Prepare the animation of the structure: mesh, mode shapes and wheels, and modal coordinates and torques over time."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ def geometry_data(name: ConfigurationName) -> dict[str, Any]:
 
 
 def _node_at(nodes: Array, position: Array) -> int:
-    """Return the mesh node of a device, -1 for the bus, which stays where it is."""
+    """Return the mesh node of a device, or -1 for the bus, which does not deform."""
     distance = np.linalg.norm(nodes - position[:2], axis=1)
     nearest = int(np.argmin(distance))
     return nearest if distance[nearest] < 1e-3 else -1
 
 
 def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
-    """Return what moves, as frames that fit `budget` bytes: rows of the record, none averaged; None without modes.
+    """Return the frames of the animation within `budget` bytes, each one recorded row; None if no modes were recorded.
 
-    Modal coordinates and torques are 16- and 8-bit shares of their largest values.
+    Modal coordinates and torques are 16- and 8-bit fractions of their largest values.
     """
     if len(signals.time) < 2 or not fully_recorded(signals, run, MODAL):
         return None
@@ -67,7 +67,7 @@ def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | Non
     modal, torque = modal[rows], torque[rows]
     scale = np.maximum(np.abs(modal).max(axis=0), np.finfo(float).tiny)
     largest = max(float(np.abs(torque).max(initial=0.0)), np.finfo(float).tiny)
-    told: dict[str, Any] = {
+    frames_data: dict[str, Any] = {
         "configuration": run.configuration,
         "frames": len(modal),
         "start": float(signals.time[0]),
@@ -79,5 +79,5 @@ def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | Non
         "wheels": torque.shape[1],
     }
     if fully_recorded(signals, run, *ERRORS):
-        told["error"] = encode(histories.pointing_error_vector(signals)[rows].astype(np.float32))
-    return told
+        frames_data["error"] = encode(histories.pointing_error_vector(signals)[rows].astype(np.float32))
+    return frames_data

@@ -1,4 +1,4 @@
-"""Print a page to PDF with the browser of this machine: Chromium or one of its kin; no network."""
+"""Print a page as PDF with a browser of this machine, Chromium or a relative; no network is used."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ BROWSERS = (
     "microsoft-edge",
     "msedge",
 )
-PATIENCE = 120.0  # s
+PRINT_TIMEOUT = 120.0  # s
 
 
 def find_browser() -> str:
-    """Return the path of a browser that can print without a window; raise InputError if there is none."""
+    """Return the path of a browser that prints without a window; raise InputError if there is none."""
     for name in BROWSERS:
         if path := shutil.which(name):
             return path
@@ -46,13 +46,15 @@ def print_pdf(page: Path, out: Path) -> Path:
             "--virtual-time-budget=5000", f"--print-to-pdf={out}",
         ]  # fmt: skip
         if hasattr(os, "geteuid") and os.geteuid() == 0:
-            command.append("--no-sandbox")  # root cannot have one
+            command.append("--no-sandbox")  # Chromium refuses to run as root with a sandbox
         try:
             done = subprocess.run(
-                [*command, page.resolve().as_uri()], capture_output=True, text=True, check=False, timeout=PATIENCE
+                [*command, page.resolve().as_uri()], capture_output=True, text=True, check=False, timeout=PRINT_TIMEOUT
             )
         except subprocess.TimeoutExpired:
-            raise InputError(f"--pdf: {browser} did not print within {PATIENCE:g} s; print the page by hand") from None
+            raise InputError(
+                f"--pdf: {browser} did not print within {PRINT_TIMEOUT:g} s; print the page from a browser"
+            ) from None
     if not out.is_file():
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         raise InputError(f"--pdf: {browser} did not print ({last}); print the page from a browser")

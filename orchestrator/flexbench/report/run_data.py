@@ -1,4 +1,4 @@
-"""The heavy part of a page: each run's signals, read once, become histories, motion and numbers that fit a page."""
+"""Read the signals of a run and reduce them to histories, motion and statistics that fit a page."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from .history_data import History, histories_within
 from .motion_data import motion_data
 from .results import Result
 
-# bytes of data on a page before base64, shared by its runs: 9 MB of text, which leaves room for figures below 15 MB
+# bytes of data on a page before base64, shared by its runs: 9 MB of text, so that a page with figures is below 15 MB
 DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET = 2_000_000, 3_800_000, 800_000
 Window = tuple[float, float]  # begin, end [s]
-PEAKED = 30.0  # times its median: what a norm exceeds for a logarithmic axis
+PEAKED = 30.0  # times its median; a norm with higher peaks gets a logarithmic axis
 MOST_MARKS = 40  # of one run: more hide the lines
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HistoryStatistics:
-    """What a history comes to: RMS of the run's second half, and the largest size of all."""
+    """Statistics of a history: RMS of the second half of the run, and largest absolute value of the whole run."""
 
     name: str
     unit: str
@@ -37,11 +37,11 @@ class HistoryStatistics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunData:
-    """What the page holds of one run."""
+    """One run as the page shows it."""
 
     result: Result
     for_script: Mapping[str, Any]  # histories, marks and motion, for the page's script
-    numbers: tuple[HistoryStatistics, ...]
+    statistics: tuple[HistoryStatistics, ...]
     rows: int
     recorded: int  # signals
     end: float  # s, of the last row
@@ -49,13 +49,13 @@ class RunData:
 
 
 def read_run_data(result: Result, runs: int, window: Window | None = None) -> RunData:
-    """Read a run's signals and condense them.
+    """Read the signals of a run and reduce them to what fits a page.
 
     Parameters
     ----------
     result : the run
-    runs : how many share the page
-    window : the part of the time to show, begin and end [s]; None for all
+    runs : number of runs on the page
+    window : part of the time to show, begin and end [s]; None for all
 
     Raises
     ------
@@ -68,15 +68,15 @@ def read_run_data(result: Result, runs: int, window: Window | None = None) -> Ru
     if window is not None:
         signals = _within(signals, window)
     derived = list(derived_histories(signals, result.run))
-    first, rest = _sorted(derived, signals)
+    first, rest = _by_priority(derived, signals)
     parts = [histories_within(signals.time, first, DERIVED_BUDGET // runs)] if first else []
     parts.append(histories_within(signals.time, rest, RECORDED_BUDGET // runs))
-    moving = motion_data(signals, result.run, MOTION_BUDGET // runs) if result.run else None
+    motion = motion_data(signals, result.run, MOTION_BUDGET // runs) if result.run else None
     steps = np.diff(signals.time)
     return RunData(
         result=result,
-        for_script={"name": result.name, "parts": parts, "marks": list(_marks(result)), "motion": moving},
-        numbers=tuple(_number(one, signals) for one in derived if not one.elements),
+        for_script={"name": result.name, "parts": parts, "marks": list(_marks(result)), "motion": motion},
+        statistics=tuple(_statistics(one, signals) for one in derived if not one.elements),
         rows=len(signals.time),
         recorded=len(signals.columns),
         end=float(signals.time[-1]),
@@ -96,10 +96,10 @@ def _within(signals: Signals, window: Window) -> Signals:
     return replace(signals, time=signals.time[rows], columns=columns)
 
 
-def _sorted(derived: list[DerivedHistory], signals: Signals) -> tuple[list[History], list[History]]:
-    """Return what is kept sample by sample as long as it fits, and the rest: wheels one by one, all that was recorded.
+def _by_priority(derived: list[DerivedHistory], signals: Signals) -> tuple[list[History], list[History]]:
+    """Return histories by priority for full resolution: first derived ones, then single wheels and recorded signals.
 
-    A run without derived histories has no first part.
+    A run without derived histories has none of first priority.
     """
     first: list[History] = []
     rest: list[History] = []
@@ -132,12 +132,12 @@ def _sorted(derived: list[DerivedHistory], signals: Signals) -> tuple[list[Histo
 
 
 def _spans_decades(values: Array) -> bool:
-    """Tell whether a norm has peaks far above its usual size, which a linear axis hides."""
+    """Return whether a norm has peaks so far above its median that a linear axis would hide the rest."""
     usual = float(np.median(values))
     return bool(values.min() >= 0.0 < usual and values.max() > PEAKED * usual)
 
 
-def _number(one: DerivedHistory, signals: Signals) -> HistoryStatistics:
+def _statistics(one: DerivedHistory, signals: Signals) -> HistoryStatistics:
     late = one.values[signals.time >= 0.5 * (signals.time[0] + signals.time[-1])]
     return HistoryStatistics(
         name=one.name,
@@ -148,12 +148,12 @@ def _number(one: DerivedHistory, signals: Signals) -> HistoryStatistics:
 
 
 def is_fault(event: Mapping[str, Any]) -> bool:
-    """Tell whether an event is an injected fault, beginning or end."""
+    """Return whether an event is the begin or the end of an injected fault."""
     return "fault" in (event.get("event"), event.get("kind"))
 
 
 def _marks(result: Result) -> Iterator[dict[str, Any]]:
-    """Yield what a plot marks: the slew, and faults and other events of a moment inside the run."""
+    """Yield the marks of a plot: begin and end of the slew, faults, and other events during the run."""
     run = result.run
     if run is not None and run.slew:
         yield {"time": run.design.config.slew.start_time, "text": "slew", "kind": "slew"}

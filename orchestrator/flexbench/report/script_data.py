@@ -1,4 +1,4 @@
-"""Prepare what the script of the page reads: runs, histories, motion and geometry, with large data by element id."""
+"""Prepare the data of the page's script: runs, histories, motion, geometry; large data are elements with an id."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of a whole study, such as the paper's, from the folder that holds its runs."""
+"""Show the table of a study, such as the paper's, that is stored with its runs."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ TABLE = "table.json"
 
 
 def study_folders(paths: Sequence[Path]) -> list[Path]:
-    """Return those of the given folders that hold a study's table."""
+    """Return the folders that hold the table of a study."""
     return [path for path in paths if (path / TABLE).is_file()]
 
 
 def study_table(folder: Path) -> list[Block]:
-    """Return the study's table: a configuration each, published beside ours."""
+    """Return a table for each configuration: the published value and those of the runs."""
     content = json.loads((folder / TABLE).read_text(encoding="utf-8"))
     rows: list[dict[str, Any]] = content["rows"]
     variants = list(dict.fromkeys(row["variant"] for row in rows))
@@ -30,8 +30,8 @@ def study_table(folder: Path) -> list[Block]:
         for row in rows:
             if row["configuration"] == name:
                 line = lines.setdefault(row["row"], [row["row"], row["unit"], number(row["published"])])
-                line.append(_with_spread(row) + ("" if row["met"] else " (differs from our reference)"))
-        header = ("quantity", "unit", "published", *(f"ours, {variant.replace('_', ' ')}" for variant in variants))
+                line.append(_with_spread(row) + ("" if row["met"] else " (differs from the reference)"))
+        header = ("quantity", "unit", "published", *(f"flexsat, {variant.replace('_', ' ')}" for variant in variants))
         if lines:
             blocks += [Heading(3, name), Table(header, list(lines.values()), code=frozenset())]
     seeds = ", ".join(str(seed) for seed in content["seeds"])

@@ -1,4 +1,4 @@
-"""What stands on the page as text: facts, numbers, events, system, and versions, as blocks of a document."""
+"""Write the text sections of the page as blocks: summary, numbers, events, system, versions."""
 
 from __future__ import annotations
 
@@ -25,36 +25,36 @@ MOST_TICKS = 12  # of a drawn timeline
 LONGEST_CELL = 300  # letters
 
 
-def summary_blocks(contents: Sequence[RunData]) -> list[Block]:
-    """Return what the runs were: one below the other for a single run, a row each for several."""
-    told = [_facts_of(content) for content in contents]
-    if len(told) == 1:
-        return [Table(("", ""), list(told[0].items()), code=frozenset())]
-    names = ("system", "variant", "seed", "status", "simulated", "wall time", "recorded", "begun")
-    rows = [[c.result.name, *(one.get(name, "-") for name in names)] for c, one in zip(contents, told, strict=True)]
+def summary_blocks(runs: Sequence[RunData]) -> list[Block]:
+    """Return a table that describes the runs: one fact a row for a single run, one run a row for several."""
+    facts = [_facts_of(run) for run in runs]
+    if len(facts) == 1:
+        return [Table(("", ""), list(facts[0].items()), code=frozenset())]
+    names = ("system", "variant", "seed", "status", "simulated", "wall time", "recorded", "started")
+    rows = [[run.result.name, *(one.get(name, "-") for name in names)] for run, one in zip(runs, facts, strict=True)]
     return [Table(("run", *names), rows, code=frozenset())]
 
 
-def _facts_of(content: RunData) -> dict[str, str]:
-    result, record = content.result, content.result.record
-    simulated, wall = _simulated(content), float(record.get("wall_time", 0.0))
+def _facts_of(run: RunData) -> dict[str, str]:
+    result, record = run.result, run.result.record
+    simulated, wall = _simulated(run), float(record.get("wall_time", 0.0))
     speed = f" ({simulated / wall:.1f} x real time)" if wall > 0.0 else ""
-    told = {"system": str(record.get("system", {}).get("name", ""))}
+    facts = {"system": str(record.get("system", {}).get("name", ""))}
     if result.run is not None:
-        told["variant"] = "as published" if result.run.as_published else "corrected"
-        told["seed"] = str(result.run.seed)
-    return told | {
+        facts["variant"] = "as published" if result.run.as_published else "corrected"
+        facts["seed"] = str(result.run.seed)
+    return facts | {
         "status": str(record.get("status", "")),
         "simulated": f"{simulated:g} s of {float(record.get('stop_time', simulated)):g} s",
         "wall time": f"{wall:.1f} s{speed}",
-        "recorded": f"{content.recorded} signals every {content.interval * 1e3:g} ms, {content.rows} rows",
-        "begun": str(record.get("started", "")),
+        "recorded": f"{run.recorded} signals every {run.interval * 1e3:g} ms, {run.rows} rows",
+        "started": str(record.get("started", "")),
         "folder": str(result.folder),
     }
 
 
 def scenario_of(result: Result) -> str:
-    """Return which of the paper's scenarios a run is, as in its table."""
+    """Return the scenario of the paper that a run belongs to, named as in its table; empty for other systems."""
     if result.run is None:
         return ""
     if result.run.slew:
@@ -62,56 +62,52 @@ def scenario_of(result: Result) -> str:
     return "fine_pointing_open_loop" if result.run.open_loop else "fine_pointing"
 
 
-def _simulated(content: RunData) -> float:
-    """Return how far a run came [s]: one that still goes on has not yet said so itself."""
-    return float(content.result.record.get("simulated_time", 0.0)) or content.end
+def _simulated(run: RunData) -> float:
+    """Return the simulated time [s]; the record of a run that still goes on does not have it yet."""
+    return float(run.result.record.get("simulated_time", 0.0)) or run.end
 
 
-def run_description(content: RunData) -> str:
-    """Return what a run was in a few words."""
-    result = content.result
+def run_description(run: RunData) -> str:
+    """Return a short description of a run."""
+    result = run.result
     words = [str(result.record.get("system", {}).get("name", ""))]
     if result.run is not None:
         words += ["as published" if result.run.as_published else "corrected", f"seed {result.run.seed}"]
-    return ", ".join([*words, f"{_simulated(content):g} s simulated"])
+    return ", ".join([*words, f"{_simulated(run):g} s simulated"])
 
 
-def number_blocks(contents: Sequence[RunData], with_metrics: bool = True) -> list[Block]:
-    """Return the metrics of the paper beside its values, if wanted, and what the histories come to."""
+def number_blocks(runs: Sequence[RunData], with_metrics: bool = True) -> list[Block]:
+    """Return the paper's metrics next to the published values, if wanted, and statistics of the histories."""
     blocks: list[Block] = []
-    metrics = [content.result.metrics() if with_metrics else {} for content in contents]
+    names = [run.result.name for run in runs]
+    metrics = [run.result.metrics() if with_metrics else {} for run in runs]
     if any(metrics):
         rows = []
         for row in ROWS:
-            cells = [_cell(row, content.result, one) for content, one in zip(contents, metrics, strict=True)]
+            cells = [_cell(row, run.result, one) for run, one in zip(runs, metrics, strict=True)]
             if any(cells):
                 values = [cell or "-" for cell in cells]
-                rows.append([row.label, row.unit, *values, _published(row, contents)])
+                rows.append([row.label, row.unit, *values, _published(row, runs)])
         if rows:
-            header = ("the paper's quantities", "unit", *(c.result.name for c in contents), "published")
-            blocks += [_narrow(header, rows, len(contents))]
-            blocks += [Paragraph("What the quantities are:"), Listing("\n".join(_definitions(rows)))]
-    names = list(dict.fromkeys((n.name, n.unit) for content in contents for n in content.numbers))
+            header = ("quantity of the paper", "unit", *names, "published")
+            blocks += [_narrow(header, rows, len(runs))]
+            blocks += [Paragraph("Definitions of the quantities:"), Listing("\n".join(_definitions(rows)))]
     rows = []
-    for name, unit in names:
-        found = [next((n for n in content.numbers if n.name == name), None) for content in contents]
-        rows.append([name, unit, *(f"{number(n.late)} / {number(n.largest)}" if n else "-" for n in found)])
+    for name, unit in dict.fromkeys((one.name, one.unit) for run in runs for one in run.statistics):
+        found = [next((one for one in run.statistics if one.name == name), None) for run in runs]
+        rows.append([name, unit, *(f"{number(one.late)} / {number(one.largest)}" if one else "-" for one in found)])
     if rows:
-        header = ("RMS of the second half / largest", "unit", *_names(contents))
-        blocks.append(_narrow(header, rows, len(contents)))
+        header = ("RMS of the second half / largest", "unit", *names)
+        blocks.append(_narrow(header, rows, len(runs)))
     return blocks
 
 
 def _narrow(header: Sequence[str], rows: Sequence[Sequence[str]], runs: int) -> Table:
-    """Return a table with a column a run, or with a row each if there are many."""
+    """Return a table with one column for each run, or with one row for each if there are many."""
     if runs <= MOST_COLUMNS:
         return Table(header, rows, code=frozenset())
-    turned = [list(column) for column in zip(header, *rows, strict=True)]
-    return Table(turned[0], turned[1:], code=frozenset())
-
-
-def _names(contents: Sequence[RunData]) -> list[str]:
-    return [content.result.name for content in contents]
+    transposed = [list(column) for column in zip(header, *rows, strict=True)]
+    return Table(transposed[0], transposed[1:], code=frozenset())
 
 
 def _cell(row: Row, result: Result, metrics: Mapping[str, float]) -> str:
@@ -120,10 +116,10 @@ def _cell(row: Row, result: Result, metrics: Mapping[str, float]) -> str:
     return number(metrics[row.key] * row.scale)
 
 
-def _published(row: Row, contents: Sequence[RunData]) -> str:
-    """Return the paper's value, of each configuration that is on the page."""
-    present = {c.result.run.configuration for c in contents if c.result.run and scenario_of(c.result) == row.scenario}
-    ordered = sorted(present)
+def _published(row: Row, runs: Sequence[RunData]) -> str:
+    """Return the published value for each configuration on the page."""
+    results = [run.result for run in runs if scenario_of(run.result) == row.scenario]
+    ordered = sorted({result.run.configuration for result in results if result.run})
     if len(ordered) == 1:
         return number(row.published_for(ordered[0]))
     return ", ".join(f"{number(row.published_for(name))} {name}" for name in ordered)
@@ -135,7 +131,7 @@ def _definitions(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def event_blocks(results: Sequence[Result]) -> list[Block]:
-    """Return faults, then all events, of each run."""
+    """Return the faults, then the other events, of each run."""
     blocks: list[Block] = []
     for result in results:
         if len(results) > 1:
@@ -146,7 +142,7 @@ def event_blocks(results: Sequence[Result]) -> list[Block]:
         others = [event for event in result.events if not is_fault(event)]
         blocks.append(_event_table(others) if others else Paragraph("No events were recorded."))
         if len(others) > MOST_EVENTS:
-            blocks.append(Paragraph(f"{len(others) - MOST_EVENTS} more stand in {result.folder / 'events.jsonl'}."))
+            blocks.append(Paragraph(f"{len(others) - MOST_EVENTS} more are in {result.folder / 'events.jsonl'}."))
     return blocks
 
 
@@ -163,7 +159,7 @@ def _event_table(found: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def system_blocks(result: Result) -> list[Block]:
-    """Return components, latency contracts, and who runs when."""
+    """Return components, latency contracts and timeline of the system of a run."""
     record = result.record
     components = record.get("component", [])
     rows = [
@@ -181,18 +177,18 @@ def system_blocks(result: Result) -> list[Block]:
     if latencies:
         blocks.append(Table(("from", "to", "delay [ticks]"), latencies))
     try:
-        flown = _flown(record)
+        system = _simulated_system(record)
     except (InputError, OSError, KeyError) as error:
         return [*blocks, Paragraph(f"No timeline: {error}")]
-    periods = [component.period // flown.tick for component in flown.components]
+    periods = [component.period // system.tick for component in system.components]
     ticks = min(MOST_TICKS, math.lcm(*periods) + 1)
-    drawn = timeline_svg(flown, ticks)
-    blocks.append(Picture(drawn, "timeline.svg", f"Who runs when and what travels where: the first {ticks} ticks"))
+    svg = timeline_svg(system, ticks)
+    blocks.append(Picture(svg, "timeline.svg", f"Timeline of steps and connections: the first {ticks} ticks"))
     return blocks
 
 
-def _flown(record: Mapping[str, Any]) -> System:
-    """Return the system as it was run: from its file, if that is still the same, with the run's periods and delays."""
+def _simulated_system(record: Mapping[str, Any]) -> System:
+    """Return the system as it was simulated: from its file, if unchanged, with the periods and delays of the run."""
     path = Path(record["system"]["path"])
     loaded = load_system(path, timing_of_run(record))
     if loaded.sha256 != record["system"]["sha256"]:
@@ -209,18 +205,18 @@ def _flown(record: Mapping[str, Any]) -> System:
 
 
 def version_blocks(result: Result) -> list[Block]:
-    """Return versions, hashes, and all of run.toml."""
+    """Return versions, hashes, and the text of run.toml."""
     record = result.record
     versions = [[name, str(value)] for name, value in record.get("versions", {}).items()]
     hashes = [
         [c["name"], c.get("model", ""), c.get("sha256", ""), c.get("guid", "")] for c in record.get("component", [])
     ]
-    described = record.get("system", {})
-    if described.get("sha256"):
-        hashes.append(["system file", str(described.get("name", "")), described["sha256"], ""])
+    file = record.get("system", {})
+    if file.get("sha256"):
+        hashes.append(["system file", str(file.get("name", "")), file["sha256"], ""])
     return [
         Table(("package", "version"), versions, code=frozenset()),
-        Table(("of", "model", "SHA-256", "guid"), hashes, code=frozenset({2, 3})),
-        Paragraph("run.toml, all it takes to repeat the run:"),
+        Table(("component", "model", "SHA-256", "GUID"), hashes, code=frozenset({2, 3})),
+        Paragraph("run.toml, enough to repeat the run:"),
         Listing(result.text),
     ]

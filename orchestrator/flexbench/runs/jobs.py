@@ -30,7 +30,7 @@ from .run_folder import read_run, write_metrics
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """One simulation of one of our systems, and where its results go.
+    """One simulation of a flexsat system, and its results folder.
 
     `record` as in `simulate`. Without `metrics` the run may be short: the paper's metrics need more than 150 s.
     With a checkpoint the run begins there; without a system it is that of the checkpoint.
@@ -62,7 +62,7 @@ class Finished:
 
 
 _reports: Any = None  # queue to the parent, in a worker
-_stopping: Any = None  # event, in a worker: the pool has handed out one more job than it has processes
+_stopping: Any = None  # event, in a worker: no further job may start; the pool has one more in its queue
 
 
 def _prepare_worker(reports: Any, stopping: Any) -> None:
@@ -74,7 +74,7 @@ def _prepare_worker(reports: Any, stopping: Any) -> None:
 
 
 def run_job(job: Job) -> Finished:
-    """Simulate, and leave the metrics in the results folder."""
+    """Simulate, and write the metrics to the results folder."""
     if _stopping is not None and _stopping.is_set():
         raise KeyboardInterrupt
 
@@ -108,12 +108,12 @@ def run_job(job: Job) -> Finished:
 
 
 def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished]:
-    """Run jobs, each in a process of its own, and return them in the given order.
+    """Run jobs, each in its own process, and return them in the given order.
 
     Parameters
     ----------
     jobs : their folders must differ
-    processes : at once; None for one a core
+    processes : running at the same time; None for one per core
 
     Raises
     ------
@@ -122,7 +122,7 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
     KeyboardInterrupt
         After Ctrl-C, once the workers have closed their results.
     """
-    context = multiprocessing.get_context("spawn")  # FMUs keep state in the process: none may be inherited
+    context = multiprocessing.get_context("spawn")  # FMUs keep state in their process; none may be inherited
     reports, stopping = context.Queue(), context.Event()
     workers = min(processes or len(available_cores()), len(jobs))
     done: dict[int, Finished] = {}
@@ -185,7 +185,7 @@ def _drain(reports: Any, show: Callable[[str, float, float], None]) -> None:
 
 @contextmanager
 def _show(titles: Sequence[str]) -> Iterator[Callable[[str, float, float], None]]:
-    """Yield what shows a run's progress: a bar for each on a terminal, a line for each finished one elsewhere."""
+    """Yield a function that shows progress: a bar for each run on a terminal, else a line for each finished run."""
     console = Console(file=sys.stderr)
     if not console.is_terminal:
         ended: set[str] = set()

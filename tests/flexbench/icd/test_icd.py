@@ -71,7 +71,7 @@ def test_sources_and_destinations_are_those_of_the_systems(designs):
     fed = {(target, name) for _, _, target, name, _ in wires}
     for key, row in found.items():
         if row.causality == "input" and key not in fed:
-            assert row.partner == "a value of the scenario"
+            assert row.partner == "set by the scenario"
 
 
 def test_sizes_starts_and_periods_of_both_configurations(designs):

@@ -1,8 +1,8 @@
-// Axes, lines and marks of one plot, on a canvas.
+// Draw axes, lines and marks of one plot on a canvas.
 
 const MARGIN = { left: 62, right: 10, top: 16, bottom: 24 }; // px
 
-/** Where values lie, from the least (share 0) to the largest visible (1), and the ticks. */
+/** Return the scale of the value axis, from the smallest visible value (share 0) to the largest (1), and its ticks. */
 function valueAxis(lines, parts, logarithmic) {
   let least = Infinity, most = -Infinity, smallest = Infinity;
   parts.forEach((part, k) => {
@@ -19,8 +19,8 @@ function valueAxis(lines, parts, logarithmic) {
     const low = Math.log10(Math.max(Math.min(smallest, most) * 0.8, most * 1e-6)), high = Math.log10(most * 1.2);
     const ticks = [];
     const every = Math.max(1, Math.ceil((high - low) / 6));
-    for (let power = Math.ceil(low); power <= high; power += every) ticks.push([10 ** power, told(10 ** power)]);
-    if (ticks.length < 2) for (const value of [10 ** low, 10 ** high]) ticks.push([value, told(value, 2)]);
+    for (let power = Math.ceil(low); power <= high; power += every) ticks.push([10 ** power, formatNumber(10 ** power)]);
+    if (ticks.length < 2) for (const value of [10 ** low, 10 ** high]) ticks.push([value, formatNumber(value, 2)]);
     return { least, most, ticks, share: (v) => (Math.log10(Math.max(v, 1e-300)) - low) / (high - low) };
   }
   const largest = most;
@@ -77,7 +77,7 @@ function line(pen, x1, y1, x2, y2) {
   pen.stroke();
 }
 
-/** Draw one line through its samples, or through least and largest of each interval; return how many points. */
+/** Draw one line through its samples, or through minimum and maximum of each interval; return the point count. */
 function drawLine(pen, history, part, x, y) {
   const { low, high, begin, end, width } = part;
   pen.beginPath();
@@ -107,7 +107,7 @@ function drawMark(pen, frame, at, mark) {
   pen.textAlign = "left";
   pen.textBaseline = "top";
   if (!mark.text) return;
-  pen.strokeStyle = "rgba(255, 255, 255, 0.85)"; // lines behind must not cross the text out
+  pen.strokeStyle = "rgba(255, 255, 255, 0.85)"; // so that lines behind do not strike through the text
   pen.lineWidth = 3;
   pen.strokeText(mark.text, at + 3, frame.top + 2);
   pen.fillText(mark.text, at + 3, frame.top + 2);

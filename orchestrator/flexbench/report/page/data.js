@@ -1,4 +1,4 @@
-// The histories of the page: decoded when first drawn, and condensed so that no peak is lost.
+// The histories of the page: decoded when first drawn, and reduced without losing a peak.
 
 const contents = JSON.parse(document.getElementById("contents").textContent);
 
@@ -13,7 +13,7 @@ function bytesOf(text) {
 /** Return the base64 text of a data element. */
 const textOf = (id) => document.getElementById(id).textContent;
 
-/** When rows, or intervals of rows, begin: uniform or one by one. */
+/** Start times of rows, or of intervals of rows: uniform, or one by one. */
 class TimeBase {
   constructor(base) {
     this.count = base.count;
@@ -28,7 +28,7 @@ class TimeBase {
     return this.times ? this.times[i] : this.start + i * this.step;
   }
 
-  /** The last index that begins at or before a time, at least 0. */
+  /** Return the last index that starts at or before a time, at least 0. */
   before(time) {
     if (!this.times) {
       if (!(this.step > 0)) return 0;
@@ -43,7 +43,7 @@ class TimeBase {
   }
 }
 
-/** One line: its samples or extremes, and coarser levels of extremes above them, each twice as wide. */
+/** One line: its samples or extremes, and coarser levels of extremes, each with intervals twice as wide. */
 class History {
   constructor(about, base, run) {
     Object.assign(this, { ...about, base, run, levels: null });
@@ -83,7 +83,7 @@ class History {
     }
   }
 
-  /** The finest level with no more than `most` intervals between two times, and which of them. */
+  /** Return the finest level with at most `most` intervals between two times, and the range of those intervals. */
   part(from, to, most) {
     this.load();
     const first = this.base.before(from), last = this.base.before(to);
@@ -93,14 +93,14 @@ class History {
     return { ...level, begin, end };
   }
 
-  /** Middle of an interval of a level; of a sample its own time. */
+  /** Return the middle of an interval of a level, or the time of a sample. */
   time(i, width) {
     const start = this.base.at(i * width);
     if (width === 1 && this.kind !== "extremes") return start;
     return 0.5 * (start + this.base.at((i + 1) * width));
   }
 
-  /** Least and largest value of the interval at a time, or null outside the record. */
+  /** Return minimum and maximum of the interval at a time, or null outside the record. */
   valueAt(time) {
     if (time < this.base.at(0) || time > this.base.end) return null;
     this.load();
@@ -109,16 +109,16 @@ class History {
   }
 }
 
-// every run's histories by group, in the order of the page
+// the histories of all runs by group, in the order of the page
 const groups = new Map();
 for (const [run, about] of contents.runs.entries()) {
   for (const part of about.parts) {
     const base = new TimeBase(part.time);
-    for (const told of part.histories) {
-      if (!groups.has(told.group)) {
-        groups.set(told.group, { name: told.group, unit: told.unit, description: told.description, lines: [] });
+    for (const history of part.histories) {
+      if (!groups.has(history.group)) {
+        groups.set(history.group, { name: history.group, unit: history.unit, description: history.description, lines: [] });
       }
-      groups.get(told.group).lines.push(new History(told, base, run));
+      groups.get(history.group).lines.push(new History(history, base, run));
     }
   }
 }
@@ -131,25 +131,25 @@ for (const group of groups.values()) {
 }
 if (!(wholeTime.from < wholeTime.to)) wholeTime.from = wholeTime.to - 1;
 
-// Okabe and Ito (2008): told apart by all eyes; black comes last
+// Okabe and Ito (2008): distinguishable with colour-vision deficiencies; black is last
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#444444"];
 const RUN_DASHES = [[], [7, 3], [2, 2]];
 const runOrder = contents.runs.map((run, i) => i).sort((a, b) => Number(contents.runs[b].shown) - Number(contents.runs[a].shown));
 
-/** Colour and dashes of a run: those shown from the start come first. */
+/** Return colour and dashes of a run: those shown from the start come first. */
 function lookOf(run) {
-  const place = runOrder.indexOf(run);
-  return { colour: COLOURS[place % COLOURS.length], dashes: RUN_DASHES[Math.floor(place / COLOURS.length) % RUN_DASHES.length] };
+  const rank = runOrder.indexOf(run);
+  return { colour: COLOURS[rank % COLOURS.length], dashes: RUN_DASHES[Math.floor(rank / COLOURS.length) % RUN_DASHES.length] };
 }
 
-/** The colour of one of many: a cycle for few, a walk from dark blue to yellow-green for more. */
+/** Return the colour of one of `count` lines: from a cycle, or for many from dark blue to yellow-green. */
 function colourOf(i, count) {
   if (count <= COLOURS.length) return COLOURS[i % COLOURS.length];
   const share = i / (count - 1);
   return `hsl(${265 - 200 * share} ${60 + 15 * share}% ${28 + 26 * share}%)`;
 }
 
-/** Round steps of an axis: 1, 2 or 5 times a power of ten. */
+/** Return the step between ticks of an axis: 1, 2 or 5 times a power of ten. */
 function stepFor(span, most) {
   const raw = span / Math.max(1, most);
   const power = 10 ** Math.floor(Math.log10(raw));
@@ -157,8 +157,8 @@ function stepFor(span, most) {
   return 10 * power;
 }
 
-/** A number with few digits and no needless exponent. */
-function told(value, digits = 4) {
+/** Format a number with few digits, with an exponent only if needed. */
+function formatNumber(value, digits = 4) {
   if (value === 0) return "0";
   const size = Math.abs(value);
   if (size >= 1e-3 && size < 1e5) return String(Number(value.toPrecision(digits)));

@@ -1,4 +1,4 @@
-// Plots over one common time axis: drag to zoom, shift and drag to move, double-click for all.
+// Plots with a common time axis: drag to zoom, shift and drag to move, double-click for all.
 
 const view = { ...wholeTime, cursor: null, now: null };
 const panels = [];
@@ -6,7 +6,7 @@ const hiddenRuns = new Set(contents.runs.flatMap((run, i) => (run.shown ? [] : [
 const HEIGHT = 190;
 let waiting = false;
 
-/** Draw all panels once the browser is ready to. */
+/** Draw all panels in the next frame of the browser. */
 function redraw() {
   if (waiting) return;
   waiting = true;
@@ -16,13 +16,13 @@ function redraw() {
   });
 }
 
-/** Show another part of the time, no shorter than a few samples and no longer than all. */
+/** Show a part of the time, limited to a few samples at least and the whole record at most. */
 function look(from, to) {
   const whole = wholeTime.to - wholeTime.from;
   const span = Math.min(whole, Math.max(to - from, whole * 1e-6));
   view.from = Math.min(Math.max(from, wholeTime.from), wholeTime.to - span);
   view.to = view.from + span;
-  document.getElementById("shown").textContent = `${told(view.from, 6)} to ${told(view.to, 6)} s`;
+  document.getElementById("shown").textContent = `${formatNumber(view.from, 6)} to ${formatNumber(view.to, 6)} s`;
   redraw();
 }
 
@@ -41,12 +41,12 @@ function make(tag, properties = {}, ...children) {
   return element;
 }
 
-/** Buttons that hide and show: each [key, text, colour]; a double click shows one alone. */
+/** Make buttons that hide and show lines, from [key, text, colour]; a double click shows one line only. */
 function chips(entries, hidden) {
   const buttons = entries.map(([key, text, colour]) => {
     const swatch = make("i");
     if (colour) swatch.style.background = colour; else swatch.hidden = true;
-    const button = make("button", { type: "button", title: "click to hide or show; double-click for this one alone" }, swatch, text);
+    const button = make("button", { type: "button", title: "click to hide or show; double-click to show only this one" }, swatch, text);
     button.onclick = () => {
       if (hidden.has(key)) hidden.delete(key); else hidden.add(key);
       update();
@@ -92,7 +92,7 @@ class Panel {
       make("header", {}, this.title, make("span", { className: "tools" }, this.overlay, make("label", {}, log, "log"), close)),
       this.canvas, this.legend,
     );
-    // few of many: a comparison of 33 wheels at once shows nothing
+    // only the first elements: 33 wheels of several runs in one plot are unreadable
     const elements = this.elements();
     if (contents.runs.length > 1) for (const name of elements.slice(3)) this.hidden.add(name);
     this.listen();
@@ -107,7 +107,7 @@ class Panel {
     return this.lines().filter((l) => !hiddenRuns.has(l.run) && !this.hidden.has(l.element));
   }
 
-  /** Set title, choices and legend after a change of what is shown. */
+  /** Update title, choices and legend after the shown signals have changed. */
   arrange() {
     const [{ unit }] = this.groups;
     this.title.replaceChildren(this.groups.map((g) => g.name).join(" and "), make("small", {}, ` [${unit || "1"}]`));
@@ -195,7 +195,7 @@ class Panel {
     pen.rect(frame.left, frame.top - 1, frame.width, frame.height + 2);
     pen.clip();
     let points = 0;
-    pen.globalAlpha = lines.length > 1 ? 0.85 : 1; // what lies behind shows through
+    pen.globalAlpha = lines.length > 1 ? 0.85 : 1; // so that lines behind remain visible
     const several = contents.runs.length > 1, elements = this.elements();
     lines.forEach((line, k) => {
       pen.strokeStyle = several ? lookOf(line.run).colour
@@ -230,7 +230,7 @@ class Panel {
     this.read(lines);
   }
 
-  /** Tell the values at the cursor. */
+  /** Show the values at the cursor. */
   read(lines) {
     const time = view.cursor;
     if (time === null) { this.readout.textContent = ""; return; }
@@ -239,9 +239,9 @@ class Panel {
       if (!value) return "";
       const [low, high] = value;
       const name = [contents.runs.length > 1 ? contents.runs[line.run].name : "", line.element].filter(Boolean).join(" ");
-      return `${name ? `${name}: ` : ""}${low === high ? told(low) : `${told(low)} … ${told(high)}`}`;
+      return `${name ? `${name}: ` : ""}${low === high ? formatNumber(low) : `${formatNumber(low)} … ${formatNumber(high)}`}`;
     });
-    this.readout.textContent = `t = ${told(time, 6)} s   ${texts.filter(Boolean).join("   ")}${lines.length > 6 ? "   …" : ""}`;
+    this.readout.textContent = `t = ${formatNumber(time, 6)} s   ${texts.filter(Boolean).join("   ")}${lines.length > 6 ? "   …" : ""}`;
   }
 }
 

@@ -1,31 +1,31 @@
-// The structure in motion: a plate of triangles, wheels as discs, drawn from the back to the front.
+// Animate the structure: a plate of triangles and wheels as discs, drawn from the back to the front.
 
 const REACH = 2.2; // m: how far the largest deflection is drawn when exaggerated to fit
 const TILT = 0.25; // rad: how far the largest pointing error is drawn
 const DEFLECTIONS = ["#2166ac", "#67a9cf", "#d1e5f0", "#f7f7f7", "#fddbc7", "#ef8a62", "#b2182b"]; // ColorBrewer RdBu
 const TORQUES = ["#542788", "#998ec3", "#d8daeb", "#f0f0f0", "#fee0b6", "#f1a340", "#b35806"]; // ColorBrewer PuOr
 
-/** Blend a diverging scale at -1 .. 1, darkened by a factor. */
+/** Return the colour of a diverging scale at -1 .. 1, darkened by a factor. */
 function shade(scale, value, light = 1) {
-  const place = (Math.min(1, Math.max(-1, value)) + 1) * 0.5 * (scale.length - 1);
-  const k = Math.min(scale.length - 2, Math.floor(place)), share = place - k;
+  const position = (Math.min(1, Math.max(-1, value)) + 1) * 0.5 * (scale.length - 1);
+  const k = Math.min(scale.length - 2, Math.floor(position)), share = position - k;
   const part = (i, n) => parseInt(scale[i].slice(1 + 2 * n, 3 + 2 * n), 16);
   const mix = [0, 1, 2].map((n) => Math.round((part(k, n) * (1 - share) + part(k + 1, n) * share) * light));
   return `rgb(${mix.join(",")})`;
 }
 
 class Scene {
-  constructor(canvas, told) {
+  constructor(canvas, motion) {
     this.canvas = canvas;
     this.camera = { turn: -0.6, tilt: 1.0, zoom: 1 };
     this.playing = false;
     this.frame = 0;
-    this.take(told);
+    this.setMotion(motion);
     this.listen();
   }
 
   /** Show another run. */
-  take(motion) {
+  setMotion(motion) {
     this.motion = motion;
     const geometry = contents.geometry[motion.configuration];
     this.nodes = new Float32Array(bytesOf(geometry.nodes));
@@ -49,7 +49,7 @@ class Scene {
     this.frame = this.liveliest;
   }
 
-  /** Exaggerate so that the largest deflection of some frames reaches a set length. */
+  /** Set the exaggeration so that the largest deflection of some frames is drawn with length REACH. */
   fit(first, last) {
     const stride = Math.max(1, Math.floor((last - first) / 400));
     let largest = 0;
@@ -59,7 +59,7 @@ class Scene {
     this.exaggeration = largest > 0 ? REACH / largest : 1;
   }
 
-  /** Deflection of every node in a frame [m]. */
+  /** Return the deflection of every node in a frame [m]. */
   deflections(frame) {
     const count = this.nodes.length / 2, { modes } = this;
     const result = new Float32Array(count), modal = new Float32Array(modes);
@@ -82,10 +82,10 @@ class Scene {
   tilted([x, y, z]) {
     if (!this.tilting || !this.error) return [x, y, z];
     const [a, b, c] = [0, 1, 2].map((k) => this.error[3 * this.frame + k] * this.tilting);
-    return [x + b * z - c * y, y + c * x - a * z, z + a * y - b * x]; // small rotations, drawn as such
+    return [x + b * z - c * y, y + c * x - a * z, z + a * y - b * x]; // linear in the angle: exaggerated errors stay small rotations
   }
 
-  /** Place a point of space on the canvas: x, y [px] and how near it is. */
+  /** Project a point onto the canvas: x, y [px] and nearness. */
   project(point) {
     const [x, y, z] = this.tilted(point);
     const { turn, tilt } = this.camera;
@@ -115,11 +115,11 @@ class Scene {
     pen.setLineDash([3, 3]);
     for (const [a, b] of this.outline) { const p = at(a, 0), q = at(b, 0); line(pen, p[0], p[1], q[0], q[1]); }
     pen.setLineDash([]);
-    const places = Array.from(w, (value, n) => at(n, value * reach));
+    const positions = Array.from(w, (value, n) => at(n, value * reach));
     const faces = [];
     for (let t = 0; t < this.triangles.length; t += 3) {
       const corners = [this.triangles[t], this.triangles[t + 1], this.triangles[t + 2]];
-      const [p, q, r] = corners.map((n) => places[n]);
+      const [p, q, r] = corners.map((n) => positions[n]);
       const mean = (w[corners[0]] + w[corners[1]] + w[corners[2]]) / 3;
       const slope = slopeOf(corners, this.nodes, w, reach);
       faces.push({ p, q, r, near: p[2] + q[2] + r[2], colour: shade(DEFLECTIONS, (mean * reach) / REACH, slope) });
@@ -221,9 +221,9 @@ class Scene {
       pen.fillStyle = "#333";
       pen.textBaseline = "top";
       pen.textAlign = "left";
-      pen.fillText(told(-limit, 2), left, top + 12);
+      pen.fillText(formatNumber(-limit, 2), left, top + 12);
       pen.textAlign = "right";
-      pen.fillText(told(limit, 2), left + length, top + 12);
+      pen.fillText(formatNumber(limit, 2), left + length, top + 12);
       pen.textAlign = "center";
       pen.fillText("0", left + length / 2, top + 12);
       pen.textBaseline = "bottom";
@@ -253,7 +253,7 @@ class Scene {
   }
 }
 
-/** Edges that belong to one triangle only. */
+/** Return the edges that belong to one triangle only. */
 function outlineOf(triangles) {
   const seen = new Map();
   for (let t = 0; t < triangles.length; t += 3) {
@@ -266,7 +266,7 @@ function outlineOf(triangles) {
   return [...seen.values()].filter(Boolean);
 }
 
-/** How bright a face is: less the steeper it stands. */
+/** Return the brightness of a face: the steeper, the darker. */
 function slopeOf([a, b, c], nodes, w, reach) {
   const ux = nodes[2 * b] - nodes[2 * a], uy = nodes[2 * b + 1] - nodes[2 * a + 1], uz = (w[b] - w[a]) * reach;
   const vx = nodes[2 * c] - nodes[2 * a], vy = nodes[2 * c + 1] - nodes[2 * a + 1], vz = (w[c] - w[a]) * reach;
@@ -286,7 +286,7 @@ function startScene() {
     const largest = scene.draw();
     if (largest === undefined) return;
     slider.value = scene.frame;
-    part("moment").textContent = `t = ${scene.time().toFixed(2)} s; largest deflection ${told(largest * 1e6, 3)} µm, drawn ${told(scene.exaggeration, 2)} times`;
+    part("moment").textContent = `t = ${scene.time().toFixed(2)} s; largest deflection ${formatNumber(largest * 1e6, 3)} µm, drawn ${formatNumber(scene.exaggeration, 2)} times`;
     part("exaggeration").value = Math.log10(scene.exaggeration);
     view.now = scene.time();
     redraw();
@@ -297,7 +297,7 @@ function startScene() {
     part("exaggeration").min = power - 1;
     part("exaggeration").max = power + 4;
     part("turned").disabled = !scene.error;
-    part("turned-times").textContent = scene.error && scene.largestError > 0 ? ` (${told(TILT / scene.largestError, 2)} times)` : "";
+    part("turned-times").textContent = scene.error && scene.largestError > 0 ? ` (${formatNumber(TILT / scene.largestError, 2)} times)` : "";
     show();
   };
   let last = null;
@@ -335,7 +335,7 @@ function startScene() {
   part("which").value = first;
   part("which").parentElement.hidden = runs.length < 2;
   part("which").onchange = (event) => {
-    scene.take(runs[Number(event.target.value)].motion);
+    scene.setMotion(runs[Number(event.target.value)].motion);
     part("turned").checked = false;
     prepare();
   };
@@ -344,7 +344,7 @@ function startScene() {
   prepare();
 }
 
-// paper unfolds nothing
+// what is folded cannot be opened on paper
 window.addEventListener("beforeprint", () => { for (const part of document.querySelectorAll("details")) part.open = true; });
 startPlots();
 startScene();
