@@ -1,4 +1,4 @@
-"""The report as a reader sees it: in a browser without network, on a wide screen and on a phone."""
+"""The report page in a browser without network, on a wide screen and on a phone."""
 
 import json
 import os
@@ -15,8 +15,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flexbench
-from flexbench.cli.parser import main
-from flexbench.report import pdf, study_sections, write_report
+from flexbench.report import study_sections, write_report
 from flexbench.runs.histories import pointing_error
 from flexsat.parameters import ARCSECOND, configuration
 from flexsat.structure.mesh import record_mesh
@@ -133,7 +132,7 @@ def test_the_page_opens_with_its_plots(page_file, open_page):
 
 
 @needs_browser
-def test_the_slider_moves_the_structure_as_it_moved(page_file, open_page, runs):
+def test_slider_shows_the_recorded_deflection(page_file, open_page, runs):
     page = open_page(page_file, WIDE)
     signals = read_signals(runs / "distributed-slew", ["plant.modal.displacement"])
     config = configuration("distributed")
@@ -231,7 +230,7 @@ def test_zoom_by_dragging_and_back(page_file, open_page):
 
 
 @needs_browser
-def test_a_click_takes_the_structure_to_that_moment(page_file, open_page):
+def test_click_in_a_plot_shows_the_structure_at_that_time(page_file, open_page):
     page = open_page(page_file, WIDE)
     box = plots(page).first.bounding_box()
 
@@ -316,7 +315,7 @@ def test_faults_are_listed_and_marked(runs, report, open_page, tmp_path):
 
 
 @needs_browser
-def test_a_system_of_others_gets_a_report_of_what_there_is(tmp_path, flexsat, open_page):
+def test_another_system_gets_a_report_without_spacecraft_sections(tmp_path, flexsat, open_page):
     slaves = ROOT / "tests" / "lockstep" / "slaves" / "build.py"
     subprocess.run([sys.executable, str(slaves), str(tmp_path)], check=True, capture_output=True)
     counter = Component(name="counter", source=tmp_path / "toy_counter.fmu", period=1_000_000)
@@ -338,67 +337,6 @@ def test_a_system_of_others_gets_a_report_of_what_there_is(tmp_path, flexsat, op
     assert plots(page).first.evaluate(INK) > 50
 
 
-def test_a_run_that_recorded_parts_gets_a_report_of_those(tmp_path, fmus, flexsat, report):
-    parts = ["plant.modal.displacement[3]", "plant.wheel.speed[2]", "plant.attitude.mrp[1]", "controller.reference.mrp"]
-    record = [word for part in parts for word in ("--record", part)]
-    ran = flexsat("run", fmus / "centralised" / "slew.ssd", "--stop-time", "0.5", *record, "--out", tmp_path / "run")
-    assert ran.returncode == 0, ran.stderr
-
-    report([tmp_path / "run"])
-
-    text = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    result = json.loads(text.partition('id="contents">')[2].partition("</script>")[0])
-    assert result["runs"][0]["motion"] is None
-    assert set(result["panels"]) == {part.partition("[")[0] for part in parts}  # no norm of a part of an array
-
-
-@needs_browser
-def test_pdf_on_request(runs, report, tmp_path):
-    written = report([runs / "centralised-slew"], tmp_path / "page.html", pdf=True)
-
-    assert written == [tmp_path / "page.html", tmp_path / "page.pdf"]
-    content = written[1].read_bytes()
-    assert content.startswith(b"%PDF-")
-    assert len(content) > 100_000  # with its pictures
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["page.html", "page.pdf"]
-
-
-def test_pdf_without_a_browser_is_refused_and_leaves_nothing(runs, report, tmp_path, monkeypatch):
-    monkeypatch.setattr(pdf, "BROWSERS", ("no-such-browser",))
-    with pytest.raises(ValueError, match="install chromium"):
-        report([runs / "centralised-slew"], tmp_path / "page.html", pdf=True)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_bad_input_gets_one_line(runs, capsys, tmp_path):
-    for arguments, message in (
-        (("report", tmp_path / "none"), "no such folder"),
-        (("report", tmp_path), "holds no run.toml"),
-        (("report", runs / "centralised-slew", runs / "centralised-slew"), "given twice"),
-        (("report", runs / "centralised-slew", "--out", tmp_path), "is a folder"),
-        (("report",), "RESULTS"),
-        (("export", runs / "centralised-slew"), "--format"),
-        (("export", runs / "centralised-slew", "--format", "csv", "--signals", "plant.rat"), "did you mean plant.rate"),
-    ):
-        code = main([str(argument) for argument in arguments])
-        error = capsys.readouterr().err
-        assert code == 2, arguments
-        assert len(error.splitlines()) == 1, error
-        assert message in error
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_the_example_runs(runs):
-    done = subprocess.run(
-        [sys.executable, ROOT / "examples" / "look_at_a_run.py", runs / "distributed-slew"],
-        check=False, capture_output=True, text=True,
-    )  # fmt: skip
-
-    assert done.returncode == 0, done.stderr
-    assert "plant.wheel.speed" in done.stdout
-    assert "33 wheel" in done.stdout
-
-
 def repeat(short, folder, times):
     """Leave a run of 300 s: one of 10 s again and again, never quite the same, with a single peak in each signal."""
     folder.mkdir()
@@ -417,7 +355,7 @@ def repeat(short, folder, times):
 
 @pytest.mark.slow
 @needs_browser
-def test_a_long_run_is_a_small_page_that_loses_no_peak(tmp_path, runs, flexsat, open_page):
+def test_page_of_a_long_run_is_small_and_keeps_every_peak(tmp_path, runs, flexsat, open_page):
     folder = tmp_path / "long"
     repeat(runs / "distributed-slew", folder, times=30)
     done = flexsat("report", folder, timeout=300.0)

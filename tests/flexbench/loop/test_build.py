@@ -76,7 +76,7 @@ def test_metadata_of_a_package_gives_the_hash_of_package_and_fmus(delivered, man
     assert entries["controller.open_loop"] == str(scenario == "fine_pointing_open_loop").lower()
 
 
-def test_a_package_gives_the_results_of_its_system_file(delivered, tmp_path):
+def test_package_gives_the_results_of_its_system_file(delivered, tmp_path):
     for suffix in ("ssd", "ssp"):
         system = load_system(delivered / "centralised" / f"fine_pointing.{suffix}")
         simulate(system, tmp_path / suffix, stop_time=0.05)

@@ -1,4 +1,4 @@
-"""Scenarios: what they set, that the components know it, and when a slew ends."""
+"""Scenarios set parameters that the components have; a slew ends when the paper says."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def test_every_name_is_a_parameter_or_input_of_its_component(designs, scenario, 
             assert np.array_equal(values[name], value), f"{component}.{name}"
 
 
-def test_slews_fly_with_the_coarse_tracker_and_without_jitter():
+def test_slew_uses_the_coarse_tracker_without_jitter():
     slew, fine = scenario_parameters("slew"), scenario_parameters("fine_pointing")
 
     assert (slew["sensors"]["star_tracker.fine"], slew["sensors"]["jitter.enabled"]) == (False, False)
     assert (fine["sensors"]["star_tracker.fine"], fine["sensors"]["jitter.enabled"]) == (True, True)
-    for scenario in (slew, fine):  # the controller believes what the sensors do
+    for scenario in (slew, fine):  # the controller assumes the settings of the sensors
         assert scenario["controller"]["star_tracker.fine"] == scenario["sensors"]["star_tracker.fine"]
         assert scenario["controller"]["jitter.feed_forward"] == scenario["sensors"]["jitter.enabled"]
     assert slew["controller"]["command.rotation"] == (0.5 * DEGREE, 0.0, 0.0)
@@ -42,7 +42,7 @@ def test_slews_fly_with_the_coarse_tracker_and_without_jitter():
     assert slew["controller"]["command.start_time"] == 5.0
 
 
-def test_open_loop_differs_in_nothing_but_the_torque():
+def test_open_loop_changes_only_the_open_loop_parameter():
     closed, opened = (scalar_overrides(scenario_parameters(name)) for name in SCENARIOS[1:])
 
     assert {key for key in closed if closed[key] != opened[key]} == {"controller.open_loop"}
@@ -50,7 +50,7 @@ def test_open_loop_differs_in_nothing_but_the_torque():
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS)
-def test_the_slips_of_the_release_are_one_switch(scenario):
+def test_as_published_switches_all_errors_of_the_published_code(scenario):
     corrected, published = (
         scalar_overrides(scenario_parameters(scenario, as_published=as_published)) for as_published in (False, True)
     )
@@ -65,7 +65,7 @@ def test_the_slips_of_the_release_are_one_switch(scenario):
     assert switched == expected
 
 
-def test_a_seed_goes_to_plant_and_sensors_and_none_leaves_theirs():
+def test_seed_is_set_in_plant_and_sensors_only_if_given():
     assert "seed" not in scenario_parameters("slew")["plant"]
     seeded = scalar_overrides(scenario_parameters("slew", seed=7))
     assert {key: value for key, value in seeded.items() if key.endswith("seed")} == {
@@ -74,7 +74,7 @@ def test_a_seed_goes_to_plant_and_sensors_and_none_leaves_theirs():
     }
 
 
-def test_two_calls_share_nothing():
+def test_results_of_two_calls_are_independent():
     first = scenario_parameters("slew")
     first["plant"]["initial.mrp"] = (1.0, 0.0, 0.0)
     assert scenario_parameters("slew")["plant"]["initial.mrp"] == (0.0, 0.0, 0.0)
@@ -91,7 +91,7 @@ def test_overrides_are_one_scalar_each_numbered_from_one():
     assert flat == {"a.x[1]": 1.0, "a.x[2]": 2.0, "a.y": True, "b.x": 3}
 
 
-def test_the_paper_s_slew_takes_about_a_hundred_seconds(designs):
+def test_slew_of_the_paper_takes_101_s(designs):
     # 0.5 deg at 0.306 deg/min with short ramps: 100.9 s from 5 s on (PHYSICS section 6); a tenth: it gives four digits
     assert slew_end(designs.corrected) == pytest.approx(5.0 + 100.9, abs=0.1)
     assert slew_end(designs.as_published) == slew_end(designs.corrected)

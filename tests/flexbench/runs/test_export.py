@@ -1,4 +1,4 @@
-"""A run in other tools: the Dataset, and every format read back by a reader that did not write it."""
+"""Load a run as a Dataset, and export it; each format is read back by another library than the one that wrote it."""
 
 import csv
 import json
@@ -74,7 +74,7 @@ def test_arrays_become_variables_with_a_dimension(run, recorded):
     assert_array_equal(dataset["time"], np.arange(ROWS) * 0.005)
 
 
-def test_an_array_recorded_in_other_parts_keeps_its_own_index(run, recorded):
+def test_array_with_other_recorded_elements_has_its_own_index(run, recorded):
     speed = flexbench.load(run)["controller.reference.wheel.speed"]
 
     assert speed.dims[1] != "wheel"
@@ -82,7 +82,7 @@ def test_an_array_recorded_in_other_parts_keeps_its_own_index(run, recorded):
     assert_array_equal(speed[:, 0], recorded["controller.reference.wheel.speed[4]"])
 
 
-def test_attributes_say_unit_meaning_seed_and_versions(run):
+def test_attributes_are_unit_description_seed_and_versions(run):
     dataset = flexbench.load(run, ["plant.rate"])
 
     assert list(dataset.data_vars) == ["plant.rate"]
@@ -103,7 +103,7 @@ def test_attributes_say_unit_meaning_seed_and_versions(run):
         ("toy.y", 2, "toy.y element"),
     ],
 )
-def test_what_a_dimension_is_called(name, count, dimension):
+def test_names_of_dimensions(name, count, dimension):
     assert dimension_of(name, range(1, count + 1)) == dimension
 
 
@@ -150,7 +150,7 @@ def test_matlab_file_read_by_mat4py(run, recorded):
     assert_array_equal(np.ravel(content["time"]), np.arange(ROWS) * 0.005)
 
 
-def test_only_the_signals_asked_for(run, tmp_path):
+def test_only_requested_signals_are_written(run, tmp_path):
     path = export_run(run, "csv", tmp_path / "new" / "some.csv", ["plant.wheel.*", "plant.rate[2]"])
     header = path.read_text().splitlines()[0]
 
@@ -160,7 +160,7 @@ def test_only_the_signals_asked_for(run, tmp_path):
 
 
 @pytest.mark.parametrize("to", SUFFIXES)
-def test_a_file_that_cannot_be_written_leaves_nothing(run, tmp_path, to):
+def test_failed_export_leaves_no_file(run, tmp_path, to):
     (tmp_path / "file").write_text("in the way")
 
     with pytest.raises(InputError, match=r"file/x: cannot be written"):
@@ -194,7 +194,7 @@ def test_a_folder_without_a_run_is_refused(tmp_path):
         export_run(Path(tmp_path), "csv")
 
 
-def test_names_that_matlab_cannot_take_are_refused_or_changed(tmp_path, run):
+def test_names_invalid_in_matlab_are_changed_or_refused(tmp_path, run):
     table = pq.read_table(run / "signals.parquet").select(["time", "plant.rms_deformation"])
     for name, message in (("a.der(x)", None), (f"a.{'x' * 64}", "too long for MATLAB")):
         folder = tmp_path / name[:5]
@@ -209,7 +209,7 @@ def test_names_that_matlab_cannot_take_are_refused_or_changed(tmp_path, run):
             assert "der_x_" in mat4py.loadmat(str(export_run(folder, "mat")))["signals"]["a"]
 
 
-def test_texts_and_wide_integers_leave_as_they_are(reference_fmu, tmp_path):
+def test_strings_and_64_bit_integers_are_exported_exactly(reference_fmu, tmp_path):
     values = {"UInt64_in": 2**64 - 1, "String_in": "größer", "whole_in[1]": -(2**63)}
     fmu = read_description(Component(name="one", source=reference_fmu("feedthrough", "3.0"), period=1))
     texts = {v.name: "" for v in fmu.variables.values() if v.causality == "input" and v.type == "String"}

@@ -1,4 +1,4 @@
-"""Histories against closed forms, on hand-made signals."""
+"""Histories of hand-made signals agree with closed forms."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_rate_error_is_the_norm_of_the_difference():
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.00873, -1.0, 2.5])
-def test_rotation_about_x_is_the_angle_of_a_turn_about_x(angle: float):
+def test_rotation_about_x_is_the_angle_of_a_rotation_about_x(angle: float):
     mrp = [rotate_mrp((0.0, 0.0, 0.0), (angle, 0.0, 0.0))]
 
     assert_allclose(histories.rotation_about_x(signals([0.0], plant__attitude__mrp=mrp)), [angle], rtol=ROUNDING)
@@ -83,7 +83,7 @@ def test_rotation_about_x_is_the_angle_of_a_turn_about_x(angle: float):
     assert_allclose(histories.rotation_about_x(given, histories.ATTITUDE_REFERENCE), [angle], rtol=ROUNDING)
 
 
-def test_rotation_about_x_does_not_see_a_small_turn_about_y():
+def test_rotation_about_x_is_insensitive_to_a_small_rotation_about_y():
     mrp = [rotate_mrp(rotate_mrp((0.0, 0.0, 0.0), (0.3, 0.0, 0.0)), (0.0, 1e-6, 0.0))]
 
     assert_allclose(histories.rotation_about_x(signals([0.0], plant__attitude__mrp=mrp)), [0.3], atol=1e-12)  # 1e-6^2
@@ -96,7 +96,7 @@ def test_torque_norm_sums_over_the_wheels_and_impulse_over_time():
     assert_allclose(histories.torque_impulse(given), [0.0, 6.0, 7.0], rtol=ROUNDING)  # the last torque has not acted
 
 
-def test_wheel_speed_deviation_adds_the_turning_of_the_mount():
+def test_wheel_speed_deviation_adds_the_rate_of_the_mount():
     given = full_signals(
         plant__rate=[[0.1, 0.2, 0.3], [0.0, 0.0, 0.0]],
         plant__modal__velocity=[[0.0], [2.0]],
@@ -139,13 +139,13 @@ def test_cost_of_a_hand_made_state():
     assert_allclose(total, [0.5 * 2.0 * 0.5**2, 0.5 * (5.0 * 3.0**2 + 9.0 * 1.0**2) + du], rtol=ROUNDING)
 
 
-def test_controller_rows_keep_every_sample_of_the_controller():
+def test_controller_rows_are_the_samples_of_the_controller():
     time = np.arange(11) * 0.001
     assert list(time[histories.controller_rows(signals(time), small_design())]) == [0.0, 0.005, 0.01]
     assert histories.controller_rows(signals([0.0, 0.005, 0.01]), small_design()) == slice(None, None, 1)
 
 
 @pytest.mark.parametrize("interval", [0.01, 0.002])
-def test_controller_rows_refuse_a_record_period_that_loses_samples(interval: float):
+def test_record_period_that_does_not_divide_the_controller_period_is_refused(interval: float):
     with pytest.raises(ValueError, match=r"record period .* must divide the controller's period of 0\.005 s"):
         histories.controller_rows(signals([0.0, interval, 2.0 * interval]), small_design())

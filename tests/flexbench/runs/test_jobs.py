@@ -1,4 +1,4 @@
-"""Runs in parallel processes: order, failures that name themselves, processes that die, progress."""
+"""Runs in parallel processes: order, messages of failed jobs and dead processes, progress."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from flexbench.runs import jobs as campaign
+from flexbench.runs import jobs as jobs_module
 from flexbench.runs.jobs import Job, run_jobs
 from lockstep import InputError, RunError
 
 
 class Shell(str):
-    """A job that is a line of shell in its worker: what `run_jobs` knows of a job is its title."""
+    """A job that is a line of shell in its worker: `run_jobs` reads only the title of a job."""
 
     __slots__ = ()
 
@@ -39,30 +39,30 @@ class Deadly(Shell):
 @pytest.fixture
 def shell(monkeypatch):
     """Let workers run lines of shell instead of simulations; a function of a module that they can import."""
-    monkeypatch.setattr(campaign, "run_job", subprocess.getoutput)
+    monkeypatch.setattr(jobs_module, "run_job", subprocess.getoutput)
 
 
 @pytest.mark.usefixtures("shell")
-def test_results_come_in_the_order_of_the_jobs_not_of_their_ends():
+def test_results_are_in_the_order_of_the_jobs():
     jobs = [Shell(f"sleep {wait}; echo {name}") for wait, name in ((1.0, "slow"), (0.0, "quick"), (0.0, "last"))]
 
     assert run_jobs(jobs, processes=2) == ["slow", "quick", "last"]
 
 
 @pytest.mark.usefixtures("shell")
-def test_each_job_has_a_process_of_its_own():
+def test_each_job_runs_in_its_own_process():
     pids = run_jobs([Shell(f"echo $PPID {k}") for k in range(3)], processes=1)
 
     assert len({text.split()[0] for text in pids}) == 3
 
 
 @pytest.mark.usefixtures("shell")
-def test_a_process_that_dies_is_told():
+def test_dead_process_is_reported_by_the_name_of_its_job():
     with pytest.raises(RunError, match=r"^fatal: its process died; run it alone with `flexsat run` to see why$"):
         run_jobs([Deadly("echo fatal")], processes=1)
 
 
-def test_a_job_that_fails_names_itself(tmp_path: Path):
+def test_failed_job_is_named_in_the_message(tmp_path: Path):
     job = Job(system=tmp_path / "nowhere.ssd", folder=tmp_path / "results" / "centralised-slew-seed1")
 
     with pytest.raises(InputError, match=r"^centralised-slew-seed1: .*nowhere\.ssd: no such file"):
@@ -70,12 +70,12 @@ def test_a_job_that_fails_names_itself(tmp_path: Path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_title_of_a_job_is_its_folder(tmp_path: Path):
+def test_title_of_a_job_is_the_name_of_its_folder(tmp_path: Path):
     assert Job(system=tmp_path / "a.ssd", folder=tmp_path / "some-run").title == "some-run"
 
 
-def test_progress_elsewhere_than_on_a_terminal_is_one_line_a_finished_run(capsys):
-    with campaign._show(["a", "b"]) as show:
+def test_progress_without_terminal_is_one_line_for_each_finished_run(capsys):
+    with jobs_module._show(["a", "b"]) as show:
         for title, simulated in (("a", 1.0), ("b", 2.0), ("a", 3.0), ("a", 3.0), ("b", 3.0)):
             show(title, simulated, 3.0)
 

@@ -1,4 +1,4 @@
-"""Metrics against closed forms, on hand-made signals."""
+"""Metrics of hand-made signals agree with closed forms."""
 
 from __future__ import annotations
 
@@ -71,14 +71,14 @@ def test_a_run_on_its_reference_has_no_errors():
 
 
 def test_pointing_rate_and_deformation_are_rms_over_the_steady_part():
-    # angle 4 x MRP; loud before 150 s, where nobody listens
-    loud = np.where(TIME > 150.0, 1.0, 100.0)
+    # angle 4 x MRP; large before 150 s, which is not counted
+    factor = np.where(TIME > 150.0, 1.0, 100.0)
     signals = recorded(
         **{
-            "plant.attitude.mrp": along(0, 0.25 * 3e-6 * SINE * loud),
-            "plant.rate": along(1, 5e-7 * SINE * loud),
+            "plant.attitude.mrp": along(0, 0.25 * 3e-6 * SINE * factor),
+            "plant.rate": along(1, 5e-7 * SINE * factor),
             "controller.reference.rate": along(2, 0.0 * SINE),
-            "plant.rms_deformation": 2e-7 * np.abs(SINE) * loud,
+            "plant.rms_deformation": 2e-7 * np.abs(SINE) * factor,
         }
     )
 
@@ -91,7 +91,7 @@ def test_pointing_rate_and_deformation_are_rms_over_the_steady_part():
     assert "settling_time" not in metrics
 
 
-def test_a_slew_as_published_takes_two_rows_from_75_to_150_s_over_root_two():
+def test_published_definitions_of_a_slew_use_75_to_150_s_and_divide_by_root_two():
     inside = (TIME > 75.0) & (TIME < 150.0)
     signals = recorded(
         **{
@@ -110,7 +110,7 @@ def test_a_slew_as_published_takes_two_rows_from_75_to_150_s_over_root_two():
     assert (published["pointing_error"], corrected["rate_error"], corrected["deformation"]) == (0.0, 0.0, 0.0)
 
 
-def test_fine_pointing_as_published_has_the_same_windows():
+def test_published_definitions_of_fine_pointing_use_the_same_windows():
     signals = recorded(**{"plant.rms_deformation": 1e-7 * np.abs(SINE)})
     published = compute_metrics(signals, spacecraft(), Windows(slew_end=None, as_published=True))
 
@@ -123,7 +123,7 @@ def test_torque_is_the_rms_of_the_sum_over_the_wheels():
     assert_allclose(compute_metrics(signals, spacecraft(), FINE)["torque"], 2.0, rtol=ROUNDING)
 
 
-def test_cost_is_the_plain_sum_over_the_whole_run():
+def test_cost_is_the_sum_over_the_whole_run():
     signals = recorded(
         **{
             "plant.modal.displacement": np.full((3000, 1), 0.5),
@@ -138,7 +138,7 @@ def test_cost_is_the_plain_sum_over_the_whole_run():
     assert_allclose(metrics["total_cost"], 3000 * 0.5 * (0.5**2 + 2.0 * 0.1**2), rtol=ROUNDING)
 
 
-def test_rows_between_the_controllers_samples_cost_nothing():
+def test_cost_counts_only_the_samples_of_the_controller():
     signals = recorded(**{"controller.wheel.torque": np.full((3000, 2), 0.1)})
     slower = spacecraft()
     slower.config.rates.controller = 5.0 * INTERVAL
@@ -151,21 +151,21 @@ def test_rows_between_the_controllers_samples_cost_nothing():
     ("last_above", "since", "expected"),
     [(120.0, 100.0, 20.0), (90.0, 100.0, 0.0), (0.0, 100.0, 0.0), (240.0, 5.0, 235)],
 )
-def test_settling_is_from_the_end_of_the_slew_to_the_last_large_error(last_above, since, expected):
+def test_settling_time_is_from_the_end_of_the_slew_to_the_last_large_error(last_above, since, expected):
     error = np.where(last_above >= TIME, 1.0, 0.1)  # 3 RMS of the last 50 s: 0.3
 
     assert_allclose(settling_time(TIME, error, since), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize(("size", "expected"), [(0.299, 0.0), (0.301, 60.0)])
-def test_settled_is_below_three_rms_of_the_last_50_s(size, expected):
+def test_settling_limit_is_three_rms_of_the_last_50_s(size, expected):
     error = np.full(len(TIME), 0.1)
     error[TIME == 160.0] = size
 
     assert_allclose(settling_time(TIME, error, 100.0), expected, atol=1e-9)
 
 
-def test_an_error_of_zero_has_settled():
+def test_settling_time_of_a_zero_error_is_zero():
     assert settling_time(TIME, np.zeros(len(TIME)), 100.0) == 0.0
 
 

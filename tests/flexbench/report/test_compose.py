@@ -1,0 +1,138 @@
+"""The page: escaped texts, figures, sections of studies, the table of a study, colours."""
+
+import base64
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import lxml.html
+import pyarrow.parquet as pq
+import pytest
+
+from flexbench.figures import drawing
+from flexbench.html.document import Heading, Paragraph, Picture, Table
+from flexbench.html.render import template_environment
+from flexbench.report import study_sections as of_studies
+from flexbench.report.compose import PAGE_FOLDER, compose_page
+from flexbench.report.figure_images import Image, image_of, split_by_size, stored_images
+from flexbench.report.results import load_results
+from flexbench.report.sections import SECTIONS
+from flexbench.report.study_table import study_table
+from flexbench.report.write import write_report
+from flexbench.runs.run_folder import Run
+from lockstep import InputError
+
+
+def test_names_units_and_events_are_escaped(tmp_path, foreign_run):
+    hostile = "</script><script>alert(1)</script><!-- &amp; \"'"
+    event = {"time": 1.0, "event": hostile, "message": f"</table>{hostile}"}
+    fault = {"time": 1.5, "event": "fault", "name": hostile, "state": "begin"}
+    run = foreign_run(
+        tmp_path / "<b>run & ", f"{json.dumps(event)}\n{json.dumps(fault)}\n", [f"toy.{hostile}"], f"# {hostile}"
+    )
+    table = pq.read_table(run / "signals.parquet")
+    field = table.schema.field(1).with_metadata({"unit": hostile, "description": hostile})
+    pq.write_table(table.cast(table.schema.set(1, field)), run / "signals.parquet")
+
+    page = compose_page(load_results([run]))
+
+    root = lxml.html.fromstring(page.encode(), parser=lxml.html.HTMLParser(encoding="utf-8"))
+    kinds = [script.get("type") for script in root.iter("script")]
+    assert kinds == ["application/json", "text/plain", None]  # contents, one history, the page's own script
+    assert root.find(".//h1/b") is None
+    assert root.find(".//title").text == "<b>run & "
+    assert hostile in root.xpath("string(//section[@id='versions']//pre)")
+    assert "<script>alert" not in page
+    (run_of_page,) = json.loads(root.get_element_by_id("contents").text)["runs"]
+    (history_of_page,) = run_of_page["parts"][0]["histories"]
+    assert (history_of_page["name"], history_of_page["unit"]) == (f"toy.{hostile}", hostile)
+    assert [mark["text"] for mark in run_of_page["marks"]] == [hostile[:24]] * 2
+
+
+def test_page_that_cannot_be_written_leaves_no_file(tmp_path, foreign_run):
+    run = foreign_run(tmp_path / "run")
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(InputError, match="cannot be written"):
+        write_report([run], tmp_path / "file" / "x.html")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "run"]
+
+
+def test_stored_figures_are_read_in_the_smaller_format_and_limited_in_size(tmp_path):
+    folder = tmp_path / "figures"
+    folder.mkdir()
+    (folder / "slew.png").write_bytes(b"p" * 50)
+    (folder / "slew.svg").write_bytes(b"s" * 80)
+    (folder / "modes.svg").write_bytes(b"s" * 70)
+    (folder / "notes.txt").write_bytes(b"no figure")
+
+    images = stored_images(tmp_path)
+
+    assert [(image.title, image.type, len(image.data)) for image in images] == [
+        ("modes", "image/svg+xml", 70),
+        ("slew", "image/png", 50),
+    ]
+    taken, left = split_by_size(images, room=60)
+    assert ([image.title for image in taken], [image.title for image in left]) == (["slew"], ["modes"])
+
+
+def test_picture_of_a_section_is_an_image_with_escaped_title():
+    image = image_of(Picture('<svg id="a"/>', "a.svg", 'a "b" <c>'))
+    assert isinstance(image, Image)
+
+    parts = template_environment(PAGE_FOLDER).get_template("parts.html")
+    html = parts.make_module({"image_of": image_of}).figure(image)
+
+    assert 'id="a"' not in html
+    assert 'alt="a &#34;b&#34; &lt;c&gt;"' in html
+    assert base64.b64encode(b'<svg id="a"/>').decode() in html
+
+
+def test_sections_of_studies_are_composed_and_may_be_absent(monkeypatch):
+    run = Run(folder=Path(), configuration="distributed", as_published=False, slew=False, seed=1)
+
+    def too_short(_):
+        raise InputError("too short")
+
+    listed = (
+        ("Good", lambda _: [Heading(2, "Good"), Paragraph("fine")]),
+        ("Short", too_short),
+        ("Empty", lambda _: []),
+    )
+    monkeypatch.setattr(of_studies, "SECTIONS", listed)
+    result = SimpleNamespace(name="r", run=run)
+
+    assert of_studies.study_sections([result]) == [
+        ("Good", [Paragraph("fine")]),
+        ("Short", [Paragraph("Not for this run: too short")]),
+    ]
+    result.run = None
+    assert of_studies.study_sections([result]) == []
+
+
+def test_every_study_has_its_section():
+    titles = [title for title, _ in SECTIONS]
+
+    assert titles == ["Pointing budget", "Spectra", "Shadow controller", "Margins", "Estimator health", "Design"]
+    assert all(callable(section) for _, section in SECTIONS)
+
+
+def test_study_table_shows_published_and_simulated_values(tmp_path):
+    row = {"row": "slew: settling", "unit": "s", "configuration": "distributed", "published": 30.0,
+           "standard_deviation": 5.4}  # fmt: skip
+    content = {
+        "seeds": [1, 2], "duration": 300.0, "remarks": ["so it is"],
+        "rows": [row | {"variant": "as_published", "mean": 33.5, "met": True},
+                 row | {"variant": "corrected", "mean": 2.0, "met": False, "standard_deviation": None}],
+    }  # fmt: skip
+    (tmp_path / "table.json").write_text(json.dumps(content))
+
+    (table,) = [block for block in study_table(tmp_path) if isinstance(block, Table)]
+
+    assert table.header[2:] == ("published", "flexsat, as published", "flexsat, corrected")
+    assert table.rows == [["slew: settling", "s", "30", "33.5 ± 5.4", "2 (differs from the reference)"]]
+
+
+def test_figures_and_page_use_the_same_colours():
+    script = Path(drawing.__file__).parents[1] / "report" / "page" / "data.js"
+    text = script.read_text()
+    assert all(look.colour.lower() in text for look in drawing.LOOKS.values())

@@ -1,0 +1,61 @@
+"""Results folders for a page: found, read, refused; windows of time and fault events."""
+
+import base64
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from numpy.testing import assert_allclose
+
+from flexbench.report.results import MOST_RUNS, load_results
+from flexbench.report.run_data import is_fault, read_run_data
+from flexbench.report.write import write_report
+from lockstep import InputError
+
+
+def test_folder_of_results_folders_gives_all_its_runs(tmp_path, foreign_run):
+    for path in ("study/a", "study/b", "other/a"):
+        foreign_run(tmp_path / path)
+
+    assert [r.name for r in load_results([tmp_path / "study"])] == ["a", "b"]
+    assert [r.name for r in load_results([tmp_path / "study", tmp_path / "other" / "a"])] == ["study/a", "b", "other/a"]
+
+
+def test_too_many_runs_are_refused(tmp_path, foreign_run):
+    for k in range(MOST_RUNS + 1):
+        foreign_run(tmp_path / f"r{k}")
+    with pytest.raises(InputError, match=f"a page takes {MOST_RUNS} at most"):
+        load_results([tmp_path])
+
+
+def test_run_without_rows_is_refused(tmp_path, foreign_run):
+    run = foreign_run(tmp_path / "run")
+    pq.write_table(pq.read_table(run / "signals.parquet").slice(0, 0), run / "signals.parquet")
+    with pytest.raises(InputError, match="no row of signals yet"):
+        write_report([run])
+
+
+def test_short_window_keeps_every_row(tmp_path, foreign_run):
+    (result,) = load_results([foreign_run(tmp_path / "run")])
+
+    (part,) = read_run_data(result, runs=1, window=(0.5, 0.75)).for_script["parts"]
+
+    assert_allclose((part["time"]["start"], part["time"]["end"], part["time"]["count"]), (0.5, 0.75, 26))
+    values = np.frombuffer(base64.b64decode(part["data"][0]), dtype="<f4").astype(float)
+    assert_allclose(values, np.sin(np.arange(50, 76) * 0.01), rtol=1e-6)
+    with pytest.raises(
+        InputError, match=r"--time-range 5 6: holds less than two rows; the record goes from 0 to 1\.99 s"
+    ):
+        read_run_data(result, runs=1, window=(5.0, 6.0))
+
+
+def test_damaged_run_record_is_refused(tmp_path, foreign_run):
+    run = foreign_run(tmp_path / "run", extra="[[[")
+    with pytest.raises(InputError, match=r"run\.toml: is no TOML"):
+        write_report([run])
+
+
+def test_fault_events_are_recognised():
+    assert is_fault({"event": "fault", "name": "stuck"})
+    assert is_fault({"event": "begin", "kind": "fault"})
+    assert not is_fault({"event": "start"})
