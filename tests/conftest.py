@@ -3,7 +3,6 @@
 Also the FMUs that several folders of tests use: those of flexsat, and those in C.
 """
 
-import fcntl
 import importlib.util
 import os
 import shutil
@@ -17,23 +16,52 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 import pytest  # noqa: E402
+from filelock import FileLock  # noqa: E402
 
 _FLEXSAT = Path(sys.executable).with_name("flexsat")
 _TESTS = Path(__file__).parent
 
 
+Make = Callable[[Path], None]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run the files with whole 300 s co-simulations first, that with the study before all: short tests end last."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: (item.path.name != "test_paper.py", item.path not in slow))  # stable
+
+
 @pytest.fixture(scope="session")
-def delivered(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return what `flexsat build --flat` leaves, for reading only: built once for all workers."""
+def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Make], Path]:
+    """Return a function that makes a named folder once for all workers, whichever comes first; for reading only."""
     base = tmp_path_factory.getbasetemp()
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base  # of the session, above that of a worker
-    folder, built = shared / "delivered", shared / "delivered.done"
-    with (shared / "delivered.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not built.exists():
-            subprocess.run([_FLEXSAT, "build", "--flat", "--out", folder], check=True, capture_output=True)
-            built.touch()
-    return folder
+
+    def made(name: str, make: Make) -> Path:
+        folder, result = shared / name, shared / f"{name}.made"
+        with FileLock(shared / f"{name}.lock"):
+            if not result.exists():
+                try:
+                    make(folder)
+                except BaseException as error:
+                    result.write_text(f"{type(error).__name__}: {error}", encoding="utf-8")
+                    raise
+                result.touch()
+        failure = result.read_text(encoding="utf-8")
+        assert not failure, f"{name} could not be made: {failure}"
+        return folder
+
+    return made
+
+
+@pytest.fixture(scope="session")
+def delivered(once: Callable[[str, Make], Path]) -> Path:
+    """Return what `flexsat build --flat` leaves, for reading only."""
+
+    def build(folder: Path) -> None:
+        subprocess.run([_FLEXSAT, "build", "--flat", "--out", folder], check=True, capture_output=True)
+
+    return once("delivered", build)
 
 
 def _load(name: str, path: Path) -> Any:

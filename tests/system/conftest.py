@@ -76,3 +76,21 @@ def python() -> RunScript:
 def fmus(delivered: Path) -> Path:
     """Return a folder with the FMUs and systems of both configurations, for reading only."""
     return delivered
+
+
+@pytest.fixture(scope="session")
+def study(flexsat: RunCli, once: Callable[[str, Callable[[Path], None]], Path]) -> tuple[Path, str]:
+    """Return the results folder of the paper's study with one seed, both variants, and what the command printed.
+
+    Run once for all workers; for reading only.
+    """
+
+    def run(folder: Path) -> None:
+        folder.mkdir()
+        done = flexsat("paper", "--fmus", folder / "fmus", "--out", folder / "results", timeout=1800.0, cwd=folder)
+        assert done.returncode == 0, done.stderr
+        assert sorted(path.name for path in folder.iterdir()) == ["fmus", "results"]
+        (folder / "printed.txt").write_text(done.stdout, encoding="utf-8")
+
+    folder = once("study", run)
+    return folder / "results", (folder / "printed.txt").read_text(encoding="utf-8")

@@ -8,9 +8,10 @@ TOLERANCE = 1e-12
 CONFIGURATIONS = ("centralised", "distributed")
 
 GATE = """
-from flexbench.loop.equivalence import compare
-fmus, folder, name, scenario, duration = given
-found = compare(Path(fmus), Path(folder), name, scenario, 1, duration)
+from flexbench.loop.equivalence import compare_run
+from flexbench.loop.scenarios import scenario_parameters
+folder, name, scenario = given
+found = compare_run(Path(folder), name, scenario_parameters(scenario, seed=1), 300.0)
 result = [[difference.port, difference.scalars, difference.relative, difference.met] for difference in found]
 """
 
@@ -93,17 +94,12 @@ CASES = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "scenario", "duration"),
-    [
-        ("distributed", "slew", 300.0),
-        ("centralised", "fine_pointing", 300.0),
-        ("distributed", "fine_pointing", 100.0),
-        ("centralised", "slew", 100.0),
-    ],
-)
-def test_the_gate_holds_over_a_whole_run(fmus, python, tmp_path, name, scenario, duration):
-    differences = python(GATE, fmus, tmp_path / "run", name, scenario, duration)
+@pytest.mark.parametrize("name", CONFIGURATIONS)
+@pytest.mark.parametrize("scenario", ["slew", "fine_pointing"])
+def test_the_gate_holds_over_a_whole_run(study, python, name, scenario):
+    """The runs are those of the study: simulated once, through the FMUs."""
+    run = study[0] / f"{name}-{scenario.replace('_', '-')}-seed1"
+    differences = python(GATE, run, name, scenario)
 
     assert sum(scalars for _, scalars, _, _ in differences) > 100
     assert [found for found in differences if not (found[2] <= TOLERANCE and found[3])] == []

@@ -73,16 +73,6 @@ def scatter():
 
 
 @pytest.fixture(scope="module")
-def study(flexsat, tmp_path_factory):
-    """Run the study with one seed, both variants; return its folder and what it printed."""
-    folder = tmp_path_factory.mktemp("study")
-    done = flexsat("paper", "--fmus", folder / "fmus", "--out", folder / "results", timeout=1800.0, cwd=folder)
-    assert done.returncode == 0, done.stderr
-    assert sorted(path.name for path in folder.iterdir()) == ["fmus", "results"]
-    return folder / "results", done.stdout
-
-
-@pytest.fixture(scope="module")
 def table(study):
     """Return table.json."""
     return json.loads((study[0] / "table.json").read_text())

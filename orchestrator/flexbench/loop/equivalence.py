@@ -16,7 +16,7 @@ from lockstep import load_system, read_signals, simulate
 from lockstep.array_names import array_of
 from lockstep.cli.progress import show_progress
 
-from .scenarios import ScenarioName, scalar_overrides, scenario_parameters
+from .scenarios import Parameters, ScenarioName, scalar_overrides, scenario_parameters
 
 TOLERANCE = 1e-12  # relative to a signal's largest value: what a different order of additions may change
 
@@ -66,6 +66,19 @@ def compare(
             progress=progress,
             overwrite=True,
         )
+    return compare_run(folder, name, parameters, duration)
+
+
+def compare_run(folder: Path, name: ConfigurationName, parameters: Parameters, duration: float) -> list[Difference]:
+    """Compare every recorded signal of a run with the monolith, port by port.
+
+    Parameters
+    ----------
+    folder : results folder of the run
+    name : its configuration
+    parameters : those of the run, by component and port, as `scenario_parameters` returns them
+    duration : of the run [s]
+    """
     signals = read_signals(folder)
     ports = list(dict.fromkeys(map(array_of, signals.columns)))
     expected = ClosedLoop(build_designs(name), parameters).run(duration, ports)
