@@ -98,6 +98,35 @@ def test_a_failed_conversion_keeps_the_stream(tmp_path, monkeypatch):
     assert len(read_signals(tmp_path).time) == 20
 
 
+def test_a_batch_whose_write_failed_is_not_written_again(tmp_path):
+    """What fits after the failure must not follow half a batch: the stream would end there for its readers."""
+
+    class Writer:
+        """Fail to write the third batch, as a disk that is full for a moment."""
+
+        def __init__(self, writer):
+            self.writer, self.lengths = writer, []
+
+        def write_batch(self, batch):
+            self.lengths.append(len(batch))
+            if len(self.lengths) == 3:
+                raise OSError(28, "No space left on device")
+            self.writer.write_batch(batch)
+
+        def close(self):
+            self.writer.close()
+
+    made = Recorder(tmp_path, SIGNALS, 10)
+    made._writer = writer = Writer(made._writer)
+    for row in range(30):
+        made.row(row / 10)[1][:] = row
+    with pytest.raises(OSError, match="No space left"):
+        made.row(3.0)  # the third batch is full
+    made.close()
+    assert writer.lengths == [10, 10, 10]
+    np.testing.assert_array_equal(read_signals(tmp_path)["c.n"], np.arange(20))
+
+
 def test_what_was_not_recorded_is_refused_by_name(tmp_path):
     record(tmp_path, 3)
     with pytest.raises(InputError, match=r"c\.y: not recorded; there are c\.n, c\.x\[1\], c\.ok, c\.x\[2\]"):
