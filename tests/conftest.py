@@ -6,9 +6,12 @@ Also the FMUs that several folders of tests use: those of flexsat, and those in 
 import importlib.util
 import os
 import shutil
+import signal
 import subprocess
 import sys
-from collections.abc import Callable
+import threading
+import weakref
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +20,10 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import pytest  # noqa: E402
 from filelock import FileLock  # noqa: E402
+
+if threading.current_thread() is threading.main_thread():
+    # where SIGINT is ignored, as in a background job of a shell, what the tests start would ignore it too
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 _FLEXSAT = Path(sys.executable).with_name("flexsat")
 _TESTS = Path(__file__).parent
@@ -105,3 +112,29 @@ def reference_fmu(tmp_path_factory: pytest.TempPathFactory, reference: Any) -> C
         return path if path.exists() else reference.build(model, version, path.parent)
 
     return built
+
+
+_started: "weakref.WeakSet[subprocess.Popen[Any]]" = weakref.WeakSet()
+_popen = subprocess.Popen.__init__
+
+
+def _recorded_popen(self: "subprocess.Popen[Any]", *arguments: Any, **options: Any) -> None:
+    _started.add(self)
+    _popen(self, *arguments, **options)
+
+
+subprocess.Popen.__init__ = _recorded_popen  # type: ignore[method-assign]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Generator[None, object, object]:
+    """End the processes that a failed test leaves: their ResourceWarnings would fail a later test in its setup."""
+    before = set(_started)
+    try:
+        return (yield)
+    except BaseException:
+        for process in set(_started) - before:
+            if hasattr(process, "returncode") and process.poll() is None:
+                process.kill()
+                process.communicate()
+        raise
