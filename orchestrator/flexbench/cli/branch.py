@@ -25,7 +25,7 @@ example:
 
 
 @command("branch", _EXAMPLES)
-@click.argument("checkpoint", type=PATH, metavar="CHECKPOINT", help="a .ckpt file of `flexsat run --checkpoint`")
+@click.argument("checkpoint", type=PATH, metavar="CHECKPOINT", help="a .ckpt file, written by a run with --checkpoint")
 @click.option("--vary", type=Several(), multiple=True, required=True, metavar="C.P V...",
               help="values of an input or tunable parameter; if given several times, all combinations")  # fmt: skip
 @set_option

@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[3]
 PROGRAMS = {"flexsat": parser.PROGRAM, "python -m lockstep": lockstep_main.PROGRAM}
 COMMANDS = [(program, name) for program, group in PROGRAMS.items() for name in group.list_commands(None)]
 EXAMPLE = re.compile(r"^(?:\$ )?(flexsat|python -m lockstep) (?=[a-z])")
+INLINE = re.compile(r"`((?:flexsat|python -m lockstep) [a-z][^`]*? --[a-z][^`]*)`")  # with an option, in a sentence
 
 
 def help_of(capsys, program, *names):
@@ -28,7 +29,7 @@ def examples(text):
     """Return program and arguments of each example in a text: a line that begins with a program's name."""
     joined = text.replace("\\\n", " ")
     found = []
-    for line in joined.splitlines():
+    for line in [*joined.splitlines(), *INLINE.findall(joined)]:
         if match := EXAMPLE.match(line.strip()):
             words = shlex.split(line.strip()[match.end() :], comments=True)
             found.append((match[1], words))
