@@ -205,7 +205,9 @@ def interrupts_held_back() -> Iterator[None]:
 
 
 def accept_interrupts() -> None:
-    """Accept Ctrl-C again in a process that was started by `interrupts_held_back`."""
+    """Accept Ctrl-C in a process that was started in `interrupts_held_back`, even if a parent ignores it."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a background job of a shell
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
