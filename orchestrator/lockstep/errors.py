@@ -1,4 +1,4 @@
-"""What can go wrong, as two exception classes, and how names are printed in messages."""
+"""Two exception classes, for bad input and for a failed run, and the format of names in messages."""
 
 import difflib
 from collections.abc import Iterable

@@ -1,7 +1,7 @@
-"""Turn Ctrl-C into a request that the master looks at between ticks.
+"""Turn Ctrl-C into a request that the master checks between ticks.
 
 An exception raised in the middle of a call into an FMU would be caught there: a slave written in Python runs
-in this interpreter, and takes it for its own failure.
+in this interpreter, and treats it as its own failure.
 """
 
 import signal
@@ -13,7 +13,7 @@ from time import monotonic
 from types import FrameType
 from typing import NoReturn
 
-_SAME = 1.0  # [s]
+_SAME = 1.0  # [s] within which two signals are one Ctrl-C
 
 
 class Interrupt:
@@ -23,21 +23,21 @@ class Interrupt:
     ending = False  # whether the run is being closed for it
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if it was."""
+        """Raise KeyboardInterrupt if Ctrl-C was pressed."""
         if self.requested:
             raise self.end()
 
     def end(self) -> KeyboardInterrupt:
-        """Return what ends the run, whose files are closed undisturbed from here on."""
+        """Return the exception that ends the run; from here on its files are closed undisturbed."""
         self.ending = True
         return KeyboardInterrupt()
 
 
 @contextmanager
 def deferred_interrupt() -> Iterator[Interrupt]:
-    """Defer Ctrl-C inside the block; a second one acts at once, unless the first does already.
+    """Defer Ctrl-C inside the block; a second one acts at once, unless the run is being closed for the first.
 
-    Elsewhere than in the main thread: do nothing.
+    Do nothing outside the main thread, or where Ctrl-C is ignored or handled by the caller.
 
     A terminal signals a whole process group, and a parent may pass the signal on: within a second that is one Ctrl-C.
     """
@@ -63,6 +63,6 @@ def deferred_interrupt() -> Iterator[Interrupt]:
 
 
 def end_program(code: int) -> NoReturn:
-    """Exit with this code, whatever Ctrl-C comes while the interpreter ends: there is nothing left to interrupt."""
+    """Exit with this code, and ignore Ctrl-C while the interpreter ends: there is nothing left to interrupt."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.exit(code)

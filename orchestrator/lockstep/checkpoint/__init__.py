@@ -1,1 +1,1 @@
-"""The state of a whole run at one time: saved while it goes on, resumed after a kill, branched into other runs."""
+"""Save the state of a whole run, resume it after it was killed, and start other runs from it."""

@@ -1,4 +1,4 @@
-"""The values on the bus, kept by component, output and version: another run may lay them out differently."""
+"""Save and restore the bus by component, output and version, as another run may lay it out differently."""
 
 from __future__ import annotations
 
@@ -16,26 +16,25 @@ from lockstep.plan.plan import Plan
 from lockstep.plan.schedule import Task
 from lockstep.run.exchange import Exchange
 
-Held = dict[tuple[str, Scalar, int, str], Any]  # component, type, version, output
-Present = Callable[[str, Scalar, list[int]], NDArray[Any]]  # outputs of a component as they are now
+ReadPresent = Callable[[str, Scalar, list[int]], NDArray[Any]]  # outputs of a component as they are now
 Outputs = dict[str, dict[str, list[str]]]  # names by component and type
 Readers = dict[tuple[str, int, Scalar, int], set[str]]  # by component, version, type and reference
 
 
-def kept_versions(layout: Layout, task: Task, tick: int) -> range:
+def held_versions(layout: Layout, task: Task, tick: int) -> range:
     """Return the versions of a component's outputs that the bus holds before a tick."""
     newest = task.begun(tick - 1)
     return range(newest - layout.rings[task.name] + 1, newest + 1)
 
 
 def saved_bus(plan: Plan, exchange: Exchange, tick: int) -> tuple[dict[str, NDArray[Any]], Outputs]:
-    """Return what the bus holds before a tick, as arrays, and the names that they refer to."""
+    """Return the values on the bus before a tick, as arrays, and the names of the outputs that they index."""
     arrays: dict[str, NDArray[Any]] = {}
     outputs: Outputs = {}
     for task in plan.schedule.tasks:
         for scalar in SCALARS:
             versions, references, values = [], [], []
-            for version in kept_versions(plan.layout, task, tick):
+            for version in held_versions(plan.layout, task, tick):
                 start, fetched = plan.layout.fetched(task.name, scalar, version)
                 versions += [version] * len(fetched)
                 references += fetched
@@ -54,12 +53,12 @@ def saved_bus(plan: Plan, exchange: Exchange, tick: int) -> tuple[dict[str, NDAr
 
 
 def restore_bus(
-    checkpoint: Checkpoint, plan: Plan, exchange: Exchange, present: Present, reinitialised: Collection[str]
+    checkpoint: Checkpoint, plan: Plan, exchange: Exchange, present: ReadPresent, reinitialised: Collection[str]
 ) -> None:
     """Fill the slots of the components that are not reinitialised.
 
-    What the checkpoint lacks, since the other run read less, is what its producer shows now where that is the version
-    in question, or where only a component reads it that is reinitialised.
+    A value that the checkpoint lacks, since the other run read fewer outputs, is the present output of its producer
+    where that is the version needed, or where only a reinitialised component reads it.
 
     Raises
     ------
@@ -74,24 +73,24 @@ def restore_bus(
             continue
         newest = task.begun(tick - 1)
         for scalar in SCALARS:
-            for version in kept_versions(layout, task, tick):
+            for version in held_versions(layout, task, tick):
                 start, references = layout.fetched(task.name, scalar, version)
                 lacking: list[int] = []
-                for place, reference in enumerate(references, start):
+                for position, reference in enumerate(references, start):
                     output = plan.names[task.name, scalar, reference]
-                    who = readers.get((task.name, version, scalar, reference))
+                    used_by = readers.get((task.name, version, scalar, reference))
                     if (task.name, scalar, version, output) in held:
-                        exchange.bus[scalar][place] = held[task.name, scalar, version, output]
-                    elif who:
+                        exchange.bus[scalar][position] = held[task.name, scalar, version, output]
+                    elif used_by:
                         lacking.append(reference)
-                        if version != newest and who - set(reinitialised):
+                        if version != newest and used_by - set(reinitialised):
                             raise InputError(
                                 f"{task.name}.{output}: {checkpoint.path.name} lacks an earlier value of it, which "
                                 "would be read; record what the other run recorded"
                             )
                 if lacking:
-                    places = [start + references.index(reference) for reference in lacking]
-                    exchange.bus[scalar][places] = present(task.name, scalar, lacking)
+                    positions = [start + references.index(reference) for reference in lacking]
+                    exchange.bus[scalar][positions] = present(task.name, scalar, lacking)
 
 
 def _held(arrays: Arrays, outputs: Mapping[str, Mapping[str, list[str]]]) -> Iterator[tuple[Any, Any]]:
@@ -104,12 +103,12 @@ def _held(arrays: Arrays, outputs: Mapping[str, Mapping[str, list[str]]]) -> Ite
 
 
 def _read_later(layout: Layout, tick: int) -> Readers:
-    """Return what is read from a tick on and was made before it, and by whom; "" is the recorder."""
+    """Return the values made before a tick that are read from it on, with their readers; "" is the recorder."""
     found: Readers = {}
     for later in range(tick, tick + layout.cycle):
         for producer, reader, version, references in layout.reads(later):
             if version <= producer.begun(tick - 1):
-                who = reader.name if reader else ""
+                name = reader.name if reader else ""
                 for scalar, reference in references:
-                    found.setdefault((producer.name, version, scalar, reference), set()).add(who)
+                    found.setdefault((producer.name, version, scalar, reference), set()).add(name)
     return found

@@ -1,7 +1,7 @@
-"""One checkpoint as a file: a zip of a header, the arrays of the master, and what each component saved.
+"""Read and write a checkpoint: a zip of a header, the arrays of the master, and the states of the components.
 
-`header.json` says what the run is and where it stands; `arrays.npz` holds the bus and the rows that were not yet on
-disk; `states/COMPONENT/FILE` is what each component left. The zip's checksums tell a damaged file.
+`header.json` describes the run and its progress; `arrays.npz` holds the bus and the rows that were not yet on disk;
+`states/COMPONENT/FILE` is the saved state of each component. The checksums of the zip reveal a damaged file.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ States = Mapping[str, Mapping[str, bytes]]  # by component and file
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checkpoint:
-    """What was saved. `header` holds what `write_checkpoint` was given."""
+    """A saved run. `header` is what `write_checkpoint` was given."""
 
     path: Path
     sha256: str  # of the file
@@ -47,7 +47,7 @@ class Checkpoint:
 
     @property
     def tick(self) -> int:
-        """Ticks done: the next one to run."""
+        """Number of completed ticks, which is the next one to run."""
         return int(self.header["tick"])
 
     @property
@@ -57,7 +57,7 @@ class Checkpoint:
 
     @property
     def run(self) -> Mapping[str, Any]:
-        """What run.toml said of the run."""
+        """The content of run.toml when the checkpoint was saved."""
         run: Mapping[str, Any] = self.header["run"]
         return run
 
@@ -74,7 +74,7 @@ def newest_checkpoint(results: Path) -> Path | None:
 
 
 def write_checkpoint(path: Path, header: Mapping[str, Any], arrays: Arrays, states: States) -> None:
-    """Write a file that is there as a whole or not at all, also after a loss of power. Raises OSError."""
+    """Write the whole file or none, also when the power fails. Raises OSError."""
     path.parent.mkdir(exist_ok=True)
     partial = path.with_name(f".{path.name}.partial")
     packed = io.BytesIO()
@@ -97,7 +97,7 @@ def write_checkpoint(path: Path, header: Mapping[str, Any], arrays: Arrays, stat
 
 
 def read_checkpoint(path: Path | str) -> Checkpoint:
-    """Read a checkpoint; InputError for a file that is none, is damaged, or is of another version."""
+    """Read a checkpoint; raise InputError if the file is none, is damaged, or has another version."""
     path = Path(path)
     if not path.is_file():
         near = newest_checkpoint(path) or newest_checkpoint(path.parent.parent)

@@ -1,4 +1,4 @@
-"""What has to be the same where a checkpoint is used: FMUs, adapters, timing, connections, fixed parameters."""
+"""Compare a run with that of a checkpoint: FMUs, adapters, timing, connections and fixed parameters must agree."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TIMING = {"period": "period", "offset": "offset"}
 
 
 def identity(plan: Plan) -> dict[str, Any]:
-    """Return what a run is, as JSON takes it."""
+    """Return what identifies a run, for JSON."""
     system = plan.system
     return {
         "tick": system.tick,
@@ -38,7 +38,7 @@ def identity(plan: Plan) -> dict[str, Any]:
 
 
 def _shadow(component: Component, plan: Plan) -> dict[str, Any]:
-    """Return which shadow rides along. When it takes over may differ, until it has."""
+    """Return which shadow runs beside the component. The switchover may differ until it has happened."""
     if component.shadow is None:
         return {}
     shadow = component.shadow.component
@@ -52,7 +52,7 @@ def _way(connection: Connection) -> list[Any]:
 
 
 def refuse_other(there: Mapping[str, Any], plan: Plan, reinitialised: Collection[str], name: str) -> None:
-    """Refuse, by name, a run that is not the one of a checkpoint. Components that are reinitialised may differ.
+    """Refuse, by name, a run that differs from that of a checkpoint. Components that are reinitialised may differ.
 
     Parameters that may change while an FMU runs are left to `changes`.
     """
@@ -67,51 +67,53 @@ def refuse_other(there: Mapping[str, Any], plan: Plan, reinitialised: Collection
         raise InputError(
             f"{name}: holds {compact(missing)}, which the system lacks; use the system that it was made of"
         )
-    for component, mine in here["components"].items():
+    for component, present in here["components"].items():
         if component not in reinitialised:
-            _same_component(component, there["components"].get(component), mine, name)
+            _same_component(component, there["components"].get(component), present, name)
     _same_connections(there["connections"], here["connections"], reinitialised, name)
 
 
-def _same_component(component: str, its: Mapping[str, Any] | None, mine: Mapping[str, Any], name: str) -> None:
+def _same_component(component: str, saved: Mapping[str, Any] | None, present: Mapping[str, Any], name: str) -> None:
     remedy = _REMEDY.format(name=component)
-    if its is None:
+    if saved is None:
         raise InputError(f"{component}: is not in {name}; give --reinitialise {component}")
-    if its["sha256"] != mine["sha256"]:
-        hashes = f"{its['source']} with sha256 {its['sha256'][:12]}, not {mine['sha256'][:12]}"
+    if saved["sha256"] != present["sha256"]:
+        hashes = f"{saved['source']} with sha256 {saved['sha256'][:12]}, not {present['sha256'][:12]}"
         raise InputError(f"{component}: {name} was made with another FMU, {hashes}; {remedy}")
-    if its["adapter"] != mine["adapter"]:
-        hashes = f"sha256 {its['adapter'][:12] or 'none'}, not {mine['adapter'][:12] or 'none'}"
+    if saved["adapter"] != present["adapter"]:
+        hashes = f"sha256 {saved['adapter'][:12] or 'none'}, not {present['adapter'][:12] or 'none'}"
         raise InputError(f"{component}: {name} was made with another adapter, {hashes}; {remedy}")
-    if its.get("shadow") != mine.get("shadow"):
+    if saved.get("shadow") != present.get("shadow"):
         raise InputError(f"{component}: {name} was made with another shadow, or without; {remedy}")
     for key, word in _TIMING.items():
-        if its[key] != mine[key]:
-            times = f"{seconds_text(its[key])} s, not {seconds_text(mine[key])} s"
+        if saved[key] != present[key]:
+            times = f"{seconds_text(saved[key])} s, not {seconds_text(present[key])} s"
             raise InputError(f"{component}: {name} was made with another {word}, {times}; {remedy}")
-    if its["kind"] != mine["kind"]:
-        raise InputError(f"{component}: is {its['kind']} in {name}, and {mine['kind']} here; {remedy}")
+    if saved["kind"] != present["kind"]:
+        raise InputError(f"{component}: is {saved['kind']} in {name}, and {present['kind']} here; {remedy}")
 
 
 def _same_connections(
     there: Mapping[str, list[Any]], here: Mapping[str, list[Any]], reinitialised: Collection[str], name: str
 ) -> None:
     for key in [*here, *there]:
-        mine, its = here.get(key), there.get(key)
-        if mine == its or {*(mine or its or [])[:2]} & set(reinitialised):
+        present, saved = here.get(key), there.get(key)
+        if present == saved or {*(present or saved or [])[:2]} & set(reinitialised):
             continue
-        if mine is None or its is None:
-            where = f"in {name}" if mine is None else "here"
+        if present is None or saved is None:
+            where = f"in {name}" if present is None else "here"
             raise InputError(f"{key}: is connected {where} only; use the connections that the checkpoint was made with")
-        if mine[2] != its[2]:
-            raise InputError(f"{key}: {name} was made with a delay of {its[2]} ticks, not {mine[2]}; give the same")
+        if present[2] != saved[2]:
+            raise InputError(
+                f"{key}: {name} was made with a delay of {saved[2]} ticks, not {present[2]}; give the same"
+            )
         raise InputError(f"{key}: {name} was made with another conversion on this connection; give the same")
 
 
 def changes(
     there: Mapping[str, Any], plan: Plan, reinitialised: Collection[str], name: str
 ) -> dict[str, dict[str, Value]]:
-    """Return the values to set at the checkpoint, by component and variable: those given otherwise than there.
+    """Return the values to set at the checkpoint, by component and variable: those that differ from the checkpoint.
 
     Raises
     ------
@@ -135,10 +137,10 @@ def changes(
 def _differing(
     there: Mapping[str, Any], plan: Plan, reinitialised: Collection[str]
 ) -> Iterator[tuple[str, str, Value | None, Value | None]]:
-    for component, mine in plan.wiring.parameters.items():
+    for component, present in plan.wiring.parameters.items():
         if component in reinitialised:
             continue
-        its = there["components"][component]["parameters"]
-        for parameter in [*mine, *(key for key in its if key not in mine)]:
-            if its.get(parameter) != mine.get(parameter):
-                yield component, parameter, its.get(parameter), mine.get(parameter)
+        saved = there["components"][component]["parameters"]
+        for parameter in [*present, *(key for key in saved if key not in present)]:
+            if saved.get(parameter) != present.get(parameter):
+                yield component, parameter, saved.get(parameter), present.get(parameter)

@@ -1,4 +1,4 @@
-"""The system of a run, put together again from what run.toml says of it."""
+"""Rebuild the system of a run from its run.toml."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def system_of(run: Mapping[str, Any]) -> System:
     InputError
         If the run was not of a system file, or the file has changed.
     """
-    told = run["system"]
-    if not told["path"]:
-        raise InputError(f"system {told['name']}: was made in Python, not read from a file; hand it over to `simulate`")
-    system = load_system(Path(told["path"]), timing_of_run(run))
-    if system.sha256 != told["sha256"]:
-        hashes = f"sha256 {told['sha256'][:12]} then, {(system.sha256 or '')[:12]} now"
-        raise InputError(f"{told['path']}: has changed since the run, {hashes}; restore the old one")
+    saved = run["system"]
+    if not saved["path"]:
+        raise InputError(f"system {saved['name']}: was made in Python, not read from a file; pass it to `simulate`")
+    system = load_system(Path(saved["path"]), timing_of_run(run))
+    if system.sha256 != saved["sha256"]:
+        hashes = f"sha256 {saved['sha256'][:12]} then, {(system.sha256 or '')[:12]} now"
+        raise InputError(f"{saved['path']}: has changed since the run, {hashes}; restore the old one")
     for entry in run["component"]:
         name, source = entry["name"], Path(entry["source"])
         if entry.get("adapter"):

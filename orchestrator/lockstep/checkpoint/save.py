@@ -1,4 +1,4 @@
-"""Save a run between two ticks."""
+"""Save the state of a run between two ticks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When checkpoints are wanted, and whether the components can save their state at all."""
+"""Decide when to save checkpoints, and refuse components that cannot save their state."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lockstep.system.component import Component
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckpointSchedule:
-    """What was asked for: at these times [s], every so many seconds, without the state of these components."""
+    """When to save: at these times [s], and every so many seconds; without the state of these components."""
 
     times: Sequence[float | str] = ()
     every: float | str | None = None
@@ -33,7 +33,7 @@ class CheckpointSchedule:
             step = whole_ticks(nanoseconds(self.every, "checkpoint every"), plan.system.tick, "checkpoint every")
             found |= set(range(step, plan.ticks + 1, step))
         if found:
-            self._refuse_mute(plan)
+            self._refuse_without_state(plan)
         return sorted(tick for tick in found if tick >= first)
 
     def _tick(self, text: float | str, plan: Plan) -> int:
@@ -48,11 +48,11 @@ class CheckpointSchedule:
             )
         return tick
 
-    def _refuse_mute(self, plan: Plan) -> None:
+    def _refuse_without_state(self, plan: Plan) -> None:
         for name in self.without:
             plan.system.component(name)
-        mute = [c.name for c in plan.system.components if not _saves_state(c, plan)]
-        left = [name for name in mute if name not in self.without]
+        unable = [c.name for c in plan.system.components if not _saves_state(c, plan)]
+        left = [name for name in unable if name not in self.without]
         if left:
             raise InputError(
                 f"{compact(left)}: cannot save its state (canGetAndSetFMUstate, canSerializeFMUstate), so there can be "

@@ -1,1 +1,1 @@
-"""FMUs in processes of their own: what one of them does to its process ends the run in one line, and nothing else."""
+"""Run FMUs in processes of their own: whatever one does to its process, the run ends with one line and results."""

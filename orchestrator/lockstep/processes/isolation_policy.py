@@ -1,7 +1,7 @@
-"""Which components run in processes of their own, when neither the system nor its user says so.
+"""Decide which components run in processes of their own where neither the system nor its user does.
 
-Those are FMUs that we did not build, FMUs that allow one instance a process and have one already, and FMUs that bring a
-Python module or a library along of which another one brings a differing copy: one process has one of each name.
+Those are FMUs that `flexsat build` did not make, FMUs that allow one instance per process and have one already, and
+FMUs that hold a Python module or library of which another FMU holds a different copy: a process has one of each name.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from lockstep.fmi.safe_zip import open_file, open_zip
 from lockstep.system.component import Component
 from lockstep.system.system import System
 
-BUILD_RECORD = "resources/build.json"  # our export leaves it, with the GUID of the FMU that it was made for
+BUILD_RECORD = "resources/build.json"  # of the export, with the GUID of its FMU
 _CODE = (".py", ".so")
 
 Modules = Mapping[str, frozenset[tuple[str, int]]]  # path and checksum of every file, by module
@@ -25,7 +25,7 @@ Modules = Mapping[str, frozenset[tuple[str, int]]]  # path and checksum of every
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contents:
-    """What matters of an FMU's archive here."""
+    """The content of an FMU's archive that decides."""
 
     own: bool
     modules: Modules
@@ -35,7 +35,7 @@ def settle(system: System, descriptions: Mapping[str, Description]) -> System:
     """Return the system with `isolated` decided for every component, or raise InputError."""
     every = [*system.components, *(c.shadow.component for c in system.components if c.shadow)]
     contents = {c.name: read_contents(c, descriptions[c.name]) for c in every if c.isolated is not True}
-    inside: list[Component] = []  # the master's process; those told to be there first
+    inside: list[Component] = []  # the master's process; first those that have to be there
     decided: dict[str, bool] = {}
     for component in sorted(every, key=lambda c: c.isolated is not False):
         isolated = component.isolated
@@ -56,7 +56,7 @@ def _settled(component: Component, decided: Mapping[str, bool]) -> Component:
 
 
 def read_contents(component: Component, description: Description) -> Contents:
-    """Look into the archive of an FMU."""
+    """Return the content of an FMU's archive that decides."""
     library = f"{description.identifier}.so"
     files: dict[str, set[tuple[str, int]]] = {}
     with (
@@ -86,11 +86,11 @@ def _conflict(
     contents: Mapping[str, Contents],
     descriptions: Mapping[str, Description],
 ) -> str:
-    """Say why two components cannot share a process; "" if they can."""
+    """Return why two components cannot share a process; "" if they can."""
     one, two = descriptions[component.name], descriptions[other.name]
     if one.sha256 == two.sha256:
         once = one.once_per_process
         return f"the FMU allows one instance per process, and {other.name} is it already" if once else ""
-    mine, its = contents[component.name].modules, contents[other.name].modules
-    differing = sorted(name for name in mine.keys() & its.keys() if mine[name] != its[name])
+    here, there = contents[component.name].modules, contents[other.name].modules
+    differing = sorted(name for name in here.keys() & there.keys() if here[name] != there[name])
     return f"brings another copy of {differing[0]} than {other.name}" if differing else ""

@@ -1,4 +1,4 @@
-"""Messages over a pipe: four bytes of length, then JSON, so that nothing a worker sends can do more than be wrong."""
+"""Send messages over a pipe: four bytes of length, then JSON, which runs no code whatever a worker sends."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 import os
 from typing import Any
 
-_LONGEST = 2**26  # bytes; a worker that is out of its mind must not fill the master's memory
+_LONGEST = 2**26  # bytes; a faulty worker must not fill the master's memory
 
 
 def pack(content: object) -> bytes:
@@ -34,7 +34,7 @@ def read_exactly(pipe: int, count: int) -> bytes:
 
 
 def read_message(pipe: int) -> Any:
-    """Read one message, or raise EOFError when the other end is gone or sends what is none."""
+    """Read one message, or raise EOFError when the other end is closed or sends something else."""
     length = int.from_bytes(read_exactly(pipe, 4), "little", signed=True)
     if not 0 <= length <= _LONGEST:
         raise EOFError

@@ -1,4 +1,4 @@
-"""Start FMUs where they belong: in the master's process, or each in one of its own."""
+"""Start FMUs in the master's process, or in processes of their own."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from lockstep.system.component import Component
 
 
 def start_slave(component: Component, description: Description, folder: Path, log: Log, limits: Limits) -> Slave:
-    """Load and instantiate the FMU of a component, or begin to where it is isolated."""
+    """Instantiate the FMU of a component; if it is isolated, only start its process."""
     if component.adapter is not None or component.shadow is not None:
-        description = read_description(component)  # what is shown has ports of ours, or of the shadow too
+        description = read_description(component)  # the given one has interface ports, or those of the shadow too
     if component.isolated:
         return RemoteSlave(component, description, folder, log, limits)
     return instantiate(component, description, folder, log)
 
 
 def wait_until_ready(slaves: Iterable[Slave]) -> None:
-    """Wait for those that were begun, or raise what one of them did."""
+    """Wait until all processes are ready, or raise the error of one of them."""
     for slave in slaves:
         if isinstance(slave, RemoteSlave):
             slave.ready()

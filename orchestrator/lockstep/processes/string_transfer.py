@@ -1,4 +1,4 @@
-"""Texts between the master and a worker: through the shared memory like numbers, up to a length."""
+"""Transfer texts between master and worker through the shared memory, up to a length."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from lockstep.fmi.slave import WARNING
 LONGEST_TEXT = 4096  # bytes as UTF-8
 RAW = np.dtype(f"S{LONGEST_TEXT}")
 
-Call = Callable[[], int]
+Transfer = Callable[[], int]
 Raw = NDArray[Any]  # of RAW
 
 
 def encoded(texts: NDArray[Any]) -> list[bytes]:
-    """Return texts as they travel, or raise ValueError."""
+    """Encode texts for the shared memory, or raise ValueError."""
     found = [str(text).encode() for text in texts]
     longest = max(map(len, found))
     if longest > LONGEST_TEXT:
@@ -27,12 +27,12 @@ def encoded(texts: NDArray[Any]) -> list[bytes]:
 
 
 def decoded(raw: Raw) -> list[str]:
-    """Return texts that have travelled."""
+    """Decode texts from the shared memory."""
     return [text.decode("utf-8", "replace") for text in raw.tolist()]
 
 
-def then_decode(call: Call, raw: Raw, texts: NDArray[Any]) -> Call:
-    """Return a call that takes texts out of `raw`, which the given one fills."""
+def then_decode(call: Transfer, raw: Raw, texts: NDArray[Any]) -> Transfer:
+    """Return a call that decodes texts from `raw` after the given one has filled it."""
 
     def get() -> int:
         status = call()
@@ -43,8 +43,8 @@ def then_decode(call: Call, raw: Raw, texts: NDArray[Any]) -> Call:
     return get
 
 
-def first_decode(raw: Raw, texts: NDArray[Any], call: Call) -> Call:
-    """Return a call that takes texts out of `raw` before the given one hands them over."""
+def first_decode(raw: Raw, texts: NDArray[Any], call: Transfer) -> Transfer:
+    """Return a call that decodes texts from `raw` before the given one sets them."""
 
     def put() -> int:
         texts[:] = decoded(raw)
@@ -53,8 +53,8 @@ def first_decode(raw: Raw, texts: NDArray[Any], call: Call) -> Call:
     return put
 
 
-def then_encode(call: Call, texts: NDArray[Any], raw: Raw, refuse: Callable[[str], int]) -> Call:
-    """Return a call that puts texts into `raw` that the given one got; `refuse` says why that fails."""
+def then_encode(call: Transfer, texts: NDArray[Any], raw: Raw, refuse: Callable[[str], int]) -> Transfer:
+    """Return a call that encodes into `raw` the texts that the given one gets; `refuse` reports a failure."""
 
     def get() -> int:
         status = call()
@@ -68,8 +68,8 @@ def then_encode(call: Call, texts: NDArray[Any], raw: Raw, refuse: Callable[[str
     return get
 
 
-def first_encode(texts: NDArray[Any], raw: Raw, call: Call, refuse: Callable[[str], int]) -> Call:
-    """Return a call that puts texts into `raw` before the given one takes them from there."""
+def first_encode(texts: NDArray[Any], raw: Raw, call: Transfer, refuse: Callable[[str], int]) -> Transfer:
+    """Return a call that encodes texts into `raw` before the given one reads that."""
 
     def put() -> int:
         try:

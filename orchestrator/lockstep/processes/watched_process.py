@@ -19,7 +19,7 @@ GIGABYTE = 2**30
 _INTERVAL = 0.05  # [s] between two looks at time and memory
 _MOST_PRINTED = 2**20  # bytes of what the FMU prints; then it is discarded
 _GRACE = 5.0  # [s] for a process that is ending
-_PATIENCE = 1.0  # [s] from Ctrl-C on for a call under way
+_PATIENCE = 0.8  # [s] from Ctrl-C on for a call under way: ended before a second Ctrl-C counts (interrupt.py)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +70,7 @@ class WatchedProcess:
                 asked = asked or monotonic()
                 if since and monotonic() - max(since, asked) > _PATIENCE:
                     self.interrupted = True
+                    self.interrupt.end()  # from here on a second Ctrl-C does not disturb the closing of files
                     self._end_for("interrupted")
             with suppress(psutil.Error, OSError):
                 memory = self._process.memory_info()

@@ -39,8 +39,8 @@ _CALLS = {
     "restore_state": "SetFMUstate",
 }
 
-Call = Callable[[], int]
-Program = tuple[tuple[Call, ...], bool, tuple[Call, ...]]
+Transfer = Callable[[], int]
+Program = tuple[tuple[Transfer, ...], bool, tuple[Transfer, ...]]
 
 
 class Worker:
@@ -50,7 +50,7 @@ class Worker:
         self.shared = shared
         self.last_call = shared.last_call
         self.slave: Slave | None = None
-        self.ports: list[Call] = []
+        self.ports: list[Transfer] = []
         self.programs: list[Program] = [((), False, ())]
         self.calls: list[str] = []  # of the ports, as FMI names them after its prefix
         self.names: list[tuple[str, ...]] = [()]  # of the calls of the programs

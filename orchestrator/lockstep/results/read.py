@@ -39,7 +39,7 @@ class Signals:
         return np.column_stack([self.columns[element] for element in elements])
 
     def __contains__(self, name: str) -> bool:
-        """Tell whether a signal, or an array of signals, was recorded."""
+        """Return whether a signal, or an array of signals, was recorded."""
         return name in self.columns or bool(elements_of(name, self.columns))
 
 

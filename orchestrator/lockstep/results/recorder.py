@@ -1,4 +1,4 @@
-"""Stream recorded rows to disk while a run goes on, and turn them into one compressed file at its end."""
+"""Stream recorded rows to disk during a run, and convert them to one compressed file at its end."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -150,7 +150,7 @@ def first_rows(folder: Path, count: int, size: int) -> Iterator[pa.RecordBatch]:
 
 
 def convert(folder: Path) -> None:
-    """Turn the stream of a run into its compressed file, a bounded number of rows at a time."""
+    """Convert the stream of a run to its compressed file, a bounded number of rows at a time."""
     partial = folder / f".{PARQUET}.partial"
     try:
         with read_batches(folder / STREAM) as (schema, batches):

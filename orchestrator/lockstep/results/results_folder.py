@@ -1,4 +1,4 @@
-"""The results folder of a run: made in one step, and never over files that are no run."""
+"""Make the results folder of a run in one step, never over files that are no run."""
 
 import shutil
 import tempfile

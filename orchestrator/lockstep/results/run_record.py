@@ -1,4 +1,4 @@
-"""The record of a run: run.toml, enough to repeat it, and events.jsonl, what happened when."""
+"""Write the record of a run: run.toml, which suffices to repeat it, and events.jsonl, its events in order."""
 
 import json
 import os
@@ -20,7 +20,7 @@ from lockstep.system.system import System
 RUN = "run.toml"
 EVENTS = "events.jsonl"
 _PACKAGES = ("numpy", "fmpy", "lxml", "pyarrow")
-_MOST_MESSAGES = 1000  # of one component in the events: a slave that complains at each step must not fill the disk
+_MOST_MESSAGES = 1000  # of one component in the events: a slave that logs at each step must not fill the disk
 
 Table = dict[str, object]
 
@@ -171,7 +171,7 @@ class Events:
         self._counts: Counter[str] = Counter()
 
     def open(self, folder: Path, keep: int = 0) -> None:
-        """Create events.jsonl, or keep so many bytes of it, and write what waited.
+        """Create events.jsonl, or keep so many bytes of it, and write the waiting events.
 
         The file is locked as long as this process lives: see `is_running`.
         """
@@ -184,12 +184,12 @@ class Events:
             self._write(line)
 
     def saved(self) -> dict[str, object]:
-        """Return how far the file has come, and how many messages each component has left."""
+        """Return the size of the file, and how many messages each component has logged."""
         assert self._file is not None
         return {"size": os.fstat(self._file).st_size, "counts": dict(self._counts)}
 
     def open_again(self, folder: Path, saved: Mapping[str, Any]) -> None:
-        """Go on with the events of an earlier run, behind those that it had when it was saved; write what waited."""
+        """Continue the events of the same run after those that it had when it was saved; write the waiting ones."""
         self._counts.update(Counter(saved["counts"]))
         self.open(folder, int(saved["size"]))
 

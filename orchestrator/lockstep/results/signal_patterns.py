@@ -1,4 +1,4 @@
-"""Which outputs are recorded."""
+"""Select the outputs to record."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -26,7 +26,7 @@ class Signal:
 def select(system: System, descriptions: Mapping[str, Description], patterns: Iterable[str]) -> tuple[Signal, ...]:
     """Return the outputs that match any pattern, in the order of the system.
 
-    In a pattern `*` and `?` are wild, brackets are plain; `all` is every output; the name of an array is
+    In a pattern `*` and `?` are wildcards and brackets are literal; `all` is every output; the name of an array is
     all its elements.
     """
     outputs = [

@@ -1,6 +1,6 @@
-"""Turn a memory plan into ready-bound calls: for each tick of the cycle a flat tuple of steps.
+"""Turn a memory plan into bound calls: for each tick of the cycle a flat tuple of actions.
 
-No scalar is touched by Python in a tick: each step is one gather from the bus, one set, one doStep and one get.
+No scalar is handled in Python in a tick: each step is one gather from the bus, one set, one doStep and one get.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,18 +16,18 @@ from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer, Scalar, Slave
 from lockstep.plan.bus_layout import Layout
 from lockstep.plan.schedule import Task
 from lockstep.plan.transfer import Way, converter, linear
-from lockstep.run.overlapped_steps import BegunStep, Overlapping, interleaved
+from lockstep.run.overlapped_steps import Overlapping, StartedStep, interleaved
 from lockstep.system.clock import seconds
 
-Call = Callable[[], int]
-Step = Callable[[float], None]
-Row = Callable[[float], Sequence[NDArray[Any]]]  # the recorder's next row, in the order of SCALARS
+Transfer = Callable[[], int]  # sets or gets values of a slave and returns the status of FMI
+Action = Callable[[float], None]  # called with the simulated time [s]
+NextRow = Callable[[float], Sequence[NDArray[Any]]]  # the recorder's next row, in the order of SCALARS
 Names = Mapping[tuple[str, Scalar, int], str]  # of outputs and inputs
 
 
 @dataclass(frozen=True, slots=True)
-class _Entry:
-    """One value to set: to which input, from where on the bus of its source's type, and what becomes of it."""
+class _SetValue:
+    """One value to set: its input, its position on the bus of its source's type, and its conversion."""
 
     target: int
     position: int
@@ -35,18 +35,18 @@ class _Entry:
 
 
 class Exchange:
-    """The bus and everything bound to it."""
+    """The bus, and the calls of all slaves bound to it."""
 
     def __init__(self, layout: Layout, slaves: Mapping[str, Slave], names: Names, faults: Faults | None = None) -> None:
         self._layout, self._faults = layout, faults
         self._slaves = slaves
         self._names = names
         self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
-        self._steps: dict[object, Step] = {}  # equal phases share one step
+        self._steps: dict[object, Action] = {}  # equal phases share one action
         self._initial: dict[tuple[str, Scalar], dict[int, Any]] = {}
 
-    def phases(self, row: Row) -> list[tuple[Step, ...]]:
-        """Return the steps of every tick of the cycle, in order."""
+    def phases(self, row: NextRow) -> list[tuple[Action, ...]]:
+        """Return the actions of every tick of the cycle, in order."""
         layout, tasks = self._layout, self._layout.schedule.tasks
         first = () if self._faults is None else (self._faults.begin_tick,)
         return [
@@ -60,11 +60,11 @@ class Exchange:
 
     @property
     def faults(self) -> Faults | None:
-        """What goes wrong in the run."""
+        """The faults injected in the run."""
         return self._faults
 
     def finish(self) -> None:
-        """Note what ends with the run."""
+        """Write the events of faults that end with the run."""
         if self._faults is not None:
             self._faults.finish()
 
@@ -74,7 +74,7 @@ class Exchange:
         return self._bus
 
     def fetch_initial(self, name: str, newest: int = 0) -> None:
-        """Fetch a component's initial outputs: for its readers' first inputs, and into all slots up to a version."""
+        """Fetch a component's initial outputs, for its readers' first inputs and for all slots up to a version."""
         self.fetch_present(name)
         for scalar in SCALARS:
             for version in range(newest + 1 - self._layout.rings[name], newest + 1):
@@ -83,7 +83,7 @@ class Exchange:
                     self._bus[scalar][start : start + len(references)] = self.present(name, scalar, references)
 
     def present(self, name: str, scalar: Scalar, references: list[int]) -> Buffer:
-        """Return outputs of a component as they are now."""
+        """Return the present outputs of a component."""
         buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
         self.check(name, f"Get{scalar}", 0.0, self._get(name, scalar, references, buffer)())
         if scalar == "Real":
@@ -91,7 +91,7 @@ class Exchange:
         return buffer
 
     def fetch_present(self, name: str) -> None:
-        """Fetch a component's outputs as they are now, for what `set_initial` gives to their readers."""
+        """Fetch a component's present outputs, which `set_initial` then sets at their readers."""
         for scalar in SCALARS:
             links = [link for link in self._layout.links if (link.producer, link.scalar) == (name, scalar)]
             sources = sorted({source for link in links for source in link.sources})
@@ -119,7 +119,7 @@ class Exchange:
         return [f"{name}.{self._names.get((name, scalar, r), r)}" for r in references]
 
     def check(self, name: str, call: str, time: float, status: int) -> None:
-        """Raise RunError if a call, told without FMI's prefix, failed; with what the slave logged."""
+        """Raise RunError, with the slave's log, if a call failed; its name is without the prefix of FMI."""
         if status <= WARNING:
             return
         slave = self._slaves[name]
@@ -127,10 +127,10 @@ class Exchange:
         outcome, message = slave.outcome(call, status), slave.last_messages()
         raise RunError(f"{name}: {outcome} at {time:.9g} s" + (f": {message}" if message else ""))
 
-    def _get(self, name: str, scalar: Scalar, references: list[int], buffer: Buffer) -> Call:
+    def _get(self, name: str, scalar: Scalar, references: list[int], buffer: Buffer) -> Transfer:
         return self._slaves[name].getter(scalar, np.array(references, np.uint32), buffer)
 
-    def _step(self, task: Task, tick: int) -> Step:
+    def _step(self, task: Task, tick: int) -> Action:
         sets, gets = self._sets(task, tick), self._gets(task, tick)
         key = (
             task.name,
@@ -141,13 +141,13 @@ class Exchange:
             self._steps[key] = self._bind(task, sets, gets)
         return self._steps[key]
 
-    def _sets(self, task: Task, tick: int) -> dict[Scalar, list[_Entry]]:
+    def _sets(self, task: Task, tick: int) -> dict[Scalar, list[_SetValue]]:
         """Return what to set of each type, the targets in ascending order."""
-        sets: dict[Scalar, list[_Entry]] = {}
+        sets: dict[Scalar, list[_SetValue]] = {}
         for link, version in self._layout.renewed(task, tick):
             for source, target, way in zip(link.sources, link.targets, link.ways, strict=True):
                 position = self._layout.position(link.producer, link.scalar, source, version)
-                sets.setdefault(link.target_scalar or link.scalar, []).append(_Entry(target, position, way))
+                sets.setdefault(link.target_scalar or link.scalar, []).append(_SetValue(target, position, way))
         return {scalar: sorted(entries, key=lambda entry: entry.target) for scalar, entries in sets.items()}
 
     def _gets(self, task: Task, tick: int) -> dict[Scalar, tuple[int, list[int]]]:
@@ -157,9 +157,9 @@ class Exchange:
     def _bind(
         self,
         task: Task,
-        sets: Mapping[Scalar, list[_Entry]],
+        sets: Mapping[Scalar, list[_SetValue]],
         gets: Mapping[Scalar, tuple[int, list[int]]],
-    ) -> Step:
+    ) -> Action:
         """Bind one doStep with the sets before it and the gets after it."""
         name, slave, check = task.name, self._slaves[task.name], self.check
         do_step = slave.do_step
@@ -176,7 +176,7 @@ class Exchange:
                     call(time)
                 do_step(time, length, 1)
 
-            return BegunStep(begin, slave.complete, after)
+            return StartedStep(begin, slave.complete, after)
         if len(before) == 1 and len(after) == 1:  # the usual step, without the two loops
             first, last = before[0], after[0]
 
@@ -200,7 +200,7 @@ class Exchange:
 
         return step
 
-    def _bound_set(self, name: str, scalar: Scalar, entries: Sequence[_Entry]) -> Step:
+    def _bound_set(self, name: str, scalar: Scalar, entries: Sequence[_SetValue]) -> Action:
         check, take, function = self.check, self._bus[scalar].take, f"Set{scalar}"
         targets = [entry.target for entry in entries]
         buffer: Buffer = np.zeros(len(targets), DTYPES[scalar])
@@ -232,7 +232,9 @@ class Exchange:
 
         return converted
 
-    def _mixed_set(self, name: str, scalar: Scalar, entries: Sequence[_Entry], buffer: Buffer, call: Call) -> Step:
+    def _mixed_set(
+        self, name: str, scalar: Scalar, entries: Sequence[_SetValue], buffer: Buffer, call: Transfer
+    ) -> Action:
         """Bind a set whose values come from outputs of several types, or through tables."""
         check, function = self.check, f"Set{scalar}"
         parts = []
@@ -257,7 +259,7 @@ class Exchange:
 
         return mixed
 
-    def _bound_get(self, name: str, scalar: Scalar, start: int, references: list[int], end: float) -> Step:
+    def _bound_get(self, name: str, scalar: Scalar, start: int, references: list[int], end: float) -> Action:
         check, function = self.check, f"Get{scalar}"
         part = self._bus[scalar][start : start + len(references)]
         call = self._get(name, scalar, references, part)
@@ -295,7 +297,7 @@ class Exchange:
                 + (f"; it logged: {logged}" if logged else "")
             )
 
-    def _capture(self, tick: int, row: Row) -> Step:
+    def _capture(self, tick: int, row: NextRow) -> Action:
         """Bind the copy of what is true at this tick into the recorder's next row."""
         layout = self._layout
         index: dict[Scalar, NDArray[np.intp]] = {}
@@ -312,7 +314,7 @@ class Exchange:
             self._steps[key] = self._bind_capture(index, row)
         return self._steps[key]
 
-    def _bind_capture(self, index: Mapping[Scalar, NDArray[np.intp]], row: Row) -> Step:
+    def _bind_capture(self, index: Mapping[Scalar, NDArray[np.intp]], row: NextRow) -> Action:
         reals, take = index["Real"], self._bus["Real"].take
         others = [(k, index[s], self._bus[s].take) for k, s in enumerate(SCALARS) if s != "Real" and len(index[s])]
 

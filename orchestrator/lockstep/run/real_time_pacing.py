@@ -1,7 +1,7 @@
-"""Hold a run to the wall clock: no tick begins before its time, and those whose work ended too late are counted.
+"""Pace a run by the wall clock: no tick starts before its time, and ticks that ended too late are counted.
 
 Simulated time t is due at origin + (t - first) / pace on the clock. Each deadline is computed from the origin, so
-neither sleeping too long nor a late tick shifts those after it: a run that was late catches up without waiting.
+neither a long sleep nor a late tick shifts the later ones: a run that is late catches up without waiting.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from time import perf_counter, sleep
 from lockstep.errors import InputError
 from lockstep.interrupt import Interrupt
 
-_SPIN = 2e-4  # [s] before a deadline from which on to watch the clock: a sleep ends some 0.1 ms late
-_SLICE = 0.05  # [s] of sleep between two looks at Ctrl-C
+_POLLING = 2e-4  # [s] before a deadline in which the clock is polled: a sleep ends some 0.1 ms late
+_SLICE = 0.05  # [s] of sleep between two checks for Ctrl-C
 
 
 class Pacer:
@@ -32,7 +32,7 @@ class Pacer:
         self._origin = self._first = 0.0
 
     def begin(self, first: float, interrupt: Interrupt) -> None:
-        """Let simulated time `first` be due now."""
+        """Start the clock: simulated time `first` is due now."""
         self._interrupt = interrupt
         self._first, self._origin = first, self._clock()
 
@@ -47,8 +47,8 @@ class Pacer:
                 if -left > self.worst:
                     self.worst, self.worst_at = -left, time
             return
-        while left > _SPIN:
-            self._wait(min(left - _SPIN, _SLICE))
+        while left > _POLLING:
+            self._wait(min(left - _POLLING, _SLICE))
             self._interrupt.check()
             left = due - clock()
         while clock() < due:
@@ -64,7 +64,7 @@ class Pacer:
         }
 
     def __str__(self) -> str:
-        """Say it in a line."""
+        """Describe the pacing in one line."""
         if not self.overruns:
             return f"paced at {self.pace:g} x real time, no overruns"
         many = "s" if self.overruns > 1 else ""
