@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexbench.adapt import excitation_of_design as adapting
 from flexbench.adapt.contracts import contracts_of
+from flexbench.adapt.excitation_of_design import excitation_of
 from flexbench.adapt.verdict import check_adapter
+from flexbench.adapt.verdict_text import describe_verdict
 from flexbench.cli.parser import main
 from lockstep import read_signals
 from lockstep.adapter.read import read_adapter
@@ -116,14 +117,14 @@ PERMUTED = ADAPTER.replace('unit = "deg/s"', 'unit = "deg/s"\norder = [2, 3, 1]'
 def excitation():
     """Return what excites the centralised controller."""
     found = next(c for c in contracts_of("centralised") if c.component == "controller")
-    return adapting.excitation_of(found)
+    return excitation_of(found)
 
 
 @pytest.mark.parametrize(
     ("adapter", "fmu", "message"),
     [
-        (ADAPTER, "vendor.fmu", "right: every turn and rate is opposed on its own axis"),
-        (ADAPTER, "bare/vendor.fmu", "right: every turn and rate is opposed on its own axis"),
+        (ADAPTER, "vendor.fmu", "right: the torque opposes each attitude and rate error about its own axis"),
+        (ADAPTER, "bare/vendor.fmu", "right: the torque opposes each attitude and rate error about its own axis"),
         (SIGN, "vendor.fmu", "wrong: wrong sign: output 1 (TauCmd[*]): write sign = 1"),
         (
             ADAPTER.replace('"first"', '"last"'),
@@ -146,7 +147,7 @@ def excitation():
             'wrong: missing unit, mN.m for N.m: output 1 (TauCmd[*]): write unit = "mN.m"',
         ),
         (PERMUTED, "vendor.fmu", "wrong: permuted or reversed axes of rate: x for z, y for x, z for y"),
-        (ADAPTER3, "three/vendor.fmu", "right: every turn and rate is opposed on its own axis"),
+        (ADAPTER3, "three/vendor.fmu", "right: the torque opposes each attitude and rate error about its own axis"),
         (
             ADAPTER3.replace('"first"', '"last"'),
             "three/vendor.fmu",
@@ -170,7 +171,7 @@ def test_a_wrong_convention_is_named(vendor, tmp_path, excitation, adapter, fmu,
     (tmp_path / "vendor.toml").write_text(adapter)
     file = tmp_path / "vendor.toml"
     verdict = check_adapter(vendor / fmu, read_adapter(file), excitation)
-    printed = adapting.describe_verdict(verdict, excitation, vendor / fmu, file)
+    printed = describe_verdict(verdict, excitation, vendor / fmu, file)
 
     assert [line for line in printed if line.startswith(("right", "wrong", "or:"))] == [
         line for line in printed if line.startswith(message)
@@ -197,7 +198,12 @@ def test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide(vendor, 
     path, fmu = tmp_path / "draft.toml", vendor / variant / "vendor.fmu"
     assert main(["adapt", str(fmu), "--like", "controller:centralised", "--out", str(path)]) == 0
     undecided = capsys.readouterr().err
-    for doubt in ("q_IB[*]: direction", "w_meas[*]: ours: it takes 3 of our 23", "q_ok: true", "Mode: no port of ours"):
+    for doubt in (
+        "q_IB[*]: direction",
+        "w_meas[*]: port: it has 3 elements, and the port 23",
+        "q_ok: true",
+        "Mode: no port is like it",
+    ):
         assert f"undecided: {doubt}" in undecided
     assert "unit" not in undecided
     text = path.read_text()
@@ -217,5 +223,5 @@ def test_a_draft_marks_units_that_the_fmu_does_not_declare(vendor, capsys):
     assert main(["adapt", str(vendor / "bare" / "vendor.fmu"), "--like", "controller:centralised"]) == 0
 
     result = capsys.readouterr()
-    assert result.err.count("unit: the FMU tells none; this is ours") == 3
-    assert 'theirs = "TauCmd[*]"\nindex_base = 0\nunit = "N.m"  # UNDECIDED' in result.out
+    assert result.err.count("unit: the FMU declares none; this is that of the port") == 3
+    assert 'variable = "TauCmd[*]"\nindex_base = 0\nunit = "N.m"  # UNDECIDED' in result.out

@@ -1,1 +1,1 @@
-"""Adapters for attitude controllers: contract, excitation and verdict."""
+"""Adapt foreign attitude controllers: contracts, drafts of adapters, and tests of their conventions."""

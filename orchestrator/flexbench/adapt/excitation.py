@@ -1,6 +1,6 @@
-"""Turn and spin a spacecraft before the eyes of a controller, and note the torque that it answers with.
+"""Measure a controller's static response to attitude and rate errors.
 
-Each experiment runs in a fresh process: an FMU may have one instance in a process, or take its process down.
+Each experiment runs in a process of its own: an FMU may allow one instance in a process, or crash it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from flexsat.arrays import Array
-from lockstep.adapter.bind import Binding, Ports, bind
+from lockstep.adapter.bind import Binding, Variables, bind
 from lockstep.adapter.slave import AdaptedSlave, adapt_slave
 from lockstep.errors import RunError
 from lockstep.fmi.instantiate import instantiate
@@ -35,25 +35,25 @@ _TIME_LIMIT = 300.0  # [s] for all experiments of one command
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Excitation:
-    """What is known of the spacecraft, as plain numbers. All in the units of our ports, which are SI."""
+    """State of rest, errors to apply and expected response of a spacecraft, in the SI units of the interface ports."""
 
-    component: str  # as it is called, such as controller:centralised
-    ours: Ports
-    period: int  # [ns] of our component
+    component: str  # name of the contract, such as controller:centralised
+    ports: Variables  # of the interface
+    period: int  # [ns] of flexsat's component
     nominal: Mapping[str, float]  # inputs at rest
     attitude: tuple[str, str, str]  # inputs: MRP, body from inertial
     rate: Mapping[str, tuple[float, float, float]]  # inputs that measure rate, and their axes
     torque: tuple[str, ...]  # outputs
     wheel_axis: Array  # (n, 3)
-    stiffness: Array  # (3, 3) [N.m/rad]: minus the body torque that the reference answers a turn with
-    damping: Array  # (3, 3) [N.m.s/rad]: the same of a rate
-    angle: float  # [rad] to turn by
-    speed: float  # [rad/s] to turn at
+    stiffness: Array  # (3, 3) [N.m/rad]: minus the body torque of the reference for an attitude error
+    damping: Array  # (3, 3) [N.m.s/rad]: the same for a rate error
+    angle: float  # [rad] attitude error to apply
+    speed: float  # [rad/s] rate error to apply
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Response:
-    """Torque on the body: at rest (3,) [N.m]; column k for a turn and a rate about axis k, (3, 3)."""
+    """Hold the torque on the body: at rest, (3,) [N.m], and for errors about axis k in column k, (3, 3)."""
 
     rest: Array
     attitude: Array  # [N.m/rad]
@@ -65,7 +65,7 @@ def respond(fmu: Path, adapters: Sequence[Adapter], excitation: Excitation, span
     component = Component(name=fmu.stem.replace(".", "_") or "fmu", source=fmu.absolute(), period=excitation.period)
     description = read_description(component)
     for adapter in adapters:
-        bind(adapter, excitation.ours, description.variables)
+        bind(adapter, excitation.ports, description.variables)
     task = pickle.dumps((component, description, list(adapters), excitation, span))
     try:
         done = subprocess.run(
@@ -98,7 +98,7 @@ def serve() -> None:
 def _variant(
     component: Component, description: Description, adapter: Adapter, excitation: Excitation, span: float
 ) -> Response | str:
-    binding = bind(adapter, excitation.ours, description.variables)
+    binding = bind(adapter, excitation.ports, description.variables)
     experiment = partial(_torque, component, description, binding, excitation, span)
     zero = np.zeros(3)
     cases = [(zero, zero)]
@@ -131,7 +131,7 @@ def _torque(
     rotation: Array,
     rate: Array,
 ) -> Array:
-    """Return the body torque after `span`: turned by a rotation, or passing through it at a rate."""
+    """Return the body torque after `span` at this attitude error, reached at a constant rate."""
     step = binding.adapter.step or excitation.period
     count = max(2, math.ceil(span / seconds(step)))
     with tempfile.TemporaryDirectory() as folder:
@@ -140,26 +140,26 @@ def _torque(
             adapted = adapt_slave(slave, binding)
             _called(adapted, "SetupExperiment", adapted.setup_experiment(0.0, count * seconds(step)))
             _called(adapted, "EnterInitializationMode", adapted.enter_initialization())
-            _show(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1), rate)
+            _set_sensors(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1), rate)
             _called(adapted, "ExitInitializationMode", adapted.exit_initialization())
             for number in range(count):
-                _show(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1 - number), rate)
+                _set_sensors(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1 - number), rate)
                 _called(adapted, "DoStep", adapted.do_step(number * step / 1e9, seconds(step), 1))
             torque = np.zeros(len(excitation.torque))
-            references = [binding.variables[name].reference for name in excitation.torque]
+            references = [binding.shown[name].reference for name in excitation.torque]
             adapted.getter("Real", np.array(references, np.uint32), torque)()
         finally:
             slave.close()
     return np.asarray(-excitation.wheel_axis.T @ torque)
 
 
-def _show(slave: AdaptedSlave, binding: Binding, excitation: Excitation, rotation: Array, rate: Array) -> None:
-    """Hand over what the sensors would give. The turns are about one axis, so that the MRP is tan(angle / 4)."""
+def _set_sensors(slave: AdaptedSlave, binding: Binding, excitation: Excitation, rotation: Array, rate: Array) -> None:
+    """Set the sensors' measurements. The rotation is about one axis, so that the MRP is tan(angle / 4)."""
     values = dict(excitation.nominal)
     values |= dict(zip(excitation.attitude, np.tan(rotation / 4.0).tolist(), strict=True))
     values |= {name: float(np.dot(axis, rate)) for name, axis in excitation.rate.items()}
     for scalar in SCALARS:
-        ports = [v for v in binding.variables.values() if v.scalar == scalar and v.name in values]
+        ports = [v for v in binding.shown.values() if v.scalar == scalar and v.name in values]
         if ports:
             references = np.array([v.reference for v in ports], np.uint32)
             slave.setter(scalar, references, np.array([values[v.name] for v in ports], DTYPES[scalar]))()

@@ -1,4 +1,4 @@
-"""Judge a controller's response: does it oppose each turn and each rate on its own axis, and about as hard?"""
+"""Judge a controller's static response: does its torque oppose each error about its own axis, by about as much?"""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from flexsat.arrays import Array
 
 AXES = "xyz"
 _ALIGNED = 0.8  # cosine between the torque and the reference's
-_AT_REST = 5.0  # times what the turns and rates call for: jitter that is fed forward stays below
+_AT_REST = 5.0  # times the torque expected for the errors: feedforward of jitter stays below
 _BANDWIDTH = 0.75  # decades from the reference's: 5.6 times slower or faster
 _DAMPING = 0.6  # decades of the damping ratio: 4 times
-_SILENT = 1e-6  # of the reference: no answer
+_SILENT = 1e-6  # of the reference: no response
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judgement:
-    """Nothing in `problems` is right. `shares` are answers as shares of the reference's, column k for axis k."""
+    """Hold what is wrong, empty if nothing is, and the response as a share of the reference's, column k for axis k."""
 
     problems: tuple[str, ...]
     attitude: Array  # (3, 3), 1 on the diagonal is the reference
     rate: Array
-    bandwidth: float  # over the reference's; nan without an answer
+    bandwidth: float  # over the reference's; nan without a response
     damping: float  # ratio, over the reference's
 
     @property
     def distance(self) -> float:
-        """How far bandwidth and damping lie from the reference [decades]."""
+        """Deviation of bandwidth and damping from the reference [decades]."""
         return abs(float(np.log10(self.bandwidth))) + abs(float(np.log10(self.damping)))
 
 
 def judge(response: Response, excitation: Excitation) -> Judgement:
-    """Compare with the reference; name what is wrong as it is seen, not yet why."""
+    """Compare with the reference; describe what is wrong in the response, not its cause."""
     attitude: Array = np.asarray(np.linalg.solve(-excitation.stiffness, response.attitude), float)
     rate: Array = np.asarray(np.linalg.solve(-excitation.damping, response.rate), float)
-    problems = [*_rest(response, excitation), *_pattern("a turn", attitude), *_pattern("a rate", rate)]
+    problems = [*_rest(response, excitation), *_pattern("attitude", attitude), *_pattern("rate", rate)]
     bandwidth = damping = float("nan")
     stiffer, harder = (float(np.median(np.linalg.norm(shares, axis=0))) for shares in (attitude, rate))
     if min(stiffer, harder) > _SILENT:
@@ -46,9 +46,7 @@ def judge(response: Response, excitation: Excitation) -> Judgement:
         damping = harder / bandwidth
         # a bandwidth b times the reference's has b^2 its stiffness and b its damping; units break that law
         if abs(np.log10(bandwidth)) > _BANDWIDTH or abs(np.log10(damping)) > _DAMPING:
-            problems.append(
-                f"it answers turns {stiffer:.3g} times and rates {harder:.3g} times as hard as the reference"
-            )
+            problems.append(f"its stiffness is {stiffer:.3g} times and its damping {harder:.3g} times the reference's")
     return Judgement(problems=tuple(problems), attitude=attitude, rate=rate, bandwidth=bandwidth, damping=damping)
 
 
@@ -64,33 +62,33 @@ def _rest(response: Response, excitation: Excitation) -> list[str]:
     if np.max(np.abs(response.rest)) <= _AT_REST * max(due, answered):
         return []
     values = ", ".join(f"{value:.3g}" for value in response.rest)
-    return [f"at rest it commands a torque of ({values}) N.m where none is due"]
+    return [f"without errors it commands a torque of ({values}) N.m; none is expected"]
 
 
 def _pattern(what: str, shares: Array) -> list[str]:
     if np.max(np.abs(shares)) <= _SILENT:
-        return [f"it does not answer {what} about any axis"]
+        return [f"no response to {what} errors about any axis"]
     found = []
     for k, axis in enumerate(AXES):
         column = shares[:, k]
         size = float(np.linalg.norm(column))
         if size <= _SILENT:
-            found.append(f"it does not answer {what} about {axis}")
+            found.append(f"no response to {what} errors about {axis}")
         elif column[k] < _ALIGNED * size:
             main = int(np.argmax(np.abs(column)))
             if main != k:
                 found.append(
-                    f"it answers {what} about {axis} as one about {'-' if column[main] < 0 else ''}{AXES[main]}"
+                    f"{what} error about {axis}: torque as for one about {'-' if column[main] < 0 else ''}{AXES[main]}"
                 )
             elif column[k] < 0:
-                found.append(f"it drives {what} about {axis} on instead of opposing it")
+                found.append(f"{what} error about {axis}: the torque increases it instead of opposing it")
             else:
-                found.append(f"it answers {what} about {axis} with torque about other axes too")
+                found.append(f"{what} error about {axis}: torque about other axes too")
     return found
 
 
 def axes_named(judgement: Judgement) -> str:
-    """Name a permutation or a turn of axes, if the patterns are one; nothing otherwise."""
+    """Describe a permutation or reversal of axes, if the response shows one; nothing otherwise."""
     patterns = [_signed(judgement.attitude), _signed(judgement.rate)]
     parts = [
         (what, pattern)

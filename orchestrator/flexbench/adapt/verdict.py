@@ -1,4 +1,4 @@
-"""Tell a convention error by name: change one thing in the adapter at a time, and see which change makes it right."""
+"""Find the wrong convention in an adapter: change one at a time, and see which change gives the right response."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from flexbench.adapt.judge import Judgement, axes_named, judge
 from lockstep.adapter.bind import Binding, bind
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.model_description import read_description
-from lockstep.system.adapter_file import DIRECTIONS, Adapter, Entry
+from lockstep.system.adapter_file import DIRECTIONS, Adapter, AdapterEntry
 from lockstep.system.component import Component
 from lockstep.system.unit_table import UNITS, gain_between
 
 _FAMILIES = (("rad/s", "deg/s", "rpm"), ("rad", "deg"), ("N.m", "mN.m", "uN.m"))
 _MOST_PAIRS = 80
-_SPANS = (1.0, 5.0)  # [s] to answer in: most take one step, estimators of flexible modes some seconds
+_SPANS = (1.0, 5.0)  # [s] until the response is measured: most need one step, estimators of flexible modes seconds
 _FIELDS = {"direction": "rotation"}  # where a key has another name than in the file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """One thing that may be wrong in one entry, and what to write instead."""
+    """Hold one convention of one entry that may be wrong, and what to write instead."""
 
     number: int  # of the entry
     key: str
     error: str
     remedy: str
-    entry: Entry
+    entry: AdapterEntry
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What was seen, and which changes make it right, the nearest first; each is one or two changes at once."""
+    """Hold the response, and the changes that correct it, the nearest to the reference first; each of one or two."""
 
     judgement: Judgement
     cures: tuple[tuple[Change, ...], ...]
-    axes: str  # a permutation of axes, named
-    unseen: tuple[str, ...]  # inputs of theirs that were held still
+    axes: str  # a permutation of axes, described
+    unseen: tuple[str, ...]  # inputs of the FMU that were constant
     step: int  # [ns]
 
     @property
@@ -53,15 +53,13 @@ class Verdict:
 def check_adapter(fmu: Path, adapter: Adapter, excitation: Excitation) -> Verdict:
     """Excite the FMU through its adapter and judge; raise InputError for bad input, RunError if it cannot run."""
     component = Component(name="fmu", source=fmu.absolute(), period=excitation.period)
-    theirs = read_description(component).variables
-    binding = bind(adapter, excitation.ours, theirs)
-    lacking = [name for name in excitation.torque if name not in binding.variables]
+    binding = bind(adapter, excitation.ports, read_description(component).variables)
+    lacking = [name for name in excitation.torque if name not in binding.shown]
     if lacking:
         raise InputError(f"{adapter.path.name}: {lacking[0]} is not served; a controller is judged by its torque")
     judgement = _judged(fmu, adapter, excitation)
     moved = {*excitation.attitude, *excitation.rate}
-    unseen = [e for e in adapter.entries if e.direction == "input"]
-    unseen = [b.entry for b in binding.inputs if not moved & {v.name for v in b.ours}]
+    unseen = [b.entry for b in binding.inputs if not moved & {v.name for v in b.ports}]
     cures: list[tuple[Change, ...]] = []
     axes = ""
     if judgement.problems:
@@ -78,13 +76,13 @@ def check_adapter(fmu: Path, adapter: Adapter, excitation: Excitation) -> Verdic
         judgement=judgement,
         cures=tuple(cures),
         axes=axes,
-        unseen=tuple(entry.theirs[0] for entry in unseen),
+        unseen=tuple(entry.variables[0] for entry in unseen),
         step=adapter.step or excitation.period,
     )
 
 
 def _judged(fmu: Path, adapter: Adapter, excitation: Excitation) -> Judgement:
-    """Judge the answer, the early one unless a late one is right."""
+    """Judge the response, the early one unless a later one is right."""
     judgements = []
     for span in _SPANS:
         response = respond(fmu, [adapter], excitation, span)[0]
@@ -99,7 +97,7 @@ def _judged(fmu: Path, adapter: Adapter, excitation: Excitation) -> Judgement:
 def _cures(
     fmu: Path, adapter: Adapter, excitation: Excitation, sets: Sequence[tuple[Change, ...]], span: float
 ) -> list[tuple[Change, ...]]:
-    """Return the sets of changes that make all right, the nearest to the reference first."""
+    """Return the sets of changes that give the right response, the nearest to the reference first."""
     responses = respond(fmu, [_changed(adapter, changes) for changes in sets], excitation, span) if sets else []
     judged = [
         (judge(response, excitation), changes)
@@ -121,23 +119,23 @@ def _changed(adapter: Adapter, changes: Sequence[Change]) -> Adapter:
 
 
 def _changes(binding: Binding, excitation: Excitation) -> list[Change]:
-    """Return everything that may be wrong in the entries that attitude, rate and torque travel through."""
+    """Return every change that is possible in the entries of attitude, rate and torque."""
     touched = {*excitation.attitude, *excitation.rate, *excitation.torque}
     found = []
     for bound in (*binding.inputs, *binding.outputs):
-        if touched & {v.name for v in bound.ours}:
+        if touched & {v.name for v in bound.ports}:
             number = binding.adapter.entries.index(bound.entry)
-            declared, ours = (v.unit.name if v.unit else None for v in (bound.theirs[0], bound.ours[0]))
-            found += _of(number, bound.entry, declared, ours)
+            declared, unit = (v.unit.name if v.unit else None for v in (bound.variables[0], bound.ports[0]))
+            found += _changes_of(number, bound.entry, declared, unit)
     return found
 
 
-def _of(number: int, entry: Entry, declared: str | None, ours: str | None) -> list[Change]:
-    place = entry.place.partition(": ")[2]
+def _changes_of(number: int, entry: AdapterEntry, declared: str | None, port_unit: str | None) -> list[Change]:
+    location = entry.location.partition(": ")[2]
 
     def change(key: str, error: str, remedy: str, **values: object) -> Change:
         return Change(
-            number=number, key=key, error=f"{error}: {place}", remedy=remedy, entry=replace(entry, **values)  # type: ignore[arg-type]
+            number=number, key=key, error=f"{error}: {location}", remedy=remedy, entry=replace(entry, **values)  # type: ignore[arg-type]
         )  # fmt: skip
 
     if entry.attitude is not None:
@@ -150,10 +148,10 @@ def _of(number: int, entry: Entry, declared: str | None, ours: str | None) -> li
     minus = tuple(-value for value in entry.sign)
     written = f"{minus[0]:g}" if len(minus) == 1 else str([int(value) for value in minus])
     found = [change("sign", "wrong sign", f"sign = {written}", sign=minus)]
-    present = entry.unit or declared or ours
+    present = entry.unit or declared or port_unit
     error = "wrong unit" if entry.unit or declared else "missing unit"
     for family in _FAMILIES:
-        if ours in family:
+        if port_unit in family:
             found += [
                 change("unit", f"{error}, {_confused(present, unit)}", f'unit = "{unit}"', unit=unit)
                 for unit in family
@@ -167,5 +165,5 @@ def _same(unit: str, present: str | None) -> bool:
 
 
 def _confused(present: str | None, unit: str) -> str:
-    told = {"deg/s": "degrees", "deg": "degrees", "rad/s": "radians", "rad": "radians"}
-    return f"{told.get(unit, unit)} for {told.get(present or '', present)}"
+    words = {"deg/s": "degrees", "deg": "degrees", "rad/s": "radians", "rad": "radians"}
+    return f"{words.get(unit, unit)} for {words.get(present or '', present)}"

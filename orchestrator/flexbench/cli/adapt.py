@@ -27,7 +27,7 @@ def adapt(fmu: Path, like: str, out: Path | None) -> int:
     """Draft the adapter of a foreign FMU from names, units and array sizes, and list what remains undecided."""
     from flexsat.fmu.reproducible_zip import write_atomically
 
-    from ..adapt.excitation_of_design import draft_for
+    from ..adapt.draft import draft_for
 
     text, doubts = draft_for(fmu, like)
     if out is None:

@@ -26,8 +26,9 @@ def check_adapter(fmu: Path, adapter: Path, like: str | None) -> int:
     """Measure a controller's static response to attitude and rate errors, and judge its adapter's conventions."""
     from lockstep.adapter.read import read_adapter
 
-    from ..adapt.excitation_of_design import describe_verdict, excitation_for
+    from ..adapt.excitation_of_design import excitation_for
     from ..adapt.verdict import check_adapter as judge
+    from ..adapt.verdict_text import describe_verdict
 
     read = read_adapter(adapter)
     excitation = excitation_for(read, fmu, like or "controller")

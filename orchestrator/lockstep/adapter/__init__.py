@@ -1,1 +1,1 @@
-"""Between a foreign FMU and the ports of a component of ours: what a TOML file says of names, units, conventions."""
+"""Adapt a foreign FMU to the interface ports of a component: names, units and conventions from a TOML file."""

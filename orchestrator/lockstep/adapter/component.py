@@ -1,4 +1,4 @@
-"""Put a foreign FMU in a component's place: what it then shows, the slave around it, and the system with it."""
+"""Replace a component by a foreign FMU: the ports that it then shows, its slave, and the system with it."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from lockstep.system.system import System
 
 
 def shown_description(component: Component) -> Description:
-    """Read the FMU of a component; with an adapter, tell the ports that it then has. Raises InputError."""
-    theirs = read_description(component)
+    """Read the FMU of a component; with an adapter, return the ports that it then has. Raises InputError."""
+    fmu = read_description(component)
     if component.adapter is None:
-        return theirs
-    return adapted(_binding(component, theirs), theirs)
+        return fmu
+    return adapted(_binding(component, fmu), fmu)
 
 
 def with_adapter(component: Component, slave: Slave) -> Slave:
-    """Return the slave itself, or with the adapter of its component around it."""
+    """Return the slave, inside the adapter of its component if there is one."""
     if component.adapter is None:
         return slave
     return adapt_slave(slave, _binding(component, read_description(component)))
 
 
-def _binding(component: Component, theirs: Description) -> Binding:
+def _binding(component: Component, fmu: Description) -> Binding:
     assert component.adapter is not None
     assert component.stands_for is not None
-    return bind(component.adapter, read_description(component.stands_for).variables, theirs.variables)
+    return bind(component.adapter, read_description(component.stands_for).variables, fmu.variables)
 
 
 def replace_component(system: System, name: str, fmu: Path, adapter: Adapter | None) -> System:
     """Return the system with another FMU in the place of a component.
 
-    Without an adapter the FMU has to have the same ports. With one, what the adapter does not serve is left out:
-    connections to inputs, start values, recordings. Its step becomes the component's period.
+    Without an adapter the FMU needs the same ports. With one, connections to inputs, start values and recordings that
+    the adapter does not serve are left out, and the adapter's step becomes the component's period.
 
     Raises
     ------
@@ -69,9 +69,9 @@ def replace_component(system: System, name: str, fmu: Path, adapter: Adapter | N
         raise InputError(
             f"{adapter.path.name}: the system needs {compact(needed)} of {name}; add an [[output]], or [substitutes]"
         )
-    ours = read_description(old).variables
-    kept = {key: value for key, value in old.parameters.items() if key in shown and key in ours}
-    kept = {key: value for key, value in kept.items() if shown[key].causality == ours[key].causality}
+    ports = read_description(old).variables
+    kept = {key: value for key, value in old.parameters.items() if key in shown and key in ports}
+    kept = {key: value for key, value in kept.items() if shown[key].causality == ports[key].causality}
     new = replace(new, parameters=kept, units={key: unit for key, unit in old.units.items() if key in kept})
     outputs = [f"{name}.{v.name}" for v in shown.values() if v.causality == "output"]
     return replace(
@@ -93,7 +93,7 @@ def with_replacements(system: System, texts: Iterable[str], adapters: Iterable[s
     """Return the system with replacements as COMPONENT=FMU, and adapters as FILE or COMPONENT=FILE."""
     fmus = replacements(texts, system)
     if adapters and not fmus:
-        raise InputError(f"--adapter {next(iter(adapters))}: needs --replace COMPONENT=FMU beside it")
+        raise InputError(f"--adapter {next(iter(adapters))}: needs --replace COMPONENT=FMU as well")
     files: dict[str, Path] = {}
     for text in adapters:
         name, equals, path = text.partition("=")

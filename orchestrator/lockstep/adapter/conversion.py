@@ -1,4 +1,4 @@
-"""One entry of an adapter as arithmetic: our values to theirs, and exactly back."""
+"""Compute the values of one adapter entry: from interface ports to FMU variables, and exactly back."""
 
 from __future__ import annotations
 
@@ -9,29 +9,34 @@ import numpy as np
 
 from lockstep.adapter.rotation import mrp_from_quaternion, quaternion_from_mrp, quaternion_matrix
 from lockstep.arrays import Array
-from lockstep.system.adapter_file import DIRECTIONS, Entry
+from lockstep.system.adapter_file import DIRECTIONS, AdapterEntry
 
 Map = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conversion:
-    """`to_theirs` takes (n,) of ours to (m,) of theirs, `to_ours` back; n and m differ for attitudes only.
+    """Map n port values to m FMU values by `to_fmu`, and back by `to_port`; n and m differ for attitudes only.
 
-    `matrix`, (m, n), and `rest`, (m,), say the same as matrix @ ours + rest; None where that is not linear.
+    The FMU's values are also matrix @ ports + rest, with shapes (m, n) and (m,); both are None if it is not linear.
     """
 
-    to_theirs: Map
-    to_ours: Map
+    to_fmu: Map
+    to_port: Map
     matrix: Array | None = None
     rest: Array | None = None
 
 
-def convert(entry: Entry, ours: int, theirs: int, gain: Sequence[float], bias: Sequence[float]) -> Conversion:
-    """Return the arithmetic of an entry. `gain` and `bias` turn our unit into theirs, element by element of theirs."""
+def convert(
+    entry: AdapterEntry, ports: int, variables: int, gain: Sequence[float], bias: Sequence[float]
+) -> Conversion:
+    """Return the arithmetic of an entry between numbers of ports and of FMU variables.
+
+    `gain` and `bias`, one for each FMU variable, take the unit of the port to that of the variable.
+    """
     there: list[Map] = []
     back: list[Map] = []
-    matrix: Array | None = np.eye(ours)
+    matrix: Array | None = np.eye(ports)
 
     def then(forward: Map, backward: Map) -> None:
         there.append(forward)
@@ -44,8 +49,8 @@ def convert(entry: Entry, ours: int, theirs: int, gain: Sequence[float], bias: S
             inverse=entry.rotation != DIRECTIONS[0],
             scalar_first=entry.scalar == "first",
         )
-        then(*_attitude(quaternions, ours, theirs))
-        matrix = quaternions if (ours, theirs) == (4, 4) else None  # an MRP is no linear function of anything
+        then(*_attitude(quaternions, ports, variables))
+        matrix = quaternions if (ports, variables) == (4, 4) else None  # an MRP is no linear function of anything
     if entry.frame is not None:
         frame = np.array(entry.frame)
         then(lambda vector: frame @ vector, lambda vector: frame.T @ vector)
@@ -56,24 +61,24 @@ def convert(entry: Entry, ours: int, theirs: int, gain: Sequence[float], bias: S
         then(lambda vector: vector[order], lambda vector: vector[undo])
         matrix = None if matrix is None else matrix[order]
     # scale * sign * (gain x + bias) + offset, as one product and one sum
-    factor = np.broadcast_to(np.array(entry.scale) * np.array(entry.sign), theirs)
+    factor = np.broadcast_to(np.array(entry.scale) * np.array(entry.sign), variables)
     total, rest = factor * np.array(gain), factor * np.array(bias) + np.array(entry.offset)
     if np.any(total != 1.0) or np.any(rest):
         then(lambda vector: total * vector + rest, lambda vector: (vector - rest) / total)
     return Conversion(
-        to_theirs=_chain(there),
-        to_ours=_chain(back),
+        to_fmu=_chain(there),
+        to_port=_chain(back),
         matrix=None if matrix is None else total[:, np.newaxis] * matrix,
-        rest=None if matrix is None else np.broadcast_to(rest, theirs),
+        rest=None if matrix is None else np.broadcast_to(rest, variables),
     )
 
 
-def flag(entry: Entry) -> Conversion:
-    """Return the arithmetic of Booleans of ours, 0 or 1: their numbers for true and false; all but `false` is true."""
+def flag(entry: AdapterEntry) -> Conversion:
+    """Return the arithmetic of Boolean ports, 0 or 1: the FMU's numbers for true and false; all but `false` is true."""
     true, false = entry.true, entry.false
     return Conversion(
-        to_theirs=lambda values: np.where(values != 0.0, true, false),
-        to_ours=lambda values: (values != false).astype(float),
+        to_fmu=lambda values: np.where(values != 0.0, true, false),
+        to_port=lambda values: (values != false).astype(float),
     )
 
 
@@ -89,15 +94,15 @@ def _chain(maps: Sequence[Map]) -> Map:
     return chain
 
 
-def _attitude(quaternions: Array, ours: int, theirs: int) -> tuple[Map, Map]:
+def _attitude(quaternions: Array, ports: int, variables: int) -> tuple[Map, Map]:
     """Return the change of frames, direction, representation and order, and its inverse."""
 
-    def to_theirs(values: Array) -> Array:
-        q = quaternions @ (values if ours == 4 else quaternion_from_mrp(values))
-        return q if theirs == 4 else mrp_from_quaternion(q)
+    def to_fmu(values: Array) -> Array:
+        q = quaternions @ (values if ports == 4 else quaternion_from_mrp(values))
+        return q if variables == 4 else mrp_from_quaternion(q)
 
-    def to_ours(values: Array) -> Array:
-        q = quaternions.T @ (values if theirs == 4 else quaternion_from_mrp(values))
-        return q if ours == 4 else mrp_from_quaternion(q)
+    def to_port(values: Array) -> Array:
+        q = quaternions.T @ (values if variables == 4 else quaternion_from_mrp(values))
+        return q if ports == 4 else mrp_from_quaternion(q)
 
-    return to_theirs, to_ours
+    return to_fmu, to_port

@@ -1,4 +1,4 @@
-"""Draft an adapter file from names, units, numbers and start values, and say what could not be decided."""
+"""Draft an adapter file from names, units, array sizes and start values, and list what could not be decided."""
 
 from __future__ import annotations
 
@@ -9,25 +9,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockstep.adapter.bind import Ports
+from lockstep.adapter.bind import Variables
 from lockstep.array_names import array_of
 from lockstep.fmi.model_description import Variable, read_description
+from lockstep.system.adapter_file import ATTITUDES
 from lockstep.system.component import Component
 from lockstep.system.unit_table import UNITS, gain_between
 
-# words by which makers call the same quantity
-_SYNONYMS = (
-    ("rate", "gyro", "omega", "w", "angvel", "angular"),
-    ("attitude", "mrp", "quaternion", "quat", "q", "att", "star", "tracker", "str"),
-    ("torque", "tau", "trq", "moment"),
-    ("wheel", "whl", "rw", "rwa", "mw"),
-    ("speed", "n", "rpm", "encoder", "tacho"),
-    ("valid", "ok", "flag", "good", "available"),
-    ("acceleration", "accelerometer", "acc", "accel"),
-    ("angle", "phase", "position"),
-    ("command", "cmd", "ref", "reference", "target"),
-)
-_MEANING = {word: group[0] for group in _SYNONYMS for word in group}
+Synonyms = Sequence[Sequence[str]]  # words for the same quantity, group by group
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,130 +27,142 @@ class _Array:
     base: int
     members: tuple[Variable, ...]
 
-    @property
-    def words(self) -> set[str]:
-        return _words(self.pattern.replace("*", ""))
 
-
-def draft_adapter(fmu: Path, ours: Ports, needed: Iterable[str], component: str) -> tuple[str, list[str]]:
-    """Return the text of a file, and what has to be looked up before it can be trusted.
+def draft_adapter(
+    fmu: Path, ports: Variables, needed: Iterable[str], component: str, synonyms: Synonyms = ()
+) -> tuple[str, list[str]]:
+    """Return the text of an adapter file, and what has to be looked up before it can be trusted.
 
     Parameters
     ----------
     fmu : the foreign FMU
-    ours : ports of the component that it is to stand for
-    needed : outputs of it that the system reads
-    component : how it is called
+    ports : interface ports of the component that the FMU replaces
+    needed : outputs of the component that the system reads
+    component : name of the component
+    synonyms : groups of words that name the same quantity; names are compared by the words that they share
     """
-    theirs = read_description(Component(name=component, source=fmu, period=1))
-    doubts: list[str] = []
-    lines = [f"# Draft: {fmu.name} in the place of {component}. Look up every line marked UNDECIDED."]
-    step = _number(theirs.step_size)
-    if step > 0.0:
-        lines.append(f"step = {step:.9g}")
-    else:
-        doubts.append("step: the FMU recommends none; ours is kept")
-    inputs, outputs = (_arrays([v for v in theirs.variables.values() if v.causality == c]) for c in ("input", "output"))
-    wanted = [(name, group) for name, group in _ports(ours, "output") if set(needed) & {v.name for v in group}]
-    taken = _match(wanted, outputs)
-    ignored = [array.pattern for array in outputs if array not in [a for _, _, a in taken]]
-    lines.append(f"ignore = {json.dumps(ignored)}")
-    doubts += [f"{name}: needed of it, and no output of the FMU is like it" for name, _ in wanted
-               if name not in [n for n, _, _ in taken]]  # fmt: skip
-    fed = _match(_ports(ours, "input"), inputs)
-    for direction, pairs in (("input", fed), ("output", taken)):
-        for name, group, array in pairs:
-            lines += ["", *_entry(direction, name, group, array, doubts)]
-    loose = [v for array in inputs if array not in [a for _, _, a in fed] for v in array.members]
-    if loose:
-        lines += ["", "[constants]  # UNDECIDED: nothing of ours is like these; their start values"]
-        lines += [f"{json.dumps(v.name)} = {_start(v)}" for v in loose]
-        doubts.append(f"{', '.join(v.name for v in loose)}: no port of ours is like it; the start value is kept")
-    return "\n".join(lines) + "\n", doubts
+    return _Draft(synonyms).text(fmu, ports, set(needed), component)
 
 
-def _entry(direction: str, name: str, group: Sequence[Variable], array: _Array, doubts: list[str]) -> list[str]:
-    first, count = array.members[0], len(array.members)
-    attitude = _is_attitude(name) and count in (3, 4)
-    part = name if attitude or len(group) == count else f"{name}[1..{count}]"
-    lines = [f"[[{direction}]]", f"ours = {json.dumps(part)}", f"theirs = {json.dumps(array.pattern)}"]
+class _Draft:
+    def __init__(self, synonyms: Synonyms) -> None:
+        self._meaning = {word: group[0] for group in synonyms for word in group}
+        self.doubts: list[str] = []
 
-    def doubt(key: str, text: str) -> None:
-        lines[-1] += f"  # UNDECIDED: {text}"
-        doubts.append(f"{array.pattern}: {key}: {text}")
+    def text(self, fmu: Path, ports: Variables, needed: set[str], component: str) -> tuple[str, list[str]]:
+        """Draft the whole file."""
+        description = read_description(Component(name=component, source=fmu, period=1))
+        doubts = self.doubts
+        lines = [f"# Draft: {fmu.name} in place of {component}. Look up every line marked UNDECIDED."]
+        step = _number(description.step_size)
+        if step > 0.0:
+            lines.append(f"step = {step:.9g}")
+        else:
+            doubts.append("step: the FMU recommends none; the period of the component is kept")
+        variables = description.variables.values()
+        inputs, outputs = (_arrays([v for v in variables if v.causality == c]) for c in ("input", "output"))
+        wanted = [(name, group) for name, group in _ports(ports, "output") if needed & {v.name for v in group}]
+        taken = self._match(wanted, outputs)
+        ignored = [array.pattern for array in outputs if array not in [a for _, _, a in taken]]
+        lines.append(f"ignore = {json.dumps(ignored)}")
+        doubts += [f"{name}: the system reads it, and no output of the FMU is like it" for name, _ in wanted
+                   if name not in [n for n, _, _ in taken]]  # fmt: skip
+        fed = self._match(_ports(ports, "input"), inputs)
+        for direction, pairs in (("input", fed), ("output", taken)):
+            for name, group, array in pairs:
+                lines += ["", *self._entry(direction, name, group, array)]
+        loose = [v for array in inputs if array not in [a for _, _, a in fed] for v in array.members]
+        if loose:
+            lines += ["", "[constants]  # UNDECIDED: no port is like these; their start values"]
+            lines += [f"{json.dumps(v.name)} = {_start(v)}" for v in loose]
+            doubts.append(f"{', '.join(v.name for v in loose)}: no port is like it; the start value is kept")
+        return "\n".join(lines) + "\n", doubts
 
-    if part != name:
-        doubt("ours", f"it takes {count} of our {len(group)}; the first")
-    if "*" in array.pattern and array.base != 1:
-        lines.append(f"index_base = {array.base}")
-    if attitude:
-        lines.append(f'attitude = "{"quaternion" if count == 4 else "mrp"}"')
-        if count == 4:
-            starts = [_number(v.start) for v in array.members]
-            lines.append(f'scalar = "{"first" if starts[0] == 1.0 else "last"}"')
-            if starts not in ([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]):
-                doubt("scalar", "its start values do not tell where the scalar stands")
-        lines.append('direction = "body-from-inertial"')
-        doubt("direction", "or inertial-from-body; no description can tell, check-adapter can")
+    def _entry(self, direction: str, name: str, group: Sequence[Variable], array: _Array) -> list[str]:
+        first, count = array.members[0], len(array.members)
+        attitude = self._is_attitude(name) and count in (3, 4)
+        part = name if attitude or len(group) == count else f"{name}[1..{count}]"
+        lines = [f"[[{direction}]]", f"port = {json.dumps(part)}", f"variable = {json.dumps(array.pattern)}"]
+
+        def doubt(key: str, text: str) -> None:
+            lines[-1] += f"  # UNDECIDED: {text}"
+            self.doubts.append(f"{array.pattern}: {key}: {text}")
+
+        if part != name:
+            doubt("port", f"it has {count} elements, and the port {len(group)}; the first are taken")
+        if "*" in array.pattern and array.base != 1:
+            lines.append(f"index_base = {array.base}")
+        if attitude:
+            lines.append(f'attitude = "{"quaternion" if count == 4 else "mrp"}"')
+            if count == 4:
+                starts = [_number(v.start) for v in array.members]
+                lines.append(f'scalar = "{"first" if starts[0] == 1.0 else "last"}"')
+                if starts not in ([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]):
+                    doubt("scalar", "its start values do not show where the scalar is")
+            lines.append('direction = "body-from-inertial"')
+            doubt("direction", "or inertial-from-body; no model description gives it")
+            return lines
+        if group[0].type == "Boolean":
+            lines.append("true = 1")
+            doubt("true", "which number means valid?") if first.type != "Boolean" else None
+            return lines
+        unit, port_unit = first.unit, group[0].unit
+        if port_unit is not None and port_unit.name != "1":
+            if unit is None:
+                lines.append(f"unit = {json.dumps(port_unit.name)}")
+                doubt("unit", "the FMU declares none; this is that of the port")
+            elif unit.name in UNITS:
+                lines.append(f"unit = {json.dumps(unit.name)}")
         return lines
-    if group[0].type == "Boolean":
-        lines.append("true = 1")
-        doubt("true", "which number means valid?") if first.type != "Boolean" else None
-        return lines
-    unit, mine = first.unit, group[0].unit
-    if mine is not None and mine.name != "1":
-        if unit is None:
-            lines.append(f"unit = {json.dumps(mine.name)}")
-            doubt("unit", "the FMU tells none; this is ours")
-        elif unit.name in UNITS:
-            lines.append(f"unit = {json.dumps(unit.name)}")
-    return lines
 
+    def _match(
+        self, ports: Sequence[tuple[str, list[Variable]]], arrays: Sequence[_Array]
+    ) -> list[tuple[str, list[Variable], _Array]]:
+        """Pair ports with arrays of the FMU, the best pairs first, each once."""
+        scored = sorted(
+            ((self._likeness(name, group, array), -i, -k) for i, (name, group) in enumerate(ports)
+             for k, array in enumerate(arrays)),
+            reverse=True,
+        )  # fmt: skip
+        found: dict[int, int] = {}
+        for likeness, i, k in scored:
+            if likeness > 0.0 and -i not in found and -k not in found.values():
+                found[-i] = -k
+        return [(*ports[i], arrays[k]) for i, k in sorted(found.items())]
 
-def _match(
-    ports: Sequence[tuple[str, list[Variable]]], arrays: Sequence[_Array]
-) -> list[tuple[str, list[Variable], _Array]]:
-    """Pair ports of ours with arrays of theirs, the best pairs first, each once."""
-    scored = sorted(
-        ((_likeness(name, group, array), -i, -k) for i, (name, group) in enumerate(ports)
-         for k, array in enumerate(arrays)),
-        reverse=True,
-    )  # fmt: skip
-    found: dict[int, int] = {}
-    for likeness, i, k in scored:
-        if likeness > 0.0 and -i not in found and -k not in found.values():
-            found[-i] = -k
-    return [(*ports[i], arrays[k]) for i, k in sorted(found.items())]
-
-
-def _likeness(name: str, group: Sequence[Variable], array: _Array) -> float:
-    """Return how alike a port and an array are; 0 if one cannot serve the other."""
-    first, count = array.members[0], len(array.members)
-    attitude = _is_attitude(name)
-    if "String" in (first.type, group[0].type):
-        return 0.0
-    if count != len(group) and not (attitude and count == 4) and not 1 < count < len(group):
-        return 0.0
-    unit = first.unit
-    score = 2.0 * len(_words(name) & array.words) + (1.0 if count == len(group) or (attitude and count == 4) else 0.0)
-    if group[0].type == "Real" and first.type == "Real" and unit is not None and not attitude:
-        try:
-            gain_between(group[0].unit, unit)
-        except ValueError:
+    def _likeness(self, name: str, group: Sequence[Variable], array: _Array) -> float:
+        """Return how alike a port and an array are; 0 if one cannot serve the other."""
+        first, count = array.members[0], len(array.members)
+        attitude = self._is_attitude(name)
+        if "String" in (first.type, group[0].type):
             return 0.0
-        score += 1.0
-    elif (group[0].type == "Real") != (first.type == "Real"):
-        score -= 1.0
-    return score if _words(name) & array.words else 0.0
+        if count != len(group) and not (attitude and count == 4) and not 1 < count < len(group):
+            return 0.0
+        unit = first.unit
+        common = self._words(name) & self._words(array.pattern.replace("*", ""))
+        score = 2.0 * len(common) + (1.0 if count == len(group) or (attitude and count == 4) else 0.0)
+        if group[0].type == "Real" and first.type == "Real" and unit is not None and not attitude:
+            try:
+                gain_between(group[0].unit, unit)
+            except ValueError:
+                return 0.0
+            score += 1.0
+        elif (group[0].type == "Real") != (first.type == "Real"):
+            score -= 1.0
+        return score if common else 0.0
+
+    def _words(self, name: str) -> set[str]:
+        """Return the words of a name, those with synonyms as the first of their group."""
+        return {self._meaning.get(word, word) for word in _split(name)}
+
+    def _is_attitude(self, name: str) -> bool:
+        """Return whether a port holds an attitude, so that arrays of 3 and of 4 elements may represent it."""
+        return bool(_split(name) & set(ATTITUDES))
 
 
-def _is_attitude(name: str) -> bool:
-    return "attitude" in _words(name) and bool(re.search("mrp|quat", name))
-
-
-def _ports(ours: Ports, causality: str) -> list[tuple[str, list[Variable]]]:
+def _ports(ports: Variables, causality: str) -> list[tuple[str, list[Variable]]]:
     groups: dict[str, list[Variable]] = defaultdict(list)
-    for variable in ours.values():
+    for variable in ports.values():
         if variable.causality == causality:
             groups[array_of(variable.name)].append(variable)
     return list(groups.items())
@@ -186,10 +187,9 @@ def _arrays(variables: Iterable[Variable]) -> list[_Array]:
     return found
 
 
-def _words(name: str) -> set[str]:
-    """Split a name at separators and capitals, and bring its words to one meaning each."""
-    parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)
-    return {_MEANING.get(part.lower(), part.lower()) for part in parts}
+def _split(name: str) -> set[str]:
+    """Split a name into words in small letters, at separators and capitals."""
+    return {part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)}
 
 
 def _start(variable: Variable) -> str:
@@ -202,7 +202,7 @@ def _start(variable: Variable) -> str:
 
 
 def _number(text: str | None) -> float:
-    """Read a number; 0 for none, and for what is none."""
+    """Read a number; return 0 for None and for other text."""
     try:
         return float(text or 0.0)
     except ValueError:

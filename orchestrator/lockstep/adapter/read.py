@@ -1,9 +1,10 @@
-"""Read an adapter file, or refuse it in one line that names the file, the entry, the key, its value and the remedy."""
+"""Read an adapter file, or refuse it in one line that names file, entry, key, value and remedy."""
 
 from __future__ import annotations
 
 import hashlib
 import math
+import sys
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -12,14 +13,24 @@ from typing import Any, Literal
 from lockstep.adapter.rotation import rotation_problem
 from lockstep.errors import InputError, suggestion
 from lockstep.fmi.safe_zip import open_file
-from lockstep.system.adapter_file import ATTITUDES, DIRECTIONS, SCALARS_AT, Adapter, Direction, Entry, Matrix, Number
+from lockstep.system.adapter_file import (
+    ATTITUDES,
+    DIRECTIONS,
+    SCALARS_AT,
+    Adapter,
+    AdapterEntry,
+    Direction,
+    Matrix,
+    Number,
+)
 from lockstep.system.clock import nanoseconds
 from lockstep.system.unit_table import UNITS
 
 _TOP = ("step", "kind", "ignore", "input", "output", "constants", "parameters", "substitutes")
-_GENERAL = ("ours", "theirs", "index_base", "unit", "scale", "offset", "sign", "order", "frame", "true", "false",
+_GENERAL = ("port", "variable", "index_base", "unit", "scale", "offset", "sign", "order", "frame", "true", "false",
             "hold")  # fmt: skip
 _ATTITUDE = ("attitude", "scalar", "direction", "body_frame", "inertial_frame")
+_FORMER = {"ours": "port", "theirs": "variable"}  # keys of an entry in files of earlier versions
 _LONGEST = 10_000_000_000  # [ns]; a step beyond is a slip of units
 
 
@@ -33,10 +44,13 @@ def read_adapter(path: Path) -> Adapter:
         raise InputError(f"{path}: is no TOML file: {error}") from None
     where = path.name
     _known(content, _TOP, where)
+    tables = {direction: _tables(content, direction, where) for direction in ("input", "output")}
+    if any(key in table for group in tables.values() for table in group for key in _FORMER):
+        print(f"{where}: the keys ours and theirs are now named port and variable; rename them", file=sys.stderr)
     entries = [
-        _entry(where, direction, number, table)
-        for direction in ("input", "output")
-        for number, table in enumerate(_tables(content, direction, where), start=1)
+        _entry(where, direction, number, _renamed(table, f"{where}: {direction} {number}"))
+        for direction, group in tables.items()
+        for number, table in enumerate(group, start=1)
     ]
     return Adapter(
         path=path.absolute(),
@@ -81,54 +95,62 @@ def _tables(content: Mapping[str, Any], key: str, where: str) -> list[Mapping[st
     return tables
 
 
-def _entry(where: str, direction: str, number: int, table: Mapping[str, Any]) -> Entry:
-    place = f"{where}: {direction} {number}"
-    for key in ("theirs", "ours"):
+def _renamed(table: Mapping[str, Any], location: str) -> Mapping[str, Any]:
+    """Return an entry with the present names of its keys, or refuse one that has both."""
+    for old, new in _FORMER.items():
+        if old in table and new in table:
+            raise InputError(f"{location}: has {old} and {new}, which are one key; remove {old}")
+    return {_FORMER.get(key, key): value for key, value in table.items()}
+
+
+def _entry(where: str, direction: str, number: int, table: Mapping[str, Any]) -> AdapterEntry:
+    location = f"{where}: {direction} {number}"
+    for key in ("variable", "port"):
         if key not in table:
-            raise InputError(f"{place}: {key} is missing; every [[{direction}]] needs ours and theirs")
-    theirs = _names(table["theirs"], f"{place}: theirs")
-    place = f"{place} ({theirs[0]})"
-    _known(table, (*_GENERAL, *_ATTITUDE), place)
-    told = [key for key in _ATTITUDE[1:] if key in table]
-    if "attitude" not in table and told:
-        raise InputError(f'{place}: {told[0]} = {table[told[0]]!r} needs attitude = "quaternion" or "mrp" beside it')
+            raise InputError(f"{location}: {key} is missing; every [[{direction}]] needs port and variable")
+    variables = _names(table["variable"], f"{location}: variable")
+    location = f"{location} ({variables[0]})"
+    _known(table, (*_GENERAL, *_ATTITUDE), location)
+    given = [key for key in _ATTITUDE[1:] if key in table]
+    if "attitude" not in table and given:
+        raise InputError(f'{location}: {given[0]} = {table[given[0]]!r} needs attitude = "quaternion" or "mrp" as well')
     if table.get("attitude") == "mrp" and "scalar" in table:
-        raise InputError(f"{place}: scalar = {table['scalar']!r}: an MRP has no scalar; remove it")
+        raise InputError(f"{location}: scalar = {table['scalar']!r}: an MRP has no scalar; remove it")
     if "frame" in table and "attitude" in table:
-        raise InputError(f"{place}: frame is for vectors; an attitude has body_frame and inertial_frame")
+        raise InputError(f"{location}: frame is for vectors; an attitude has body_frame and inertial_frame")
     unit = table.get("unit")
     if unit is not None and unit not in UNITS:
-        raise InputError(f"{place}: unit = {unit!r} is unknown; there are {', '.join(UNITS)}")
-    true, false = (_numbers(table.get(key, default), f"{place}: {key}")[0] for key, default in _FLAGS)
+        raise InputError(f"{location}: unit = {unit!r} is unknown; there are {', '.join(UNITS)}")
+    true, false = (_numbers(table.get(key, default), f"{location}: {key}")[0] for key, default in _FLAGS)
     if true == false:
-        raise InputError(f"{place}: true = {true:g} and false = {false:g} must differ")
-    scale = _numbers(table.get("scale", 1.0), f"{place}: scale")
+        raise InputError(f"{location}: true = {true:g} and false = {false:g} must differ")
+    scale = _numbers(table.get("scale", 1.0), f"{location}: scale")
     if 0.0 in scale:
-        raise InputError(f"{place}: scale = {table['scale']!r} must not be 0: it could not be undone")
-    sign = _numbers(table.get("sign", 1), f"{place}: sign")
+        raise InputError(f"{location}: scale = {table['scale']!r} must not be 0: it has no inverse")
+    sign = _numbers(table.get("sign", 1), f"{location}: sign")
     if not set(sign) <= {1.0, -1.0}:
-        raise InputError(f"{place}: sign = {table['sign']!r} must be 1 or -1; for other factors there is scale")
+        raise InputError(f"{location}: sign = {table['sign']!r} must be 1 or -1; for other factors there is scale")
     toward: Direction = "input" if direction == "input" else "output"
     hold = table.get("hold")
     if hold is not None and (toward == "output" or not isinstance(hold, str)):
-        raise InputError(f"{place}: hold = {hold!r} must be a Boolean port of ours, and is for inputs only")
-    return Entry(
-        place=place,
+        raise InputError(f"{location}: hold = {hold!r} must name a Boolean interface port, and is for inputs only")
+    return AdapterEntry(
+        location=location,
         direction=toward,
-        ours=_names(table["ours"], f"{place}: ours"),
-        theirs=theirs,
-        index_base=_whole(table.get("index_base", 1), f"{place}: index_base"),
+        ports=_names(table["port"], f"{location}: port"),
+        variables=variables,
+        index_base=_whole(table.get("index_base", 1), f"{location}: index_base"),
         unit=unit,
         scale=scale,
-        offset=_numbers(table.get("offset", 0.0), f"{place}: offset"),
+        offset=_numbers(table.get("offset", 0.0), f"{location}: offset"),
         sign=sign,
-        order=_order(table, place),
-        frame=_matrix(table, "frame", place),
-        attitude=_choice(table, "attitude", ATTITUDES, None, place),
-        scalar=_choice(table, "scalar", SCALARS_AT, "last", place) or "last",
-        rotation=_choice(table, "direction", DIRECTIONS, DIRECTIONS[0], place) or DIRECTIONS[0],
-        body_frame=_matrix(table, "body_frame", place),
-        inertial_frame=_matrix(table, "inertial_frame", place),
+        order=_order(table, location),
+        frame=_matrix(table, "frame", location),
+        attitude=_choice(table, "attitude", ATTITUDES, None, location),
+        scalar=_choice(table, "scalar", SCALARS_AT, "last", location) or "last",
+        rotation=_choice(table, "direction", DIRECTIONS, DIRECTIONS[0], location) or DIRECTIONS[0],
+        body_frame=_matrix(table, "body_frame", location),
+        inertial_frame=_matrix(table, "inertial_frame", location),
         true=true,
         false=false,
         hold=hold,
@@ -138,11 +160,11 @@ def _entry(where: str, direction: str, number: int, table: Mapping[str, Any]) ->
 _FLAGS = (("true", 1.0), ("false", 0.0))
 
 
-def _known(table: Mapping[str, Any], keys: Sequence[str], place: str) -> None:
+def _known(table: Mapping[str, Any], keys: Sequence[str], location: str) -> None:
     for key in table:
         if key not in keys:
             raise InputError(
-                f"{place}: {key} = {table[key]!r}: no such key; there are {', '.join(keys)}{suggestion(key, keys)}"
+                f"{location}: {key} = {table[key]!r}: no such key; there are {', '.join(keys)}{suggestion(key, keys)}"
             )
 
 
@@ -175,34 +197,36 @@ def _whole(value: object, what: str) -> int:
     return value
 
 
-def _order(table: Mapping[str, Any], place: str) -> tuple[int, ...] | None:
+def _order(table: Mapping[str, Any], location: str) -> tuple[int, ...] | None:
     order = table.get("order")
     if order is None:
         return None
     whole = isinstance(order, list) and all(isinstance(k, int) and not isinstance(k, bool) for k in order)
     if not whole or sorted(order) != list(range(1, len(order) + 1)):
-        raise InputError(f"{place}: order = {order!r} must hold each of 1 to the number of elements once")
+        raise InputError(f"{location}: order = {order!r} must hold each of 1 to the number of elements once")
     return tuple(order)
 
 
-def _choice(table: Mapping[str, Any], key: str, accepted: Iterable[str], default: str | None, place: str) -> str | None:
+def _choice(
+    table: Mapping[str, Any], key: str, accepted: Iterable[str], default: str | None, location: str
+) -> str | None:
     value: str | None = table.get(key, default)
     if value is not None and value not in accepted:
-        raise InputError(f"{place}: {key} = {value!r} must be {' or '.join(accepted)}")
+        raise InputError(f"{location}: {key} = {value!r} must be {' or '.join(accepted)}")
     return value
 
 
-def _matrix(table: Mapping[str, Any], key: str, place: str) -> Matrix | None:
+def _matrix(table: Mapping[str, Any], key: str, location: str) -> Matrix | None:
     rows = table.get(key)
     if rows is None:
         return None
     shape = isinstance(rows, list) and [len(row) if isinstance(row, list) else 0 for row in rows] == [3, 3, 3]
     if not shape:
-        raise InputError(f"{place}: {key} = {rows!r} must be three rows of three numbers")
-    matrix = tuple(_numbers(row, f"{place}: {key}") for row in rows)
+        raise InputError(f"{location}: {key} = {rows!r} must be three rows of three numbers")
+    matrix = tuple(_numbers(row, f"{location}: {key}") for row in rows)
     problem = rotation_problem(matrix)
     if problem:
-        raise InputError(f"{place}: {key} = {rows!r} is no rotation: {problem}")
+        raise InputError(f"{location}: {key} = {rows!r} is no rotation: {problem}")
     return matrix
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -22,11 +21,6 @@ from lockstep.cli.options import (
 )
 from lockstep.cli.timing_options import with_delays, with_step_sizes
 from lockstep.errors import InputError
-
-if TYPE_CHECKING:
-    from lockstep.adapter.plain import Mapped, Plain
-    from lockstep.ssp.write_package import Entry, ParameterFile
-    from lockstep.system.system import System
 
 _EXAMPLES = """
 example:
@@ -64,6 +58,7 @@ def write_ssp(
 ) -> int:
     """Write a system with a foreign FMU as standard SSP, its adapter included."""
     from lockstep.adapter.component import with_replacements
+    from lockstep.ssp.adapted_package import standard_package
     from lockstep.ssp.load import load_system
 
     if out.suffix != ".ssp":
@@ -85,61 +80,6 @@ def write_ssp(
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
     print(out)
     return 0
-
-
-def standard_package(system: System, sources: Mapping[str, tuple[str, str]]) -> tuple[bytes, tuple[str, ...]]:
-    """Return the .ssp of a system without its adapters, and a line for each adapter entry that it lacks.
-
-    Raises
-    ------
-    InputError
-        If an adapter does not fit, a source is not there, or an FMU cannot be read.
-    """
-    from lockstep.adapter.plain import without_adapter
-    from lockstep.ssp.write_package import package
-
-    files: list[ParameterFile] = []
-    problems: list[str] = []
-    adapted = [component.name for component in system.components if component.adapter is not None]
-    if sources and not adapted:
-        raise InputError(f"--source {next(iter(sources))}: needs --replace and --adapter as well")
-    for name in adapted:
-        plain = without_adapter(system, name, sources)
-        system = plain.system
-        problems += plain.problems
-        files += _files(plain)
-    return package(system, files), tuple(problems)
-
-
-def _files(plain: Plain) -> list[ParameterFile]:
-    """Return all values by names of theirs, and those of ours by names of ours with the mapping.
-
-    Later bindings win, so the second file is the one to edit. The first has what it comes to, for tools that read no
-    mapping, as libcosim and ecos: they apply the set of the usual name.
-    """
-    from lockstep.ssp.write_package import ParameterFile
-
-    name = plain.component
-    resolved = plain.values | {one.theirs: one.resolved for one in plain.mapped}
-    return [
-        ParameterFile(
-            component=name, name=f"{name}_theirs", values={key: (value, None) for key, value in resolved.items()}
-        ),
-        ParameterFile(
-            component=name,
-            name=f"{name}_ours",
-            set_name="valuesOfOurs",
-            values={one.ours: (one.value, one.unit) for one in plain.mapped},
-            mapping=tuple(_entry(one) for one in plain.mapped),
-        ),
-    ]
-
-
-def _entry(one: Mapped) -> Entry:
-    from lockstep.ssp.write_package import Entry
-
-    pair = one.pair
-    return Entry(source=one.ours, target=one.theirs, factor=pair.factor, offset=pair.offset, table=pair.table)
 
 
 def _sources(texts: Iterable[str]) -> dict[str, tuple[str, str]]:

@@ -22,7 +22,7 @@ from lockstep.system.units import Unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Entry:
+class MappingEntry:
     """What a value becomes on its way to a parameter of another name."""
 
     source: str
@@ -39,7 +39,7 @@ class ParameterFile:
     component: str
     name: str  # of the files, without suffix
     values: dict[str, tuple[Value, Unit | None]]
-    mapping: tuple[Entry, ...] = ()
+    mapping: tuple[MappingEntry, ...] = ()
     set_name: str = PARAMETER_SET
 
 

@@ -25,33 +25,33 @@ step = 0.01
 ignore = ["StatusWord"]
 
 [[input]]
-ours = "star_tracker.mrp"
-theirs = "q_IB[*]"
+port = "star_tracker.mrp"
+variable = "q_IB[*]"
 index_base = 0
 attitude = "quaternion"
 scalar = "first"
 direction = "inertial-from-body"
 
 [[input]]
-ours = "gyro.rate[1..3]"
-theirs = "w_meas[*]"
+port = "gyro.rate[1..3]"
+variable = "w_meas[*]"
 index_base = 0
 unit = "deg/s"
 
 [[input]]
-ours = "star_tracker.valid"
-theirs = "q_ok"
+port = "star_tracker.valid"
+variable = "q_ok"
 true = 3
 
 [[input]]
-ours = "encoder.speed"
-theirs = "whl_n[*]"
+port = "encoder.speed"
+variable = "whl_n[*]"
 index_base = 0
 unit = "rpm"
 
 [[output]]
-ours = "wheel.torque"
-theirs = "TauCmd[*]"
+port = "wheel.torque"
+variable = "TauCmd[*]"
 index_base = 0
 unit = "mN.m"
 
@@ -117,35 +117,35 @@ FOREIGN_ADAPTER = """\
 ignore = ["reference.*", "estimate.*"]
 
 [[input]]
-ours = "star_tracker.mrp"
-theirs = "q_IB[*]"
+port = "star_tracker.mrp"
+variable = "q_IB[*]"
 attitude = "quaternion"
 scalar = "first"
 direction = "inertial-from-body"
 body_frame = [[0, 1, 0], [0, 0, 1], [1, 0, 0]]
 
 [[input]]
-ours = "gyro.rate"
-theirs = "w_meas[*]"
+port = "gyro.rate"
+variable = "w_meas[*]"
 unit = "deg/s"
 order = [23, 22, 21, 20, 19, 18, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1]
 
 [[input]]
-ours = "star_tracker.valid"
-theirs = "q_ok"
+port = "star_tracker.valid"
+variable = "q_ok"
 true = 7
 false = -7
 
 [[output]]
-ours = "wheel.torque"
-theirs = "tau_cmd[*]"
+port = "wheel.torque"
+variable = "tau_cmd[*]"
 unit = "mN.m"
 sign = -1
 
 [parameters]
 "star_tracker.fine" = true
 """ + "".join(
-    f'\n[[input]]\nours = "{name}"\ntheirs = "{theirs}"\n'
+    f'\n[[input]]\nport = "{name}"\nvariable = "{theirs}"\n'
     for name, theirs in (
         ("accelerometer.acceleration", "accelerometer.acceleration[*]"),
         ("encoder.speed", "encoder.speed[*]"),

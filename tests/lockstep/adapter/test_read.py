@@ -1,11 +1,11 @@
-"""What an adapter file must not say, and what is said to who wrote it: one line with key, value and remedy."""
+"""Reading of adapter files: every key, the former keys, and what is refused in one line with key, value and remedy."""
 
 import pytest
 
 from lockstep.adapter.read import read_adapter
 from lockstep.errors import InputError
 
-INPUT = '[[input]]\nours = "rate"\ntheirs = "w[*]"\n'
+INPUT = '[[input]]\nport = "rate"\nvariable = "w[*]"\n'
 
 
 @pytest.fixture
@@ -18,12 +18,12 @@ def read(tmp_path):
     return read
 
 
-def test_all_that_can_be_said_is_read(read):
+def test_every_key_is_read(read):
     adapter = read(
         'step = 0.01\nkind = "continuous"\nignore = ["x*"]\n'
-        '[[input]]\nours = "a"\ntheirs = "b[*]"\nindex_base = 0\nunit = "deg/s"\nscale = 2\noffset = [1, 2, 3]\n'
+        '[[input]]\nport = "a"\nvariable = "b[*]"\nindex_base = 0\nunit = "deg/s"\nscale = 2\noffset = [1, 2, 3]\n'
         'sign = [1, -1, 1]\norder = [3, 1, 2]\nframe = [[0, 1, 0], [0, 0, 1], [1, 0, 0]]\nhold = "f"\n'
-        '[[output]]\nours = "q"\ntheirs = ["s", "x", "y", "z"]\nattitude = "quaternion"\nscalar = "first"\n'
+        '[[output]]\nport = "q"\nvariable = ["s", "x", "y", "z"]\nattitude = "quaternion"\nscalar = "first"\n'
         'direction = "inertial-from-body"\n'
         '[constants]\nmode = 2\n[parameters]\nkp = [0.1, 0.2]\n[substitutes]\n"e.rate" = 0.0\n'
     )
@@ -32,7 +32,7 @@ def test_all_that_can_be_said_is_read(read):
     assert (adapter.step, adapter.kind, adapter.ignore) == (10_000_000, "continuous", ("x*",))
     assert (rate.direction, rate.index_base, rate.unit, rate.scale, rate.hold) == ("input", 0, "deg/s", (2.0,), "f")
     assert (rate.order, rate.sign, rate.offset) == ((3, 1, 2), (1.0, -1.0, 1.0), (1.0, 2.0, 3.0))
-    assert attitude.theirs == ("s", "x", "y", "z")
+    assert attitude.variables == ("s", "x", "y", "z")
     assert (attitude.scalar, attitude.rotation) == ("first", "inertial-from-body")
     assert adapter.constants == {"mode": 2}
     assert adapter.parameters == {"kp[1]": 0.1, "kp[2]": 0.2}
@@ -40,7 +40,7 @@ def test_all_that_can_be_said_is_read(read):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("step = ", "is no TOML file"),
         ("steps = 0.01", "vendor.toml: steps = 0.01: no such key; there are step, kind"),
@@ -49,8 +49,8 @@ def test_all_that_can_be_said_is_read(read):
         ("step = 100.0", "step = 100.0 must be in (0, 10] s"),
         ('kind = "analog"', "kind = 'analog' must be sampled or continuous"),
         ("ignore = 3", "ignore = 3 must be a list of texts"),
-        ('[input]\nours = "a"', "write [[input]]"),
-        ('[[input]]\nours = "a"', "vendor.toml: input 1: theirs is missing"),
+        ('[input]\nport = "a"', "write [[input]]"),
+        ('[[input]]\nport = "a"', "vendor.toml: input 1: variable is missing; every [[input]] needs port and variable"),
         (INPUT + 'units = "deg/s"', "input 1 (w[*]): units = 'deg/s': no such key"),
         (INPUT + 'unit = "degrees/s"', "unit = 'degrees/s' is unknown; there are 1, %, rad"),
         (INPUT + "scale = 0", "scale = 0 must not be 0"),
@@ -68,14 +68,33 @@ def test_all_that_can_be_said_is_read(read):
         (INPUT + "frame = [[1, 0, 0], [0, 1, 0], [0, 0, 2]]", "its rows must be orthogonal and of length 1"),
         (INPUT + "frame = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]", "its determinant is -1: it mirrors"),
         (INPUT + "true = 0", "true = 0 and false = 0 must differ"),
-        ('[[output]]\nours = "a"\ntheirs = "b"\nhold = "f"', "hold = 'f' must be a Boolean port of ours, and"),
+        ('[[output]]\nport = "a"\nvariable = "b"\nhold = "f"', "hold = 'f' must name a Boolean interface port, and"),
         ("[constants]\na.b = 2", "quote names with dots"),
     ],
 )
-def test_bad_input_is_refused_in_one_line(read, text, said):
+def test_bad_input_is_refused_in_one_line(read, text, message):
     with pytest.raises(InputError) as caught:
         read(text)
 
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert "vendor.toml" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+FORMER = '[[input]]\nours = "rate"\ntheirs = "w[*]"\n[[output]]\nours = "torque"\ntheirs = "t"\n'
+
+
+def test_former_keys_are_read_with_one_warning_line(read, capsys):
+    former = read(FORMER).entries
+
+    assert [(entry.ports, entry.variables) for entry in former] == [(("rate",), ("w[*]",)), (("torque",), ("t",))]
+    assert capsys.readouterr().err == (
+        "vendor.toml: the keys ours and theirs are now named port and variable; rename them\n"
+    )
+    assert read(FORMER.replace("ours", "port").replace("theirs", "variable")).entries == former
+    assert capsys.readouterr().err == ""
+
+
+def test_former_and_present_key_together_are_refused(read):
+    with pytest.raises(InputError, match=r"input 1: has ours and port, which are one key; remove ours"):
+        read(INPUT + 'ours = "rate"')

@@ -1,4 +1,4 @@
-"""Adapters resolved against ports, and the slave with the ports of ours, around toy slaves."""
+"""Adapters bound to ports and variables, and adapted slaves around toy slaves."""
 
 import random
 
@@ -24,7 +24,7 @@ def variables(*rows):
     return {variable.name: variable for variable in made}
 
 
-OURS = variables(
+PORTS = variables(
     *((f"rate[{k}]", "Real", "input", "rad/s") for k in (1, 2, 3)),
     ("valid", "Boolean", "input", ""),
     ("unused", "Real", "input", "m"),
@@ -32,7 +32,7 @@ OURS = variables(
     ("healthy", "Boolean", "output", ""),
     ("reference", "Real", "output", "rad"),
 )
-THEIRS = variables(
+FMU = variables(
     *((f"w{k}", "Real", "input", "") for k in (0, 1, 2)),
     ("ok", "Integer", "input", ""),
     ("mode", "Integer", "input", ""),
@@ -42,10 +42,10 @@ THEIRS = variables(
     ("noise", "Real", "output", ""),
     ("kp", "Real", "parameter", ""),
 )
-RATE = '[[input]]\nours = "rate"\ntheirs = "w*"\nindex_base = 0\nunit = "deg/s"\n'
-VALID = '[[input]]\nours = "valid"\ntheirs = "ok"\ntrue = 5\n'
-TORQUE = '[[output]]\nours = "torque"\ntheirs = "t_*"\nsign = -1\n'
-HEALTHY = '[[output]]\nours = "healthy"\ntheirs = "status"\nfalse = 9\n'
+RATE = '[[input]]\nport = "rate"\nvariable = "w*"\nindex_base = 0\nunit = "deg/s"\n'
+VALID = '[[input]]\nport = "valid"\nvariable = "ok"\ntrue = 5\n'
+TORQUE = '[[output]]\nport = "torque"\nvariable = "t_*"\nsign = -1\n'
+HEALTHY = '[[output]]\nport = "healthy"\nvariable = "status"\nfalse = 9\n'
 REST = '[constants]\nmode = 2\n[parameters]\nkp = 0.5\n[substitutes]\n"ref*" = 0.25\n'
 GOOD = 'ignore = ["noi*"]\n' + RATE + VALID + TORQUE + HEALTHY + REST
 
@@ -90,21 +90,21 @@ def resolve(tmp_path):
     def resolve(text):
         path = tmp_path / "vendor.toml"
         path.write_text(text)
-        return bind(read_adapter(path), OURS, THEIRS)
+        return bind(read_adapter(path), PORTS, FMU)
 
     return resolve
 
 
 def ports(slave, binding, names, scalar, values=None):
-    references = np.array([binding.variables[name].reference for name in names], np.uint32)
+    references = np.array([binding.shown[name].reference for name in names], np.uint32)
     buffer = np.array(values if values is not None else np.zeros(len(names)), DTYPES[scalar])
     call = (slave.getter if values is None else slave.setter)(scalar, references, buffer)
     assert call() == OK
     return buffer
 
 
-def test_only_what_is_served_is_shown_and_parameters_of_theirs(resolve):
-    shown = resolve(GOOD).variables
+def test_only_served_ports_and_parameters_of_the_fmu_are_shown(resolve):
+    shown = resolve(GOOD).shown
 
     assert list(shown) == ["rate[1]", "rate[2]", "rate[3]", "valid", "torque[1]", "torque[2]", "healthy", "reference",
                            "kp"]  # fmt: skip
@@ -112,7 +112,7 @@ def test_only_what_is_served_is_shown_and_parameters_of_theirs(resolve):
     assert shown["torque[1]"].unit == UNITS["N.m"]
 
 
-def test_values_go_there_and_back(resolve):
+def test_values_are_converted_in_both_directions(resolve):
     binding, toy = resolve(GOOD), Toy()
     slave = adapt_slave(toy, binding)
     ports(slave, binding, ["rate[1]", "rate[3]"], "Real", np.radians([1.0, 2.0]))
@@ -126,7 +126,7 @@ def test_values_go_there_and_back(resolve):
     assert ports(slave, binding, ["healthy"], "Boolean")[0] == 1
 
 
-def test_held_inputs_change_only_with_their_flag(resolve):
+def test_held_input_changes_only_while_its_flag_is_true(resolve):
     binding, toy = resolve(GOOD.replace('"w*"\n', '"w*"\nhold = "valid"\n', 1)), Toy()
     slave = adapt_slave(toy, binding)
     slave.exit_initialization()
@@ -140,7 +140,7 @@ def test_held_inputs_change_only_with_their_flag(resolve):
     assert_array_equal(np.round(seen, 12), [0.0, 2.0, 2.0])
 
 
-def test_a_failed_step_is_told_and_nothing_taken(resolve):
+def test_failed_step_is_reported_and_no_output_is_read(resolve):
     binding, toy = resolve(GOOD), Toy()
     slave = adapt_slave(toy, binding)
     slave.exit_initialization()
@@ -150,10 +150,10 @@ def test_a_failed_step_is_told_and_nothing_taken(resolve):
     assert ports(slave, binding, ["torque[2]"], "Real")[0] == 0.0
 
 
-def test_start_values_reach_inputs_of_ours_and_parameters_of_theirs(resolve):
+def test_start_values_reach_ports_and_parameters_of_the_fmu(resolve):
     binding, toy = resolve(GOOD), Toy()
     slave = adapt_slave(toy, binding)
-    number = {name: v.reference for name, v in binding.variables.items()}
+    number = {name: v.reference for name, v in binding.shown.items()}
     assert slave.set_start({number["rate[2]"]: np.radians(4.0), number["kp"]: 7.0}, "Real") == OK
     slave.exit_initialization()
 
@@ -162,18 +162,18 @@ def test_start_values_reach_inputs_of_ours_and_parameters_of_theirs(resolve):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
-        ('ours = "rate"', 'ours = "rates"', "ours = 'rates': no such input; there are rate[1..3], valid, unused; did"),
-        ('ours = "rate"', 'ours = "rate[1..4]"', "ours = 'rate[1..4]': no such input; there are rate[1..3]"),
-        ('ours = "rate"', 'ours = "torque"', "ours = 'torque': no such input"),
-        ('ours = "rate"', 'ours = "rate[1..2]"', "the FMU also has w2, and ours makes 2 elements only"),
-        ("index_base = 0\n", "", "theirs = 'w3': no such input of the FMU; there are w0, w1, w2, ok, mode; is"),
-        ('theirs = "w*"', 'theirs = ["w0", "w1"]', "theirs has 2 elements, and ours makes 3; name as many"),
+        ('port = "rate"', 'port = "rates"', "port = 'rates': no such input; there are rate[1..3], valid, unused; did"),
+        ('port = "rate"', 'port = "rate[1..4]"', "port = 'rate[1..4]': no such input; there are rate[1..3]"),
+        ('port = "rate"', 'port = "torque"', "port = 'torque': no such input"),
+        ('port = "rate"', 'port = "rate[1..2]"', "the FMU also has w2, and the port makes 2 elements only"),
+        ("index_base = 0\n", "", "variable = 'w3': no such input of the FMU; there are w0, w1, w2, ok, mode; is"),
+        ('variable = "w*"', 'variable = ["w0", "w1"]', "variable has 2 elements, and the port makes 3; name as many"),
         ('unit = "deg/s"', 'unit = "mN.m"', "rate[1]: unit 'rad/s' [s-1] does not convert to 'mN.m'"),
         ('unit = "deg/s"', "scale = [1, 2]", "scale = [1.0, 2.0] must be one number or 3, one for each element"),
         ('unit = "deg/s"', "order = [2, 1]", "order = [2, 1] must have 3 elements"),
-        ('unit = "deg/s"', 'hold = "rate[1]"', "hold = 'rate[1]' must be a Boolean input of ours: valid"),
+        ('unit = "deg/s"', 'hold = "rate[1]"', "hold = 'rate[1]' must be a Boolean input of the interface: valid"),
         (VALID, "", "vendor.toml: nothing feeds ok of the FMU; add an [[input]], or a constant"),
         ('ignore = ["noi*"]', "", "vendor.toml: nothing takes noise of the FMU; add an [[output]], or ignore it"),
         ("mode = 2", "mode = 2.5", "constants: mode: 2.5 is not of its type Integer"),
@@ -181,25 +181,32 @@ def test_start_values_reach_inputs_of_ours_and_parameters_of_theirs(resolve):
         ("mode = 2", "modus = 2", "constants: modus = 2: no such input of the FMU; there are w0, w1, w2, ok, mode"),
         ("kp = 0.5", "ki = 0.5", "parameters: ki = 0.5: no such parameter of the FMU; there are kp"),
         ('"ref*" = 0.25', "torque = 0.0", "substitutes: torque = 0.0: an [[output]] makes it already"),
-        ('"ref*" = 0.25', "ref = 0.0", "substitutes: ref = 0.0: no such output of ours; there are torque[1..2]"),
+        ('"ref*" = 0.25', "ref = 0.0", "substitutes: ref = 0.0: no such output port; there are torque[1..2]"),
         (VALID, VALID + VALID.replace("true = 5", ""), "ok is fed twice, also by vendor.toml: input 2 (ok); remove"),
     ],
 )  # fmt: skip
-def test_an_adapter_that_does_not_fit_is_refused_in_one_line(resolve, old, new, said):
+def test_adapter_that_does_not_fit_is_refused_in_one_line(resolve, old, new, message):
     assert old in GOOD
     with pytest.raises(InputError) as caught:
         resolve(GOOD.replace(old, new, 1))
 
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert "vendor.toml" in str(caught.value)
+
+
+GRID = [f"{row},{column}" for row in (1, 2) for column in range(1, 11)]
 
 
 @pytest.mark.parametrize(
     ("ports", "foreign", "entry"),
     [
-        ([f"p[{k}]" for k in range(1, 13)], [f"q[{k}]" for k in range(12)], 'theirs = "q[*]"\nindex_base = 0\n'),
-        ([f"p[{k}]" for k in range(1, 21)], [f"a[{i},{k}]" for i in (1, 2) for k in range(1, 11)], 'theirs = "a[*]"\n'),
-        ([f"p[{i},{k}]" for i in (1, 2) for k in range(1, 11)], [f"q_{k}" for k in range(1, 21)], 'theirs = "q_*"\n'),
+        ([f"p[{k}]" for k in range(1, 13)], [f"q[{k}]" for k in range(12)], 'variable = "q[*]"\nindex_base = 0\n'),
+        (
+            [f"p[{k}]" for k in range(1, 21)],
+            [f"a[{i},{k}]" for i in (1, 2) for k in range(1, 11)],
+            'variable = "a[*]"\n',
+        ),
+        ([f"p[{i},{k}]" for i in (1, 2) for k in range(1, 11)], [f"q_{k}" for k in range(1, 21)], 'variable = "q_*"\n'),
     ],
 )
 def test_elements_of_arrays_are_paired_by_number(tmp_path, ports, foreign, entry):
@@ -207,12 +214,12 @@ def test_elements_of_arrays_are_paired_by_number(tmp_path, ports, foreign, entry
         return variables(*((name, "Real", "input", "") for name in random.Random(5).sample(names, len(names))))
 
     path = tmp_path / "vendor.toml"
-    path.write_text('[[input]]\nours = "p"\n' + entry)
+    path.write_text('[[input]]\nport = "p"\n' + entry)
 
     (bound,) = bind(read_adapter(path), shuffled(ports), shuffled(foreign)).inputs
 
-    assert [v.name for v in bound.ours] == ports
-    assert [v.name for v in bound.theirs] == foreign
+    assert [v.name for v in bound.ports] == ports
+    assert [v.name for v in bound.variables] == foreign
 
 
 @pytest.mark.parametrize(
@@ -221,15 +228,15 @@ def test_elements_of_arrays_are_paired_by_number(tmp_path, ports, foreign, entry
 )
 def test_number_becomes_the_nearest_integer_in_range_and_nan_becomes_zero(tmp_path, value, integer):
     path = tmp_path / "vendor.toml"
-    path.write_text('[[input]]\nours = "u"\ntheirs = "n"\n[[output]]\nours = "y"\ntheirs = "m"\n')
-    ours = variables(("u", "Real", "input", ""), ("y", "Integer", "output", ""))
-    theirs = variables(("n", "Integer", "input", ""), ("m", "Real", "output", ""))
-    binding, toy = bind(read_adapter(path), ours, theirs), Toy()
+    path.write_text('[[input]]\nport = "u"\nvariable = "n"\n[[output]]\nport = "y"\nvariable = "m"\n')
+    interface = variables(("u", "Real", "input", ""), ("y", "Integer", "output", ""))
+    fmu = variables(("n", "Integer", "input", ""), ("m", "Real", "output", ""))
+    binding, toy = bind(read_adapter(path), interface, fmu), Toy()
     slave = adapt_slave(toy, binding)
-    toy.store["Real"][theirs["m"].reference] = value
+    toy.store["Real"][fmu["m"].reference] = value
     ports(slave, binding, ["u"], "Real", [value])
 
     assert slave.exit_initialization() == OK
 
-    assert toy.store["Integer"][theirs["n"].reference] == integer
+    assert toy.store["Integer"][fmu["n"].reference] == integer
     assert ports(slave, binding, ["y"], "Integer")[0] == integer

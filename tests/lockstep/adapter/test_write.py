@@ -19,7 +19,7 @@ from pyssp_standard.ssv import SSV
 from lockstep import Component, Connection, InputError, System, load_system, read_signals, simulate, write_ssd
 from lockstep.__main__ import main
 from lockstep.adapter.component import with_replacements
-from lockstep.cli.write_ssp import standard_package
+from lockstep.ssp.adapted_package import standard_package
 
 TESTS = Path(__file__).parents[2]
 SOURCES = (  # y = u / 2 + 1, value references 0 to WIDTH - 1 and on
@@ -36,23 +36,23 @@ step = 0.002
 ignore = ["Temperature"]
 
 [[input]]
-ours = "rate"
-theirs = "w[*]"
+port = "rate"
+variable = "w[*]"
 index_base = 0
 unit = "deg/s"
 order = [2, 3, 1]
 
 [[input]]
-ours = "target"
-theirs = "goal[*]"
+port = "target"
+variable = "goal[*]"
 index_base = 0
 unit = "deg/s"
 sign = -1
 offset = 0.5
 
 [[output]]
-ours = "torque"
-theirs = "T[*]"
+port = "torque"
+variable = "T[*]"
 index_base = 0
 unit = "mN.m"
 frame = [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]
@@ -72,10 +72,10 @@ def fmu(folder, name, inputs, outputs):
     ports += [(*port, "output", width + k) for k, port in enumerate(outputs)]
     rows = ""
     for port, unit, causality, reference in ports:
-        told = ' start="0"' if causality == "input" else ""
-        told += f' unit="{unit}"' if unit else ""
-        rows += f'<ScalarVariable name="{port}" valueReference="{reference}" causality="{causality}"><Real{told}/>'
-        rows += "</ScalarVariable>"
+        attributes = ' start="0"' if causality == "input" else ""
+        attributes += f' unit="{unit}"' if unit else ""
+        rows += f'<ScalarVariable name="{port}" valueReference="{reference}" causality="{causality}">'
+        rows += f"<Real{attributes}/></ScalarVariable>"
     unknowns = "".join(f'<Unknown index="{len(inputs) + k + 1}"/>' for k in range(len(outputs)))
     library, guid = folder / f"{name}.so", uuid5(NAMESPACE_OID, name)  # libcosim knows an FMU by its GUID
     headers = Path(fmpy.__file__).parent / "c-code"
@@ -100,13 +100,13 @@ def array(name, unit, base=1):
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
-    """Return a folder with a closed loop of ours, a foreign FMU, and its adapter."""
+    """Return a folder with a closed loop, a foreign FMU, and its adapter."""
     folder = tmp_path_factory.mktemp("write")
     body = fmu(folder, "body", [*array("torque", "N.m"), ("health", "")], array("rate", "rad/s"))
     outputs = [*array("torque", "N.m"), ("health", "")]
-    ours = fmu(folder, "ours", [*array("rate", "rad/s"), *array("target", "rad/s")], outputs)
+    original = fmu(folder, "original", [*array("rate", "rad/s"), *array("target", "rad/s")], outputs)
     inputs = [*array("w", "", 0), *array("goal", "", 0), ("gain", "")]
-    fmu(folder, "theirs", inputs, [*array("T", "", 0), ("Temperature", "")])
+    fmu(folder, "foreign", inputs, [*array("T", "", 0), ("Temperature", "")])
     ends = [("body", f"rate[{k}]", "controller", f"rate[{k}]", 1) for k in (1, 2, 3)]
     ends += [("controller", port, "body", port, 0) for port in ("torque[1]", "torque[2]", "torque[3]", "health")]
     system = System(
@@ -114,7 +114,7 @@ def place(tmp_path_factory):
         tick=TICK,
         stop_time=20 * TICK,
         components=(
-            Component(name="controller", source=ours, period=TICK, isolated=False,
+            Component(name="controller", source=original, period=TICK, isolated=False,
                       parameters={f"target[{k}]": 0.1 * k for k in (1, 2, 3)}),
             Component(name="body", source=body, period=TICK, isolated=False),
         ),
@@ -125,14 +125,14 @@ def place(tmp_path_factory):
         record=("body.*", "controller.torque"),
     )  # fmt: skip
     write_ssd(system, folder / "loop.ssd")
-    (folder / "theirs.toml").write_text(ADAPTER)
+    (folder / "foreign.toml").write_text(ADAPTER)
     return folder
 
 
 @pytest.fixture(scope="module")
 def package(place):
     """Return the written package."""
-    given = ("--replace", f"controller={place / 'theirs.fmu'}", "--adapter", place / "theirs.toml")
+    given = ("--replace", f"controller={place / 'foreign.fmu'}", "--adapter", place / "foreign.toml")
     command = ["write-ssp", place / "loop.ssd", *given, "--out", place / "out" / "loop.ssp"]
     assert main([str(part) for part in command]) == 0
     return place / "out" / "loop.ssp"
@@ -140,11 +140,11 @@ def package(place):
 
 def adapted(place, text=None):
     """Return the system with the adapter in place."""
-    adapter = place / "theirs.toml"
+    adapter = place / "foreign.toml"
     if text is not None:
         adapter = place / "other.toml"
         adapter.write_text(text)
-    return with_replacements(load_system(place / "loop.ssd"), [f"controller={place / 'theirs.fmu'}"], [str(adapter)])
+    return with_replacements(load_system(place / "loop.ssd"), [f"controller={place / 'foreign.fmu'}"], [str(adapter)])
 
 
 def test_the_run_is_that_with_the_adapter(place, package, tmp_path):
@@ -180,8 +180,8 @@ def test_it_is_standard_ssp_in_other_hands(package, tmp_path):
     with zipfile.ZipFile(package) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
     assert {Path(name).name for name in files} == {
-        "SystemStructure.ssd", "body.fmu", "theirs.fmu", "controller_ours.ssv", "controller_ours.ssm",
-        "controller_theirs.ssv",
+        "SystemStructure.ssd", "body.fmu", "foreign.fmu", "controller_ports.ssv", "controller_ports.ssm",
+        "controller_variables.ssv",
     }  # fmt: skip
     schemas = {"ssd": "Description", "ssv": "ParameterValues", "ssm": "ParameterMapping"}
     for name, content in files.items():
@@ -190,12 +190,12 @@ def test_it_is_standard_ssp_in_other_hands(package, tmp_path):
             etree.XMLSchema(etree.parse(schema)).assertValid(etree.fromstring(content))
     with zipfile.ZipFile(package) as archive:
         archive.extractall(tmp_path)
-    with SSM(tmp_path / "resources" / "controller_ours.ssm") as mapping:
+    with SSM(tmp_path / "resources" / "controller_ports.ssm") as mapping:
         mapping.__check_compliance__()
         assert [(e.source, e.target) for e in mapping.mappings] == [
             (f"target[{k + 1}]", f"goal[{k}]") for k in range(3)
         ]
-    with SSV(tmp_path / "resources" / "controller_ours.ssv") as values:
+    with SSV(tmp_path / "resources" / "controller_ports.ssv") as values:
         values.__check_compliance__()
         assert [p["name"] for p in values.parameters] == [f"target[{k}]" for k in (1, 2, 3)]
     with SSP(package) as independent:
@@ -203,7 +203,7 @@ def test_it_is_standard_ssp_in_other_hands(package, tmp_path):
     read = read_ssd(str(package))
     controller = next(element for element in read.system.elements if element.name == "controller")
     assert [b.source for b in controller.parameterBindings] == [
-        "resources/controller_theirs.ssv", "resources/controller_ours.ssv"
+        "resources/controller_variables.ssv", "resources/controller_ports.ssv"
     ]  # fmt: skip
 
 
@@ -220,29 +220,29 @@ def test_a_written_package_can_be_written_again(package, tmp_path):
     assert two.component("controller").parameters == one.component("controller").parameters
     assert two.connections == one.connections
     with zipfile.ZipFile(package) as first, zipfile.ZipFile(again) as second:
-        for name in ("resources/body.fmu", "resources/theirs.fmu"):
+        for name in ("resources/body.fmu", "resources/foreign.fmu"):
             assert first.read(name) == second.read(name)
 
 
 HELD = ADAPTER.replace("order = [2, 3, 1]", "frame = [[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]]")
 
 
-def test_what_ssp_cannot_say_is_named_and_refused_or_left_out(place, tmp_path, capsys):
+def test_entry_without_a_connection_is_listed_and_refused_or_left_out(place, tmp_path, capsys):
     path, out = tmp_path / "a.toml", tmp_path / "loop.ssp"
     path.write_text(HELD)
-    command = ["write-ssp", place / "loop.ssd", "--replace", f"controller={place / 'theirs.fmu'}", "--adapter", path,
+    command = ["write-ssp", place / "loop.ssd", "--replace", f"controller={place / 'foreign.fmu'}", "--adapter", path,
                "--out", out]  # fmt: skip
     command = [str(part) for part in command]
 
     assert main(command) == 2
-    says = "a.toml: input 1 (w[*]): a rotation that mixes axes: element 1 of theirs is made of 2 of ours"
+    message = "a.toml: input 1 (w[*]): a rotation that mixes axes: element 1 of the variable is made of 2 of the port"
     assert capsys.readouterr().err.splitlines() == [
-        f"not in SSP: {says}",
-        f"lockstep: {out}: not written: SSP cannot say 1 thing of an adapter; --partial leaves them out",
+        f"not in SSP: {message}",
+        f"lockstep: {out}: not written: SSP cannot express 1 entry of an adapter; --partial leaves them out",
     ]
     assert list(tmp_path.iterdir()) == [path]
     assert main([*command, "--partial"]) == 0
-    assert capsys.readouterr().err == f"left out: {says}\n"
+    assert capsys.readouterr().err == f"left out: {message}\n"
     assert sorted(c.input for c in load_system(out).connections) == ["torque[1]", "torque[2]", "torque[3]"]
     with zipfile.ZipFile(io.BytesIO(out.read_bytes())) as archive:
         assert archive.testzip() is None
@@ -295,20 +295,20 @@ def test_other_masters_apply_transformations_and_values(package, name, require_m
 
 
 @pytest.mark.parametrize(
-    ("sources", "says"),
+    ("sources", "message"),
     [
-        (["rate=body.rate"], "--source rate: no attitude of ours"),
+        (["rate=body.rate"], "--source rate: no attitude port"),
         (["rate"], "--source rate: write ARRAY=COMPONENT.ARRAY"),
     ],
 )
-def test_a_source_that_fits_nothing_is_refused_in_one_line(place, tmp_path, capsys, sources, says):
-    given = ["--replace", f"controller={place / 'theirs.fmu'}", "--adapter", str(place / "theirs.toml")]
+def test_a_source_that_fits_nothing_is_refused_in_one_line(place, tmp_path, capsys, sources, message):
+    given = ["--replace", f"controller={place / 'foreign.fmu'}", "--adapter", str(place / "foreign.toml")]
     options = [part for source in sources for part in ("--source", source)]
     command = ["write-ssp", str(place / "loop.ssd"), *given, *options, "--out", str(tmp_path / "loop.ssp")]
     assert main(command) == 2
-    told = capsys.readouterr().err
-    assert says in told
-    assert told.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert message in printed
+    assert printed.count("\n") == 1
     with pytest.raises(InputError, match="needs --replace and --adapter"):
         standard_package(load_system(place / "loop.ssd"), {"rate": ("body", "rate")})
 

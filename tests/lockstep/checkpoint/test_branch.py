@@ -222,26 +222,26 @@ def test_saving_changes_nothing(triple, whole, tmp_path):
 
 ADAPTER = """
 [[input]]
-ours = "u"
-theirs = "u"
+port = "u"
+variable = "u"
 scale = 2.0
 hold = "flag"
 
 [[input]]
-ours = "number"
-theirs = "number"
+port = "number"
+variable = "number"
 
 [[input]]
-ours = "flag"
-theirs = "flag"
+port = "flag"
+variable = "flag"
 
 [[output]]
-ours = ["y", "steps", "began"]
-theirs = ["y", "steps", "began"]
+port = ["y", "steps", "began"]
+variable = ["y", "steps", "began"]
 
 [[output]]
-ours = "odd"
-theirs = "odd"
+port = "odd"
+variable = "odd"
 
 [constants]
 offset = -0.5

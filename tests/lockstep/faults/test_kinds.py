@@ -309,8 +309,8 @@ def test_behind_an_adapter_faults_are_on_our_ports_and_on_parameters_of_theirs(
     bench_ssd, toys, scenario, cli, tmp_path
 ):
     (tmp_path / "theirs.toml").write_text(
-        '[[input]]\nours = "u"\ntheirs = "u"\nsign = -1\n\n[[output]]\nours = "y"\ntheirs = "y"\n\n'
-        '[[output]]\nours = "bad"\ntheirs = "bad"\n\n[parameters]\nshift = 5\n'
+        '[[input]]\nport = "u"\nvariable = "u"\nsign = -1\n\n[[output]]\nport = "y"\nvariable = "y"\n\n'
+        '[[output]]\nport = "bad"\nvariable = "bad"\n\n[parameters]\nshift = 5\n'
     )
     text = """
 [[fault]]

@@ -20,7 +20,7 @@ MS = 1_000_000
 SLOWER = """\
 step = 0.002
 ignore = ["began"]
-""" + "".join(f'[[output]]\nours = "{name}"\ntheirs = "{name}"\n' for name in ("count", "even", "steps"))  # fmt: skip
+""" + "".join(f'[[output]]\nport = "{name}"\nvariable = "{name}"\n' for name in ("count", "even", "steps"))  # fmt: skip
 
 
 def events(folder):
@@ -179,7 +179,7 @@ def test_a_slower_shadow_is_told_the_mean(tracking, toys, tmp_path, cli):
     adapter.write_text(
         "step = 0.002\n"
         + "".join(
-            f'[[{kind}]]\nours = "{name}"\ntheirs = "{name}"\n' for kind, names in ports.items() for name in names
+            f'[[{kind}]]\nport = "{name}"\nvariable = "{name}"\n' for kind, names in ports.items() for name in names
         )
     )
     done = cli(

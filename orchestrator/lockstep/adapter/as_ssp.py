@@ -1,4 +1,4 @@
-"""A system with an adapter as one without: their FMU in the component's place, connected by what SSP can say."""
+"""Write an adapted component as plain SSP: the foreign FMU itself, connected with transformations and parameters."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ _TWICE = "has a transformation already, and a connection has one"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mapped:
-    """A value of ours, in the unit of our port, and the parameter or input of theirs that it reaches."""
+    """Hold a value of an interface port, in the port's unit, and the FMU variable that it sets."""
 
-    ours: str
+    port: str
     value: Value
     unit: Unit | None
-    theirs: str
-    type: str  # of theirs
+    variable: str
+    type: str  # of the variable
     pair: Pair
 
     @property
     def resolved(self) -> Value:
-        """What it is there."""
+        """The value of the variable."""
         if family(self.type) == "Real":
             return self.pair.factor * float(self.value) + self.pair.offset
         whole = int(self.value)
@@ -46,32 +46,32 @@ class Mapped:
 
 
 @dataclass(slots=True, kw_only=True)
-class Plain:
-    """A component without its adapter. `problems` names, line by line, what SSP cannot say and so is left out."""
+class AsSsp:
+    """Hold a system in which a component has no adapter. `problems` lists what SSP cannot express and so is missing."""
 
     system: System
     component: str
-    values: dict[str, Value] = field(default_factory=dict)  # constants and parameters, by names of theirs
+    values: dict[str, Value] = field(default_factory=dict)  # constants and parameters, by FMU variable
     mapped: list[Mapped] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
 
-def without_adapter(system: System, name: str, sources: Mapping[str, tuple[str, str]]) -> Plain:
-    """Take a component out of its adapter.
+def without_adapter(system: System, name: str, sources: Mapping[str, tuple[str, str]]) -> AsSsp:
+    """Replace the adapter of a component by connections, parameters and start values.
 
     Parameters
     ----------
-    system : where it is
-    name : of the component
-    sources : for an array of ours that holds an attitude as an MRP, component and array of outputs that hold the same
-        attitude as a scalar-last quaternion, body from inertial
+    system : holds the component
+    name : name of the component
+    sources : for a port that is an MRP, the component and the array of outputs with the same attitude as a scalar-last
+        quaternion, body from inertial
 
     Raises
     ------
     InputError
         If the adapter does not fit, or a source is not there.
     """
-    return _Translation(system, name, sources).plain()
+    return _Translation(system, name, sources).translate()
 
 
 class _Translation:
@@ -82,10 +82,10 @@ class _Translation:
         assert component.stands_for is not None
         self.component = component
         self.descriptions: dict[str, Description] = {}
-        theirs = read_description(component)
-        self.ours = read_description(component.stands_for)
-        self.binding: Binding = bind(component.adapter, self.ours.variables, theirs.variables)
-        shown = replace(theirs, variables=self.binding.variables)
+        fmu = read_description(component)
+        self.ports = read_description(component.stands_for)
+        self.binding: Binding = bind(component.adapter, self.ports.variables, fmu.variables)
+        shown = replace(fmu, variables=self.binding.shown)
         self.given = component_parameters(replace(component, units=dict(component.units)), shown)
         self.feeds = {c.input: c for c in system.connections if c.to_component == name}
         self.made: dict[str, list[Connection]] = {}
@@ -93,8 +93,8 @@ class _Translation:
             if connection.from_component == name:
                 self.made.setdefault(connection.output, []).append(connection)
         self.connections = [c for c in system.connections if name not in (c.from_component, c.to_component)]
-        self.names: dict[str, str] = {}  # of outputs: theirs by ours
-        plain = Component(
+        self.names: dict[str, str] = {}  # FMU variable by interface port, of outputs
+        self.new = Component(
             name=name,
             source=component.source,
             period=component.period,
@@ -102,24 +102,23 @@ class _Translation:
             kind=component.kind,
             archive=component.archive,
             isolated=component.isolated,
-            units=self._units(theirs),
+            units=self._units(fmu),
         )
-        self.result = Plain(system=system, component=name)
-        self.new = plain
+        self.result = AsSsp(system=system, component=name)
 
-    def plain(self) -> Plain:
+    def translate(self) -> AsSsp:
         """Translate everything."""
         binding, result = self.binding, self.result
         for key in self.sources:
-            if not any(array_of(v.name) == key for b in binding.inputs if b.entry.attitude for v in b.ours):
-                raise InputError(f"--source {key}: no attitude of ours in an [[input]] of {binding.adapter.path.name}")
+            if not any(array_of(v.name) == key for b in binding.inputs if b.entry.attitude for v in b.ports):
+                raise InputError(f"--source {key}: no attitude port of an [[input]] of {binding.adapter.path.name}")
         for bound in binding.inputs:
             self._input(bound)
         for bound in binding.outputs:
             self._output(bound)
         result.values |= {v.name: value for v, value in binding.starts.items()}
-        theirs = {v.name for v in binding.parameters.values()}
-        result.values |= {key: value for key, value in self.given.items() if key in theirs}
+        parameters = {v.name for v in binding.parameters.values()}
+        result.values |= {key: value for key, value in self.given.items() if key in parameters}
         self._substitute()
         result.system = replace(
             self.system,
@@ -129,21 +128,21 @@ class _Translation:
         )
         return result
 
-    def _units(self, theirs: Description) -> dict[str, Unit]:
-        """Return the units that the adapter tells of ports whose FMU tells none: for whoever reads the file."""
+    def _units(self, fmu: Description) -> dict[str, Unit]:
+        """Return the units that the adapter gives for variables whose FMU declares none, for readers of the file."""
         return {
             v.name: UNITS[b.entry.unit]
             for b in (*self.binding.inputs, *self.binding.outputs)
             if b.entry.unit
-            for v in b.theirs
-            if v.unit is None and v.type in ("Real", "Float64", "Float32") and v.name in theirs.variables
+            for v in b.variables
+            if v.unit is None and v.type in ("Real", "Float64", "Float32") and v.name in fmu.variables
         }
 
     def _input(self, bound: Bound) -> None:
-        place, array = bound.entry.place, array_of(bound.ours[0].name)
+        location, array = bound.entry.location, array_of(bound.ports[0].name)
         if bound.hold is not None:
             self.result.problems.append(
-                f"{place}: hold = {bound.hold.name!r}: SSP cannot hold a value; without it all values pass on"
+                f"{location}: hold = {bound.hold.name!r}: SSP cannot hold a value; without it every value is passed on"
             )
         try:
             if array in self.sources:
@@ -152,24 +151,24 @@ class _Translation:
             found = pairs(bound)
         except Inexpressible as reason:
             remedy = ""
-            if bound.entry.attitude == "quaternion" and len(bound.ours) == 3:
+            if bound.entry.attitude == "quaternion" and len(bound.ports) == 3:
                 remedy = (
                     f"; if an output has the attitude as a quaternion, --source {array}=COMPONENT.ARRAY connects it"
                 )
-            self.result.problems.append(f"{place}: {reason}{remedy}")
+            self.result.problems.append(f"{location}: {reason}{remedy}")
             return
         for pair in found:
-            our, their = bound.ours[pair.ours], bound.theirs[pair.theirs]
-            connection = self.feeds.get(our.name)
+            port, variable = bound.ports[pair.port], bound.variables[pair.variable]
+            connection = self.feeds.get(port.name)
             if connection is not None:
-                self._connect(connection, their, pair, place)
-            elif our.name in self.given:
+                self._connect(connection, variable, pair, location)
+            elif port.name in self.given:
                 mapped = Mapped(
-                    ours=our.name,
-                    value=self.given[our.name],
-                    unit=our.unit,
-                    theirs=their.name,
-                    type=their.type,
+                    port=port.name,
+                    value=self.given[port.name],
+                    unit=port.unit,
+                    variable=variable.name,
+                    type=variable.type,
                     pair=pair,
                 )
                 self.result.mapped.append(mapped)
@@ -180,20 +179,20 @@ class _Translation:
         lacking = [name for name in outputs if name not in description.names("output")]
         if lacking:
             raise InputError(description.lacks(component, lacking[0], "output"))
-        before = self.feeds.get(bound.ours[0].name)
+        before = self.feeds.get(bound.ports[0].name)
         if before is None:
-            raise InputError(f"{self.name}.{bound.ours[0].name}: nothing is connected that --source could stand for")
+            raise InputError(f"{self.name}.{bound.ports[0].name}: nothing is connected that --source could replace")
         if before.from_component != component:
             raise InputError(
-                f"--source {array_of(bound.ours[0].name)}={component}.{array}: it comes from {before.from_component}; "
+                f"--source {array_of(bound.ports[0].name)}={component}.{array}: it comes from {before.from_component}; "
                 "only another output of that component has the same delay"
             )
         self._declare(component, [description.variables[name] for name in outputs])
         for pair in quaternion_pairs(bound):
             connection = replace(
-                before, output=outputs[pair.ours], factor=1.0, offset=0.0, table=None, via=(), convert_units=True
+                before, output=outputs[pair.port], factor=1.0, offset=0.0, table=None, via=(), convert_units=True
             )
-            self._connect(connection, bound.theirs[pair.theirs], pair, bound.entry.place)
+            self._connect(connection, bound.variables[pair.variable], pair, bound.entry.location)
 
     def _declare(self, name: str, outputs: list[Variable]) -> None:
         """Add outputs to the connectors of a component that declares what it has."""
@@ -207,55 +206,57 @@ class _Translation:
         parts = (changed if c.name == changed.name else c for c in self.system.components)
         self.system = replace(self.system, components=tuple(parts))
 
-    def _connect(self, old: Connection, their: Variable, pair: Pair, place: str) -> None:
-        """Connect what fed a port of ours with theirs: through what happened on the way, then through the adapter."""
+    def _connect(self, old: Connection, variable: Variable, pair: Pair, location: str) -> None:
+        """Connect the source of an interface port with an FMU variable: old transformations first, then the adapter."""
         source = self._end(old.from_component, old.output)
-        new = replace(old, input=their.name)
+        new = replace(old, input=variable.name)
         if pair.table is not None or source.type not in ("Real", "Float64", "Float32"):
             if any(not hop.plain for hop in old.hops):
-                self.result.problems.append(f"{place}: {old} {_TWICE}")
+                self.result.problems.append(f"{location}: {old} {_TWICE}")
                 return
             self.connections.append(replace(new, factor=pair.factor, offset=pair.offset, table=pair.table, via=()))
             return
-        ours = self.ours.variables.get(old.input)
-        target = _end(ours, None) if ours is not None else source
+        port = self.ports.variables.get(old.input)
+        target = _end(port, None) if port is not None else source
         way = convert(source, target, old.hops, str(old))
         self.connections.append(
-            _linear(new, pair.factor * way.gain, pair.factor * way.bias + pair.offset, source.unit, self._unit(their))
+            _linear(
+                new, pair.factor * way.gain, pair.factor * way.bias + pair.offset, source.unit, self._unit(variable)
+            )
         )
 
     def _output(self, bound: Bound) -> None:
-        place = bound.entry.place
-        unfed = [c for v in bound.ours for c in self.made.get(v.name, ())]
+        location = bound.entry.location
+        unfed = [c for v in bound.ports for c in self.made.get(v.name, ())]
         try:
             found = pairs(bound)
         except Inexpressible as reason:
             lost = compact(f"{c.to_component}.{c.input}" for c in unfed)
-            self.result.problems.append(f"{place}: {reason}" + (f"; nothing feeds {lost}" if unfed else ""))
+            self.result.problems.append(f"{location}: {reason}" + (f"; nothing feeds {lost}" if unfed else ""))
             return
         for pair in found:
-            our, their = bound.ours[pair.ours], bound.theirs[pair.theirs]
-            self.names[our.name] = their.name
-            for old in self.made.get(our.name, ()):
-                new = replace(old, output=their.name)
-                if pair.table is not None or their.scalar != "Real":
+            port, variable = bound.ports[pair.port], bound.variables[pair.variable]
+            self.names[port.name] = variable.name
+            for old in self.made.get(port.name, ()):
+                new = replace(old, output=variable.name)
+                if pair.table is not None or variable.scalar != "Real":
                     if any(not hop.plain for hop in old.hops):
-                        self.result.problems.append(f"{place}: {old} {_TWICE}")
+                        self.result.problems.append(f"{location}: {old} {_TWICE}")
                         continue
                     changed = replace(new, factor=pair.factor, offset=pair.offset, table=pair.table, via=())
                     self.connections.append(changed)
                     continue
                 target = self._end(old.to_component, old.input)
-                way = convert(_end(our, None), target, old.hops, str(old))
+                way = convert(_end(port, None), target, old.hops, str(old))
                 gain, bias = way.gain * pair.factor, way.gain * pair.offset + way.bias
-                self.connections.append(_linear(new, gain, bias, self._unit(their), target.unit))
+                self.connections.append(_linear(new, gain, bias, self._unit(variable), target.unit))
 
     def _substitute(self) -> None:
-        """Give what reads a substituted output of ours its value."""
+        """Set the value of a substituted output port in the components that read it."""
         for name, value in self.binding.substitutes.items():
             for connection in self.made.get(name, ()):
                 target = self._end(connection.to_component, connection.input)
-                way = convert(_end(self.ours.variables[name], None), target, connection.hops, str(connection))
+                way = convert(_end(self.ports.variables[name], None), target, connection.hops, str(connection))
                 given: Value = way.gain * value + way.bias
                 if target.type not in ("Real", "Float64", "Float32"):
                     whole = int(value) if way.function is None else way.function(int(value))
@@ -272,8 +273,8 @@ class _Translation:
             if not pattern.startswith(f"{self.name}."):
                 yield pattern
             else:
-                for ours in matching(pattern.removeprefix(f"{self.name}."), self.names):
-                    yield f"{self.name}.{self.names[ours]}"
+                for port in matching(pattern.removeprefix(f"{self.name}."), self.names):
+                    yield f"{self.name}.{self.names[port]}"
 
     def _description(self, name: str) -> Description:
         if name not in self.descriptions:
@@ -283,8 +284,8 @@ class _Translation:
             self.descriptions[name] = read_description(component)
         return self.descriptions[name]
 
-    def _unit(self, their: Variable) -> Unit | None:
-        return known_unit(their.unit, self.new.units.get(their.name))
+    def _unit(self, variable: Variable) -> Unit | None:
+        return known_unit(variable.unit, self.new.units.get(variable.name))
 
     def _end(self, component: str, port: str) -> End:
         description = self._description(component)
@@ -301,9 +302,9 @@ def _end(variable: Variable, declared: Unit | None) -> End:
 def _linear(
     connection: Connection, factor: float, offset: float, source: Unit | None, target: Unit | None
 ) -> Connection:
-    """Return a connection that does this and nothing else: many tools read the factor, few convert units."""
+    """Return a connection with all conversion in factor and offset: many tools read these, few convert units."""
     try:
-        silent = conversion(source, target) == (1.0, 0.0)
+        unchanged = conversion(source, target) == (1.0, 0.0)
     except ValueError:
-        silent = False
-    return replace(connection, factor=factor, offset=offset, table=None, via=(), convert_units=silent)
+        unchanged = False
+    return replace(connection, factor=factor, offset=offset, table=None, via=(), convert_units=unchanged)

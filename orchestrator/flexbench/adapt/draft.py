@@ -1,0 +1,21 @@
+"""Draft the adapter of a foreign FMU for one of flexsat's components."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from lockstep.adapter.draft import draft_adapter
+from lockstep.check.contract import named
+
+from .attitude_words import SYNONYMS
+from .contracts import contracts, variables_of
+
+
+def draft_for(fmu: Path, like: str) -> tuple[str, Sequence[str]]:
+    """Return a first adapter of an FMU for a component, and what remains undecided."""
+    drafts = []
+    for contract in named(contracts(), like):
+        needed = [port.name for port in contract.ports if port.needed]
+        drafts.append(draft_adapter(fmu, variables_of(contract), needed, contract.name, SYNONYMS))
+    return min(drafts, key=lambda draft: len(draft[1]))

@@ -1,0 +1,49 @@
+"""Describe a verdict on an adapter for people: the measured response, and what to change."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flexbench.adapt.excitation import Excitation
+from flexbench.adapt.judge import AXES
+from flexbench.adapt.verdict import Verdict
+
+from ..loop.systems import NANOSECOND
+
+
+def describe_verdict(verdict: Verdict, excitation: Excitation, fmu: Path, adapter: Path) -> list[str]:
+    """Return a verdict as lines of text."""
+    judgement = verdict.judgement
+    lines = [
+        f"{fmu} through {adapter} as {excitation.component}, steps of "
+        f"{verdict.step * NANOSECOND:g} s; torque as a share of that of flexsat's LQG:",
+        "  error about    attitude: torque x, y, z    rate: torque x, y, z",
+    ]
+    for k, axis in enumerate(AXES):
+        attitude, rate = (
+            " ".join(f"{value:8.3g}" for value in shares[:, k]) for shares in (judgement.attitude, judgement.rate)
+        )
+        lines.append(f"  {axis}              {attitude}    {rate}")
+    if verdict.unseen:
+        lines.append(f"constant, so not judged: {', '.join(verdict.unseen)}")
+    if verdict.right:
+        lines.append(
+            f"right: the torque opposes each attitude and rate error about its own axis, with "
+            f"{judgement.bandwidth:.2g} of the bandwidth and {judgement.damping:.2g} of the damping ratio of "
+            "flexsat's LQG"
+        )
+        return lines
+    lines += [f"measured: {problem}" for problem in judgement.problems]
+    if verdict.axes:
+        lines.append(f"wrong: {verdict.axes}")
+    for number, changes in enumerate(verdict.cures):
+        errors = ", and ".join(f"{change.error}: write {change.remedy}" for change in changes)
+        lines.append(f"{'or' if number else 'wrong'}: {errors}")
+    if len(verdict.cures) > 1:
+        lines.append("each of these is right, the likeliest first; the FMU's documentation has to decide between them")
+    elif verdict.cures and [change.key for change in verdict.cures[0]] == ["sign"]:
+        lines.append("a wrong sign of the torque has the same effect as wrong signs of both attitude and rate")
+    elif not (verdict.cures or verdict.axes):
+        lines.append("wrong: no change of one convention, or of two, is right; it may be no attitude controller, or "
+                     "a parameter or constant may be missing")  # fmt: skip
+    return lines
