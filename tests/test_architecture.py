@@ -21,7 +21,7 @@ MOST_IN_A_FOLDER = 22  # files of one subject
 FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/python", "fmu/python/shim", "fmu/documentation", "design", "spacecraft"),
-        *("ports", "runtime", "structure", "parameters", "arrays"),
+        *("ports", "runtime", "structure", "parameters", "quantities", "arrays"),
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),
@@ -234,7 +234,7 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     assert {"flexsat.runtime.plant", "flexsat.runtime.sensors", "flexsat.runtime.controller"} <= inside
     assert {module for module, _ in foreign} == {"flexsat.fmu.python.life_cycle"}
     assert {name.partition(".")[0] for _, name in foreign} == {"pythonfmu"}
-    allowed = {None, "runtime", "ports", "fmu", "fmu/python", "parameters", "arrays"}
+    allowed = {None, "runtime", "ports", "fmu", "fmu/python", "parameters", "quantities", "arrays"}
     assert {folder_of(module) for module in inside} <= allowed
 
 

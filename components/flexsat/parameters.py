@@ -1,7 +1,6 @@
-"""Every number of the study, in SI units, with its source.
+"""Every number of the study, in SI units, with its source; FMU ports read start values, units and ranges here.
 
-Sources: P, the paper (Cachim et al., IEEE Aerospace 2025, arXiv 2410.07376); C, the authors' public MATLAB release;
-O, our own earlier independent simulation.
+Sources: P, the paper (Cachim et al., IEEE Aerospace 2025, arXiv 2410.07376); C, the authors' public MATLAB release.
 """
 
 from __future__ import annotations
@@ -9,6 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
+
+from .quantities import NOT_NEGATIVE, PERIOD, POSITIVE, Range, check_ranges
 
 RPM = 2.0 * math.pi / 60.0  # rad/s
 DEGREE = math.pi / 180.0  # rad
@@ -18,39 +19,33 @@ ConfigurationName = Literal["centralised", "distributed"]
 CONFIGURATIONS: tuple[ConfigurationName, ...] = ("centralised", "distributed")
 
 
-def _positive(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        if not value > 0.0:  # the negation also catches NaN
-            raise ValueError(f"{type(owner).__name__}.{name} must be > 0, got {value!r}")
+RUN_DURATION = 300.0  # s, P: of every run
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Aperture:
     """The segmented aperture: hexagonal tiles in rings round a hexagonal hole of the same size."""
 
-    tile_side: Annotated[float, "m"] = 2.0  # P, section 5
-    rings: int = 4  # P: 60 tiles
+    tile_side: Annotated[float, "m", POSITIVE] = 2.0  # P, section 5
+    rings: Annotated[int, "1", POSITIVE] = 4  # P: 60 tiles
 
     def __post_init__(self) -> None:
-        _positive(self, "tile_side", "rings")
+        check_ranges(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plate:
     """A homogeneous Kirchhoff plate."""
 
-    flexural_rigidity: Annotated[float, "N.m"] = 8.4e4  # C, after its division of the stiffness by 64
-    poisson_ratio: Annotated[float, "1"] = 0.25  # C
-    area_density: Annotated[float, "kg/m2"] = 4200.0 / (360.0 * math.sqrt(3.0))  # P: 4200 kg over 60 hexagons
-    damping_ratio: Annotated[float, "1"] = 0.005  # P: Rayleigh damping, at both frequencies below
-    damping_frequencies: Annotated[tuple[float, float], "Hz"] = (0.5, 10.0)  # C
-    mode_count: int = 25  # P
+    flexural_rigidity: Annotated[float, "N.m", POSITIVE] = 8.4e4  # C, after its division of the stiffness by 64
+    poisson_ratio: Annotated[float, "1", Range(above=-1.0, below=0.5)] = 0.25  # C
+    area_density: Annotated[float, "kg/m2", POSITIVE] = 4200.0 / (360.0 * math.sqrt(3.0))  # P: 4200 kg over 60 hexagons
+    damping_ratio: Annotated[float, "1", Range(minimum=0.0, below=1.0)] = 0.005  # P: Rayleigh, at both frequencies
+    damping_frequencies: Annotated[tuple[float, float], "Hz", POSITIVE] = (0.5, 10.0)  # C
+    mode_count: Annotated[int, "1", POSITIVE] = 25  # P
 
     def __post_init__(self) -> None:
-        _positive(self, "flexural_rigidity", "area_density", "mode_count")
-        if not -1.0 < self.poisson_ratio < 0.5:
-            raise ValueError(f"Plate.poisson_ratio must be in (-1, 0.5), got {self.poisson_ratio!r}")
+        check_ranges(self)
 
     def rayleigh(self) -> tuple[float, float]:
         """Return beta_M [1/s] and beta_K [s] of F = beta_M I + beta_K K: 2 zeta w_i = beta_M + beta_K w_i^2."""
@@ -63,16 +58,16 @@ class Plate:
 class Wheel:
     """One reaction wheel and its imbalance. The broadband part stands for every harmonic but the first."""
 
-    inertia: Annotated[float, "kg.m2"] = 0.84  # P, table 1
-    torque_limit: Annotated[float, "N.m"] = 0.8  # P, table 1
-    speed_band: Annotated[float, "rad/s"] = 25.0 * RPM  # P: 50 rpm wide about the nominal speed
-    imbalance_force: Annotated[float, "N.s2"] = 0.7852e-7 / RPM**2  # C: 0.7852e-7 N/rpm2
-    imbalance_torque: Annotated[float, "N.m.s2"] = 0.3239e-7 / RPM**2  # C: 0.3239e-7 N.m/rpm2
-    broadband_force: Annotated[float, "N"] = 0.7852e-7 * 3600.0  # C: coefficient in rpm times 60^2, held 5 ms
-    broadband_torque: Annotated[float, "N.m"] = 0.3239e-7 * 3600.0  # C
+    inertia: Annotated[float, "kg.m2", POSITIVE] = 0.84  # P, table 1
+    torque_limit: Annotated[float, "N.m", POSITIVE] = 0.8  # P, table 1
+    speed_band: Annotated[float, "rad/s", POSITIVE] = 25.0 * RPM  # P: 50 rpm wide about the nominal speed
+    imbalance_force: Annotated[float, "N.s2/rad2", NOT_NEGATIVE] = 0.7852e-7 / RPM**2  # C: 0.7852e-7 N/rpm2
+    imbalance_torque: Annotated[float, "N.m.s2/rad2", NOT_NEGATIVE] = 0.3239e-7 / RPM**2  # C: 0.3239e-7 N.m/rpm2
+    broadband_force: Annotated[float, "N", NOT_NEGATIVE] = 0.7852e-7 * 3600.0  # C: 60^2 in rpm2, held 5 ms
+    broadband_torque: Annotated[float, "N.m", NOT_NEGATIVE] = 0.3239e-7 * 3600.0  # C
 
     def __post_init__(self) -> None:
-        _positive(self, "inertia", "torque_limit", "speed_band")
+        check_ranges(self)
 
     def scaled(self, factor: float) -> Wheel:
         """Return a wheel `factor` times as large in inertia, torque and imbalance (P: 5.5 for the bus wheels)."""
@@ -120,22 +115,28 @@ SITES_OF_MODE_ROWS_AS_PUBLISHED: tuple[tuple[float, float], ...] = (
 class SensorNoise:
     """Standard deviation of one sample of each sensor (P prints them as densities; C uses them so)."""
 
-    gyro: Annotated[float, "rad/s"] = 1e-5 * DEGREE
-    accelerometer: Annotated[float, "m/s2"] = 2e-5
-    encoder: Annotated[float, "rad/s"] = 3e-4
-    star_tracker_coarse: Annotated[float, "rad"] = 10.0 * ARCSECOND  # SST, slews
-    star_tracker_fine: Annotated[float, "rad"] = 0.1 * ARCSECOND  # fine guidance sensor
-    filter_frequency: Annotated[float, "Hz"] = 80.0  # accelerometer anti-aliasing, 2nd-order Butterworth (P)
+    gyro: Annotated[float, "rad/s", NOT_NEGATIVE] = 1e-5 * DEGREE
+    accelerometer: Annotated[float, "m/s2", NOT_NEGATIVE] = 2e-5
+    encoder: Annotated[float, "rad/s", NOT_NEGATIVE] = 3e-4
+    star_tracker_coarse: Annotated[float, "rad", NOT_NEGATIVE] = 10.0 * ARCSECOND  # SST, slews
+    star_tracker_fine: Annotated[float, "rad", NOT_NEGATIVE] = 0.1 * ARCSECOND  # fine guidance sensor
+    filter_frequency: Annotated[float, "Hz", Range(minimum=1e-3)] = 80.0  # P: accelerometers, 2nd order
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rates:
     """Periods of the run-time components and of the sensors inside."""
 
-    plant: Annotated[float, "s"] = 1e-3
-    sensors: Annotated[float, "s"] = 1e-3
-    controller: Annotated[float, "s"] = 5e-3  # P: 200 Hz
-    star_tracker: Annotated[float, "s"] = 0.1  # P: 10 Hz
+    plant: Annotated[float, "s", PERIOD] = 1e-3
+    sensors: Annotated[float, "s", PERIOD] = 1e-3
+    controller: Annotated[float, "s", PERIOD] = 5e-3  # P: 200 Hz; gyros, accelerometers and encoders too
+    star_tracker: Annotated[float, "s", PERIOD] = 0.1  # P: 10 Hz
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,17 +159,23 @@ class Slew:
 
     rotation: Annotated[tuple[float, float, float], "rad"] = (0.5 * DEGREE, 0.0, 0.0)  # P
     start_time: Annotated[float, "s"] = 5.0  # C
-    authority: Annotated[float, "1"] = 0.8  # P: share of torque and of speed band
+    authority: Annotated[float, "1", Range(above=0.0, maximum=1.0)] = 0.8  # P: share of torque and of speed band
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedSelection:
     """Choice of the nominal wheel speeds (C; P's text says 150 rpm, its figure 200)."""
 
-    lowest: Annotated[float, "Hz"] = 200.0 / 60.0
-    highest: Annotated[float, "Hz"] = 100.0
-    points: int = 1000
-    window: Annotated[float, "Hz"] = 50.0 / 60.0
+    lowest: Annotated[float, "Hz", POSITIVE] = 200.0 / 60.0
+    highest: Annotated[float, "Hz", POSITIVE] = 100.0
+    points: Annotated[int, "1", POSITIVE] = 1000
+    window: Annotated[float, "Hz", POSITIVE] = 50.0 / 60.0
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 from ..arrays import Array
 from ..parameters import Configuration, ConfigurationName, configuration
 from ..runtime.controller_parameters import ControllerMatrices
+from ..runtime.periods import whole_multiple
 from ..runtime.plant_parameters import PlantMatrices
 from ..runtime.sensor_parameters import SensorMatrices
 from ..spacecraft.assembly import Spacecraft, build_spacecraft
@@ -54,7 +55,9 @@ def dominant_pole(spacecraft: Spacecraft) -> tuple[float, float]:
     return frequency, float(shape @ damping @ shape) / (2.0 * frequency)
 
 
-def plant_matrices(spacecraft: Spacecraft, nominal_speed: Array, as_published: bool = False) -> PlantMatrices:
+def plant_matrices(
+    spacecraft: Spacecraft, nominal_speed: Array, step_size: float, as_published: bool = False
+) -> PlantMatrices:
     """Return what the plant carries of a spacecraft.
 
     `as_published` leaves the flexible part out of the accelerometers of the centralised configuration, as the
@@ -77,6 +80,7 @@ def plant_matrices(spacecraft: Spacecraft, nominal_speed: Array, as_published: b
         wheel_slope=wheels.slope,
         wheel_inertia=spacecraft.wheel.inertia,
         torque_limit=spacecraft.wheel.torque_limit,
+        step_size=step_size,
         nominal_speed=nominal_speed,
         gyro_axis=spacecraft.gyros.axis,
         gyro_slope=spacecraft.gyros.axial_slope,
@@ -99,7 +103,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     noise, period = config.noise, config.rates.controller
     model = linearise(spacecraft, response.nominal, noise.filter_frequency)
     regulator = design_regulator(spacecraft, model, config.weights, period)
-    phases = round(config.rates.star_tracker / period)
+    phases = whole_multiple("Rates.star_tracker", config.rates.star_tracker, period)
     coarse, fine = (
         design_estimator(
             model,
@@ -139,6 +143,8 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         speed_band=config.wheel.speed_band,
         imbalance_force=config.wheel.imbalance_force,
         imbalance_torque=config.wheel.imbalance_torque,
+        authority=config.slew.authority,
+        slew_start=config.slew.start_time,
     )
     return Design(
         config=config,
@@ -149,7 +155,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         regulator=regulator,
         coarse=coarse,
         fine=fine,
-        plant=plant_matrices(spacecraft, response.nominal, as_published),
+        plant=plant_matrices(spacecraft, response.nominal, config.rates.plant, as_published),
         sensors=SensorMatrices(
             nominal_speed=response.nominal,
             wrench_of_jitter=spacecraft.wrench_of_jitter,
@@ -165,6 +171,9 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
             imbalance_torque=config.wheel.imbalance_torque,
             broadband_force=config.wheel.broadband_force,
             broadband_torque=config.wheel.broadband_torque,
+            step_size=config.rates.sensors,
+            fast_period=period,
+            star_tracker_period=config.rates.star_tracker,
         ),
         controller=controller,
     )

@@ -62,7 +62,7 @@ def build_configuration(
             config=config,
             model_name=model_name,
             version=importlib.metadata.version("flexsat"),
-            step=shell.preferred_step,
+            step=getattr(config.rates, component),
             stop=shell.stop_time,
         )
         built[component] = build_fmu(

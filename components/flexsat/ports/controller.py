@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..parameters import Slew, Wheel
 from ..runtime.controller_parameters import ControllerMatrices, ControllerParameters
+from .declared import parameter_port
 from .table import Port
 
 
@@ -29,11 +31,12 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="encoder.angle", causality="input", unit="rad", size=n, description="measured wheel angle"),
         Port(name="star_tracker.mrp", causality="input", unit="1", size=3,
              description="measured attitude, body from inertial"),
-        Port(name="command.rotation", causality="input", unit="rad", size=3, display_unit="deg",
-             variability="discrete",
-             description="rotation vector to turn by from the attitude zero; may change until the slew begins"),
-        Port(name="command.start_time", causality="input", unit="s", start=5.0, variability="discrete",
-             description="when the slew begins"),
+        parameter_port(Slew, "rotation", name="command.rotation", causality="input", size=3, display_unit="deg",
+                       variability="discrete",
+                       description="rotation vector to turn by from the attitude zero; may change until the slew"
+                       " begins"),
+        parameter_port(Slew, "start_time", name="command.start_time", causality="input", variability="discrete",
+                       start=model.slew_start, description="when the slew begins"),
         Port(name="applied.wheel.torque", causality="input", unit="N.m", size=n, variability="discrete",
              description="motor torque commanded in the step before by whoever was in control, about the wheel's axis"),
         Port(name="star_tracker.valid", causality="input", kind="boolean",
@@ -72,20 +75,18 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
              description="gains for the fine guidance sensor instead of the coarse star tracker"),
         Port(name="jitter.feed_forward", causality="parameter", kind="boolean", start=True,
              description="predict with the harmonic jitter known from encoder angle and speed"),
-        Port(name="jitter.imbalance_force", causality="parameter", unit="N.s2/rad2",
-             start=model.imbalance_force, minimum=0.0,
-             description="lateral force over wheel speed squared, as the controller believes"),
-        Port(name="jitter.imbalance_torque", causality="parameter", unit="N.m.s2/rad2",
-             start=model.imbalance_torque, minimum=0.0,
-             description="lateral torque over wheel speed squared, as the controller believes"),
+        parameter_port(Wheel, "imbalance_force", name="jitter.imbalance_force", start=model.imbalance_force,
+                       description="lateral force over wheel speed squared, as the controller believes"),
+        parameter_port(Wheel, "imbalance_torque", name="jitter.imbalance_torque", start=model.imbalance_torque,
+                       description="lateral torque over wheel speed squared, as the controller believes"),
         Port(name="reference.smoothed", causality="parameter", kind="boolean",
              description="slew reference: smoothed (modes at rest) instead of time-optimal"),
-        Port(name="slew.authority", causality="parameter", unit="1", start=0.8, minimum=0.0, maximum=1.0,
-             description="share of torque and speed band that the slew plan uses"),
-        Port(name="wheel.torque_limit", causality="parameter", unit="N.m", start=model.torque_limit,
-             minimum=0.0, description="torque limit of one wheel"),
-        Port(name="wheel.speed_band", causality="parameter", unit="rad/s", start=model.speed_band, minimum=0.0,
-             display_unit="rpm", description="allowed wheel speed either side of nominal"),
+        parameter_port(Slew, "authority", name="slew.authority", start=model.authority,
+                       description="share of torque and speed band that the slew plan uses"),
+        parameter_port(Wheel, "torque_limit", name="wheel.torque_limit", start=model.torque_limit,
+                       description="torque limit of one wheel"),
+        parameter_port(Wheel, "speed_band", name="wheel.speed_band", start=model.speed_band, display_unit="rpm",
+                       description="allowed wheel speed either side of nominal"),
         Port(name="delay.measurement", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=0.02,
              display_unit="ms", description="known delay from sampling to the step that uses it, whole milliseconds"),
         Port(name="delay.actuation", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=0.02,
@@ -94,7 +95,7 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
 
 
 def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> ControllerParameters:
-    """Return the parameters of a run; `value` tells each port's value."""
+    """Return the parameters of a run; `value` gives the value of a port."""
     return ControllerParameters(
         period=model.period,
         fine_sensor=value("star_tracker.fine"),

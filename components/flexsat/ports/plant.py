@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..parameters import Wheel
 from ..runtime.plant_parameters import PlantMatrices, PlantParameters, parameters_of_run
+from .declared import parameter_port
 from .table import Port
 
 JITTER = tuple(f"jitter.{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
@@ -82,8 +84,8 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              description="initial wheel speed less the nominal one"),
         Port(name="initial.wheel.angle", causality="parameter", unit="rad", size=n,
              description="initial wheel angle"),
-        Port(name="wheel.torque_limit", causality="parameter", unit="N.m", start=model.torque_limit, minimum=0.0,
-             description="largest torque of one motor"),
+        parameter_port(Wheel, "torque_limit", name="wheel.torque_limit", start=model.torque_limit,
+                       description="largest torque of one motor"),
         Port(name="dispersion.frequency", causality="parameter", unit="1", size=m,
              description="relative error of each modal frequency"),
         Port(name="dispersion.damping", causality="parameter", unit="1", size=m,
@@ -99,7 +101,7 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
 
 
 def parameters(model: PlantMatrices, value: Callable[[str], Any]) -> PlantParameters:
-    """Return the parameters of a run; `value` tells each port's value."""
+    """Return the parameters of a run; `value` gives the value of a port."""
     return parameters_of_run(
         model,
         seed=value("seed"),

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..parameters import Rates, SensorNoise, Wheel
 from ..runtime.periods import whole_multiple
 from ..runtime.sensor_parameters import SensorMatrices, SensorParameters
+from .declared import parameter_port
 from .table import Port
 
 
@@ -64,44 +66,44 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
              description="nominal wheel speeds and accelerometer noise of the published release"),
         Port(name="seed", causality="parameter", kind="integer", start=0, minimum=0,
              description="seed of all noise"),
-        Port(name="step_size", causality="parameter", unit="s", start=1e-3, minimum=1e-6, display_unit="ms",
-             description="the only communication step accepted"),
-        Port(name="fast_period", causality="parameter", unit="s", start=5e-3, minimum=1e-6, display_unit="ms",
-             description="period of gyros, accelerometers and encoders; a whole multiple of step_size"),
-        Port(name="star_tracker.period", causality="parameter", unit="s", start=0.1, minimum=1e-6,
-             display_unit="ms", description="period of the star tracker; a whole multiple of step_size"),
+        parameter_port(Rates, "sensors", name="step_size", start=model.step_size, display_unit="ms",
+                       description="the only communication step accepted"),
+        parameter_port(Rates, "controller", name="fast_period", start=model.fast_period, display_unit="ms",
+                       description="period of gyros, accelerometers and encoders; a whole multiple of step_size"),
+        parameter_port(Rates, "star_tracker", name="star_tracker.period", start=model.star_tracker_period,
+                       display_unit="ms", description="period of the star tracker; a whole multiple of step_size"),
         Port(name="star_tracker.fine", causality="parameter", kind="boolean",
              description="true for the fine guidance sensor, false for the coarse star tracker"),
-        Port(name="star_tracker.noise_coarse", causality="parameter", unit="rad", display_unit="arcsec",
-             start=model.star_tracker_coarse, minimum=0.0,
-             description="coarse star tracker: standard deviation of a sample, each axis"),
-        Port(name="star_tracker.noise_fine", causality="parameter", unit="rad", display_unit="arcsec",
-             start=model.star_tracker_fine, minimum=0.0,
-             description="fine guidance sensor: standard deviation of a sample, each axis"),
-        Port(name="gyro.noise", causality="parameter", unit="rad/s", start=model.gyro_noise, minimum=0.0,
-             display_unit="deg/s", description="standard deviation of a gyro sample"),
-        Port(name="accelerometer.noise", causality="parameter", unit="m/s2", start=model.accelerometer_noise,
-             minimum=0.0, description="standard deviation of an accelerometer sample"),
-        Port(name="accelerometer.filter_frequency", causality="parameter", unit="Hz",
-             start=model.filter_frequency, minimum=1e-3,
-             description="corner of the second-order Butterworth anti-aliasing filter"),
-        Port(name="encoder.noise", causality="parameter", unit="rad/s", start=model.encoder_noise, minimum=0.0,
-             description="standard deviation of an encoder sample"),
+        parameter_port(SensorNoise, "star_tracker_coarse", name="star_tracker.noise_coarse", display_unit="arcsec",
+                       start=model.star_tracker_coarse,
+                       description="coarse star tracker: standard deviation of a sample, each axis"),
+        parameter_port(SensorNoise, "star_tracker_fine", name="star_tracker.noise_fine", display_unit="arcsec",
+                       start=model.star_tracker_fine,
+                       description="fine guidance sensor: standard deviation of a sample, each axis"),
+        parameter_port(SensorNoise, "gyro", name="gyro.noise", start=model.gyro_noise, display_unit="deg/s",
+                       description="standard deviation of a gyro sample"),
+        parameter_port(SensorNoise, "accelerometer", name="accelerometer.noise", start=model.accelerometer_noise,
+                       description="standard deviation of an accelerometer sample"),
+        parameter_port(SensorNoise, "filter_frequency", name="accelerometer.filter_frequency",
+                       start=model.filter_frequency,
+                       description="corner of the second-order Butterworth anti-aliasing filter"),
+        parameter_port(SensorNoise, "encoder", name="encoder.noise", start=model.encoder_noise,
+                       description="standard deviation of an encoder sample"),
         Port(name="jitter.enabled", causality="parameter", kind="boolean", start=True,
              description="false for wheels without imbalance"),
-        Port(name="jitter.imbalance_force", causality="parameter", unit="N.s2/rad2",
-             start=model.imbalance_force, minimum=0.0, description="lateral force over wheel speed squared"),
-        Port(name="jitter.imbalance_torque", causality="parameter", unit="N.m.s2/rad2",
-             start=model.imbalance_torque, minimum=0.0, description="lateral torque over wheel speed squared"),
-        Port(name="jitter.broadband_force", causality="parameter", unit="N", start=model.broadband_force,
-             minimum=0.0, description="standard deviation of the broadband force, held over fast_period"),
-        Port(name="jitter.broadband_torque", causality="parameter", unit="N.m", start=model.broadband_torque,
-             minimum=0.0, description="standard deviation of the broadband torque, held over fast_period"),
+        parameter_port(Wheel, "imbalance_force", name="jitter.imbalance_force", start=model.imbalance_force,
+                       description="lateral force over wheel speed squared"),
+        parameter_port(Wheel, "imbalance_torque", name="jitter.imbalance_torque", start=model.imbalance_torque,
+                       description="lateral torque over wheel speed squared"),
+        parameter_port(Wheel, "broadband_force", name="jitter.broadband_force", start=model.broadband_force,
+                       description="standard deviation of the broadband force, held over fast_period"),
+        parameter_port(Wheel, "broadband_torque", name="jitter.broadband_torque", start=model.broadband_torque,
+                       description="standard deviation of the broadband torque, held over fast_period"),
     )  # fmt: skip
 
 
 def parameters(model: SensorMatrices, value: Callable[[str], Any]) -> SensorParameters:
-    """Return the parameters of a run; `value` tells each port's value."""
+    """Return the parameters of a run; `value` gives the value of a port."""
     step = value("step_size")
     grade = "fine" if value("star_tracker.fine") else "coarse"
     return SensorParameters(

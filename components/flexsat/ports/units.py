@@ -46,6 +46,7 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "Hz": Unit(exponents={"s": -1}),
         "kg": Unit(exponents={"kg": 1}),
         "kg.m": Unit(exponents={"kg": 1, "m": 1}),
+        "kg/m2": Unit(exponents={"kg": 1, "m": -2}),
         "kg.m2": Unit(exponents={"kg": 1, "m": 2}),
         "N": Unit(exponents={"kg": 1, "m": 1, "s": -2}, display={"mN": 1e3}),
         "N.s": Unit(exponents={"kg": 1, "m": 1, "s": -1}),

@@ -30,10 +30,12 @@ class ControllerMatrices:
     shaper_damping: float
     gyros: int
     accelerometers: int
-    torque_limit: float  # N.m, these four: nominal values of the parameters of the same names
+    torque_limit: float  # N.m, from here on: nominal values of the parameters of the same names
     speed_band: float  # rad/s
-    imbalance_force: float  # N.s2
-    imbalance_torque: float  # N.m.s2
+    imbalance_force: float  # N.s2/rad2
+    imbalance_torque: float  # N.m.s2/rad2
+    authority: float  # share of torque and speed band that the slew may use
+    slew_start: float  # s, when a slew begins unless commanded otherwise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,8 +52,8 @@ class ControllerParameters:
     authority: float  # share of torque and speed band that the slew may use
     measurement_delay: float  # s, from sampling to the call that uses it; known, whole milliseconds up to 20 ms
     actuation_delay: float  # s, from the call to when the torque acts
-    imbalance_force: float  # N.s2
-    imbalance_torque: float  # N.m.s2
+    imbalance_force: float  # N.s2/rad2
+    imbalance_torque: float  # N.m.s2/rad2
 
     def __post_init__(self) -> None:
         # named as the ports are: the messages reach those who set them

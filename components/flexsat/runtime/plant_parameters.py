@@ -26,6 +26,7 @@ class PlantMatrices:
     wheel_slope: Array  # (n, 3, m)
     wheel_inertia: float  # kg.m2
     torque_limit: float  # N.m, of one motor
+    step_size: float  # s, recommended
     nominal_speed: Array  # (n,) [rad/s]
     gyro_axis: Array  # (g, 3)
     gyro_slope: Array  # (g, m)

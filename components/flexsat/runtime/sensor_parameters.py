@@ -21,10 +21,13 @@ class SensorMatrices:
     star_tracker_coarse: float  # rad
     star_tracker_fine: float  # rad
     filter_frequency: float  # Hz
-    imbalance_force: float  # N.s2
-    imbalance_torque: float  # N.m.s2
+    imbalance_force: float  # N.s2/rad2
+    imbalance_torque: float  # N.m.s2/rad2
     broadband_force: float  # N
     broadband_torque: float  # N.m
+    step_size: float  # s
+    fast_period: float  # s, of gyros, accelerometers and encoders
+    star_tracker_period: float  # s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,8 +45,8 @@ class SensorParameters:
     fast_steps: int  # steps between samples of gyros, accelerometers and encoders
     star_tracker_steps: int  # steps between samples of the star tracker
     jitter: bool
-    imbalance_force: float  # N.s2
-    imbalance_torque: float  # N.m.s2
+    imbalance_force: float  # N.s2/rad2
+    imbalance_torque: float  # N.m.s2/rad2
     broadband_force: float  # N, held over fast_steps
     broadband_torque: float  # N.m
     wheels: int

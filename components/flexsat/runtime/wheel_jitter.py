@@ -18,7 +18,7 @@ def harmonic(speed: Array, angle: Array, hold: float, force: float, torque: floa
     ----------
     speed, angle : (n,) [rad/s], [rad] at the start of the step
     hold : [s]; at 5 ms, mid-step costs 0.4 % of the deformation, the start of the step 10 % (PHYSICS section 4)
-    force, torque : imbalance coefficients [N.s2], [N.m.s2]
+    force, torque : imbalance coefficients [N.s2/rad2], [N.m.s2/rad2]
     out : (4, n): force a, force b [N], torque a, torque b [N.m]
     """
     middle = angle + (0.5 * hold) * speed

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from flexsat.design.chain import Design
-from flexsat.parameters import ARCSECOND, Slew
+from flexsat.parameters import ARCSECOND, RUN_DURATION, Slew
 from flexsat.runtime.slew_guidance import Profile, plan
 
 ScenarioName = Literal["slew", "fine_pointing", "fine_pointing_open_loop"]
@@ -16,7 +16,7 @@ SCENARIOS: tuple[ScenarioName, ...] = ("slew", "fine_pointing", "fine_pointing_o
 Value = float | int | bool
 Parameters = dict[str, dict[str, Value | tuple[float, ...]]]  # component, then port
 
-DURATION = 300.0  # s, of every run of the paper
+DURATION = RUN_DURATION
 INITIAL_ERROR_CORRECTED = 0.1 * ARCSECOND  # standard deviation about each axis (PHYSICS section 7)
 INITIAL_ERROR_AS_PUBLISHED = 1.0 * ARCSECOND  # about each axis
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...parameters import RUN_DURATION
 from ...ports import controller as interface
 from ...ports.table import Port
 from ...runtime import controller
@@ -16,19 +17,18 @@ class Controller(ComponentSlave):
     """The LQG attitude controller with its slew guidance."""
 
     description = "LQG attitude controller: periodic Kalman filter, slew guidance, regulator, known delays"
-    preferred_step = 5e-3
-    fixed_step = 5e-3
-    stop_time = 300.0
+    stop_time = RUN_DURATION
 
     def ports(self) -> Sequence[Port]:
         """Return the ports; their sizes are those of the design in the resources."""
-        return interface.ports(load_matrices(self.resource(MODEL_FILE), ControllerMatrices))
+        design = load_matrices(self.resource(MODEL_FILE), ControllerMatrices)
+        self.fixed_step = design.period
+        return interface.ports(design)
 
     def start(self) -> None:
         """Sample the design for the parameters, and plan the slew."""
         path = self.resource(MODEL_FILE)
         matrices = load_matrices(path, ControllerMatrices, as_published=self.value("as_published"))
-        self.fixed_step = matrices.period
         self._controller = controller.prepare(matrices, interface.parameters(matrices, self.value))
         self._rotation, self._start_time = self.view("command.rotation"), self.view("command.start_time")
         self.state = controller.init(self._controller, self._rotation.copy(), float(self._start_time))

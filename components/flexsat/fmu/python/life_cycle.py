@@ -58,7 +58,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     author: ClassVar[str] = "flexsat developers"
     license: ClassVar[str] = "BSD-3-Clause"
     version: ClassVar[str] = "0"
-    preferred_step: ClassVar[float] = 1e-3  # [s] what the model description recommends
+    preferred_step: float = 1e-3  # [s] what the model description recommends where any step is accepted
     stop_time: ClassVar[float | None] = None  # [s] end of the default experiment
     fixed_step: float | None = None  # [s] the only step accepted; None accepts any
     step_parameter: ClassVar[str | None] = None  # parameter that sets it, if one does
@@ -290,7 +290,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
             author=kind.author,
             license=kind.license,
             generation_tool=f"PythonFMU {pythonfmu_version}",
-            step_size=self.fixed_step or kind.preferred_step,
+            step_size=self.fixed_step or self.preferred_step,
             any_step=self.fixed_step is None,
             stop_time=kind.stop_time,
             date=build_date(),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...parameters import RUN_DURATION
 from ...ports import plant as interface
 from ...ports.table import Port
 from ...runtime import bearing_friction, plant
@@ -20,12 +21,13 @@ class Plant(ComponentSlave):
     """The flexible spacecraft with its reaction wheels."""
 
     description = "Flexible spacecraft: rigid body, structural modes, reaction wheels"
-    preferred_step = 1e-3
-    stop_time = 300.0
+    stop_time = RUN_DURATION
 
     def ports(self) -> Sequence[Port]:
         """Return the ports; their sizes are those of the model in the resources."""
-        return interface.ports(load_matrices(self.resource(MODEL_FILE), PlantMatrices))
+        model = load_matrices(self.resource(MODEL_FILE), PlantMatrices)
+        self.preferred_step = model.step_size
+        return interface.ports(model)
 
     def start(self) -> None:
         """Draw what is random, and make the state."""

@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from ...parameters import RUN_DURATION
 from ...ports import sensors as interface
 from ...ports.table import Port
 from ...runtime import sensors
@@ -19,14 +20,14 @@ class Sensors(ComponentSlave):
     """Star tracker, gyros, accelerometers and encoders, and the jitter of the wheels."""
 
     description = "Sensors with noise and sampling, and the jitter that the wheels cause"
-    preferred_step = 1e-3
-    fixed_step = 1e-3
     step_parameter = "step_size"
-    stop_time = 300.0
+    stop_time = RUN_DURATION
 
     def ports(self) -> Sequence[Port]:
         """Return the ports; their sizes are those of the model in the resources."""
-        return interface.ports(load_matrices(self.resource(MODEL_FILE), SensorMatrices))
+        model = load_matrices(self.resource(MODEL_FILE), SensorMatrices)
+        self.fixed_step = model.step_size
+        return interface.ports(model)
 
     def start(self) -> None:
         """Sample the filter, and make the state."""

@@ -1,0 +1,194 @@
+"""Every parameter reaches what is built: each field of each class is changed in turn, and the change is found."""
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from flexbench.loop.scenarios import scenario_parameters
+from flexsat.closed_loop import PORTS
+from flexsat.design.chain import Designs, as_arrays, build_design
+from flexsat.fmu.build import component_resources
+from flexsat.parameters import (
+    CONFIGURATIONS,
+    Configuration,
+    Rates,
+    SensorNoise,
+    Slew,
+    SpeedSelection,
+    Wheel,
+    configuration,
+)
+from flexsat.ports import controller, declared, plant, sensors
+from flexsat.ports.units import UNITS
+from flexsat.quantities import Range, quantity
+
+# few speeds, as most of a design's time goes into their selection
+STOCK = replace(configuration("centralised"), speeds=SpeedSelection(points=100))
+FACTORS = (1.05, 1.3, 2.0, 0.5)  # a choice among discrete speeds may survive a small change
+
+
+def paths(parameters: object, prefix: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """Yield the path of each field that is a value, through nested parameter classes."""
+    for item in fields(parameters):
+        inner = getattr(parameters, item.name)
+        path = (*prefix, item.name)
+        if is_dataclass(inner):
+            yield from paths(inner, path)
+        else:
+            yield path
+
+
+def changed(value: object, factor: float) -> object:
+    """Return another value of the same kind."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, str):
+        return next(name for name in CONFIGURATIONS if name != value)
+    if isinstance(value, int):
+        return value + 1 if factor > 1.0 else value - 1
+    if isinstance(value, tuple):
+        return (changed(value[0], factor), *value[1:])
+    assert isinstance(value, float)
+    return factor * value
+
+
+def with_value(parameters: object, path: tuple[str, ...], value: object) -> object:
+    """Return parameters with the field at a path replaced."""
+    name, *rest = path
+    return replace(parameters, **{name: with_value(getattr(parameters, name), tuple(rest), value) if rest else value})
+
+
+def value_at(parameters: object, path: tuple[str, ...]) -> object:
+    """Return the field at a path."""
+    for name in path:
+        parameters = getattr(parameters, name)
+    return parameters
+
+
+@cache
+def built(config: Configuration, as_published: bool) -> dict[str, object]:
+    """Return everything that is built from parameters: arrays of the FMUs, ports, and what the slew scenario sets."""
+    design = build_design(config, as_published)
+    found: dict[str, object] = {}
+    for component, ports in PORTS.items():
+        matrices = getattr(design, component)
+        found |= as_arrays(matrices, component)
+        found |= {f"{component} port {port.name}": port.starts for port in ports(matrices)}
+    commanded = scenario_parameters("slew", slew=config.slew)
+    return found | {
+        f"{component} starts with {port}": value
+        for component, values in commanded.items()
+        for port, value in values.items()
+    }
+
+
+def differing(one: dict[str, object], other: dict[str, object]) -> set[str]:
+    """Return the names of what differs."""
+    return {name for name in one.keys() | other.keys() if not np.array_equal(one.get(name), other.get(name))}
+
+
+@pytest.mark.parametrize("path", list(paths(STOCK)), ids=".".join)
+def test_a_changed_parameter_changes_what_is_built(path):
+    variant = path == ("name",)  # decides what the published release leaves out; else only names of files
+    found, refusals = set(), []
+    for factor in FACTORS:
+        try:
+            other = with_value(STOCK, path, changed(value_at(STOCK, path), factor))
+            found = differing(built(STOCK, variant), built(other, variant))
+        except ValueError as error:
+            refusals.append(str(error))
+        if found:
+            break
+
+    if path[0] == "aperture":  # the interior nodes of the mesh of record are placed for one aperture
+        assert all(text.startswith("record_mesh: made for tiles of 2.0 m in 4 rings, got") for text in refusals)
+        assert len(refusals) == len(FACTORS)
+    else:
+        assert found, refusals
+
+
+@pytest.mark.parametrize("kind", [Rates, Slew, Wheel, SensorNoise], ids=lambda kind: kind.__name__)
+def test_ports_start_with_the_changed_parameters(kind, monkeypatch):
+    """Ports that show a parameter start with its value, in its unit and range."""
+    shown = {}
+
+    def noted(owner, field, **rest):
+        port = declared.parameter_port(owner, field, **rest)
+        shown[owner, field, port.name] = port
+        return port
+
+    for module in (plant, sensors, controller):
+        monkeypatch.setattr(module, "parameter_port", noted)
+    name = next(item.name for item in fields(STOCK) if type(getattr(STOCK, item.name)) is kind)
+    given = getattr(STOCK, name)
+    # whole multiples of each other stay so
+    values = {item.name: changed(getattr(given, item.name), 2.0 if kind is Rates else 0.9) for item in fields(given)}
+    config = replace(STOCK, **{name: replace(given, **values)})
+    design = build_design(config)
+    for component, ports in PORTS.items():
+        ports(getattr(design, component))
+
+    found = {key: port for key, port in shown.items() if key[0] is kind}
+    assert found
+    for (owner, field, name), port in found.items():
+        known = quantity(owner, field)
+        assert (port.unit, port.minimum, port.maximum) == (known.unit, known.range.least, known.range.most)
+        if name != "command.rotation":  # commanded by a scenario; no slew unless it is
+            assert port.start == values[field]
+
+
+def test_both_variants_travel_with_the_changed_parameters():
+    config = replace(STOCK, rates=Rates(star_tracker=0.2), slew=Slew(authority=0.4, start_time=7.0))
+    designs = Designs(corrected=build_design(config), as_published=build_design(config, as_published=True))
+    for design in (designs.corrected, designs.as_published):
+        assert design.controller.gain_coarse.shape[0] == design.controller.gain_fine.shape[0] == 40
+        assert (design.controller.authority, design.controller.slew_start) == (0.4, 7.0)
+        assert design.sensors.star_tracker_period == 0.2
+    stock = Designs(corrected=build_design(STOCK), as_published=build_design(STOCK, as_published=True))
+    for component in ("sensors", "controller"):
+        assert component_resources(designs, component) != component_resources(stock, component)
+
+
+def test_a_star_tracker_between_steps_of_the_controller_is_refused():
+    config = replace(STOCK, rates=Rates(star_tracker=0.1024))
+    with pytest.raises(ValueError, match=r"Rates\.star_tracker = 0\.1024 s must be a whole multiple of the step of"):
+        build_design(config)
+
+
+def test_every_unit_is_known():
+    for path in paths(STOCK):
+        owner = type(value_at(STOCK, path[:-1]))
+        if owner is not Configuration and owner.__name__ != "Weights":  # weights of squares of different units
+            assert quantity(owner, path[-1]).unit in UNITS, path
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Wheel(inertia=0.0), r"^Wheel\.inertia \[kg\.m2\] must be > 0, got 0\.0$"),
+        (lambda: Rates(plant=0.0), r"^Rates\.plant \[s\] must be >= 1e-06, got 0\.0$"),
+        (lambda: Slew(authority=1.1), r"^Slew\.authority \[1\] must be > 0 and <= 1, got 1\.1$"),
+        (lambda: Slew(authority=float("nan")), r"must be > 0 and <= 1, got nan$"),
+        (lambda: Slew(start_time=float("nan")), r"^Slew\.start_time \[s\] must be a number, got nan$"),
+        (lambda: SensorNoise(gyro=-1e-9), r"^SensorNoise\.gyro \[rad/s\] must be >= 0, got -1e-09$"),
+        (lambda: replace(STOCK.plate, poisson_ratio=0.5), r"must be > -1 and < 0\.5, got 0\.5$"),
+        (
+            lambda: replace(STOCK.plate, damping_frequencies=(0.5, 0.0)),
+            r"^Plate\.damping_frequencies \[Hz\] must be > 0",
+        ),
+        (lambda: quantity(Slew, "duration"), r"^Slew\.duration: no such parameter with a unit$"),
+    ],
+)
+def test_values_out_of_range_are_refused_by_name(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_limits_of_a_range():
+    half_open = Range(above=0.0, maximum=1.0)
+    assert [value in half_open for value in (-1.0, 0.0, 0.5, 1.0, 1.5)] == [False, False, True, True, False]
+    assert (half_open.least, half_open.most) == (0.0, 1.0)
+    assert (Range().least, Range(below=2.0).most) == (None, 2.0)
