@@ -13,6 +13,7 @@ import threading
 import weakref
 from collections.abc import Callable, Generator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -24,6 +25,8 @@ from filelock import FileLock  # noqa: E402
 if threading.current_thread() is threading.main_thread():
     # where SIGINT is ignored, as in a background job of a shell, what the tests start would ignore it too
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+import fmus.reference.build  # noqa: E402
 
 _FLEXSAT = Path(sys.executable).with_name("flexsat")
 _TESTS = Path(__file__).parent
@@ -91,9 +94,9 @@ def _load(name: str, path: Path) -> Any:
 
 
 @pytest.fixture(scope="session")
-def reference() -> Any:
+def reference() -> ModuleType:
     """Return the module that knows the FMUs of tests/fmus/reference."""
-    return _load("reference_fmus", _TESTS / "fmus" / "reference" / "build.py")
+    return fmus.reference.build
 
 
 @pytest.fixture(scope="session")
@@ -110,7 +113,7 @@ def require_master() -> Callable[[str], None]:
 
 
 @pytest.fixture(scope="session")
-def reference_fmu(tmp_path_factory: pytest.TempPathFactory, reference: Any) -> Callable[[str, str], Path]:
+def reference_fmu(tmp_path_factory: pytest.TempPathFactory, reference: ModuleType) -> Callable[[str, str], Path]:
     """Return a function that compiles a reference FMU once: by model (`integrator`, ...) and version (`3.0`)."""
     if shutil.which("gcc") is None:
         pytest.skip("the reference FMUs are compiled with gcc")

@@ -159,8 +159,8 @@ def pairs(component: Component, steps: int) -> None:
 
 def working_fmu(folder: Path) -> Path:
     """Compile the FMU whose steps are worth a core of their own."""
-    sys.path.append(str(Path(__file__).parents[1] / "fmus" / "bad"))
-    from bad_fmus import bad_fmu
+    sys.path.append(str(Path(__file__).parents[1]))
+    from fmus.bad.bad_fmus import bad_fmu
 
     return bad_fmu(folder, "WORKS_LONG")
 

@@ -24,16 +24,16 @@ from time import perf_counter, process_time
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import fmpy
 import numpy as np
 
 from lockstep import Component, Connection, System, load_system, simulate, write_ssd
 from lockstep.ssp.package_members import package_entries
 
 HERE = Path(__file__).parent
-REST = HERE.parent / "fmus" / "rest" / "fmi2_rest.c"
+sys.path.append(str(HERE.parent))
+from fmus.c_fmu import compile_library, pack_fmu, quoted  # noqa: E402
+
 GUID = "{5d2c1f0a-7d0e-4f5c-9a55-2a3d2f7b6c11}"
-FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC")
 TICK = 1_000_000  # [ns]
 SIGNALS = (10, 100, 1000, 3000, 10_000)  # of two components together
 COMPONENTS = (2, 5, 10, 20, 50, 100)
@@ -75,9 +75,7 @@ print(*spent)
 def wide_fmu(folder: Path, width: int) -> Path:
     """Compile and zip the FMU with so many inputs and outputs."""
     library, path = folder / f"wide{width}.so", folder / f"wide{width}.fmu"
-    headers = Path(fmpy.__file__).parent / "c-code"
-    definitions = (f'-DGUID="{GUID}"', f"-DWIDTH={width}")
-    subprocess.run(["gcc", *FLAGS, *definitions, f"-I{headers}", "-o", library, HERE / "wide.c", REST], check=True)
+    compile_library(library, [HERE / "wide.c"], defines=[quoted("GUID", GUID), f"WIDTH={width}"], options=["-O2"])
     ports = [("u", "input", ' start="0"')] * width + [("y", "output", "")] * width
     variables = "".join(
         f'<ScalarVariable name="{name}[{k % width + 1}]" valueReference="{k}" causality="{causality}">'
@@ -85,16 +83,13 @@ def wide_fmu(folder: Path, width: int) -> Path:
         for k, (name, causality, start) in enumerate(ports)
     )
     unknowns = "".join(f'<Unknown index="{width + k + 1}"/>' for k in range(width))
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.write(library, f"binaries/linux64/wide{width}.so")
-        archive.writestr(
-            "modelDescription.xml",
-            f'<?xml version="1.0" encoding="UTF-8"?>\n<fmiModelDescription fmiVersion="2.0" modelName="wide" '
-            f'guid="{GUID}"><CoSimulation modelIdentifier="wide{width}"/><ModelVariables>\n{variables}</ModelVariables>'
-            f"<ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns>"
-            "</ModelStructure></fmiModelDescription>\n",
-        )
-    return path
+    description = (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<fmiModelDescription fmiVersion="2.0" modelName="wide" '
+        f'guid="{GUID}"><CoSimulation modelIdentifier="wide{width}"/><ModelVariables>\n{variables}</ModelVariables>'
+        f"<ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns>"
+        "</ModelStructure></fmiModelDescription>\n"
+    )
+    return pack_fmu(path, description, library)
 
 
 def write_ring(folder: Path, count: int, width: int) -> Path:

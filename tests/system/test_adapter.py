@@ -1,7 +1,6 @@
 """A foreign controller replaces the LQG by configuration alone, and the LQG works behind foreign conventions."""
 
 import shutil
-import sys
 import tomllib
 from pathlib import Path
 
@@ -13,15 +12,10 @@ from flexbench.adapt.excitation_of_design import excitation_of
 from flexbench.adapt.verdict import check_adapter
 from flexbench.adapt.verdict_text import describe_verdict
 from flexbench.cli.parser import main
+from fmus.vendor.vendor3_fmu import ADAPTER3, vendor3_fmu
+from fmus.vendor.vendor_fmu import ADAPTER, FOREIGN_ADAPTER, foreign_fmu, vendor_fmu
 from lockstep import read_signals
 from lockstep.adapter.read import read_adapter
-
-VENDOR = Path(__file__).parents[1] / "fmus" / "vendor"
-sys.path.append(str(VENDOR))
-from vendor3_fmu import ADAPTER3, vendor3_fmu  # noqa: E402
-from vendor_fmu import ADAPTER, FOREIGN_ADAPTER, foreign_fmu, vendor_fmu  # noqa: E402
-
-sys.path.remove(str(VENDOR))
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the foreign controller is compiled with gcc")
 SYSTEM = Path("centralised", "fine_pointing.ssd")

@@ -10,13 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from fmus.bad.bad_fmus import XML, bad_fmu
 from lockstep.check.check_fmu import check_fmu
-
-BAD = Path(__file__).parents[1] / "fmus" / "bad"
-sys.path.append(str(BAD))
-from bad_fmus import XML, bad_fmu  # noqa: E402
-
-sys.path.remove(str(BAD))
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the bad FMUs are compiled with gcc")
 

@@ -1,20 +1,14 @@
 """The dynamic checks find each defect that was seeded into an FMU, and nothing else; our own FMUs pass."""
 
 import shutil
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from fmus.bad.bad_fmus import XML, bad_fmu, forgetful_sensors
 from lockstep.check.dynamic_checks import CHECKS, dynamic_checks
 from lockstep.check.report.finding import Finding
-
-BAD = Path(__file__).parents[1] / "fmus" / "bad"
-sys.path.append(str(BAD))
-from bad_fmus import XML, bad_fmu, forgetful_sensors  # noqa: E402
-
-sys.path.remove(str(BAD))
 
 Check = Callable[..., dict[str, Finding]]
 MEMORY_STEPS = 3000  # a leak of half a kilobyte a step is seen in so few

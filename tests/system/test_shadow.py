@@ -3,7 +3,6 @@
 import io
 import json
 import shutil
-import sys
 import tomllib
 import zipfile
 from pathlib import Path
@@ -18,13 +17,8 @@ from flexbench.studies.health.replay import replay
 from flexsat.fmu.export import build_fmu
 from flexsat.fmu.reproducible_zip import npz_bytes
 from flexsat.runtime.rotations import quaternion_from_mrp
+from fmus.vendor.vendor_fmu import ADAPTER, vendor_fmu
 from lockstep import read_signals
-
-VENDOR = Path(__file__).parents[1] / "fmus" / "vendor"
-sys.path.append(str(VENDOR))
-from vendor_fmu import ADAPTER, vendor_fmu  # noqa: E402
-
-sys.path.remove(str(VENDOR))
 
 SYSTEM = Path("centralised", "fine_pointing.ssd")
 SHARE = 0.2  # by which the softer controller is softer

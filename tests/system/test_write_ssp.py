@@ -1,19 +1,12 @@
 """A foreign controller's adapter, written as standard SSP: the closed loop is that with the adapter."""
 
 import shutil
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fmus.vendor.vendor_fmu import ADAPTER, vendor_fmu
 from lockstep import read_signals
-
-VENDOR = Path(__file__).parents[1] / "fmus" / "vendor"
-sys.path.append(str(VENDOR))
-from vendor_fmu import ADAPTER, vendor_fmu  # noqa: E402
-
-sys.path.remove(str(VENDOR))
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the foreign controller is compiled with gcc")
 QUATERNION = ("--source", "star_tracker.mrp=sensors.star_tracker.quaternion")

@@ -17,11 +17,7 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 from matplotlib import image
 
-TOYS = Path(__file__).parents[2] / "fmus" / "toys"
-sys.path.append(str(TOYS))
-from builds import python  # noqa: E402
-
-sys.path.remove(str(TOYS))
+from fmus.toys.builds import TOYS, python
 
 COMPONENTS = ("plant", "sensors", "controller")
 FOLDERS = ("centralised", "distributed", "centralised/flat", "distributed/flat")

@@ -13,11 +13,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-TOYS = Path(__file__).parents[2] / "fmus" / "toys"
-sys.path.append(str(TOYS))
-from builds import python  # noqa: E402
-
-sys.path.remove(str(TOYS))
+from fmus.toys.builds import python
 
 CONFIGURATIONS, COMPONENTS = ("centralised", "distributed"), ("plant", "sensors", "controller")
 SIX = [f"{name}/{component}" for name in CONFIGURATIONS for component in COMPONENTS]

@@ -1,16 +1,10 @@
 """A built toy in fresh processes: isolation, errors that do not crash, reset, state."""
 
 import json
-import sys
-from pathlib import Path
 
 import pytest
 
-TOYS = Path(__file__).parents[2] / "fmus" / "toys"
-sys.path.append(str(TOYS))
-from builds import build, python  # noqa: E402
-
-sys.path.remove(str(TOYS))
+from fmus.toys.builds import build, copy_toys, python
 
 OPEN = "from session import *; from session import argument; import json; from pathlib import Path\n"
 
@@ -27,10 +21,7 @@ def toy(tmp_path_factory):
 def other_toy(tmp_path_factory):
     """The same toy from sources that differ in one line, with the same model name."""
     folder = tmp_path_factory.mktemp("other")
-    (folder / "toys").mkdir()
-    for source in TOYS.glob("*.py"):
-        (folder / "toys" / source.name).write_text(source.read_text().replace("GAIN = 2.0", "GAIN = 4.0"))
-    build(folder / "other.fmu", folder)
+    build(folder / "other.fmu", copy_toys(folder / "packages", ("GAIN = 2.0", "GAIN = 4.0")))
     return folder / "other.fmu"
 
 
@@ -259,14 +250,13 @@ def test_a_saved_state_continues_bitwise_in_another_process(toy, tmp_path):
 
 
 def test_that_test_notices_a_generator_left_out_of_the_state(tmp_path):
-    (tmp_path / "toys").mkdir()
-    for source in TOYS.glob("*.py"):
-        text = source.read_text().replace("state.generator.normal()", "self.hidden.normal()")
-        text = text.replace(
-            "        self.state = State(", "        self.hidden = np.random.default_rng(1)\n        self.state = State("
-        )
-        (tmp_path / "toys" / source.name).write_text(text)
-    build(tmp_path / "leaky.fmu", tmp_path)
+    start = "        self.state = State("
+    packages = copy_toys(
+        tmp_path / "packages",
+        ("state.generator.normal()", "self.hidden.normal()"),
+        (start, f"        self.hidden = np.random.default_rng(1)\n{start}"),
+    )
+    build(tmp_path / "leaky.fmu", packages)
 
     failed = python(SAVE, tmp_path / "leaky.fmu", tmp_path / "state", check=False)
 

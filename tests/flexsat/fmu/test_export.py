@@ -14,21 +14,13 @@ from fmpy.validation import validate_fmu
 import flexsat
 from flexsat.fmu.export import build_fmu
 from flexsat.fmu.reproducible_zip import npz_bytes, write_atomically
-
-TOYS = Path(__file__).parents[2] / "fmus" / "toys"
-sys.path.append(str(TOYS))
-from builds import build, python  # noqa: E402
-
-sys.path.remove(str(TOYS))
+from fmus.toys.builds import build, copy_toys, python
 
 
 @pytest.fixture
 def packages(tmp_path, monkeypatch):
     """A folder with an editable copy of the toys, importable as `flexsat.toys` and gone afterwards."""
-    folder = tmp_path / "packages"
-    (folder / "toys").mkdir(parents=True)
-    for source in TOYS.glob("*.py"):
-        (folder / "toys" / source.name).write_text(source.read_text())
+    folder = copy_toys(tmp_path / "packages")
     monkeypatch.setattr(flexsat, "__path__", [*flexsat.__path__, str(folder)])
     yield folder
     for name in [name for name in sys.modules if name.startswith("flexsat.toys")]:

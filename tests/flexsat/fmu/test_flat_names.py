@@ -1,17 +1,11 @@
 """FMUs with flat names are those with structured names in everything but the names."""
 
-import sys
 import zipfile
-from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-TOYS = Path(__file__).parents[2] / "fmus" / "toys"
-sys.path.append(str(TOYS))
-from builds import python  # noqa: E402
-
-sys.path.remove(str(TOYS))
+from fmus.toys.builds import python
 
 COMPONENTS = ("plant", "sensors", "controller")
 SIX = [(name, component) for name in ("centralised", "distributed") for component in COMPONENTS]

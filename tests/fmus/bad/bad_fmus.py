@@ -3,39 +3,28 @@
 from __future__ import annotations
 
 import re
-import subprocess
 import zipfile
 from pathlib import Path
 
-import fmpy
+from fmus.c_fmu import compile_library, pack_fmu, quoted
 
 HERE = Path(__file__).parent
 XML = (HERE / "bad.xml").read_text(encoding="utf-8")
 GUID = re.search(r'guid="([^"]+)"', XML)[1]
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-REST = HERE.parent / "rest" / "fmi2_rest.c"
-FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC")
 DEFECTS = set(re.findall(r"DEFECT_(\w+)", (HERE / "bad.c").read_text(encoding="utf-8"))) - {""}
 
 
 def bad_fmu(folder: Path, *defects: str, xml: str = XML) -> Path:
     """Compile and zip the FMU with defects of the source, or without any; return its path."""
     assert DEFECTS.issuperset(defects), f"{defects}: the source knows {sorted(DEFECTS)}"
-    folder.mkdir(parents=True, exist_ok=True)
     library = folder / "bad.so"
-    options = [f"-DDEFECT_{defect}" for defect in defects]
-    subprocess.run(
-        ["gcc", *FLAGS, f'-DGUID="{GUID}"', *options, f"-I{HEADERS}", "-o", library, HERE / "bad.c", REST, "-lm"],
-        check=True,
-    )
-    path = folder / "bad.fmu"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", xml)
-        archive.write(library, "binaries/linux64/bad.so")
-        archive.writestr("resources/gain.txt", "3.0\n")
-        archive.writestr("documentation/index.html", "<!DOCTYPE html><title>bad</title><p>A test.</p>\n")
-        archive.writestr("documentation/licenses/license.txt", "BSD-3-Clause\n")
-    return path
+    compile_library(library, [HERE / "bad.c"], defines=[quoted("GUID", GUID), *(f"DEFECT_{name}" for name in defects)])
+    files = {
+        "resources/gain.txt": "3.0\n",
+        "documentation/index.html": "<!DOCTYPE html><title>bad</title><p>A test.</p>\n",
+        "documentation/licenses/license.txt": "BSD-3-Clause\n",
+    }
+    return pack_fmu(folder / "bad.fmu", xml, library, files=files)
 
 
 def forgetful_sensors(path: Path, good: Path) -> None:

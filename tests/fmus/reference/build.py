@@ -7,18 +7,13 @@ that the C code works on come from the same table.
 from __future__ import annotations
 
 import json
-import subprocess
-import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-import fmpy
+from fmus.c_fmu import compile_library, pack_fmu, quoted
 
 HERE = Path(__file__).parent
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-REST = HERE.parent / "rest"
-FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC")
 TOKEN = "{5b0b1f7e-3c58-4f5e-9d0b-4f3a7d6e2c10}"
 VERSIONS = ("1.0", "2.0", "3.0")
 INTEGERS = tuple(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64))
@@ -109,19 +104,17 @@ def build(model: str, version: str, folder: Path, *, token: str = TOKEN, more: s
     folder.mkdir(parents=True, exist_ok=True)
     variables = variables_of(model, version)
     (folder / "variables.h").write_text(_header(model, variables, version))
-    library, path = folder / f"{model}.so", folder / f"{model}.fmu"
-    sources = [HERE / f"fmi{version[0]}.c", HERE / f"{model}.c"]
-    if version != "1.0":
-        sources.append(REST / f"fmi{version[0]}_rest.c")
-    options = (*FLAGS, f'-DTOKEN="{token}"', f"-DIDENTIFIER={model}", f"-I{HEADERS}", f"-I{folder}", f"-I{HERE}")
-    subprocess.run(["gcc", *options, "-o", library, *sources, "-lm"], check=True)
-    describe = {"1.0": _description1, "2.0": _description2, "3.0": _description3}[version]
-    platform = fmpy.platform_tuple if version == "3.0" else fmpy.platform
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", describe(model, variables, more))
-        archive.write(library, f"binaries/{platform}/{model}.so")
-        archive.writestr("resources/numbers.txt", "\n".join(map(str, NUMBERS)))
-    return path
+    fmi, library = int(version[0]), folder / f"{model}.so"
+    compile_library(
+        library,
+        [HERE / f"fmi{fmi}.c", HERE / f"{model}.c"],
+        fmi=fmi,
+        defines=[quoted("TOKEN", token), f"IDENTIFIER={model}"],
+        include=[folder, HERE],
+    )
+    describe = {1: _description1, 2: _description2, 3: _description3}[fmi]
+    files = {"resources/numbers.txt": "\n".join(map(str, NUMBERS))}
+    return pack_fmu(folder / f"{model}.fmu", describe(model, variables, more), library, fmi=fmi, files=files)
 
 
 def _header(model: str, variables: list[Variable], version: str) -> str:

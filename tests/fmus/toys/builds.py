@@ -1,4 +1,4 @@
-"""Build toys, and run scripts against them in fresh processes."""
+"""Build toy components, and run scripts against them in fresh processes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-HERE = Path(__file__).parent
+TOYS = Path(__file__).parent
 _BUILD = """
 import sys
 from pathlib import Path
@@ -26,7 +26,7 @@ def python(script, *arguments, check=True):
             "-W",
             "error",
             "-c",
-            f"import sys; sys.path.append({str(HERE)!r})\n{script}",
+            f"import sys; sys.path.append({str(TOYS)!r})\n{script}",
             *map(str, arguments),
         ],
         capture_output=True,
@@ -39,6 +39,17 @@ def python(script, *arguments, check=True):
     return done.stdout if check else done
 
 
-def build(path, packages=HERE.parent, name="toy"):
+def build(path, packages=TOYS.parent, name="toy"):
     """Build the counter in a fresh process; return its GUID and SHA-256."""
     return tuple(python(_BUILD, packages, path, name).split())
+
+
+def copy_toys(packages, *replacements):
+    """Copy the toys to `packages`/toys, with each (old, new) text of their sources replaced; return `packages`."""
+    (packages / "toys").mkdir(parents=True)
+    for source in TOYS.glob("*.py"):
+        text = source.read_text(encoding="utf-8")
+        for old, new in replacements:
+            text = text.replace(old, new)
+        (packages / "toys" / source.name).write_text(text, encoding="utf-8")
+    return packages

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import zipfile
 from pathlib import Path
 
-import fmpy
-from vendor_fmu import ADAPTER, FLAGS, GUID, HEADERS, HERE, REST, UNITS
+from fmus.c_fmu import compile_library, pack_fmu, quoted
+from fmus.vendor.vendor_fmu import ADAPTER, GUID, HERE, UNITS
 
 ADAPTER3 = ADAPTER.replace("index_base = 0\n", "")
 
@@ -27,15 +25,9 @@ _ROWS = (  # name, type, causality, elements, unit, start
 
 def vendor3_fmu(folder: Path) -> Path:
     """Compile and zip the controller; return its path."""
-    folder.mkdir(parents=True, exist_ok=True)
-    library, path = folder / "vendor.so", folder / "vendor.fmu"
-    options = (*FLAGS, f'-DTOKEN="{GUID}"', f"-I{HEADERS}")
-    sources = (HERE / "vendor3.c", REST / "fmi3_rest.c")
-    subprocess.run(["gcc", *options, "-o", library, *sources, "-lm"], check=True)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", _description())
-        archive.write(library, f"binaries/{fmpy.platform_tuple}/vendor.so")
-    return path
+    library = folder / "vendor.so"
+    compile_library(library, [HERE / "vendor3.c"], fmi=3, defines=[quoted("TOKEN", GUID)])
+    return pack_fmu(folder / "vendor.fmu", _description(), library, fmi=3)
 
 
 def _description() -> str:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
 import zipfile
 from pathlib import Path
 
-import fmpy
+from fmus.c_fmu import compile_library, pack_fmu, quoted
 
 HERE = Path(__file__).parent
 GUID = "{0c7f5b2e-64b1-4d58-8a2f-0e0b7c1f9a41}"
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-REST = HERE.parent / "rest"
-FLAGS = ("-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC")
 UNITS = """
   <UnitDefinitions>
     <Unit name="deg/s"><BaseUnit rad="1" s="-1" factor="0.017453292519943295"/></Unit>
@@ -65,15 +61,9 @@ Mode = 2
 
 def vendor_fmu(folder: Path, *, units: bool = True) -> Path:
     """Compile and zip the controller, with units declared or without; return its path."""
-    folder.mkdir(parents=True, exist_ok=True)
-    library, path = folder / "vendor.so", folder / "vendor.fmu"
-    options = (*FLAGS, f'-DGUID="{GUID}"', f"-I{HEADERS}")
-    sources = (HERE / "vendor.c", REST / "fmi2_rest.c")
-    subprocess.run(["gcc", *options, "-o", library, *sources, "-lm"], check=True)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", _description(units))
-        archive.write(library, "binaries/linux64/vendor.so")
-    return path
+    library = folder / "vendor.so"
+    compile_library(library, [HERE / "vendor.c"], defines=[quoted("GUID", GUID)])
+    return pack_fmu(folder / "vendor.fmu", _description(units), library)
 
 
 def _description(units: bool) -> str:

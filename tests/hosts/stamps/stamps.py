@@ -1,18 +1,13 @@
 """Build the FMU of `stamps.c`, and systems of it in which a fast and a slow component hand stamps to each other."""
 
-import subprocess
-import zipfile
 from pathlib import Path
 
-import fmpy
-
 from flexsat.fmu.reproducible_zip import zip_bytes
+from fmus.c_fmu import compile_library, pack_fmu, quoted
 from lockstep import Component, Connection, System, write_ssd
 from lockstep.ssp.package_members import package_entries
 
 HERE = Path(__file__).parent
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-REST = HERE.parents[1] / "fmus" / "rest" / "fmi2_rest.c"
 GUID = "{f1c0a7be-stamps}"
 OUTPUTS = {"stamp": 1, "least": 2, "largest": 3, "count": 4}
 XML = """<?xml version="1.0" encoding="UTF-8"?>
@@ -29,17 +24,13 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
 
 def build_stamps(folder: Path) -> Path:
     """Compile the FMU into a folder; return its path."""
-    folder.mkdir(parents=True, exist_ok=True)
     library = folder / "stamps.so"
-    flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC", f'-DGUID="{GUID}"']
-    subprocess.run(["gcc", *flags, f"-I{HEADERS}", "-o", library, HERE / "stamps.c", REST], check=True)
+    compile_library(library, [HERE / "stamps.c"], defines=[quoted("GUID", GUID)])
     variable = '<ScalarVariable name="{}" valueReference="{}" causality="output"><Real/></ScalarVariable>'
     outputs = "\n    ".join(variable.format(name, reference) for name, reference in OUTPUTS.items())
     unknowns = "".join(f'<Unknown index="{reference + 1}"/>' for reference in OUTPUTS.values())
-    with zipfile.ZipFile(folder / "stamps.fmu", "w") as archive:
-        archive.writestr("modelDescription.xml", XML.format(guid=GUID, outputs=outputs, unknowns=unknowns))
-        archive.write(library, "binaries/linux64/stamps.so")
-    return folder / "stamps.fmu"
+    description = XML.format(guid=GUID, outputs=outputs, unknowns=unknowns)
+    return pack_fmu(folder / "stamps.fmu", description, library)
 
 
 def stamps_package(fmu: Path, fast: int, slow: int) -> Path:

@@ -16,16 +16,14 @@ from pyssp_standard.ssm import SSM
 from pyssp_standard.ssp import SSP
 from pyssp_standard.ssv import SSV
 
+from fmus.c_fmu import compile_library, pack_fmu, quoted
 from lockstep import Component, Connection, InputError, System, load_system, read_signals, simulate, write_ssd
 from lockstep.__main__ import main
 from lockstep.adapter.component import with_replacements
 from lockstep.ssp.adapted_package import standard_package
 
 TESTS = Path(__file__).parents[2]
-SOURCES = (  # y = u / 2 + 1, value references 0 to WIDTH - 1 and on
-    TESTS / "bench" / "wide.c",
-    TESTS / "fmus" / "rest" / "fmi2_rest.c",
-)
+SOURCE = TESTS / "bench" / "wide.c"  # y = u / 2 + 1, value references 0 to WIDTH - 1 and on
 SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
 TICK = 1_000_000  # [ns]
 UNITS = """<UnitDefinitions><Unit name="rad/s"><BaseUnit rad="1" s="-1"/></Unit>
@@ -78,19 +76,14 @@ def fmu(folder, name, inputs, outputs):
         rows += f"<Real{attributes}/></ScalarVariable>"
     unknowns = "".join(f'<Unknown index="{len(inputs) + k + 1}"/>' for k in range(len(outputs)))
     library, guid = folder / f"{name}.so", uuid5(NAMESPACE_OID, name)  # libcosim knows an FMU by its GUID
-    headers = Path(fmpy.__file__).parent / "c-code"
-    options = ("-shared", "-fPIC", f'-DGUID="{guid}"', f"-DWIDTH={width}", f"-I{headers}")
-    subprocess.run(["gcc", *options, "-o", library, *SOURCES], check=True)
-    with zipfile.ZipFile(folder / f"{name}.fmu", "w") as archive:
-        archive.write(library, f"binaries/linux64/{name}.so")
-        archive.writestr(
-            "modelDescription.xml",
-            f'<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="{name}" '
-            f'guid="{guid}"><CoSimulation modelIdentifier="{name}"/>{UNITS}<ModelVariables>{rows}</ModelVariables>'
-            f"<ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns>"
-            "</ModelStructure></fmiModelDescription>",
-        )
-    return folder / f"{name}.fmu"
+    compile_library(library, [SOURCE], defines=[quoted("GUID", str(guid)), f"WIDTH={width}"])
+    description = (
+        f'<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="{name}" '
+        f'guid="{guid}"><CoSimulation modelIdentifier="{name}"/>{UNITS}<ModelVariables>{rows}</ModelVariables>'
+        f"<ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns>"
+        "</ModelStructure></fmiModelDescription>"
+    )
+    return pack_fmu(folder / f"{name}.fmu", description, library)
 
 
 def array(name, unit, base=1):

@@ -1,22 +1,17 @@
 """A compiled FMU with a state, a system of three at rates of 3:2 with delays, and its runs."""
 
-import subprocess
-import zipfile
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import fmpy
 import pytest
 
+from fmus.c_fmu import compile_library, pack_fmu
 from lockstep import Component, Connection, System, simulate, write_ssd
 from lockstep.checkpoint.schedule import CheckpointSchedule
 
 MS = 1_000_000  # [ns]
 HERE = Path(__file__).parent
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-REST = HERE.parents[1] / "fmus" / "rest" / "fmi2_rest.c"
-FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-ffp-contract=off", "-shared", "-fPIC")
 
 PORTS = {  # name: type, causality, variability, value reference
     "u": ("Real", "input", "continuous", 0),
@@ -38,8 +33,7 @@ STARTS = {"gain": "1", "seed": "1"}
 def wanderer(folder: Path, name: str, *defines: str) -> Path:
     """Compile the FMU; another name makes another FMU with the same ports."""
     library = folder / f"{name}.so"
-    options = (*FLAGS, *(f"-D{define}" for define in defines), f"-I{HEADERS}")
-    subprocess.run(["gcc", *options, "-o", library, HERE / "wanderer.c", REST], check=True)
+    compile_library(library, [HERE / "wanderer.c"], defines=defines, options=["-std=c11", "-ffp-contract=off"])
     able = str("MUTE" not in defines).lower()
     lines = []
     for port, (kind, causality, variability, reference) in PORTS.items():
@@ -58,11 +52,7 @@ def wanderer(folder: Path, name: str, *defines: str) -> Path:
         f"<ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns></ModelStructure>"
         "</fmiModelDescription>"
     )
-    path = folder / f"{name}.fmu"
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", xml)
-        archive.write(library, f"binaries/linux64/{name}.so")
-    return path
+    return pack_fmu(folder / f"{name}.fmu", xml, library)
 
 
 @pytest.fixture(scope="session")

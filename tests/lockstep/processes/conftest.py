@@ -3,17 +3,11 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
+from fmus.bad.bad_fmus import bad_fmu
 from lockstep import Component, Connection, System, write_ssd
-
-BAD = Path(__file__).parents[2] / "fmus" / "bad"
-sys.path.append(str(BAD))
-from bad_fmus import bad_fmu  # noqa: E402
-
-sys.path.remove(str(BAD))
 
 STEP = 10_000_000  # [ns] the FMUs accept no other
 SAME_TICK, NEXT_TICK = 0, 1

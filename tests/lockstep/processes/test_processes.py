@@ -13,16 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmus.bad.bad_fmus import GUID, XML, bad_fmu
 from lockstep import Component, InputError, System, load_system, read_signals
 from lockstep.fmi.model_description import read_description
 from lockstep.processes.isolation_policy import settle
 from lockstep.run.unpack_folder import remove_abandoned
-
-BAD = Path(__file__).parents[2] / "fmus" / "bad"
-sys.path.append(str(BAD))
-from bad_fmus import GUID, XML, bad_fmu  # noqa: E402
-
-sys.path.remove(str(BAD))
 
 
 @pytest.fixture(scope="module")

@@ -1,17 +1,13 @@
 """Build the plant and the controller of `known_loop.c`, connect them, and state their loop's margins."""
 
-import subprocess
-import zipfile
 from pathlib import Path
 
-import fmpy
 import numpy as np
 
+from fmus.c_fmu import compile_library, pack_fmu, quoted
 from lockstep import Component, Connection, System, write_ssd
 
 HERE = Path(__file__).parent
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-REST = HERE.parents[1] / "fmus" / "rest" / "fmi2_rest.c"
 GUID = "{8c6a4f1e-known-loop}"
 STEP = 0.01  # s, of both
 KP, KI, GAIN, LAG = 0.9, 0.05, 2.0, 0.05  # as in known_loop.c
@@ -32,13 +28,10 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
 def build_known_loop(folder: Path) -> Path:
     """Compile both FMUs into a folder, and write their system; return its path."""
     for kind in ("plant", "controller"):
-        library = folder / f"{kind}.so"
-        flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
-        flags += [f'-DGUID="{GUID}"', *(["-DPLANT"] if kind == "plant" else [])]
-        subprocess.run(["gcc", *flags, f"-I{HEADERS}", "-o", library, HERE / "known_loop.c", REST, "-lm"], check=True)
-        with zipfile.ZipFile(folder / f"{kind}.fmu", "w") as archive:
-            archive.writestr("modelDescription.xml", XML.format(kind=kind, guid=GUID))
-            archive.write(library, "binaries/linux64/known.so")
+        library = folder / kind / "known.so"
+        defines = [quoted("GUID", GUID), *(["PLANT"] if kind == "plant" else [])]
+        compile_library(library, [HERE / "known_loop.c"], defines=defines)
+        pack_fmu(folder / f"{kind}.fmu", XML.format(kind=kind, guid=GUID), library)
     period = round(STEP * 1e9)
     system = System(
         name="known",

@@ -11,13 +11,8 @@ import pytest
 import flexsat.fmu.export
 from flexsat.fmu.export import build_fmu
 from flexsat.fmu.python.shim import SOURCES, WRAPPER, shim_library
+from fmus.toys.builds import TOYS, build, python
 from lockstep.check.static.elf import read_library
-
-TOYS = Path(__file__).parents[3] / "fmus" / "toys"
-sys.path.append(str(TOYS))
-from builds import build, python  # noqa: E402
-
-sys.path.remove(str(TOYS))
 
 HOST = """
 import ctypes, fmpy, gc, os, shutil, sys

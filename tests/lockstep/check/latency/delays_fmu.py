@@ -1,15 +1,11 @@
 """Build the FMU of `delays.c`, whose delays are known, with dependencies that are right, wrong or missing."""
 
-import subprocess
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-import fmpy
+from fmus.c_fmu import compile_library, pack_fmu, quoted
 
 HERE = Path(__file__).parent
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-REST = HERE.parents[2] / "fmus" / "rest" / "fmi2_rest.c"
 GUID = "{2f8b-delays}"
 INPUTS = ("u", "v", "slow", "gated", "idle")
 OUTPUTS = ("direct", "late[1]", "late[2]", "sampled", "held", "integral", "coarse", "noise")
@@ -37,15 +33,9 @@ def build_delays(
     flags : further attributes of CoSimulation
     outputs : that the model description has; without the last, two instances are alike
     """
-    folder.mkdir(parents=True, exist_ok=True)
     library = folder / "delays.so"
-    options = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC", f'-DGUID="{GUID}"']
-    options += [f"-D{define}" for define in defines]
-    subprocess.run(["gcc", *options, f"-I{HEADERS}", "-o", library, HERE / "delays.c", REST, "-lm"], check=True)
-    with zipfile.ZipFile(folder / "delays.fmu", "w") as archive:
-        archive.writestr("modelDescription.xml", _description(feeds, flags, outputs))
-        archive.write(library, "binaries/linux64/delays.so")
-    return folder / "delays.fmu"
+    compile_library(library, [HERE / "delays.c"], defines=[quoted("GUID", GUID), *defines])
+    return pack_fmu(folder / "delays.fmu", _description(feeds, flags, outputs), library)
 
 
 def _description(feeds: Mapping[str, tuple[str, ...]] | None, flags: str, outputs: tuple[str, ...]) -> str:

@@ -7,16 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from fmus.reference import build as reference
+from fmus.vendor.vendor3_fmu import vendor3_fmu
+from fmus.vendor.vendor_fmu import vendor_fmu
 from lockstep import InputError, RunError
 from lockstep.__main__ import main
 from lockstep.check.latency.probe_latency import ProbeSettings, probe_latency
 
-FMUS = Path(__file__).parents[3] / "fmus"
-sys.path[:0] = [str(Path(__file__).parent), str(FMUS), str(FMUS / "vendor")]
-import reference.build as reference  # noqa: E402
-from delays_fmu import DELAYS, OUTPUTS, TRUE, build_delays  # noqa: E402
-from vendor3_fmu import vendor3_fmu  # noqa: E402
-from vendor_fmu import vendor_fmu  # noqa: E402
+sys.path.append(str(Path(__file__).parent))
+from delays_fmu import DELAYS, OUTPUTS, TRUE, build_delays
 
 ANY_STEP = 'canHandleVariableCommunicationStepSize="true"'
 STATE = 'canGetAndSetFMUstate="true"'

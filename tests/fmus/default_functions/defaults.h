@@ -1,6 +1,6 @@
-/* What a function of FMI does that an FMU of the tests leaves out, the same in FMI 2.0 and 3.0.
+/* Default bodies of the FMI functions that an FMU of the tests does not define, shared by FMI 2.0 and 3.0.
 
-   fmi2_rest.c and fmi3_rest.c give these bodies to all functions, as weak symbols: linked with an FMU, they stand where
+   fmi2_defaults.c and fmi3_defaults.c give these bodies to all functions, as weak symbols: linked with an FMU, they stand where
    it has no function of its own. To the library a status is an int and a handle a pointer, whatever the version. */
 
 #include <stdlib.h>
@@ -11,7 +11,7 @@ enum { OK = 0, ERROR = 3 }; /* of fmi2Status and fmi3Status */
 #define WEAK __attribute__((weak))
 #define HOOK __attribute__((weak, visibility("hidden"))) /* for the FMU alone, not for who loads it */
 
-/* What a function comes to that is not there. An FMU that logs defines it. */
+/* The result of a function that is not implemented. An FMU that logs defines this hook. */
 HOOK int refused(void *instance) { (void)instance; return ERROR; }
 
 /* The bytes at the beginning of an instance that are its state. An FMU that can save it defines this.
