@@ -44,13 +44,13 @@ def test_a_state_travels_between_processes(triple, isolated, whole, tmp_path):
     branch(isolated, whole, 25, tmp_path / "isolated")  # from the master's process into those of the workers
     assert_rest_is_equal(tmp_path / "isolated", whole)
     simulate(isolated, tmp_path / "again", checkpoints=CheckpointSchedule(times=["0.027"]))
-    branch(triple, tmp_path / "again", 27, tmp_path / "back")  # and from theirs into the master's
+    branch(triple, tmp_path / "again", 27, tmp_path / "back")  # and back to that of the master
     assert_rest_is_equal(tmp_path / "back", whole)
 
 
 def test_the_command_line_branches_without_a_system_file(triple, triple_ssd, tmp_path, cli):
-    told = ("--set", "a.gain=1.5", "--delay", "b:p=6", "--share-process", "a", "--record-period", "0.002")
-    done = cli("run", triple_ssd, "--out", tmp_path / "whole", "--checkpoint", "0.023", *told)
+    options = ("--set", "a.gain=1.5", "--delay", "b:p=6", "--share-process", "a", "--record-period", "0.002")
+    done = cli("run", triple_ssd, "--out", tmp_path / "whole", "--checkpoint", "0.023", *options)
     assert done.returncode == 0, done.stderr
     file = tmp_path / "whole/checkpoints/t=0.023.ckpt"
     done = cli("run", "--restart-from", file, "--out", tmp_path / "branch")

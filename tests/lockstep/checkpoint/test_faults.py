@@ -76,36 +76,38 @@ def faulty(triple, scenario, tmp_path):
     return tmp_path / "faulty"
 
 
-def faults_told(folder):
+def fault_events(folder):
     lines = map(json.loads, (folder / "events.jsonl").read_text().splitlines())
     return [(e["time"], e["state"], e["name"]) for e in lines if e["event"] == "fault"]
 
 
 @pytest.mark.parametrize("tick", [22, 31, 39])  # the last: a parameter has to be set back in the next tick
 def test_a_resumed_run_has_its_faults(triple, faulty, tick):
-    signals, told = (faulty / "signals.parquet").read_bytes(), faults_told(faulty)
+    signals, before = (faulty / "signals.parquet").read_bytes(), fault_events(faulty)
     for later in range(tick + 1, 40):
         (faulty / f"checkpoints/t=0.0{later}.ckpt").unlink(missing_ok=True)
     (faulty / "run.toml").write_text((faulty / "run.toml").read_text().replace('"completed"', '"running"', 1))
     resume(faulty, triple)
     assert (faulty / "signals.parquet").read_bytes() == signals
-    assert faults_told(faulty) == told
-    assert len(told) == 12
+    assert fault_events(faulty) == before
+    assert len(before) == 12
 
 
 def test_a_branch_has_the_faults_that_it_is_given(triple, faulty, scenario, tmp_path):
     restart = Restart(checkpoint=read_checkpoint(faulty / "checkpoints/t=0.031.ckpt"))
     simulate(triple, tmp_path / "without", restart=restart)  # the gain of b was three times as much
-    simulate(triple, tmp_path / "told", restart=restart, overrides={"b.gain": 1.0})
+    simulate(triple, tmp_path / "given", restart=restart, overrides={"b.gain": 1.0})
     simulate(triple, tmp_path / "three", restart=restart, overrides={"b.gain": 3.0})
-    without, told, three = (read_signals(tmp_path / name)["b.y"] for name in ("without", "told", "three"))
-    np.testing.assert_array_equal(without, told)
+    without, given, three = (read_signals(tmp_path / name)["b.y"] for name in ("without", "given", "three"))
+    np.testing.assert_array_equal(without, given)
     assert without[-1] != three[-1]
     simulate(triple, tmp_path / "with", restart=restart, faults=[read_scenario(scenario)])
-    assert faults_told(tmp_path / "without") == []
+    assert fault_events(tmp_path / "without") == []
     before = {"held", "late", "noisy", "strong"}  # these act at 31 ms; the others are over
-    assert {name for time, state, name in faults_told(tmp_path / "with") if (time, state) == (0.031, "begin")} == before
-    assert {name for _, state, name in faults_told(tmp_path / "with") if state == "end"} == before
+    assert {
+        name for time, state, name in fault_events(tmp_path / "with") if (time, state) == (0.031, "begin")
+    } == before
+    assert {name for _, state, name in fault_events(tmp_path / "with") if state == "end"} == before
 
 
 def test_a_scenario_that_has_changed_is_refused(triple, tmp_path):

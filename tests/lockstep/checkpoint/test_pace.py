@@ -115,8 +115,8 @@ def test_a_run_is_never_ahead_of_the_clock_and_tells_of_its_overruns(sleeper, tm
     assert run["pace"]["factor"] == 2.0
     assert run["pace"]["overruns"] == summary.pacer.overruns
     events = [json.loads(line) for line in (tmp_path / "out/events.jsonl").read_text().splitlines()]
-    told = [event for event in events if event["event"] == "pace"]
-    assert [(event["factor"], event["overruns"]) for event in told] == [(2.0, summary.pacer.overruns)]
+    written = [event for event in events if event["event"] == "pace"]
+    assert [(event["factor"], event["overruns"]) for event in written] == [(2.0, summary.pacer.overruns)]
 
     restart = Restart(checkpoint=read_checkpoint(tmp_path / "out/checkpoints/t=0.02.ckpt"))
     again = simulate(sleeper, tmp_path / "branch", pace=1, restart=restart)

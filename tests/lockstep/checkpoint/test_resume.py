@@ -85,10 +85,10 @@ def test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes(triple, triple_s
     assert sorted(path.name for path in out.iterdir()) == ["checkpoints", "events.jsonl", "run.toml", "signals.parquet"]
     cleaned = [event["folder"] for event in events(out) if event["event"] == "cleaned"]
     assert (cleaned, list(temporary.iterdir())) == ([str(path) for path in left], [])
-    told = [(event["event"], event["time"]) for event in events(out) if event["event"] != "cleaned"]
+    written = [(event["event"], event["time"]) for event in events(out) if event["event"] != "cleaned"]
     every = [("checkpoint", t) for t in (0.55, 1.1, 1.65, 2.2, 2.75, 3.3, 3.85)]
     before = [event for event in every if event[1] <= at]
-    assert told == [("start", 0.0), *before, ("resume", at), *every[len(before) :], ("end", 4.1)]
+    assert written == [("start", 0.0), *before, ("resume", at), *every[len(before) :], ("end", 4.1)]
     run = tomllib.loads((out / "run.toml").read_text())
     assert (run["status"], run["simulated_time"], [r["time"] for r in run["resumed"]]) == ("completed", 4.1, [at])
     assert read_checkpoint(out / "checkpoints/t=3.85.ckpt").header["rows"] == 3000  # of which 850 are not on disk yet
@@ -108,8 +108,8 @@ def test_a_failed_run_without_a_checkpoint_cannot_be_resumed(triple, tmp_path):
 
 def test_a_resumed_run_takes_no_other_options(tmp_path, capsys):
     assert main(["run", "--resume", str(tmp_path), "--set", "a.gain=2"]) == 2
-    told = "lockstep: --set: a resumed run continues unchanged; leave it out, or branch with --restart-from\n"
-    assert capsys.readouterr().err == told
+    message = "lockstep: --set: a resumed run continues unchanged; leave it out, or branch with --restart-from\n"
+    assert capsys.readouterr().err == message
 
 
 def test_a_system_made_in_python_has_to_be_handed_over(triple, tmp_path):

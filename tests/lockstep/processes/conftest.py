@@ -27,7 +27,7 @@ def processes(mark):
                 found.append((folder / "cmdline").read_text())
     return found
 
-told = {}
+ended = {}
 for name, (folder, arguments) in json.loads(sys.argv[1]).items():
     place = Path(folder, "temporary")
     place.mkdir(parents=True)
@@ -38,9 +38,9 @@ for name, (folder, arguments) in json.loads(sys.argv[1]).items():
         code = main(arguments)
     lines = [line for line in error.getvalue().splitlines() if line.startswith("lockstep: ")]
     gc.collect()  # a map of shared memory holds a descriptor until nothing refers to it
-    told[name] = {"code": code, "lines": lines, "processes": processes(str(place)), "left": os.listdir(place),
+    ended[name] = {"code": code, "lines": lines, "processes": processes(str(place)), "left": os.listdir(place),
                   "descriptors": len(os.listdir("/proc/self/fd"))}
-print("told:" + json.dumps(told))
+print("ended:" + json.dumps(ended))
 """
 
 
@@ -54,7 +54,7 @@ def runs():
             [sys.executable, "-W", "error", "-c", RUNS, json.dumps(given)], capture_output=True, text=True, check=False
         )
         assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout.rpartition("told:")[2])
+        return json.loads(done.stdout.rpartition("ended:")[2])
 
     return run
 

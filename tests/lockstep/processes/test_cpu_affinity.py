@@ -1,4 +1,4 @@
-"""Workers that the master only waits for run on its core, as long as nobody else wants it."""
+"""Workers that the master only waits for are pinned to its core while no other program needs it."""
 
 import ctypes
 import math
@@ -21,19 +21,19 @@ from lockstep.processes.remote_slave import RemoteSlave
 from lockstep.processes.shared_memory import SharedMemory, shared_file
 
 ALL = os.sched_getaffinity(0)
-pytestmark = pytest.mark.skipif(len(ALL) < 2, reason="one core: everybody shares it anyhow")
+pytestmark = pytest.mark.skipif(len(ALL) < 2, reason="one core: all share it")
 
 
 @pytest.fixture
 def worker():
-    """Return a function that starts a process that sleeps and has cores take it in."""
+    """Return a function that starts a process that sleeps and adds it to an assignment."""
     processes, files = [], []
 
-    def start(cores):
+    def start(assignment):
         process = subprocess.Popen(["sleep", "600"])
         processes.append(process)
         files.append(shared_file())
-        return cores.add(process.pid, SharedMemory(files[-1]).last_call)
+        return assignment.add(process.pid, SharedMemory(files[-1]).last_call)
 
     yield start
     for process in processes:
@@ -52,20 +52,20 @@ class Machine:
         monkeypatch.setattr(module, "monotonic", lambda: self.now)
         monkeypatch.setattr(module, "thread_times", lambda _thread: (self.ran, self.waited))
 
-    def interval(self, cores, steps, *, work=20e-6, lead=0.0, ran=0.0, waited=0.0):
+    def interval(self, assignment, steps, *, work=20e-6, lead=0.0, ran=0.0, waited=0.0):
         """Let an interval pass in which each of these steps works for so long, while the master does for `lead`."""
         self.ran, self.waited = self.ran + ran, self.waited + waited
         for k in range(10 * SAMPLE):
             self.now += 0.051 if k == 9 * SAMPLE else 0.0
             for one in steps:
                 one.messages += 1
-                cores.message_sent(one, self.now)
+                assignment.message_sent(one, self.now)
                 one.last_call.reals[BUSY] += work
-                if one in cores.timed:
+                if one in assignment.timed:
                     one.since -= lead  # as if the clock had gone on
             for one in steps:
-                if one in cores.timed:
-                    cores.waits(one)
+                if one in assignment.timed:
+                    assignment.waits(one)
 
 
 @pytest.fixture
@@ -74,34 +74,34 @@ def machine(monkeypatch):
     return Machine(monkeypatch)
 
 
-def near(*workers):
-    """Tell for each worker whether it is kept to the core of this thread, which keeps to it too."""
-    home = os.sched_getaffinity(0)
-    return [len(home) == 1 and os.sched_getaffinity(one.pid) == home for one in workers]
+def pinned(*workers):
+    """Return for each worker whether it and this thread are pinned to one core."""
+    core = os.sched_getaffinity(0)
+    return [len(core) == 1 and os.sched_getaffinity(one.pid) == core for one in workers]
 
 
-def test_a_worker_that_is_waited_for_is_kept_to_the_core_of_the_master(worker, machine):
-    cores = CoreAssignment()
-    one = worker(cores)
-    machine.interval(cores, [one])
-    assert near(one) == [True]
+def test_a_worker_the_master_waits_for_is_pinned_to_its_core(worker, machine):
+    assignment = CoreAssignment()
+    one = worker(assignment)
+    machine.interval(assignment, [one])
+    assert pinned(one) == [True]
     assert os.sched_getaffinity(0) == {current_core()}
-    cores.remove(one)
+    assignment.remove(one)
     assert os.sched_getaffinity(0) == ALL
 
 
-def test_before_the_first_interval_is_over_nobody_is_kept_anywhere(worker, machine):
-    cores = CoreAssignment()
-    one = worker(cores)
+def test_nothing_is_pinned_in_the_first_interval(worker, machine):
+    assignment = CoreAssignment()
+    one = worker(assignment)
     machine.now -= 0.002
-    machine.interval(cores, [one])
+    machine.interval(assignment, [one])
     assert os.sched_getaffinity(0) == os.sched_getaffinity(one.pid) == ALL
 
 
 @pytest.mark.parametrize(
     ("work", "lead", "stays"),
     [
-        (2e-4, 0.0, True),  # nothing is done beside it
+        (2e-4, 0.0, True),  # nothing else is done meanwhile
         (2e-4, 5e-5, True),  # less than waking another core costs
         (5e-5, 2e-4, True),  # the step is shorter than that
         (2e-4, 2e-4, False),
@@ -110,102 +110,102 @@ def test_before_the_first_interval_is_over_nobody_is_kept_anywhere(worker, machi
         (math.inf, math.inf, False),
     ],
 )
-def test_who_works_while_the_master_does_gets_the_other_cores(worker, machine, work, lead, stays):
-    cores = CoreAssignment()
-    one = worker(cores)
+def test_a_worker_that_works_at_the_same_time_as_the_master_is_released(worker, machine, work, lead, stays):
+    assignment = CoreAssignment()
+    one = worker(assignment)
     for _ in range(3):
-        machine.interval(cores, [one], work=work, lead=lead)
-    assert near(one) == [stays]
+        machine.interval(assignment, [one], work=work, lead=lead)
+    assert pinned(one) == [stays]
     assert os.sched_getaffinity(one.pid) == (os.sched_getaffinity(0) if stays else ALL)
-    cores.remove(one)
+    assignment.remove(one)
 
 
 @pytest.mark.parametrize(("work", "apart"), [(5e-5, False), (3e-4, True)])
-def test_of_two_side_by_side_the_one_begun_first_goes_if_that_pays(worker, machine, work, apart):
-    cores = CoreAssignment()
-    first, second = worker(cores), worker(cores)
+def test_of_two_overlapping_workers_the_first_is_released_if_that_is_faster(worker, machine, work, apart):
+    assignment = CoreAssignment()
+    first, second = worker(assignment), worker(assignment)
     for _ in range(4):
-        machine.interval(cores, [first, second], work=work)
-    assert near(first, second) == [not apart, True]
+        machine.interval(assignment, [first, second], work=work)
+    assert pinned(first, second) == [not apart, True]
 
 
-def test_a_change_of_what_is_done_beside_a_worker_changes_its_place(worker, machine):
-    cores = CoreAssignment()
-    one = worker(cores)
+def test_a_worker_is_judged_again_when_its_overlap_changes(worker, machine):
+    assignment = CoreAssignment()
+    one = worker(assignment)
     places = []
     for lead in (0.0, 3e-4, 0.0):
         for _ in range(2):
-            machine.interval(cores, [one], work=3e-4, lead=lead)
-        places += near(one)
+            machine.interval(assignment, [one], work=3e-4, lead=lead)
+        places += pinned(one)
     assert places == [True, False, True]
 
 
-def test_a_few_messages_are_not_judged_by(worker, machine):
-    cores = CoreAssignment()
-    one, rare = worker(cores), worker(cores)
-    machine.interval(cores, [one])
+def test_a_worker_with_few_messages_is_not_judged(worker, machine):
+    assignment = CoreAssignment()
+    one, rare = worker(assignment), worker(assignment)
+    machine.interval(assignment, [one])
     rare.messages, rare.last_call.reals[BUSY], rare.pinned = 3, 1.0, True
-    machine.interval(cores, [one])
+    machine.interval(assignment, [one])
     assert (rare.pinned, rare.messages) == (True, 3)
 
 
-def test_where_others_want_the_core_it_is_given_up_for_longer_and_longer(worker, machine):
-    cores = CoreAssignment()
-    one = worker(cores)
+def test_a_crowded_core_is_released_for_increasing_pauses(worker, machine):
+    assignment = CoreAssignment()
+    one = worker(assignment)
     pauses = []
-    machine.interval(cores, [one])
+    machine.interval(assignment, [one])
     for _ in range(8):
-        machine.interval(cores, [one], ran=0.01, waited=0.02)
+        machine.interval(assignment, [one], ran=0.01, waited=0.02)
         assert os.sched_getaffinity(0) == os.sched_getaffinity(one.pid) == ALL
-        pauses.append(cores._next - machine.now)
-        machine.now = cores._next
-        machine.interval(cores, [one])
-        assert near(one) == [True]
+        pauses.append(assignment._next - machine.now)
+        machine.now = assignment._next
+        machine.interval(assignment, [one])
+        assert pinned(one) == [True]
     assert pauses == pytest.approx([0.1, 0.2, 0.4, 0.8, 1.6, 1.6, 1.6, 1.6])
     for _ in range(100):  # calm
-        machine.interval(cores, [one], ran=0.025)
-    machine.interval(cores, [one], ran=0.01, waited=0.02)
-    assert cores._next - machine.now == pytest.approx(0.05)
+        machine.interval(assignment, [one], ran=0.025)
+    machine.interval(assignment, [one], ran=0.01, waited=0.02)
+    assert assignment._next - machine.now == pytest.approx(0.05)
 
 
-def test_waiting_for_each_other_is_no_reason_to_go(worker, machine):
-    cores = CoreAssignment()
-    one = worker(cores)
-    machine.interval(cores, [one])
+def test_waiting_of_master_and_worker_for_each_other_does_not_count_as_crowded(worker, machine):
+    assignment = CoreAssignment()
+    one = worker(assignment)
+    machine.interval(assignment, [one])
     for _ in range(5):
-        machine.interval(cores, [one], ran=0.024, waited=0.02)  # of each of both: one of them runs nearly always
-        assert near(one) == [True]
+        machine.interval(assignment, [one], ran=0.024, waited=0.02)  # of each of both: one of them runs nearly always
+        assert pinned(one) == [True]
 
 
-def test_who_is_away_may_wait_there(worker, machine, monkeypatch):
-    """Nor do we make room for those who crowd another core."""
-    cores = CoreAssignment()
-    one, away = worker(cores), worker(cores)
+def test_a_released_worker_that_waits_for_another_core_does_not_count_as_crowded(worker, machine, monkeypatch):
+    """Nor does a crowd on another core."""
+    assignment = CoreAssignment()
+    one, away = worker(assignment), worker(assignment)
     for _ in range(3):
-        machine.interval(cores, [one])
-        machine.interval(cores, [away], work=2e-3)
-    assert near(one, away) == [True, False]
+        machine.interval(assignment, [one])
+        machine.interval(assignment, [away], work=2e-3)
+    assert pinned(one, away) == [True, False]
     monkeypatch.setattr(module, "thread_times", lambda thread: (0.0, machine.now if thread == away.pid else 0.0))
     for _ in range(3):
-        machine.interval(cores, [one])
-        assert near(one) == [True]
+        machine.interval(assignment, [one])
+        assert pinned(one) == [True]
 
 
-def test_a_kernel_that_does_not_tell_who_waits_is_not_interfered_with(worker, machine, monkeypatch):
+def test_all_are_released_where_the_kernel_reports_no_waiting_times(worker, machine, monkeypatch):
     def unknown(thread):
         raise FileNotFoundError(thread)
 
-    cores = CoreAssignment()
-    one = worker(cores)
-    machine.interval(cores, [one])
-    assert near(one) == [True]
+    assignment = CoreAssignment()
+    one = worker(assignment)
+    machine.interval(assignment, [one])
+    assert pinned(one) == [True]
     monkeypatch.setattr(module, "thread_times", unknown)
     for _ in range(3):
-        machine.interval(cores, [one])
+        machine.interval(assignment, [one])
         assert os.sched_getaffinity(0) == os.sched_getaffinity(one.pid) == ALL
 
 
-def test_the_kernel_is_asked_how_long_a_thread_ran_and_waited():
+def test_thread_times_are_those_of_the_kernel():
     def burn():
         end = time.thread_time() + 0.05
         while time.thread_time() < end:
@@ -228,32 +228,32 @@ def test_the_kernel_is_asked_how_long_a_thread_ran_and_waited():
         hog.wait()
 
 
-def test_what_starts_later_may_run_anywhere(worker, machine):
-    cores = CoreAssignment()
-    one = worker(cores)
-    machine.interval(cores, [one])
-    assert near(one) == [True]
-    cores.release()
-    other = worker(cores)
+def test_a_worker_started_later_may_run_on_all_cores(worker, machine):
+    assignment = CoreAssignment()
+    one = worker(assignment)
+    machine.interval(assignment, [one])
+    assert pinned(one) == [True]
+    assignment.release()
+    other = worker(assignment)
     assert os.sched_getaffinity(0) == os.sched_getaffinity(one.pid) == os.sched_getaffinity(other.pid) == ALL
-    machine.interval(cores, [one, other])
-    assert near(one, other) == [True, True]
+    machine.interval(assignment, [one, other])
+    assert pinned(one, other) == [True, True]
 
 
-def test_a_run_under_other_limits_than_the_one_before_keeps_to_them(worker, machine):
-    cores = CoreAssignment()
-    one = worker(cores)
-    cores.remove(one)
+def test_a_run_uses_the_cores_that_are_available_at_its_start(worker, machine):
+    assignment = CoreAssignment()
+    one = worker(assignment)
+    assignment.remove(one)
     os.sched_setaffinity(0, {min(ALL)})
-    two = worker(cores)
-    machine.interval(cores, [two])
-    assert near(two) == [True]  # as it was started: nothing to choose
-    cores.remove(two)
+    two = worker(assignment)
+    machine.interval(assignment, [two])
+    assert pinned(two) == [True]  # as it was started: nothing to choose
+    assignment.remove(two)
     assert os.sched_getaffinity(0) == {min(ALL)}
 
 
-def test_a_cores_of_its_own_for_each_thread(worker, machine):
-    """Two runs in two threads of one program do not move each other."""
+def test_each_thread_has_its_own_assignment(worker, machine):
+    """Two runs in two threads of one program do not affect each other."""
     found = []
     thread = threading.Thread(target=lambda: found.extend([core_assignment(), core_assignment()]))
     thread.start()
@@ -261,12 +261,12 @@ def test_a_cores_of_its_own_for_each_thread(worker, machine):
     assert found[0] is found[1] is not core_assignment()
     mine = worker(core_assignment())
     machine.interval(core_assignment(), [mine])
-    assert near(mine) == [True]
+    assert pinned(mine) == [True]
     assert found[0]._core is None
     core_assignment().remove(mine)
 
 
-def test_a_slave_in_a_process_of_its_own_is_stepped_on_the_core_of_the_master(good, tmp_path):
+def test_an_isolated_slave_is_stepped_on_the_core_of_the_master(good, tmp_path):
     component = Component(name="a", source=good, period=10_000_000, parameters={"level": 1.0, "rate": 1.0})
     description = read_description(component)
     slave = RemoteSlave(component, description, tmp_path / "a", lambda *_: None)
@@ -292,7 +292,7 @@ def test_a_slave_in_a_process_of_its_own_is_stepped_on_the_core_of_the_master(go
 PLACE = "import ctypes; print(ctypes.cast(ctypes.CDLL(None).getpid, ctypes.c_void_p).value)"
 
 
-def test_workers_are_laid_out_alike_and_the_master_stays_as_it_was():
+def test_workers_have_the_same_memory_layout_and_the_master_keeps_its_own():
     def place():
         return subprocess.run([sys.executable, "-c", PLACE], capture_output=True, text=True, check=True).stdout
 

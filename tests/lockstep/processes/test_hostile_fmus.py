@@ -25,7 +25,7 @@ SURVIVED = ("LEAVES_A_PROCESS", "LEAVES_A_THREAD", "FLOODS_THE_LOG", "CRASHES_AT
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return where each defect has its folder."""
+    """Return the folder of all defects."""
     return tmp_path_factory.mktemp("hostile")
 
 
@@ -41,21 +41,21 @@ def found(folder, good, pair, runs):
 
 
 @pytest.mark.parametrize("defect", ENDED)
-def test_a_run_ends_with_one_line_and_keeps_what_was_before(found, folder, defect):
+def test_a_run_ends_with_one_line_and_keeps_earlier_rows(found, folder, defect):
     ended, out = found[defect], folder / defect / "out"
     assert ended["code"] == 1
     (line,) = ended["lines"]
     assert line.startswith(("lockstep: b: ", "lockstep: b.scaled: "))
     assert ENDED[defect] in line, line
     steps = 7 if defect == "NOT_A_NUMBER" else 5
-    manifest = tomllib.loads((out / "run.toml").read_text())
-    assert (manifest["status"], manifest["simulated_time"]) == ("failed", steps / 100)
-    assert f"lockstep: {manifest['reason']}" == line
+    record = tomllib.loads((out / "run.toml").read_text())
+    assert (record["status"], record["simulated_time"]) == ("failed", steps / 100)
+    assert f"lockstep: {record['reason']}" == line
     np.testing.assert_array_equal(read_signals(out)["b.count"], np.arange(steps) + 1)
 
 
 @pytest.mark.parametrize("defect", [*ENDED, *SURVIVED])
-def test_nothing_is_left_and_the_other_fmu_was_freed(found, folder, defect):
+def test_no_process_or_file_is_left_and_the_other_fmu_is_freed(found, folder, defect):
     ended = found[defect]
     assert (ended["processes"], ended["left"]) == ([], [])
     assert (folder / defect / "diary").read_text() == "a terminated\na freed\n"
@@ -63,12 +63,12 @@ def test_nothing_is_left_and_the_other_fmu_was_freed(found, folder, defect):
 
 
 @pytest.mark.parametrize("defect", SURVIVED)
-def test_what_does_not_hurt_the_run_does_not_end_it(found, folder, defect):
+def test_a_defect_that_does_not_affect_the_run_does_not_end_it(found, folder, defect):
     assert (found[defect]["code"], found[defect]["lines"]) == (0, [])
     assert read_signals(folder / defect / "out")["b.count"][-1] == 20
 
 
-def test_of_a_flood_of_messages_a_number_is_kept(found, folder):
+def test_a_limited_number_of_messages_is_kept(found, folder):
     assert found["FLOODS_THE_LOG"]["code"] == 0
     events = [json.loads(line) for line in (folder / "FLOODS_THE_LOG/out/events.jsonl").read_text().splitlines()]
     logged = [event for event in events if event["event"] == "log"]

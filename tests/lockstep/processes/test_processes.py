@@ -26,20 +26,20 @@ def waiting(tmp_path_factory):
     return bad_fmu(tmp_path_factory.mktemp("waiting"), "WAITS_FOR_THE_OTHER")
 
 
-def test_two_step_side_by_side_where_no_connection_orders_them(runs, pair, waiting, tmp_path):
+def test_steps_overlap_where_no_connection_orders_them(runs, pair, waiting, tmp_path):
     later, now = tmp_path / "later", tmp_path / "now"
-    told = runs(
+    ended = runs(
         {
             "later": (later, ("run", pair(later, waiting, waiting, delay=1), "--out", later / "out")),
             "now": (now, ("run", pair(now, waiting, waiting), "--out", now / "out", "--step-limit", "5")),
         }
     )
-    assert (told["later"]["code"], told["later"]["lines"]) == (0, [])  # one after the other would wait for ever
-    assert told["now"]["lines"] == ["lockstep: a: no answer within 5 s in fmi2DoStep at 0 s"]  # b needs its output
+    assert (ended["later"]["code"], ended["later"]["lines"]) == (0, [])  # one after the other would wait for ever
+    assert ended["now"]["lines"] == ["lockstep: a: no answer within 5 s in fmi2DoStep at 0 s"]  # b needs its output
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
-def test_the_values_are_those_of_one_process(runs, pair, good, tmp_path, delay):
+def test_values_equal_those_of_a_run_in_one_process(runs, pair, good, tmp_path, delay):
     system = pair(tmp_path, good, good, delay=delay)
     cases = {
         name: (tmp_path / name, ("run", system, "--out", tmp_path / name / "out", *options))
@@ -64,7 +64,7 @@ def hanging(tmp_path_factory):
 
 
 def workers(place):
-    """Return the processes that carry a temporary folder below this one in their environment."""
+    """Return the processes with a temporary folder below this one in their environment."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
@@ -137,7 +137,7 @@ def test_the_workers_of_a_killed_master_end_and_its_folder_is_removed_by_a_later
     assert list(temporary.iterdir()) == []
 
 
-def test_a_worker_that_hangs_ends_with_its_master(pair, good, hanging, tmp_path):
+def test_a_hanging_worker_ends_with_its_master(pair, good, hanging, tmp_path):
     process, temporary = start(pair(tmp_path, good, hanging), tmp_path, rows=0)
     time.sleep(0.5)  # for its five steps
     process.kill()
@@ -146,7 +146,7 @@ def test_a_worker_that_hangs_ends_with_its_master(pair, good, hanging, tmp_path)
 
 
 @pytest.mark.parametrize("times", [1, 2])
-def test_ctrl_c_ends_a_step_that_hangs(pair, good, hanging, tmp_path, times):
+def test_ctrl_c_ends_a_hanging_step(pair, good, hanging, tmp_path, times):
     process, temporary = start(pair(tmp_path, good, hanging), tmp_path, rows=0)
     time.sleep(0.5)  # for its five steps
     process.send_signal(signal.SIGINT)
@@ -158,8 +158,8 @@ def test_ctrl_c_ends_a_step_that_hangs(pair, good, hanging, tmp_path, times):
     assert (process.returncode, error.splitlines()[-1]) == (130, "lockstep: interrupted")
     assert (workers(temporary), list(temporary.iterdir())) == ([], [])
     assert (tmp_path / "diary").read_text() == "a terminated\na freed\n"
-    manifest = tomllib.loads((tmp_path / "out" / "run.toml").read_text())
-    assert (manifest["status"], manifest["simulated_time"]) == ("interrupted", 0.05)
+    record = tomllib.loads((tmp_path / "out" / "run.toml").read_text())
+    assert (record["status"], record["simulated_time"]) == ("interrupted", 0.05)
     assert read_signals(tmp_path / "out")["b.count"].tolist() == [1, 2, 3, 4, 5]
 
 
@@ -172,7 +172,7 @@ def test_a_young_folder_is_not_removed(tmp_path):
 
 @pytest.fixture
 def fmu(tmp_path):
-    """Return a function that makes an FMU with some files, as far as a master looks before it starts any."""
+    """Return a function that makes an FMU with some files, as far as a master reads it before it starts any."""
 
     def make(name, once=False, **files):
         flag = f'canBeInstantiatedOnlyOncePerProcess="{str(once).lower()}"'
@@ -186,51 +186,51 @@ def fmu(tmp_path):
     return make
 
 
-OURS = {"resources__build_dot_json": json.dumps({"guid": GUID})}
+BUILT_HERE = {"resources__build_dot_json": json.dumps({"guid": GUID})}
 
 
 def isolated(**sources):
-    """Return what is decided for components: by FMU, or by FMU and what the system says."""
+    """Return what is decided for components: by FMU, or by FMU and the setting in the system."""
     pairs = {name: given if isinstance(given, tuple) else (given, None) for name, given in sources.items()}
-    parts = tuple(Component(name=n, source=s, period=1, isolated=told) for n, (s, told) in pairs.items())
+    parts = tuple(Component(name=n, source=s, period=1, isolated=given) for n, (s, given) in pairs.items())
     settled = settle(System(name="s", tick=1, components=parts), {c.name: read_description(c) for c in parts})
     return [component.isolated for component in settled.components]
 
 
-def test_fmus_of_others_are_isolated_unless_the_system_says_otherwise(fmu):
-    ours, other = fmu("ours", **OURS), fmu("other")
+def test_foreign_fmus_are_isolated_by_default(fmu):
+    built, other = fmu("built", **BUILT_HERE), fmu("other")
     stolen = fmu("stolen", resources__build_dot_json=json.dumps({"guid": "{of another}"}))
     odd = fmu("odd", resources__build_dot_json="[1]")
-    assert isolated(a=ours, b=other, c=stolen, d=odd) == [False, True, True, True]
-    assert isolated(a=(ours, True), b=(other, False)) == [True, False]
+    assert isolated(a=built, b=other, c=stolen, d=odd) == [False, True, True, True]
+    assert isolated(a=(built, True), b=(other, False)) == [True, False]
 
 
 def test_one_process_holds_one_copy_of_a_module(fmu):
-    one = fmu("one", **OURS, resources__law__gains_dot_py="k = 1")
-    same = fmu("same", **OURS, resources__law__gains_dot_py="k = 1", resources__data_dot_txt="x")
-    other = fmu("other", **OURS, resources__law__gains_dot_py="k = 2")
+    one = fmu("one", **BUILT_HERE, resources__law__gains_dot_py="k = 1")
+    same = fmu("same", **BUILT_HERE, resources__law__gains_dot_py="k = 1", resources__data_dot_txt="x")
+    other = fmu("other", **BUILT_HERE, resources__law__gains_dot_py="k = 2")
     assert isolated(a=one, b=same) == [False, False]
     assert isolated(a=one, b=other) == [False, True]
-    assert isolated(a=one, b=(other, False)) == [True, False]  # who is told to be there was there first
+    assert isolated(a=one, b=(other, False)) == [True, False]  # that which has to be there comes first
     assert isolated(a=(one, True), b=other) == [True, False]
     with pytest.raises(InputError, match="b: brings another copy of law than a; run one of them in a process"):
         isolated(a=(one, False), b=(other, False))
 
 
-def test_libraries_that_come_along_are_modules_too(fmu):
-    one = fmu("one", **OURS, binaries__linux64__libhelp_dot_so="1")
-    other = fmu("other", **OURS, binaries__linux64__libhelp_dot_so="2")
+def test_libraries_in_an_fmu_count_as_modules(fmu):
+    one = fmu("one", **BUILT_HERE, binaries__linux64__libhelp_dot_so="1")
+    other = fmu("other", **BUILT_HERE, binaries__linux64__libhelp_dot_so="2")
     assert isolated(a=one, b=other) == [False, True]
 
 
 def test_an_fmu_that_allows_one_instance_gets_a_process_for_the_second(fmu):
-    once = fmu("once", once=True, **OURS)
+    once = fmu("once", once=True, **BUILT_HERE)
     assert isolated(a=once, b=once) == [False, True]
     with pytest.raises(InputError, match="b: the FMU allows one instance per process, and a is it already"):
         isolated(a=(once, False), b=(once, False))
 
 
-def test_the_system_file_says_it(pair, good, tmp_path):
+def test_the_system_file_decides(pair, good, tmp_path):
     path = pair(tmp_path, good, good, isolated=True)
     assert [component.isolated for component in load_system(path).components] == [True, True]
     path.write_text(path.read_text().replace('isolated="true"', 'isolated="maybe"', 1))
@@ -238,10 +238,10 @@ def test_the_system_file_says_it(pair, good, tmp_path):
         load_system(path)
 
 
-def test_a_step_limit_is_a_time(runs, pair, good, tmp_path):
+def test_a_step_limit_must_be_a_time(runs, pair, good, tmp_path):
     system, limits = pair(tmp_path, good, good), ("0", "soon", "nan", "-1")
-    told = runs({x: (tmp_path / x, ("run", system, "--out", tmp_path / "out", f"--step-limit={x}")) for x in limits})
-    assert {x: (ended["code"], ended["lines"]) for x, ended in told.items()} == {
+    ended = runs({x: (tmp_path / x, ("run", system, "--out", tmp_path / "out", f"--step-limit={x}")) for x in limits})
+    assert {x: (run["code"], run["lines"]) for x, run in ended.items()} == {
         x: (2, [f"lockstep: step limit '{x}' must be a number of seconds > 0, for example 60"]) for x in limits
     }
 

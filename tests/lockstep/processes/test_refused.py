@@ -76,7 +76,7 @@ def write_package(pair, folder, good):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return where each case has its folder."""
+    """Return the folder of all cases."""
     return tmp_path_factory.mktemp("refused")
 
 

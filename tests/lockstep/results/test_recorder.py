@@ -47,7 +47,7 @@ def test_rows_come_back_by_name_in_the_order_given(tmp_path, rows):
     assert signals["c.ok"].dtype == np.float64
 
 
-def test_units_and_descriptions_travel_in_the_metadata(tmp_path):
+def test_units_and_descriptions_are_in_the_metadata(tmp_path):
     record(tmp_path, 3)
     field = pq.read_schema(tmp_path / "signals.parquet").field("c.x[1]")
     assert field.metadata == {b"unit": b"m/s", b"description": b"the x[1]", b"type": b"Real"}
@@ -61,7 +61,7 @@ def test_a_batch_is_on_disk_as_soon_as_it_is_full(tmp_path):
     assert len(read_signals(tmp_path).time) == 31
 
 
-def test_a_stream_reads_at_every_length_it_may_be_cut_to(tmp_path):
+def test_a_stream_cut_off_at_any_length_is_readable(tmp_path):
     made = record(tmp_path, 31, close=False)  # a full batch is written when the next row comes
     whole = (tmp_path / "signals.arrows").read_bytes()
     made.close()
@@ -127,7 +127,7 @@ def test_a_batch_whose_write_failed_is_not_written_again(tmp_path):
     np.testing.assert_array_equal(read_signals(tmp_path)["c.n"], np.arange(20))
 
 
-def test_what_was_not_recorded_is_refused_by_name(tmp_path):
+def test_a_signal_that_was_not_recorded_is_refused_by_name(tmp_path):
     record(tmp_path, 3)
     with pytest.raises(InputError, match=r"c\.y: not recorded; there are c\.n, c\.x\[1\], c\.ok, c\.x\[2\]"):
         read_signals(tmp_path, ["c.y"])

@@ -1,4 +1,4 @@
-"""Times, names in messages, the manifest's text, events and progress lines."""
+"""Times, names in messages, the text of run.toml, events and progress lines."""
 
 import io
 import json
@@ -42,14 +42,14 @@ def test_names_of_arrays_are_folded():
     assert compact([f"x{k}y" for k in range(15)]).endswith("x11y, and 3 more")
 
 
-def test_the_nearest_name_is_suggested_but_no_far_one():
+def test_only_a_near_name_is_suggested():
     assert suggestion("plnat", ["plant", "sensors"]) == "; did you mean plant?"
     assert suggestion("zzz", ["plant", "sensors"]) == ""
     assert suggestion("a[4]", ["a[1]", "a[2]"]) == ""  # the index is wrong, not the name
     assert siblings("a[4]", ["a[1]", "a[2]", "b"]) == ["a[1]", "a[2]"]
 
 
-def test_the_manifest_is_toml():
+def test_the_run_record_is_toml():
     content = {
         "text": 'quote " backslash \\ tab \t line \n ä \x7f',
         "number": 1e-06,
@@ -62,7 +62,7 @@ def test_the_manifest_is_toml():
     assert tomllib.loads(to_toml(content)) == content
 
 
-def test_events_wait_for_their_file_and_a_flood_is_cut(tmp_path):
+def test_events_wait_for_their_file_and_are_limited_in_number(tmp_path):
     events = Events()
     events.add("start")
     events.time = 1.5

@@ -1,4 +1,4 @@
-"""What every slave receives and what every row holds, against a simulator written from the definitions.
+"""Inputs of every slave and values of every row, against a simulator written from the definitions.
 
 The reference keeps the whole history of every component, and looks up each value by the rule of
 `lockstep.plan.schedule`: the newest step produced by the end of tick k - n. It has no plan, no rings and no cycle.
@@ -22,7 +22,7 @@ WIDTH = 3  # outputs of a toy
 
 
 class Toy:
-    """Output numbers that tell who made them in which step; keep what came in."""
+    """Output numbers that identify component, output and step; keep the inputs received."""
 
     def __init__(self, number, inputs):
         self.number, self.steps = number, 0
@@ -67,7 +67,7 @@ class Toy:
         return returned("fmi2", call, status)
 
     def last_messages(self):
-        return "the toy's last words"
+        return "the last message of the toy"
 
 
 def simulate_toys(periods, offsets, continuous, wires, record_ticks, ticks, poison=None):
@@ -154,7 +154,7 @@ def random_case(seed):
 
 
 @pytest.mark.parametrize("seed", range(150))
-def test_every_input_and_every_row_is_what_the_definition_says(seed):
+def test_every_input_and_every_row_follow_the_definition(seed):
     periods, offsets, continuous, wires, record_ticks = random_case(seed)
     ticks = 130  # more than two of most cycles
     toys, rows, _ = simulate_toys(periods, offsets, continuous, wires, record_ticks, ticks)
@@ -174,7 +174,7 @@ def test_every_input_and_every_row_is_what_the_definition_says(seed):
             assert values[number * WIDTH : (number + 1) * WIDTH].tolist() == expected, (seed, tick)
 
 
-def test_only_what_is_read_is_fetched_and_only_what_is_new_is_set():
+def test_only_outputs_that_are_read_are_fetched_and_only_new_values_are_set():
     # a 1-tick producer with one output for a 1-tick reader and two for a 5-tick reader, recorded every 5 ticks
     wires = [(0, 0, 1, 0, 0), (0, 1, 2, 0, 0), (0, 2, 2, 1, 0), (2, 0, 1, 1, 0)]
     toys, _, layout = simulate_toys([1, 1, 5], [0, 0, 0], [False] * 3, wires, 5, 100)
@@ -183,23 +183,23 @@ def test_only_what_is_read_is_fetched_and_only_what_is_new_is_set():
     assert toys["c2"].gets == 20 * 3
     assert toys["c1"].gets == 20 * 3  # for the record only
     assert toys["c2"].sets == 20 * 2
-    assert toys["c1"].sets == 100 + 20  # the slow producer's value is handed over when it is new
+    assert toys["c1"].sets == 100 + 20  # the slow producer's value is set when it is new
 
 
-def test_a_value_that_is_not_finite_ends_the_run_by_name_and_time():
+def test_a_value_that_is_not_finite_is_refused_with_name_and_time():
     with pytest.raises(RunError, match=r"^c0\.y\[2\]: is inf at 0\.003 s"):
         simulate_toys([1], [0], [False], [], 1, 10, poison=(0, 4))
 
 
-def test_a_continuous_value_is_named_at_the_time_it_would_be_true():
+def test_a_continuous_value_is_reported_at_the_time_at_which_it_would_be_true():
     with pytest.raises(RunError, match=r"^c0\.y\[2\]: is inf at 0\.004 s"):
         simulate_toys([1], [0], [True], [], 1, 10, poison=(0, 4))
 
 
-def test_a_failed_call_is_reported_with_the_slaves_words():
+def test_a_failed_call_is_reported_with_the_log_of_the_slave():
     toys, _, layout = simulate_toys([1], [0], [False], [], 1, 2)
     toy = toys["c0"]
-    with pytest.raises(RunError, match=r"c0: fmi2DoStep returned fmi2Error at 0\.25 s: the toy's last words"):
+    with pytest.raises(RunError, match=r"c0: fmi2DoStep returned fmi2Error at 0\.25 s: the last message of the toy"):
         Exchange(layout, toys, {}).check("c0", "DoStep", 0.25, 3)
     assert toy.noted == 3
     Exchange(layout, toys, {}).check("c0", "DoStep", 0.25, 1)  # a warning goes on

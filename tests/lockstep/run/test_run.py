@@ -26,7 +26,7 @@ def events(folder):
     return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
 
 
-def manifest(folder):
+def run_record(folder):
     return tomllib.loads((folder / "run.toml").read_text())
 
 
@@ -57,18 +57,18 @@ def test_every_sample_carries_the_time_at_which_it_is_true(loop_ssd, tmp_path, c
 
 
 @pytest.mark.parametrize("delay", [0, 1, 5, 6])
-def test_a_delay_is_so_many_ticks(loop_ssd, tmp_path, cli, delay):
+def test_a_delay_is_a_number_of_ticks(loop_ssd, tmp_path, cli, delay):
     done = cli("run", loop_ssd, "--out", tmp_path / "out", "--delay", f"counter:echo={delay}", "--stop-time", "0.03")
     assert done.returncode == 0, done.stderr
     read_at = np.arange(30) // 5 * 5
     np.testing.assert_array_equal(read_signals(tmp_path / "out")["echo.y[1]"], np.maximum(0, read_at - delay + 1))
 
 
-def test_a_run_says_what_it_was(loop_ssd, loop, tmp_path, cli):
+def test_the_run_record_describes_the_run(loop_ssd, loop, tmp_path, cli):
     options = ("--set", "plant.x0=1.5", "--record", "plant.*", "--record-period", "0.002")
     done = cli("run", loop_ssd, "--out", tmp_path / "out", *options)
     assert done.returncode == 0, done.stderr
-    run = manifest(tmp_path / "out")
+    run = run_record(tmp_path / "out")
     assert (run["status"], run["simulated_time"], run["stop_time"], run["tick"]) == ("completed", 0.01, 0.01, 0.001)
     assert run["system"]["sha256"] == sha256(loop_ssd.read_bytes()).hexdigest()
     assert run["component"][0]["sha256"] == sha256(loop.components[0].source.read_bytes()).hexdigest()
@@ -141,7 +141,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(loop_ssd, tmp_path, cli, optio
     assert files(tmp_path) == ["loop.ssd"]
 
 
-def test_a_folder_with_a_run_is_kept_unless_told_otherwise(loop_ssd, tmp_path, cli):
+def test_a_folder_with_a_run_is_kept_without_overwrite(loop_ssd, tmp_path, cli):
     out = tmp_path / "out"
     assert cli("run", loop_ssd, "--out", out).returncode == 0
     before = (out / "run.toml").read_bytes()
@@ -151,7 +151,7 @@ def test_a_folder_with_a_run_is_kept_unless_told_otherwise(loop_ssd, tmp_path, c
     bad = cli("run", loop_ssd, "--out", out, "--overwrite", "--set", "counter.gian=2")
     assert (bad.returncode, (out / "run.toml").read_bytes()) == (2, before)
     assert cli("run", loop_ssd, "--out", out, "--overwrite", "--stop-time", "0.005").returncode == 0
-    assert manifest(out)["stop_time"] == 0.005
+    assert run_record(out)["stop_time"] == 0.005
     assert files(tmp_path) == ["loop.ssd", "out"]
     (tmp_path / "other").mkdir()
     (tmp_path / "other/precious.txt").write_text("keep")
@@ -167,20 +167,20 @@ def test_a_folder_with_a_run_is_kept_unless_told_otherwise(loop_ssd, tmp_path, c
         ("echo.refuse_at=0.005", 0.005, "echo: fmi2DoStep returned fmi2Discard, asking for the end, at 0.005 s: "),
     ],
 )
-def test_a_failure_names_component_and_time_and_keeps_what_was_before(loop_ssd, tmp_path, cli, option, when, message):
+def test_a_failure_names_component_and_time_and_keeps_earlier_rows(loop_ssd, tmp_path, cli, option, when, message):
     out = tmp_path / "out"
     done = cli("run", loop_ssd, "--out", out, "--set", option)
     assert done.returncode == 1
     assert done.stderr.startswith(f"lockstep: {message}")
     assert done.stderr.count("\n") == 1
     assert files(out) == FINISHED
-    assert (manifest(out)["status"], manifest(out)["simulated_time"]) == ("failed", when)
-    assert manifest(out)["reason"].startswith(message)
+    assert (run_record(out)["status"], run_record(out)["simulated_time"]) == ("failed", when)
+    assert run_record(out)["reason"].startswith(message)
     assert read_signals(out).time.tolist() == [k / 1000 for k in range(round(when * 1000))]
     assert events(out)[-1]["time"] == when
 
 
-def test_what_an_fmu_logged_is_among_the_events_under_its_own_name(loop_ssd, tmp_path, cli):
+def test_messages_of_an_fmu_are_events_under_its_name(loop_ssd, tmp_path, cli):
     assert cli("run", loop_ssd, "--out", tmp_path / "out", "--set", "echo.refuse_at=0.005").returncode == 1
     logged = [event for event in events(tmp_path / "out") if event["event"] == "log"]
     assert [(e["component"], e["level"], e["message"], e["time"]) for e in logged] == [
@@ -207,11 +207,11 @@ def test_ctrl_c_closes_everything(loop_ssd, tmp_path):
     process = start(loop_ssd, tmp_path / "out", env={**os.environ, "TMPDIR": str(temporary)})
     process.send_signal(signal.SIGINT)
     _, error = process.communicate(timeout=60)
-    *progress, last = error.splitlines()  # a slow machine gets to tell of its progress before
+    *progress, last = error.splitlines()  # a slow machine reports its progress before
     assert (process.returncode, last) == (130, "lockstep: interrupted")
     assert all(line.startswith("loop: ") for line in progress)
     assert (files(tmp_path / "out"), files(temporary)) == (FINISHED, [])
-    run, signals = manifest(tmp_path / "out"), read_signals(tmp_path / "out")
+    run, signals = run_record(tmp_path / "out"), read_signals(tmp_path / "out")
     assert run["status"] == "interrupted"
     np.testing.assert_array_equal(signals["counter.count"], np.arange(len(signals.time)) + 1)
     assert run["simulated_time"] == (len(signals.time)) / 1000  # the tick of the last row was completed
@@ -219,13 +219,13 @@ def test_ctrl_c_closes_everything(loop_ssd, tmp_path):
 
 def test_a_killed_run_lacks_at_most_its_last_second(loop_ssd, tmp_path):
     out = tmp_path / "out"
-    # nobody cleans up after a kill: let the extracted FMUs lie where the test runner removes them
+    # nothing is removed after a kill: the FMUs are extracted to where the test runner removes them
     process = start(loop_ssd, out, env={**os.environ, "TMPDIR": str(tmp_path)})
     size = (out / "signals.arrows").stat().st_size
     process.kill()
     process.communicate(timeout=60)
     assert files(out) == ["events.jsonl", "run.toml", "signals.arrows"]
-    assert manifest(out)["status"] == "running"
+    assert run_record(out)["status"] == "running"
     signals = read_signals(out)
     row = 8 * (1 + len(signals.columns))
     assert len(signals.time) >= size // row - 2000  # a batch of a second and the batches' headers may be missing
@@ -245,7 +245,7 @@ def test_a_full_disk_ends_the_run_with_one_line_and_readable_data(loop_ssd, tmp_
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].startswith(f"lockstep: cannot write to {out}: File too large, after ")
     assert "Traceback" not in done.stderr
-    assert manifest(out)["status"] == "failed"
+    assert run_record(out)["status"] == "failed"
     signals = read_signals(out)
     assert len(signals.time) >= 10_000  # of about 11 360 rows of 88 bytes that fit
     np.testing.assert_array_equal(signals["counter.count"], np.arange(len(signals.time)) + 1)

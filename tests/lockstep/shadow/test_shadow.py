@@ -165,9 +165,9 @@ def test_a_shadow_is_told_what_acted_in_its_last_step(tracking, toys, tmp_path, 
 
     np.testing.assert_array_equal(run["tracker.y"], acting)
     np.testing.assert_array_equal(run["tracker.shadow.y"], 3.0 * count)
-    np.testing.assert_array_equal(run["tracker.shadow.heard"], [0.0, *acting[:-1]])
-    assert np.all(run["tracker.shadow.told"] == 1.0)
-    assert not np.any(run["tracker.told"])  # the original hears what its inputs say
+    np.testing.assert_array_equal(run["tracker.shadow.applied_seen"], [0.0, *acting[:-1]])
+    assert np.all(run["tracker.shadow.valid_seen"] == 1.0)
+    assert not np.any(run["tracker.valid_seen"])  # the original hears what its inputs say
     np.testing.assert_array_equal(run["echo.y"][:, 0], [0.0, *acting[:-1]])  # the delay of the connection stays
     told = tomllib.loads((tmp_path / "out" / "run.toml").read_text())["component"]
     assert told[[c["name"] for c in told].index("tracker")]["shadow"]["isolated"] is isolated
@@ -175,7 +175,7 @@ def test_a_shadow_is_told_what_acted_in_its_last_step(tracking, toys, tmp_path, 
 
 def test_a_slower_shadow_is_told_the_mean(tracking, toys, tmp_path, cli):
     adapter = tmp_path / "slower.toml"
-    ports = {"input": ("u", "applied.y", "applied.valid"), "output": ("y", "heard", "told")}
+    ports = {"input": ("u", "applied.y", "applied.valid"), "output": ("y", "applied_seen", "valid_seen")}
     adapter.write_text(
         "step = 0.002\n"
         + "".join(
@@ -187,7 +187,7 @@ def test_a_slower_shadow_is_told_the_mean(tracking, toys, tmp_path, cli):
         "--shadow-adapter", adapter,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    heard = read_signals(tmp_path / "out")["tracker.shadow.heard"]
+    heard = read_signals(tmp_path / "out")["tracker.shadow.applied_seen"]
     np.testing.assert_array_equal(heard, np.repeat([0.0, 1.5, 3.5, 5.5, 7.5], 2))
 
 

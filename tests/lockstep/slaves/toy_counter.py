@@ -1,4 +1,4 @@
-"""Count steps, and say at which time the last one began: a sampled source."""
+"""Count steps, and output the time at which the last one began: a sampled source."""
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
@@ -23,5 +23,5 @@ class ToyCounter(Fmi2Slave):
         self.count = float("nan") if self.steps == self.nan_at else self.gain * self.steps
         self.began = current_time
         if self.steps == self.fail_at:
-            raise RuntimeError("the counter was told to fail")
+            raise RuntimeError("the counter fails as configured")
         return True

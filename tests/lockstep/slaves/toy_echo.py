@@ -1,4 +1,4 @@
-"""Put out what came in: a sampled component."""
+"""Output the inputs: a sampled component."""
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 from pythonfmu.enums import Fmi2Status
