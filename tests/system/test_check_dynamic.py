@@ -43,7 +43,7 @@ def test_the_good_one_passes(tmp_path):
 @pytest.mark.parametrize(
     ("defect", "check", "status", "words"),
     [
-        ("HIDDEN_GENERATOR", "state", "error", "set back, the run goes on differently: scaled is"),
+        ("HIDDEN_GENERATOR", "state", "error", "set back, the run continues differently: scaled is"),
         ("READS_WORKING_DIRECTORY", "working_directory", "error", "in the folder that it is unpacked to: scaled is"),
     ],
 )
@@ -70,7 +70,7 @@ def test_one_defect_is_found_where_it_is_and_nothing_else(tmp_path, defect, chec
         ("NEEDS_AUTHORITY", "resource_location", "warning", "without an authority, file:/path: cannot be instantiated"),
         ("LEAKS", "memory", "error", "bytes a step"),
         ("SHARED_BETWEEN_INSTANCES", "second_instance", "error", "stepped in turn with a second: filtered is"),
-        ("HIDDEN_ARRAY", "state", "error", "set back, the run goes on differently: scaled is"),
+        ("HIDDEN_ARRAY", "state", "error", "set back, the run continues differently: scaled is"),
         ("FORGETS_WHEN_SERIALISED", "state", "error", "restored in another process, the run differs: scaled is"),
         ("NEEDS_WORKING_DIRECTORY", "working_directory", "error", "only if the working directory is the folder"),
         ("FEEDTHROUGH_WITHIN_STEP", "latency", "warning", "within the step"),
@@ -143,7 +143,7 @@ def test_inputs_that_it_refuses_to_move_stay_where_they_are(tmp_path):
     findings = checked(bad_fmu(tmp_path, "REFUSES_MOVING_INPUTS"), only=["dynamic.reset", "dynamic.latency"])
 
     assert of_note(findings) == {}
-    assert "inputs stay at their start values, as it refuses others" in findings["dynamic.step"].message
+    assert "inputs keep their start values, as it refuses others" in findings["dynamic.step"].message
     assert "fmi2SetReal returned fmi2Error at t = 0.01 s" in findings["dynamic.step"].details[0]
     assert "level: a small change is refused" in findings["dynamic.latency"].details[0]
 
@@ -163,7 +163,7 @@ def test_without_repetition_nothing_is_compared(tmp_path, defect):
     [
         ("CRASHES", "step", "crashed with SIGSEGV in fmi2DoStep at t = 0.05 s"),
         ("EXITS", "step", "ended the process with exit code 3 in fmi2DoStep at t = 0.05 s"),
-        ("LEAVES_A_PROCESS", "step", "a process that it started ran on after the end of its own"),
+        ("LEAVES_A_PROCESS", "step", "a process that it started continued after the end of its own"),
         ("EATS_MEMORY", "step", "crashed with SIGSEGV in fmi2DoStep at t = 0.05 s"),
         ("HANGS", "step", "no answer within 10 s in fmi2DoStep at t = 0.05 s"),
         ("CRASHES_AT_UNLOAD", "instantiate", "crashed with SIGABRT in unloading the library"),
@@ -218,7 +218,7 @@ def test_another_fmu_beside_it_is_named(tmp_path):
 
     findings = checked(first, others=[second], only=["dynamic.side_by_side"])
 
-    assert findings["dynamic.side_by_side"].message == "the same bits beside bad.fmu, whichever is loaded first"
+    assert findings["dynamic.side_by_side"].message == "the same bits together with bad.fmu, whichever is loaded first"
 
 
 @pytest.mark.parametrize(
@@ -261,4 +261,4 @@ def test_a_generator_left_out_of_our_state_is_found(fmus, tmp_path):
 
     assert good.status == "pass", good
     assert bad.status == "error"
-    assert "set back, the run goes on differently" in bad.message
+    assert "set back, the run continues differently" in bad.message

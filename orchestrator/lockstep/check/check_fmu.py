@@ -37,7 +37,7 @@ def check_fmu(
     path : the file
     dynamic : also run it, in processes of their own
     contracts : to compare its ports with; the one named `like`, or the one that fits best
-    others : FMUs to load beside it in one process; none takes a copy of itself
+    others : FMUs to load in one process with it; none: a copy of itself
     report : called with each finding as it comes
 
     Raises
@@ -72,15 +72,15 @@ def check_fmu(
 def _dynamic(
     path: Path, found: Sequence[Finding], report: Callable[[Finding], None], others: Sequence[Path]
 ) -> list[Finding]:
-    """Run the dynamic checks unless a static one tells that there is nothing to run."""
+    """Run the dynamic checks unless a static one found nothing that can run."""
     stopper = next((f for f in found if f.check in _STOPPERS and f.status == "error"), None)
     if stopper is not None:
         skipped = Finding(
             check="dynamic.run",
             group="dynamic",
-            title="what it does when it runs",
+            title="execution",
             status="skipped",
-            message=f"it cannot be run: {stopper.message}",
+            message=f"cannot be run: {stopper.message}",
         )
         report(skipped)
         return [skipped]

@@ -1,4 +1,4 @@
-"""Compare an FMU with a contract: the ports that a component of some system must offer. Contracts are plain data."""
+"""Compare an FMU with a contract: the ports that a component of a system must have. Contracts are plain data."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from lockstep.array_names import array_of
-from lockstep.check.static.model import Model, Scalar
+from lockstep.check.static.model import Model, ScalarVariable
 from lockstep.errors import InputError
 from lockstep.system.units import Unit, conversion, without_radian
 
@@ -37,16 +37,16 @@ class Contract:
 
     @property
     def name(self) -> str:
-        """Return the name by which a user asks for it."""
+        """Return the name that selects it on the command line."""
         return f"{self.component}:{self.variant}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Served:
-    """A port that the FMU can serve, and what an adapter has to do; nothing when it serves it as it is."""
+    """A port that a variable of the FMU serves, and what an adapter has to do; nothing if none is needed."""
 
     port: ContractPort
-    variable: Scalar
+    variable: ScalarVariable
     work: tuple[str, ...] = ()
 
 
@@ -57,13 +57,13 @@ class Comparison:
     contract: Contract
     served: tuple[Served, ...]
     missing: tuple[tuple[ContractPort, str], ...]  # and why, if there is something of that name
-    unfed: tuple[Scalar, ...]  # inputs of the FMU that the contract has no port for
-    hints: Mapping[str, str]  # output of ours that is missing: those of the FMU of equal number and fitting unit
-    offers: Mapping[str, str]  # input of the FMU that is unfed: those of ours, likewise
+    unfed: tuple[ScalarVariable, ...]  # inputs of the FMU that the contract has no port for
+    hints: Mapping[str, str]  # missing output: unused outputs of the FMU that agree in number and unit
+    offers: Mapping[str, str]  # unfed input of the FMU: missing inputs of the contract that agree in number and unit
 
     @property
     def direct(self) -> tuple[Served, ...]:
-        """Ports served as they are."""
+        """Ports served without an adapter."""
         return tuple(served for served in self.served if not served.work)
 
     @property
@@ -80,7 +80,7 @@ class Comparison:
 
 
 def compare(contract: Contract, model: Model) -> Comparison:
-    """Look for every port of a contract: by its name, then by a name that is spelt or counted differently."""
+    """Find the variable for every port of a contract: by its name, then by one that is spelt or counted differently."""
     by_name = {variable.name: variable for variable in model.variables}
     spelt = _Spellings(model.variables)
     served, missing = [], []
@@ -106,12 +106,12 @@ def compare(contract: Contract, model: Model) -> Comparison:
         missing=tuple(missing),
         unfed=tuple(v for v in model.variables if v.causality == "input" and v.name not in used),
         hints=_few(_alike("output", [port for port, _ in missing if port.needed], model, used)),
-        offers=_few((theirs, ours) for ours, theirs in _alike("input", [port for port, _ in missing], model, used)),
+        offers=_few((group, array) for array, group in _alike("input", [port for port, _ in missing], model, used)),
     )
 
 
 def split_name(name: str) -> tuple[str, int | None]:
-    """Return what is left of a name when spelling is ignored, and its index: `TauCmd_1` is `taucmd`, 1."""
+    """Return a name without case and separators, and its index: `TauCmd_1` is `taucmd`, 1."""
     match = re.fullmatch(r"(.*?)[\[\(_.]*(\d+)[\]\)]?", name)
     base, index = (match[1], int(match[2])) if match and match[1] else (name, None)
     return re.sub(r"[^a-z0-9]", "", base.lower()), index
@@ -120,18 +120,18 @@ def split_name(name: str) -> tuple[str, int | None]:
 class _Spellings:
     """Find variables by names in which case, separators and the first index do not count."""
 
-    def __init__(self, variables: Iterable[Scalar]) -> None:
-        self._groups: dict[tuple[str, str], dict[int | None, Scalar]] = defaultdict(dict)
+    def __init__(self, variables: Iterable[ScalarVariable]) -> None:
+        self._groups: dict[tuple[str, str], dict[int | None, ScalarVariable]] = defaultdict(dict)
         for variable in variables:
             base, index = split_name(variable.name)
             self._groups[base, variable.causality].setdefault(index, variable)
 
     def from_zero(self, port: ContractPort) -> bool:
-        """Tell whether the array that a port belongs to is counted from 0."""
+        """Return whether the FMU counts the array that a port belongs to from 0."""
         base, index = split_name(port.name)
         return index is not None and 0 in self._groups.get((base, port.causality), {})
 
-    def find(self, port: ContractPort) -> tuple[Scalar | None, tuple[str, ...]]:
+    def find(self, port: ContractPort) -> tuple[ScalarVariable | None, tuple[str, ...]]:
         """Return the variable, and how its name differs."""
         base, index = split_name(port.name)
         group = self._groups.get((base, port.causality), {})
@@ -142,7 +142,7 @@ class _Spellings:
         return found, () if found is None else (how,)
 
 
-def _fit(port: ContractPort, variable: Scalar, model: Model) -> tuple[str, tuple[str, ...]]:
+def _fit(port: ContractPort, variable: ScalarVariable, model: Model) -> tuple[str, tuple[str, ...]]:
     """Return why a variable cannot serve a port, or what an adapter has to do."""
     if variable.causality != port.causality:
         return f"is {_article(variable.causality)}, not {_article(port.causality)}", ()
@@ -161,39 +161,39 @@ def _article(word: str) -> str:
 
 def _unit_work(port: ContractPort, unit: Unit | None) -> tuple[str, tuple[str, ...]]:
     """Compare the unit of a variable with the port's, in the same terms as `_fit`."""
-    ours = port.unit
-    if ours is None or port.type != "Real":
+    wanted = port.unit
+    if wanted is None or port.type != "Real":
         return "", ()
     if unit is None:
-        dimensionless = ours.exponents is not None and not any(ours.exponents) and ours.factor == 1.0
-        return ("", ()) if dimensionless else ("", (f"no unit told; ours is {ours.name}",))
+        dimensionless = wanted.exponents is not None and not any(wanted.exponents) and wanted.factor == 1.0
+        return ("", ()) if dimensionless else ("", (f"no unit declared; the contract has {wanted.name}",))
     try:
-        gain, bias = conversion(unit, ours)
+        gain, bias = conversion(unit, wanted)
     except ValueError as error:
-        if unit.exponents is not None and without_radian(unit).exponents == without_radian(ours).exponents:
-            gain = unit.factor / ours.factor
+        if unit.exponents is not None and without_radian(unit).exponents == without_radian(wanted).exponents:
+            gain = unit.factor / wanted.factor
             return "", (f"unit {unit.name}, whose base units leave out the radian, factor {gain:.9g}",)
         return f"does not fit: {error}", ()
     if (gain, bias) == (1.0, 0.0):
         return "", ()
     offset = f" and offset {bias:.9g}" if bias else ""
-    return "", (f"unit {unit.name} instead of {ours.name}, factor {gain:.9g}{offset}",)
+    return "", (f"unit {unit.name} instead of {wanted.name}, factor {gain:.9g}{offset}",)
 
 
 def _alike(causality: str, missing: Sequence[ContractPort], model: Model, used: set[str]) -> list[tuple[str, str]]:
-    """Return pairs of a missing array of ours and an unused one of the FMU, of equal number and fitting unit."""
-    theirs: dict[str, list[Scalar]] = defaultdict(list)
+    """Return pairs of a missing array of the contract and an unused one of the FMU that agree in number and unit."""
+    unused: dict[str, list[ScalarVariable]] = defaultdict(list)
     for variable in model.variables:
         if variable.causality == causality and variable.name not in used:
-            theirs[split_name(variable.name)[0]].append(variable)
-    ours: dict[str, list[ContractPort]] = defaultdict(list)
+            unused[split_name(variable.name)[0]].append(variable)
+    arrays: dict[str, list[ContractPort]] = defaultdict(list)
     for port in missing:
         if port.causality == causality:
-            ours[array_of(port.name)].append(port)
+            arrays[array_of(port.name)].append(port)
     return [
         (name, f"{group[0].name} to {group[-1].name}" if len(group) > 1 else group[0].name)
-        for name, ports in ours.items()
-        for group in theirs.values()
+        for name, ports in arrays.items()
+        for group in unused.values()
         if len(group) == len(ports)
         and group[0].type == ports[0].type
         and not _unit_work(ports[0], model.unit_named(group[0].unit))[0]
@@ -201,7 +201,7 @@ def _alike(causality: str, missing: Sequence[ContractPort], model: Model, used: 
 
 
 def _few(pairs: Iterable[tuple[str, str]]) -> dict[str, str]:
-    """Gather pairs by their first; drop those with many partners, which tell nothing."""
+    """Group pairs by their first; drop those with many partners, which are no hint."""
     groups: dict[str, list[str]] = defaultdict(list)
     for one, other in pairs:
         groups[one].append(other)
@@ -209,7 +209,7 @@ def _few(pairs: Iterable[tuple[str, str]]) -> dict[str, str]:
 
 
 def choose(contracts: Sequence[Contract], model: Model, like: str | None) -> Comparison | None:
-    """Return the comparison with the contract that was asked for, or that fits best; None if none does.
+    """Return the comparison with the contract that was asked for, or that fits best; None if no contract fits.
 
     Of several variants of a component, the one that fits best is taken. Without `like`, a contract fits if at
     least half of its inputs and needed outputs are served.

@@ -1,4 +1,4 @@
-"""Say what a comparison with a contract found: served as it is, with an adapter, not at all; inputs nobody feeds."""
+"""Report a comparison with a contract: ports served directly, by an adapter, or not at all; unfed inputs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ALL = 10_000  # names are folded, not cut: this is the list that an integrator 
 def contract_findings(contracts: Sequence[Contract], model: Model, like: str | None) -> list[Finding]:
     """Compare with the contract asked for, or with the one that fits best; no finding without contracts.
 
-    An output that the loop needs and the FMU lacks is an error if the contract was asked for, else a warning.
+    An output that the system needs and the FMU lacks is an error if the contract was asked for, else a warning.
     """
     if not contracts:
         return []
@@ -24,10 +24,10 @@ def contract_findings(contracts: Sequence[Contract], model: Model, like: str | N
     if comparison is None:
         best = max((compare(contract, model) for contract in contracts), key=lambda c: c.likeness)
         message = (
-            f"it resembles none of our components; nearest is {best.contract.name} with {len(best.served)} of "
-            f"{len(best.contract.ports)} ports; name one with --like"
+            f"matches no contract; the closest is {best.contract.name} with {len(best.served)} of "
+            f"{len(best.contract.ports)} ports; choose one with --like"
         )
-        return [_finding("contract.direct", "ports of ours that it can serve", "skipped", message)]
+        return [_finding("contract.direct", "contract ports that it can serve", "skipped", message)]
     return [_direct(comparison), _adapter(comparison), _missing(comparison, bool(like)), _unfed(comparison)]
 
 
@@ -60,7 +60,7 @@ def _direct(comparison: Comparison) -> Finding:
     total = len(contract.ports)
     return _finding(
         "contract.direct",
-        "ports of ours that it serves as it is",
+        "contract ports served directly",
         "pass" if direct else "info",
         f"{contract.name}: {len(direct)} of {total} ports",
         details,
@@ -69,32 +69,32 @@ def _direct(comparison: Comparison) -> Finding:
 
 
 def _adapter(comparison: Comparison) -> Finding:
-    adapted, title = comparison.adapted, "ports of ours that it serves through an adapter"
+    adapted, title = comparison.adapted, "contract ports served through an adapter"
     if not adapted:
-        return _finding("contract.adapter", title, "pass", "none needs one")
+        return _finding("contract.adapter", title, "pass", "none needs an adapter")
     groups: dict[tuple[str, ...], list[Served]] = {}
     for served in adapted:
         groups.setdefault((array_of(served.port.name), *served.work), []).append(served)
     details = []
     for (_, *work), group in groups.items():
-        theirs = group[0].variable.name
+        variables = group[0].variable.name
         if len(group) > 1:
-            theirs += f" to {group[-1].variable.name}"
-        details.append(f"{compact(s.port.name for s in group)} is {theirs}: {'; '.join(work)}")
-    return _finding("contract.adapter", title, "warning", f"{len(adapted)} ports need one", details)
+            variables += f" to {group[-1].variable.name}"
+        details.append(f"{compact(s.port.name for s in group)} is {variables}: {'; '.join(work)}")
+    return _finding("contract.adapter", title, "warning", f"{len(adapted)} ports need an adapter", details)
 
 
 def _missing(comparison: Comparison, asked: bool) -> Finding:
-    title = "ports of ours that it does not have"
+    title = "contract ports that the FMU does not have"
     if not comparison.missing:
         return _finding("contract.missing", title, "pass", "none")
     needed = [(port, why) for port, why in comparison.missing if port.needed]
     details = [f"needed: {line}" for line in _lines(needed)]
-    details += [f"{name}: of equal number and fitting unit is {hint}" for name, hint in comparison.hints.items()]
-    for causality, meaning in (("output", "optional"), ("input", "offered, not taken"), ("parameter", "optional")):
+    details += [f"{name}: matches {hint} of the FMU in number and unit" for name, hint in comparison.hints.items()]
+    for causality, meaning in (("output", "optional"), ("input", "available, not used"), ("parameter", "optional")):
         rest = [(p, why) for p, why in comparison.missing if p.causality == causality and not p.needed]
         details += [f"{causality}, {meaning}: {line}" for line in _lines(rest)]
-    count = f"{len(comparison.missing)} ports, {len(needed)} of them outputs that our loop needs"
+    count = f"{len(comparison.missing)} ports, {len(needed)} of them outputs that the system needs"
     status: Status = ("error" if asked else "warning") if needed else "info"
     return _finding("contract.missing", title, status, count, details)
 
@@ -108,10 +108,12 @@ def _lines(missing: Sequence[tuple[ContractPort, str]]) -> list[str]:
 
 
 def _unfed(comparison: Comparison) -> Finding:
-    title = "inputs of it that nothing in our loop feeds"
+    title = "inputs of the FMU without a source in the system"
     if not comparison.unfed:
         return _finding("contract.unfed", title, "pass", "none")
     names = [v.name for v in comparison.unfed]
-    message = f"{len(names)} inputs would keep their start values"
-    details = [f"{name}: of equal number and fitting unit is our {offer}" for name, offer in comparison.offers.items()]
+    message = f"{len(names)} inputs keep their start values"
+    details = [
+        f"{name}: matches {offer} of the contract in number and unit" for name, offer in comparison.offers.items()
+    ]
     return _finding("contract.unfed", title, "warning", message, [compact(names, _ALL), *details])

@@ -1,6 +1,6 @@
 """The dynamic checks of an FMU, in their order: each in a process of its own, each with a finding.
 
-A check whose ground is missing (no step can be made, no two runs are alike) is skipped and says so: one defect
+A check that cannot work (no step can be made, no two runs agree) is skipped with the reason, so that one defect
 is reported once.
 """
 
@@ -22,9 +22,9 @@ from lockstep.check.dynamic.working_directory_checks import resource_location, w
 from lockstep.check.latency import latency_check
 from lockstep.check.report.finding import Finding
 from lockstep.errors import InputError
-from lockstep.fmi.safe_zip import unpacking_place
+from lockstep.fmi.safe_zip import unpacking_folder
 
-Report = Callable[[Finding], None]
+Listener = Callable[[Finding], None]
 
 TITLES = {
     "dynamic.instantiate": "loads and can be instantiated",
@@ -34,11 +34,11 @@ TITLES = {
     "dynamic.reset": "runs again after a reset",
     "dynamic.second_instance": "two instances in one process",
     "dynamic.second_load": "unloaded and loaded again in one process",
-    "dynamic.side_by_side": "two builds in one process",
-    "dynamic.state": "state: set back, and restored in another process",
+    "dynamic.side_by_side": "two FMUs in one process",
+    "dynamic.state": "state set back, and restored in another process",
     "dynamic.awkward_times": "times with rounding errors",
     "dynamic.working_directory": "independent of the working directory",
-    "dynamic.resource_location": "runs from any path, told as any URI of it",
+    "dynamic.resource_location": "runs from any path, in every form of its URI",
     "dynamic.refuses_step": "refuses a step that it cannot make",
     "dynamic.logging": "logs an error through the host's logger",
     "dynamic.invalid_reference": "survives a bad value reference",
@@ -63,7 +63,7 @@ ROUNDING = 1e-9  # relative: what rounded times may change in outputs that are f
 
 def dynamic_checks(
     path: Path,
-    report: Report,
+    report: Listener,
     *,
     steps: int = MEMORY_STEPS,
     others: Sequence[Path] = (),
@@ -77,20 +77,20 @@ def dynamic_checks(
     path : the FMU
     report : called with each finding as it is ready
     steps : of the memory check
-    others : FMUs to load beside it; none takes a copy of itself
+    others : FMUs to load in one process with it; none: a copy of itself
     time_limit : wall time that one process may take [s]; the memory check may take its own more
     only : checks to run; those that every other builds on run as well
     """
-    place = unpacking_place()
-    with tempfile.TemporaryDirectory(prefix="lockstep_check_", dir=place, ignore_cleanup_errors=True) as folder:
+    parent = unpacking_folder()
+    with tempfile.TemporaryDirectory(prefix="lockstep_check_", dir=parent, ignore_cleanup_errors=True) as folder:
         runner = ProbeRunner(archive=path.resolve(), work=Path(folder), time_limit=time_limit)
-        return _Course(runner, report, steps, tuple(others)).run(only)
+        return _CheckSequence(runner, report, steps, tuple(others)).run(only)
 
 
-class _Course:
-    """One pass through the checks, and what they have learnt of the FMU so far."""
+class _CheckSequence:
+    """One pass through the checks, with their findings so far."""
 
-    def __init__(self, runner: ProbeRunner, report: Report, steps: int, others: tuple[Path, ...]) -> None:
+    def __init__(self, runner: ProbeRunner, report: Listener, steps: int, others: tuple[Path, ...]) -> None:
         self.runner, self._report, self._memory_steps, self._others = runner, report, steps, others
         self.findings: list[Finding] = []
         self.experiment: Experiment
@@ -102,28 +102,28 @@ class _Course:
         try:
             self.experiment = read_experiment(self.runner.unpack())
         except (InputError, OSError) as error:
-            self._tell("dynamic.instantiate", ProbeResult(status="error", message=str(error)))
-            return self._skip("it cannot be instantiated")
+            self._add("dynamic.instantiate", ProbeResult(status="error", message=str(error)))
+            return self._skip("cannot be instantiated")
         for check, probe, missing in (
-            ("dynamic.instantiate", self._instantiate, "it cannot be instantiated"),
-            ("dynamic.initialise", self._simple(probes_life.initialise), "it cannot be initialised"),
-            ("dynamic.step", self._step, "it cannot be stepped"),
+            ("dynamic.instantiate", self._instantiate, "cannot be instantiated"),
+            ("dynamic.initialise", self._simple(probes_life.initialise), "cannot be initialised"),
+            ("dynamic.step", self._step, "cannot be stepped"),
         ):
             result = _carried_out(probe)
-            self._tell(check, result)
+            self._add(check, result)
             if result.status == "error" and not result.numbers.get("steps"):
                 return self._skip(missing)
         for check in CHECKS[3:]:
             if check not in only:
                 continue
             if check in COMPARING and self._failed("dynamic.repeat"):
-                reason = "no two runs of it give the same bits (dynamic.repeat), so there is nothing to compare with"
-                self._tell(check, ProbeResult(status="skipped", message=reason))
+                reason = "two runs never give the same bits (dynamic.repeat), so there is no reference to compare with"
+                self._add(check, ProbeResult(status="skipped", message=reason))
             else:
-                self._tell(check, _carried_out(getattr(self, f"_{check.partition('.')[2]}")))
+                self._add(check, _carried_out(getattr(self, f"_{check.partition('.')[2]}")))
         return self.findings
 
-    def _tell(self, check: str, result: ProbeResult) -> None:
+    def _add(self, check: str, result: ProbeResult) -> None:
         finding = Finding(
             check=check,
             group="dynamic",
@@ -138,7 +138,7 @@ class _Course:
 
     def _skip(self, reason: str) -> list[Finding]:
         for check in CHECKS[len(self.findings) :]:
-            self._tell(check, ProbeResult(status="skipped", message=f"not checked: {reason}"))
+            self._add(check, ProbeResult(status="skipped", message=f"not checked: {reason}"))
         return self.findings
 
     def _failed(self, check: str) -> bool:
@@ -155,7 +155,7 @@ class _Course:
     def _instantiate(self) -> ProbeResult:
         result = self._probe(probes_life.instantiate)
         if result.status == "error":
-            # one that finds its files through the working directory is told by the check of that
+            # an FMU that needs a certain working directory is reported by the check of that
             unpacked = replace(self.experiment, directory="unpacked")
             second = self.runner.run(probes_life.instantiate, unpacked)
             if second.status != "error":
@@ -181,7 +181,7 @@ class _Course:
         return self._compared("again", "in a new process")
 
     def _compared(self, name: str, words: str, **options: Any) -> ProbeResult:
-        """Run once more and compare with the reference."""
+        """Repeat the run and compare it with the reference."""
         got = self._trajectory(name, **options)
         if isinstance(got, ProbeResult):
             return replace(got, message=f"{words}: {got.message}")
@@ -203,7 +203,7 @@ class _Course:
 
     def _second_instance(self) -> ProbeResult:
         if self.experiment.once_per_process:
-            return ProbeResult(status="skipped", message="it declares that a process may hold one instance of it only")
+            return ProbeResult(status="skipped", message="declares that a process may hold only one instance")
         alone = self._probe(probes_life.other_phase, steps=self.steps)
         return alone if alone.status == "error" else self._probe(probes_life.second_instance)
 
@@ -224,12 +224,12 @@ class _Course:
         except InputError as error:
             return ProbeResult(status="skipped", message=f"{other.name}: {error}")
         if copy and self.experiment.once_per_process:
-            return ProbeResult(status="skipped", message="it declares that a process may hold one instance of it only")
+            return ProbeResult(status="skipped", message="declares that a process may hold only one instance")
         base = "base.npz"
         if not copy:
             alone = neighbour.run(probes_life.trajectory, experiment, name="alone", steps=self.steps)
             if alone.status == "error":
-                return ProbeResult(status="skipped", message=f"{other.name} does not run by itself: {alone.message}")
+                return ProbeResult(status="skipped", message=f"{other.name} does not run alone: {alone.message}")
             base = str(neighbour.results / "alone.npz")
         return self._probe(
             probes_life.side_by_side,
@@ -241,7 +241,7 @@ class _Course:
 
     def _state(self) -> ProbeResult:
         if not self.experiment.saves_state:
-            return ProbeResult(status="skipped", message="it does not declare that its state can be saved")
+            return ProbeResult(status="skipped", message="does not declare that its state can be saved")
         here = self._probe(probes_state.roll_back)
         if here.status == "error" or not self.experiment.serialises_state:
             return here
@@ -271,8 +271,8 @@ class _Course:
 
     def _working_directory(self) -> ProbeResult:
         if self.experiment.directory == "unpacked":
-            told = "can be instantiated only if the working directory is the folder that it is unpacked to"
-            return ProbeResult(status="error", message=told)
+            message = "can be instantiated only if the working directory is the folder that it is unpacked to"
+            return ProbeResult(status="error", message=message)
         return working_directory(self.runner, self.experiment, self._base())
 
     def _resource_location(self) -> ProbeResult:
@@ -305,7 +305,7 @@ class _Course:
 
 
 def _carried_out(check: Callable[[], ProbeResult]) -> ProbeResult:
-    """Return what a check found; a full disk, or files that the FMU spoiled, are no end of the report either."""
+    """Return what a check found; a full disk, or files that the FMU overwrote, do not end the report."""
     try:
         return check()
     except Exception as error:

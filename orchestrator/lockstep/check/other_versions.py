@@ -1,6 +1,6 @@
-"""Checks of FMUs of FMI 1.0 and 3.0: what FMPy says of them, and a few steps in a process of their own.
+"""Check FMUs of FMI 1.0 and 3.0: FMPy's validation, and a few steps in a process of their own.
 
-The checks that know the rules of FMI 2.0 line by line are for that version only, and the report says so.
+The detailed checks of the rules of FMI 2.0 are for that version only, and the report says so.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def other_version_checks(fmu: FmuArchive, dynamic: bool, report: Report) -> list
     for check in (archive, hygiene):
         add(check(fmu))
     component = Component(name="checked", source=fmu.path.absolute(), period=1, isolated=True)
-    kind = f"an FMI {version} co-simulation FMU that the master can take"
+    kind = f"an FMI {version} co-simulation FMU that the master supports"
     description: Description | None = None
     try:
         description = read_description(component)
@@ -63,13 +63,13 @@ def other_version_checks(fmu: FmuArchive, dynamic: bool, report: Report) -> list
             note("dynamic.run", "it instantiates, initialises, steps and terminates", *_run(component, description))
     for check in (documentation, licence):
         add(check(fmu))
-    told = f"{_ONLY_2} are checked for FMI 2.0 only; this is FMI {version}. Its delays: probe-latency"
-    note("static.scope", "how far the checks go", "info", told)
+    message = f"{_ONLY_2} are checked for FMI 2.0 only; this is FMI {version}. For delays use probe-latency"
+    note("static.scope", "scope of the checks", "info", message)
     return found
 
 
 def _run(component: Component, description: Description) -> tuple[Status, str]:
-    """Step an FMU at its start values, and say what came of it."""
+    """Step an FMU at its start values; return status and message."""
     try:
         step = nanoseconds(description.step_size, "step size") if description.step_size else _STEP
         given = {

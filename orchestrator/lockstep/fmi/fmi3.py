@@ -18,7 +18,7 @@ from lockstep.fmi.saved_state import restore_state, save_state
 from lockstep.fmi.slave import DISCARD, ERROR, WARNING, Buffer, Scalar, returned
 from lockstep.system.component import Value
 
-_EVENT, _END, _EARLY = range(3)  # what a step may ask for or do, in the order of fmi3DoStep's arguments
+_EVENT, _END, _EARLY = range(3)  # flags of a step, in the order of fmi3DoStep's arguments
 _SETS = "present.npz"
 
 
@@ -53,13 +53,13 @@ class Fmi3Slave:
         def do_step(time: float, step: float, no_set_state: int) -> int:
             status = function(time, step, no_set_state, *addresses, last)
             if any(marks) and status <= WARNING:
-                return self._asked_for(flags, reached.value)
+                return self._unsupported(flags, reached.value)
             return status
 
         return do_step
 
-    def _asked_for(self, flags: Any, reached: float) -> int:
-        """Note what a step did that the master has not allowed, or that ends the run; return DISCARD."""
+    def _unsupported(self, flags: Any, reached: float) -> int:
+        """Note what the master does not support in a step, or that it ends the run; return DISCARD."""
         if flags[_EARLY]:
             self._problem = f"fmi3DoStep returned early, having reached {reached:.9g} s, which is not allowed,"
         elif flags[_END]:
@@ -115,7 +115,7 @@ class Fmi3Slave:
         self.instance.failed(status)
 
     def outcome(self, call: str, status: int) -> str:
-        """Say what a call came to: its own failure, or what was found before or after it."""
+        """Describe a call that failed, or a problem found before or after it."""
         if self._values.problem:
             return self._values.problem
         if self._problem and call == "DoStep":

@@ -1,7 +1,7 @@
-"""Values of FMI 3.0: variables are arrays, set and got as a whole, in a dozen types.
+"""Get and set values of FMI 3.0: variables are arrays of a dozen types, and each call transfers whole arrays.
 
-To the master every element is one value in one of the types of `lockstep.fmi.slave`, by the reference that
-the model description gave it. What an array's other elements are is remembered here, so that some can be set alone.
+To the master every element is one value in one of the types of `lockstep.fmi.slave`, by the reference in
+`Variable`. The present values of all elements are kept here, so that some can be set alone.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -31,7 +31,7 @@ _NATIVE: Mapping[str, type] = {
     "Boolean": np.bool_,
     "String": np.object_,
 }
-Place = slice | NDArray[np.intp]
+Positions = slice | NDArray[np.intp]
 
 
 def _function_type(variable: Variable) -> str:
@@ -40,17 +40,17 @@ def _function_type(variable: Variable) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """The elements of one type among those of a call: their places in its buffer and in their arrays."""
+    """The elements of one type in a call: their positions in its buffer and in their arrays."""
 
     kind: str
-    places: Place  # in the buffer of the call
+    positions: Positions  # in the buffer of the call
     handles: NDArray[np.uint32]  # value references of the arrays, in the order of their first element
     elements: NDArray[np.intp]  # in the arrays, laid one after the other
     size: int  # of these together
 
 
 class Arrays:
-    """The values of one instance. `problem` says why a call failed here already, before the FMU was asked."""
+    """The values of one instance. `problem` is why a call failed before the FMU was called: a value out of range."""
 
     def __init__(self, instance: Instance, variables: Iterable[Variable]) -> None:
         self._instance = instance
@@ -89,13 +89,13 @@ class Arrays:
         return self.setter(np.fromiter(values, np.uint32), buffer)()
 
     def _parts(self, references: NDArray[np.uint32]) -> list[_Part]:
-        """Sort elements by type."""
+        """Group elements by type."""
         groups: dict[str, list[int]] = {}
-        for place, reference in enumerate(references.tolist()):
-            groups.setdefault(_function_type(self._variables[reference]), []).append(place)
+        for position, reference in enumerate(references.tolist()):
+            groups.setdefault(_function_type(self._variables[reference]), []).append(position)
         parts = []
-        for kind, places in groups.items():
-            members = [self._variables[references[place]] for place in places]
+        for kind, positions in groups.items():
+            members = [self._variables[references[position]] for position in positions]
             begins: dict[int, int] = {}
             size = 0
             for member in members:
@@ -104,12 +104,12 @@ class Arrays:
                     size += self._sizes[member.array]
             elements = [begins[member.array] + member.element for member in members]
             handles, spots = np.array(list(begins), np.uint32), np.array(elements, np.intp)
-            parts.append(_Part(kind, _place(places), handles, spots, size))
+            parts.append(_Part(kind, _positions(positions), handles, spots, size))
         return parts
 
     def _get(self, part: _Part, buffer: Buffer) -> Callable[[], int]:
         function = self._bound("Get", part.kind, part.handles)
-        places, elements = part.places, _place(part.elements.tolist())
+        positions, elements = part.positions, _positions(part.elements.tolist())
         if part.kind == "String":
             texts = (c_char_p * part.size)()
             address, count = byref(texts), part.size
@@ -118,19 +118,19 @@ class Arrays:
                 status = function(address, count)
                 if status <= WARNING:
                     found = np.array([(text or b"").decode("utf-8", "replace") for text in texts], np.object_)
-                    buffer[places] = found[elements]
+                    buffer[positions] = found[elements]
                 return status
 
             return get_texts
-        straight = isinstance(places, slice) and isinstance(elements, slice) and len(buffer) == part.size
+        straight = isinstance(positions, slice) and isinstance(elements, slice) and len(buffer) == part.size
         if straight and buffer.dtype == _NATIVE[part.kind] and buffer.flags.c_contiguous:
-            return self._with(function, buffer)  # as the FMU has them: nothing to move
+            return self._with(function, buffer)  # already in the order and type of the FMU
         values: NDArray[Any] = np.zeros(part.size, _NATIVE[part.kind])
         call = self._with(function, values)
 
         def get() -> int:
             status = call()
-            buffer[places] = values[elements]
+            buffer[positions] = values[elements]
             return status
 
         return get
@@ -146,14 +146,14 @@ class Arrays:
             if end > begin + 1:  # what is no array is always set as a whole
                 pieces.append((self.present[handle], values[begin:end]))
             begin = end
-        places, elements = part.places, _place(part.elements.tolist())
-        names = [self._variables[r].name for r in references[places].tolist()]
+        positions, elements = part.positions, _positions(part.elements.tolist())
+        names = [self._variables[r].name for r in references[positions].tolist()]
         complete = len(set(part.elements.tolist())) == part.size
         fit = self._fitting(part.kind, names)
         send = self._text_sender(function, values) if part.kind == "String" else self._with(function, values)
 
         def put() -> int:
-            given = fit(buffer[places])
+            given = fit(buffer[positions])
             if given is None:
                 return ERROR
             if not complete:
@@ -168,7 +168,7 @@ class Arrays:
         return put
 
     def _fitting(self, kind: str, names: Sequence[str]) -> Callable[[NDArray[Any]], NDArray[Any] | None]:
-        """Return what turns values into those of a type, or notes the problem: no number is bent to fit."""
+        """Return a function that converts values to a type, or notes the problem: no number is changed to fit."""
         native = _NATIVE[kind]
         if kind in ("Float64", "String"):
             return lambda values: values
@@ -224,8 +224,8 @@ def _start(variable: Variable) -> Value:
     return int(text or 0)
 
 
-def _place(indices: Sequence[int]) -> Place:
-    """Return a slice where it does: nothing is copied then."""
+def _positions(indices: Sequence[int]) -> Positions:
+    """Return consecutive indices as a slice, which copies nothing, and others as an array."""
     first, count = indices[0], len(indices)
     if list(indices) == list(range(first, first + count)):
         return slice(first, first + count)

@@ -1,4 +1,4 @@
-"""Co-simulation FMUs of FMI 1.0, 2.0 and 3.0: what they declare. Instances are made by `lockstep.fmi.instantiate`."""
+"""Read what co-simulation FMUs of FMI 1.0, 2.0 and 3.0 declare. Instances are made by `lockstep.fmi.instantiate`."""
 
 import hashlib
 from collections import Counter
@@ -54,7 +54,7 @@ class Variable:
     """What a model description says about one variable, or about one element of an array of FMI 3.0.
 
     `reference` identifies it among those that travel in the same way: the value reference, or, with FMI 3.0, a
-    number of our own, since there all elements of an array share the value reference `array`.
+    number given here, since there all elements of an array share the value reference `array`.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Variable:
     items: Mapping[str, int] = field(default_factory=dict, hash=False)  # of an Enumeration, value by name
     native: str = ""  # the type as FMI 3.0 names it: Float32, UInt8, ...
     array: int = 0
-    element: int = 0  # its place in the array, from 0, the last index running fastest
+    element: int = 0  # its position in the array from 0, the last index running fastest
     start: str | None = None  # as written in the model description
 
     @property
@@ -85,7 +85,7 @@ class Variable:
     def scalar(self) -> Scalar | None:
         """The type in which its values travel; None: not at all."""
         if self.native == "Enumeration":
-            return "Int64"  # FMI 3.0 hands them over so
+            return "Int64"  # as FMI 3.0 passes them
         return _SCALARS.get(self.native or self.type)
 
     @property
@@ -119,7 +119,7 @@ class Description:
         return [v.name for v in self.variables.values() if v.causality in causalities]
 
     def lacks(self, component: str, name: str, kind: str) -> str:
-        """Say that there is no such variable, and which there are."""
+        """Return the message that there is no such variable, with those that there are."""
         # an input may be given a start value like a parameter, so both are offered
         kinds = ("parameter", "input") if kind == "parameter" else (kind,)
         names = [found for each in kinds for found in self.names(each)]
@@ -188,7 +188,7 @@ def library_path(identifier: str, version: str) -> str:
 
 
 def validation_problems(path: Path) -> list[str]:
-    """Return what FMPy's own validation objects to in an FMU; nothing for a good one."""
+    """Return the problems that FMPy's own validation finds in an FMU; nothing for a good one."""
     from fmpy.validation import validate_fmu  # here only: it loads a grammar
 
     return [str(problem) for problem in validate_fmu(str(path))]
@@ -221,15 +221,15 @@ def _elements(variables: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
         shared = _shared(variable, kind, units)
         # a String's start is one text, blanks and all; one number is that of all elements
         starts = [variable.start] if kind == "String" or variable.start is None else variable.start.split()
-        for place, index in enumerate(product(*(range(1, size + 1) for size in variable.shape))):
+        for position, index in enumerate(product(*(range(1, size + 1) for size in variable.shape))):
             yield Variable(
                 name=element_name(variable.name, index),
                 reference=reference,
                 type=kind,
                 native=variable.type,
                 array=variable.valueReference,
-                element=place,
-                start=starts[place] if place < len(starts) else starts[0] if len(starts) == 1 else None,
+                element=position,
+                start=starts[position] if position < len(starts) else starts[0] if len(starts) == 1 else None,
                 **shared,
             )
             reference += 1

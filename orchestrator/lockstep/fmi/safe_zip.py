@@ -1,4 +1,4 @@
-"""Zip files that came from elsewhere: opened with one-line errors, extracted only below their folder."""
+"""Open zip files that came from elsewhere with one-line errors, and extract only below their folder."""
 
 import io
 import os
@@ -13,8 +13,8 @@ from typing import IO, BinaryIO, cast
 from lockstep.errors import InputError
 
 _SIZES = ("compress_size", "file_size")
-_LARGEST = 4 * 2**30  # bytes that one archive may unpack to
-_SUSPICIOUS, _DENSEST = 200_000_000, 100  # bytes from which on they may be no more than so many times the packed ones
+LARGEST = 4 * 2**30  # bytes that one archive may unpack to
+_SUSPICIOUS, _DENSEST = 200_000_000, 100  # above so many bytes, at most so many times the packed size
 
 
 @contextmanager
@@ -26,7 +26,7 @@ def open_zip(file: Path | IO[bytes], name: str) -> Iterator[zipfile.ZipFile]:
                 if not is_inside(member):
                     raise InputError(f"{name}: holds the unsafe path {member!r}; refusing to extract it")
             packed, unpacked = (sum(getattr(m, size) for m in archive.infolist()) for size in _SIZES)
-            if unpacked > _LARGEST or (unpacked > _SUSPICIOUS and unpacked > _DENSEST * packed):
+            if unpacked > LARGEST or (unpacked > _SUSPICIOUS and unpacked > _DENSEST * packed):
                 sizes = f"{packed / 1e6:.3g} MB unpack to {unpacked / 1e6:.3g} MB"
                 raise InputError(f"{name}: {sizes}; refusing to extract what looks like a zip bomb")
             yield archive
@@ -37,13 +37,13 @@ def open_zip(file: Path | IO[bytes], name: str) -> Iterator[zipfile.ZipFile]:
 
 
 def is_inside(member: str) -> bool:
-    """Tell whether a path stays below the folder that it is relative to."""
+    """Return whether a path stays below the folder that it is relative to."""
     path = PurePosixPath(member)
     return not (path.is_absolute() or ".." in path.parts or "\\" in member or ":" in member)
 
 
-def unpacking_place() -> str | None:
-    """Return the folder in which to make temporary folders for FMUs; None is the usual one.
+def unpacking_folder() -> str | None:
+    """Return the folder in which to create temporary folders for FMUs; None is the usual one.
 
     FMUs made by pythonfmu 0.7 undo no percent-encoding in the URI of their resources but that of the blank, and crash
     for letters outside ASCII: then /tmp is used instead, where there is one.

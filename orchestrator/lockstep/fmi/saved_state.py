@@ -1,4 +1,4 @@
-"""The state of an FMU in a file, by the functions that FMI 2.0 and 3.0 have for it."""
+"""Save the state of an FMU in a file and restore it, by the functions that FMI 2.0 and 3.0 have for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values of FMI 1.0 and 2.0, where every variable is one number or text: calls with their arguments bound."""
+"""Get and set values of FMI 1.0 and 2.0, where every variable is one number or text, by calls with bound arguments."""
 
 from collections.abc import Callable, Mapping
 from ctypes import byref, c_char_p, c_size_t, c_void_p

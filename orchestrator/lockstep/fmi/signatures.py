@@ -1,4 +1,4 @@
-"""Signatures of the C functions of FMI 1.0, 2.0 and 3.0, as ctypes needs them: the one place where they are written."""
+"""Signatures of the C functions of FMI 1.0, 2.0 and 3.0, as ctypes needs them; nothing else writes them."""
 
 from collections.abc import Mapping
 from ctypes import c_bool, c_char, c_double, c_int, c_size_t, c_void_p

@@ -1,4 +1,4 @@
-"""What the master needs of a slave, whatever stands behind it: an FMU, or a toy in a test."""
+"""The interface of a slave as the master uses it: an FMU in this process or another, or a toy in a test."""
 
 from collections.abc import Callable, Mapping
 from typing import Literal, Protocol, runtime_checkable
@@ -34,11 +34,11 @@ class Slave(Protocol):
         ...
 
     def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
-        """Return a call that fills the buffer; the buffer must stay where it is."""
+        """Return a call that fills the buffer, whose memory must not move."""
         ...
 
     def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
-        """Return a call that hands the buffer over; the buffer must stay where it is."""
+        """Return a call that sets the values of the buffer, whose memory must not move."""
         ...
 
     def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
@@ -62,7 +62,7 @@ class Slave(Protocol):
         ...
 
     def outcome(self, call: str, status: int) -> str:
-        """Say what a call came to that failed: `fmi2DoStep returned fmi2Error`. The call is told without its prefix."""
+        """Describe a call that failed: `fmi2DoStep returned fmi2Error`. `call` has no prefix: `DoStep`."""
         ...
 
     def last_messages(self) -> str:
@@ -76,14 +76,14 @@ class Slave(Protocol):
 
 @runtime_checkable
 class Stateful(Protocol):
-    """A slave that can save its state, and go on from it in another process. What wraps a slave saves both."""
+    """A slave that can save its state and continue from it in another process. A wrapper of a slave saves both."""
 
     def save_state(self, folder: str) -> int:
-        """Leave the whole state in files in an empty folder; each layer has files of its own names."""
+        """Write the whole state to files in an empty folder; each layer of wrappers uses file names of its own."""
         ...
 
     def restore_state(self, folder: str) -> int:
-        """Take the state that a folder holds; the instance has been initialized with the same parameters."""
+        """Restore the state in a folder; the instance has been initialized with the same parameters."""
         ...
 
 

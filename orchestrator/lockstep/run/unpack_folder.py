@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from lockstep.fmi.safe_zip import unpacking_place
+from lockstep.fmi.safe_zip import unpacking_folder
 from lockstep.operating_system import lock_file
 
 _PREFIX, _LOCK = "lockstep-", ".lock"
@@ -20,7 +20,7 @@ _YOUNG = 60.0  # [s]: one that is being made may not be locked yet
 @contextmanager
 def run_folder(removed: Callable[[Path], None] = lambda _: None) -> Iterator[Path]:
     """Make a folder that is locked while this process lives; first remove those of killed runs, reporting each."""
-    parent = unpacking_place()
+    parent = unpacking_folder()
     for path in remove_abandoned(Path(parent or tempfile.gettempdir())):
         removed(path)
     with tempfile.TemporaryDirectory(prefix=_PREFIX, dir=parent, ignore_cleanup_errors=True) as name:

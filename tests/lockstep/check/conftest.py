@@ -88,6 +88,6 @@ def bad(findings: Mapping[str, Finding]) -> dict[str, str]:
     return {check: f.status for check, f in findings.items() if f.status != "pass"}
 
 
-def told(finding: Finding) -> str:
-    """Return all that a finding says."""
+def text_of(finding: Finding) -> str:
+    """Return message and details of a finding."""
     return "\n".join([finding.message, *finding.details])

@@ -1,4 +1,4 @@
-"""An FMU against a contract: what it serves as it is, through an adapter, or not at all."""
+"""Comparison of an FMU with a contract: ports served directly, through an adapter, or not at all."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from lockstep.check.static.model import Model, parse_xml, read_model
 from lockstep.errors import InputError
 from lockstep.system.units import Unit
 
-from .conftest import told
+from .conftest import text_of
 
 RATE = Unit(name="rad/s", exponents=(0, 0, -1, 0, 0, 0, 0, 1))
 TORQUE = Unit(name="N.m", exponents=(1, 2, -2, 0, 0, 0, 0, 0))
@@ -77,7 +77,7 @@ def serving(
 
 
 def work(model: Model) -> set[tuple[str, str]]:
-    """Return what an adapter has to do, by our name."""
+    """Return what an adapter has to do, by name of the port."""
     return {(served.port.name, line) for served in compare(CONTRACT, model).adapted for line in served.work}
 
 
@@ -93,7 +93,7 @@ def test_equal_names_and_units_are_served_directly() -> None:
 @pytest.mark.parametrize(
     "name", ["wheel_torque_{}", "wheelTorque[{}]", "WHEEL.TORQUE({})", "wheel.torque.{}", "WheelTorque{}"]
 )
-def test_another_spelling_needs_an_adapter(name: str) -> None:
+def test_other_spelling_needs_an_adapter(name: str) -> None:
     assert work(serving(torque=name)) == {(f"wheel.torque[{i}]", "named differently") for i in (1, 2, 3)}
 
 
@@ -109,23 +109,23 @@ def test_counting_from_zero_shifts_every_element(name: str) -> None:
     ("unit", "says"),
     [
         ("deg/s", "unit deg/s instead of rad/s, factor 0.0174532925"),
-        ("", "no unit told; ours is rad/s"),
+        ("", "no unit declared; the contract has rad/s"),
         ("1/s", "unit 1/s, whose base units leave out the radian, factor 1"),
         ("rpm", "unit rpm, whose base units leave out the radian, factor 0.104719755"),
     ],
 )
-def test_another_unit_needs_an_adapter(unit: str, says: str) -> None:
+def test_other_unit_needs_an_adapter(unit: str, says: str) -> None:
     assert work(serving(units=(unit, "Nm"))) == {("gyro.rate[1]", says), ("gyro.rate[2]", says)}
 
 
-def test_a_unit_of_something_else_does_not_fit() -> None:
+def test_unit_of_another_quantity_does_not_fit() -> None:
     comparison = compare(CONTRACT, serving(units=("rad/s", "V")))
 
     assert {port.name for port, _ in comparison.missing} == {"wheel.torque[1]", "wheel.torque[2]", "wheel.torque[3]"}
     assert all("does not convert" in why for _, why in comparison.missing)
 
 
-def test_another_type_needs_an_adapter_and_text_does_not_fit() -> None:
+def test_other_number_type_needs_an_adapter_and_text_does_not_fit() -> None:
     counted = serving()
     flag = next(v for v in counted.variables if v.name == "valid")
     as_integer = replace(
@@ -141,13 +141,13 @@ def test_another_type_needs_an_adapter_and_text_does_not_fit() -> None:
     ]
 
 
-def test_an_input_is_no_output() -> None:
+def test_input_does_not_serve_an_output() -> None:
     missing = compare(CONTRACT, vendor(("wheel.torque[1]", "input", real("Nm")))).missing
 
     assert ("wheel.torque[1]", "is an input, not an output") in {(port.name, why) for port, why in missing}
 
 
-def test_findings_tell_needed_optional_and_unfed_ports() -> None:
+def test_findings_list_needed_optional_and_unfed_ports() -> None:
     model = vendor(
         *((f"TauCmd_{i}", "output", real("mN.m")) for i in (1, 2, 3)),
         *((f"omega({i})", "input", real("deg/s")) for i in (0, 1)),
@@ -160,18 +160,18 @@ def test_findings_tell_needed_optional_and_unfed_ports() -> None:
         "contract.direct": "pass", "contract.adapter": "pass", "contract.missing": "error", "contract.unfed": "warning",
     }  # fmt: skip
     assert findings["contract.direct"].numbers == {"ports": 7, "direct": 1, "adapter": 0, "missing": 6}
-    missing = told(findings["contract.missing"])
+    missing = text_of(findings["contract.missing"])
     assert "needed: wheel.torque[1..3]" in missing
-    assert "wheel.torque: of equal number and fitting unit is TauCmd_1 to TauCmd_3" in missing
-    assert "input, offered, not taken: gyro.rate[1..2]" in missing
+    assert "wheel.torque: matches TauCmd_1 to TauCmd_3 of the FMU in number and unit" in missing
+    assert "input, available, not used: gyro.rate[1..2]" in missing
     assert "parameter, optional: torque_limit" in missing
     assert findings["contract.unfed"].details == (
         "omega(0), omega(1), gain_schedule",
-        "omega(0) to omega(1): of equal number and fitting unit is our gyro.rate",
+        "omega(0) to omega(1): matches gyro.rate of the contract in number and unit",
     )
 
 
-def test_a_missing_output_is_a_warning_unless_the_contract_was_asked_for() -> None:
+def test_missing_output_is_a_warning_or_an_error_with_like() -> None:
     model = vendor(*((f"gyro.rate[{i}]", "input", real("rad/s")) for i in (1, 2)), ("valid", "input", "<Boolean/>"))
     short = replace(
         CONTRACT, ports=tuple(p for p in CONTRACT.ports if p.name not in ("wheel.torque[2]", "wheel.torque[3]"))
@@ -181,18 +181,18 @@ def test_a_missing_output_is_a_warning_unless_the_contract_was_asked_for() -> No
     assert status == {None: "warning", "controller:small": "error"}
 
 
-def test_the_variant_that_fits_is_chosen() -> None:
+def test_best_variant_is_chosen() -> None:
     for size, variant in ((3, "small"), (6, "large")):
-        ours = vendor(*((f"wheel.torque[{i}]", "output", real("Nm")) for i in range(1, size + 1)))
-        theirs = vendor(*((f"TauCmd_{i}", "output", real("Nm")) for i in range(1, size + 1)))
+        equal = vendor(*((f"wheel.torque[{i}]", "output", real("Nm")) for i in range(1, size + 1)))
+        other = vendor(*((f"TauCmd_{i}", "output", real("Nm")) for i in range(1, size + 1)))
         for contracts in ([CONTRACT, LARGE], [LARGE, CONTRACT]):
-            for model in (ours, theirs):
+            for model in (equal, other):
                 comparison = choose(contracts, model, "controller")
                 assert comparison is not None
                 assert comparison.contract.variant == variant
 
 
-def test_an_fmu_that_resembles_nothing_is_not_judged() -> None:
+def test_fmu_that_matches_no_contract_is_skipped() -> None:
     findings = contract_findings([CONTRACT, LARGE], vendor(("h", "output", "<Real/>")), None)
 
     assert [f.status for f in findings] == ["skipped"]
@@ -200,7 +200,7 @@ def test_an_fmu_that_resembles_nothing_is_not_judged() -> None:
     assert contract_findings([], vendor(), None) == []
 
 
-def test_an_unknown_contract_is_refused() -> None:
+def test_unknown_contract_is_refused() -> None:
     with pytest.raises(InputError, match=r"--like thruster: no such contract; there are controller, controller:small"):
         choose([CONTRACT], vendor(), "thruster")
 
@@ -216,5 +216,5 @@ def test_an_unknown_contract_is_refused() -> None:
         ("7", ("7", None)),
     ],
 )
-def test_names_without_their_spelling(name: str, parts: tuple[str, int | None]) -> None:
+def test_names_are_split_without_case_and_separators(name: str, parts: tuple[str, int | None]) -> None:
     assert split_name(name) == parts

@@ -1,4 +1,4 @@
-"""FMUs of FMI 1.0 and 3.0 under check: fewer checks, a clear result, and the report says what was left out."""
+"""Checks of FMUs of FMI 1.0 and 3.0: fewer checks, and the report states their scope."""
 
 import pytest
 
@@ -13,7 +13,7 @@ def found(path, **options):
 
 
 @pytest.mark.parametrize("version", ["1.0", "3.0"])
-def test_a_good_one_passes_and_runs(reference_fmu, version):
+def test_good_fmu_passes_and_runs(reference_fmu, version):
     findings, failed = found(reference_fmu("feedthrough", version))
 
     assert not failed
@@ -24,7 +24,7 @@ def test_a_good_one_passes_and_runs(reference_fmu, version):
     assert f"checked for FMI 2.0 only; this is FMI {version}" in findings["static.scope"][1]
 
 
-def test_one_that_does_not_run_fails_with_its_words(reference, tmp_path):
+def test_fmu_that_does_not_run_fails_with_its_message(reference, tmp_path):
     path = reference.build("stair", "3.0", tmp_path, token="another")
     findings, failed = found(path)
 
@@ -35,7 +35,7 @@ def test_one_that_does_not_run_fails_with_its_words(reference, tmp_path):
     assert "dynamic.run" not in static
 
 
-def test_one_that_the_master_cannot_take_fails(reference, tmp_path):
+def test_fmu_that_the_master_does_not_support_fails(reference, tmp_path):
     clock = '<Clock name="tick" valueReference="901" causality="input" intervalVariability="triggered"/>'
     findings, failed = found(reference.build("stair", "3.0", tmp_path, more=clock))
 

@@ -25,8 +25,8 @@ def started(version):
     return given | texts | ({"Enumeration_in": 2} if version == "1.0" else {})  # whose items count from 1
 
 
-def _zero(name, place):
-    return "" if name == "words" else place > 0 if name == "flags" else 0
+def _zero(name, position):
+    return "" if name == "words" else position > 0 if name == "flags" else 0
 
 
 WAYS = [("1.0", False), ("2.0", False), ("2.0", True), ("3.0", False), ("3.0", True)]
@@ -72,8 +72,8 @@ def run(request, reference_fmu, tmp_path_factory):
     return version, read_signals(folder / "out")
 
 
-def theirs(reference_fmu, model, version, **start):
-    """Return what FMPy's own master makes of a model."""
+def simulated_by_fmpy(reference_fmu, model, version, **start):
+    """Return the results of FMPy's own master."""
     return simulate_fmu(
         str(reference_fmu(model, version)),
         fmi_type="CoSimulation",
@@ -85,16 +85,18 @@ def theirs(reference_fmu, model, version, **start):
     )
 
 
-def test_an_integrator_is_its_closed_form(run, reference_fmu):
+def test_integrator_agrees_with_its_closed_form(run, reference_fmu):
     version, signals = run
     level = U / RATE
     few = TICKS * 2.0**-52 * level  # one rounding a step, and what it adds decays
 
     assert_allclose(signals["integrator.x"], level + (X0 - level) * np.exp(-RATE * signals.time), atol=few)
-    assert_array_equal(signals["integrator.x"], theirs(reference_fmu, "integrator", version, u=U, x0=X0)["x"][:TICKS])
+    assert_array_equal(
+        signals["integrator.x"], simulated_by_fmpy(reference_fmu, "integrator", version, u=U, x0=X0)["x"][:TICKS]
+    )
 
 
-def test_a_ball_bounces_when_it_has_to(run, reference_fmu):
+def test_ball_agrees_with_its_closed_form(run, reference_fmu):
     version, signals = run
     h0, g, e, time = 1.0, 9.81, 0.7, signals.time
     speed = np.sqrt(2.0 * g * h0) * e ** np.arange(10)  # before each bounce
@@ -110,30 +112,34 @@ def test_a_ball_bounces_when_it_has_to(run, reference_fmu):
     # the ball restarts from the rounded end of each step: 256 of them, times of a second, speeds of 5 m/s
     assert_allclose(signals["ball.h"], height, atol=1e-12)
     assert_allclose(signals["ball.last_bounce"][~first], bounces[passed - 1][~first], atol=1e-12)
-    assert_array_equal(signals["ball.h"], theirs(reference_fmu, "ball", version)["h"][:TICKS])
+    assert_array_equal(signals["ball.h"], simulated_by_fmpy(reference_fmu, "ball", version)["h"][:TICKS])
 
 
-def test_a_feedthrough_hands_on_every_type(run, reference_fmu):
+def test_feedthrough_copies_every_type(run, reference_fmu):
     version, signals = run
     given = started(version)
     for name, value in given.items():
         column = signals[f"feedthrough.{name.removesuffix('_in')}_out"]
         assert column.tolist() == [value] * TICKS, name
     numbers = {name: value for name, value in given.items() if isinstance(value, int | float)}
-    result = theirs(reference_fmu, "feedthrough", version, **numbers)
+    result = simulated_by_fmpy(reference_fmu, "feedthrough", version, **numbers)
     for name, value in numbers.items():
         if name.removesuffix("_in") + "_out" in result.dtype.names:
             assert result[name.removesuffix("_in") + "_out"][-1] == value
 
 
-def test_an_fmu_finds_its_resources(run, reference, reference_fmu):
+def test_resources_are_found(run, reference, reference_fmu):
     version, signals = run
     if version == "1.0":
-        assert not [name for name in signals.columns if name.startswith("resource")]  # it hands over no place of them
+        assert not [
+            name for name in signals.columns if name.startswith("resource")
+        ]  # FMI 1.0 does not pass their location
         return
     assert signals["resource.count"][-1] == len(reference.NUMBERS)
     assert_array_equal(signals["resource.number"], np.resize(reference.NUMBERS, TICKS))
-    assert_array_equal(theirs(reference_fmu, "resource", version)["number"][1 : TICKS + 1], signals["resource.number"])
+    assert_array_equal(
+        simulated_by_fmpy(reference_fmu, "resource", version)["number"][1 : TICKS + 1], signals["resource.number"]
+    )
 
 
 MESSAGES = {
@@ -155,7 +161,7 @@ BROKEN += [("1.0", 0, True), *(("3.0", mode, True) for mode in (0, 1, 5, 6))]
 
 
 @pytest.mark.parametrize(("version", "mode", "isolated"), BROKEN)
-def test_a_stair_ends_or_breaks_in_one_line_with_its_steps_kept(reference_fmu, tmp_path, version, mode, isolated):
+def test_end_or_failure_is_one_line_and_earlier_steps_are_kept(reference_fmu, tmp_path, version, mode, isolated):
     stair = Component(
         name="stair",
         source=reference_fmu("stair", version),
@@ -170,4 +176,4 @@ def test_a_stair_ends_or_breaks_in_one_line_with_its_steps_kept(reference_fmu, t
     signals = read_signals(tmp_path / "out")
     assert signals["stair.counter"].tolist() == list(range(1, 5 if mode else 11))
     log = (tmp_path / "out" / "events.jsonl").read_text()
-    assert ('"terminated"' in log) == (mode < 4)  # neither after an error nor after fatal; a crash leaves nobody
+    assert ('"terminated"' in log) == (mode < 4)  # neither after an error nor after fatal; nor after a crash

@@ -1,6 +1,6 @@
-"""The process that one dynamic check runs in; `python -m` it with TASK.json and it writes one JSON result.
+"""Run one dynamic check in this process: `python -m` with the path of a task in JSON; writes its result in JSON.
 
-An FMU may crash here, end the process, hang or eat memory: the parent (`probe_runner`) makes a finding of each.
+An FMU may crash here, end the process, hang or take too much memory: the parent (`probe_runner`) makes that a finding.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class ProbeResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProbeTask:
-    """What a check has to go on."""
+    """What a probe works with."""
 
     experiment: Experiment
     folder: Path  # the unpacked FMU
@@ -56,8 +56,8 @@ class ProbeTask:
         """Instantiate the FMU, or another one."""
         form = self.options.get("location", "encoded")
         variables = _declared(Path(self.options["archive"])) if self.experiment.fmi == "3.0" else ()
-        place = folder or self.folder
-        made = CheckedInstance(other or self.experiment, place, self.last_call, name, form, variables)
+        unpacked = folder or self.folder
+        made = CheckedInstance(other or self.experiment, unpacked, self.last_call, name, form, variables)
         self.instances.append(made)
         return made
 
@@ -80,16 +80,16 @@ Probe = Callable[[ProbeTask], ProbeResult]
 def main(arguments: list[str]) -> int:
     """Run one check and write what it found."""
     _limit()
-    told = json.loads(Path(arguments[0]).read_text(encoding="utf-8"))
-    work = Path(told["work"])
+    task_file = json.loads(Path(arguments[0]).read_text(encoding="utf-8"))
+    work = Path(task_file["work"])
     task = ProbeTask(
-        experiment=Experiment.from_json(told["experiment"]),
-        folder=Path(told["folder"]),
+        experiment=Experiment.from_json(task_file["experiment"]),
+        folder=Path(task_file["folder"]),
         work=work,
-        options=told["options"],
+        options=task_file["options"],
         last_call=last_call_in(work / "last_call"),
     )
-    module, _, name = told["probe"].partition(":")
+    module, _, name = task_file["probe"].partition(":")
     probe: Probe = getattr(import_module(module), name)
     try:
         result = probe(task)
@@ -97,7 +97,7 @@ def main(arguments: list[str]) -> int:
             instance.close()
     except RunError as error:
         result = ProbeResult(status="error", message=str(error).removeprefix(f"{NAME}: "))
-    except Exception as error:  # of the check itself: told as such, and no end of the report
+    except Exception as error:  # of the check itself: reported as such, and the other checks go on
         lines = traceback.format_exc().splitlines()
         reason = f"the check could not be carried out: {type(error).__name__}: {error}"
         result = ProbeResult(status="error", message=reason, details=tuple(lines[-6:]))

@@ -1,4 +1,4 @@
-"""Run a check in a process of its own, and make words of however that process ended."""
+"""Run a probe in a process of its own, and describe how that process ended."""
 
 from __future__ import annotations
 
@@ -10,18 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from lockstep.check.dynamic.experiment import Experiment
-from lockstep.check.dynamic.probe_process import GIGABYTE, Probe, ProbeResult
-from lockstep.errors import InputError
+from lockstep.check.dynamic.probe_process import Probe, ProbeResult
 from lockstep.fmi.safe_zip import open_zip
 from lockstep.processes.child_process import ChildProcess, ending, printed_lines, signal_name
 from lockstep.processes.last_call import read_last_call
 
-UNPACKED_LIMIT = 4 * GIGABYTE
-
 
 @dataclass(slots=True, kw_only=True)
 class ProbeRunner:
-    """A folder in which one FMU is checked: unpacked afresh for each check, to the same place."""
+    """Runs probes of one FMU, which is unpacked again for each of them, to the same folder."""
 
     archive: Path
     work: Path
@@ -33,26 +30,24 @@ class ProbeRunner:
 
     @property
     def unpacked(self) -> Path:
-        """Where the FMU lies."""
+        """The folder of the unpacked FMU."""
         return self.work / "fmu"
 
     @property
     def results(self) -> Path:
-        """Where checks write trajectories and states."""
+        """The folder in which probes write trajectories and states."""
         return self.work / "results"
 
     @property
     def elsewhere(self) -> Path:
-        """A working directory that has nothing to do with the FMU."""
+        """A working directory outside the FMU."""
         return self.work / "elsewhere"
 
     def unpack(self, folder: Path | None = None) -> Path:
-        """Unpack the FMU afresh, or raise InputError."""
+        """Unpack the FMU again, or raise InputError."""
         target = folder or self.unpacked
         shutil.rmtree(target, ignore_errors=True)
         with open_zip(self.archive, str(self.archive)) as archive:
-            if sum(member.file_size for member in archive.infolist()) > UNPACKED_LIMIT:
-                raise InputError(f"{self.archive}: unpacks to more than {UNPACKED_LIMIT // GIGABYTE} GB")
             archive.extractall(target)
         return target
 
@@ -70,11 +65,11 @@ class ProbeRunner:
 
         `directory` is the working directory; None is the one in which the FMU runs.
         """
-        place = self.unpack(folder)
-        usual = place if experiment.directory == "unpacked" else self.elsewhere
+        unpacked = self.unpack(folder)
+        usual = unpacked if experiment.directory == "unpacked" else self.elsewhere
         task = {
             "probe": f"{probe.__module__}:{probe.__name__}",
-            "folder": str(place),
+            "folder": str(unpacked),
             "work": str(self.results),
             "options": options,
             "experiment": experiment.as_json(),
@@ -98,7 +93,7 @@ class ProbeRunner:
             child.wait()
         result = self._result(code, limit, time.monotonic() - began)
         if left and result.status != "error":
-            return ProbeResult(status="error", message="a process that it started ran on after the end of its own")
+            return ProbeResult(status="error", message="a process that it started continued after the end of its own")
         return result
 
     def _result(self, code: int | None, limit: float, lasted: float) -> ProbeResult:
@@ -121,7 +116,7 @@ class ProbeRunner:
         how = f"did not end within {limit:g} s" if code is None else f"ended with {_code_name(code)}"
         return ProbeResult(
             status="error",
-            message=f"all calls were answered, but then the process {how}",
+            message=f"all calls returned, but then the process {how}",
             details=self._printed(),
             numbers=result.numbers,
         )

@@ -1,4 +1,4 @@
-"""Checks of the life cycle: instantiate, initialise, step, reset, and more than one instance."""
+"""Probes of the life cycle: instantiate, initialise, step, reset, and more than one instance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OTHER_PHASE = 11  # steps that a second instance's stimulus is ahead
 
 
 def instantiate(task: ProbeTask) -> ProbeResult:
-    """Load the library, ask what it implements, make one instance and free it."""
+    """Load the library, get the version that it implements, make one instance and free it."""
     began = time.perf_counter()
     instance = task.open()
     lasted = 1e3 * (time.perf_counter() - began)
@@ -50,16 +50,16 @@ def step(task: ProbeTask) -> ProbeResult:
     run, done = Trajectory.joined(parts), len(parts)
     run.save(task.work / "base.npz")
     experiment = task.experiment
-    still = "" if experiment.stimulated else "; inputs stay at their start values, as it refuses others"
-    told = f"{done} steps of {experiment.step:g} s ({experiment.step_source}){still}"
+    still = "" if experiment.stimulated else "; inputs keep their start values, as it refuses others"
+    message = f"{done} steps of {experiment.step:g} s ({experiment.step_source}){still}"
     numbers = {"steps": done, "step [s]": experiment.step}
     bad = np.argwhere(~np.isfinite(run.reals))
     if len(bad):
         k, column = bad[0]
         name = output_names(experiment)[column]
         first = f"output {name} is {run.reals[k, column]} after the step at t = {experiment.time(k):.9g} s"
-        return ProbeResult(status="error", message=first, details=(told,), numbers=numbers)
-    return ProbeResult(message=told, numbers=numbers)
+        return ProbeResult(status="error", message=first, details=(message,), numbers=numbers)
+    return ProbeResult(message=message, numbers=numbers)
 
 
 def trajectory(task: ProbeTask) -> ProbeResult:
@@ -117,13 +117,13 @@ def second_instance(task: ProbeTask) -> ProbeResult:
 
 
 def other_phase(task: ProbeTask) -> ProbeResult:
-    """Run alone what `second_instance` runs beside another instance."""
+    """Run alone the stimulus of the second instance of `second_instance`."""
     task.started().run(0, task.options["steps"], phase=OTHER_PHASE).save(task.work / "other.npz")
     return ProbeResult()
 
 
 def second_load(task: ProbeTask) -> ProbeResult:
-    """Free, unload, load and run again in the same process."""
+    """Free, unload, load and run several times in the same process."""
     base = Trajectory.load(task.work / "base.npz")
     for load in range(LOADS):
         instance = task.started()
@@ -147,12 +147,15 @@ def side_by_side(task: ProbeTask) -> ProbeResult:
         for k in range(min(map(len, bases))):
             for which in order:
                 runs[which].append(made[which].run(k, k + 1))
-        for which, experiment, words in ((0, task.experiment, f"beside {name}"), (1, neighbour, f"{name} beside it")):
+        for which, experiment, words in (
+            (0, task.experiment, f"together with {name}"),
+            (1, neighbour, f"{name} together with it"),
+        ):
             run = Trajectory.joined(runs[which])
             _same(run, bases[which][: len(run)], experiment, words)
         for which in order:
             made[which].close()
-    return ProbeResult(message=f"the same bits beside {name}, whichever is loaded first")
+    return ProbeResult(message=f"the same bits together with {name}, whichever is loaded first")
 
 
 def _same(got: Trajectory, expected: Trajectory, experiment: Experiment, when: str) -> None:

@@ -1,4 +1,4 @@
-"""Checks under load: memory over many steps, and what a step costs."""
+"""Probes under load: memory over many steps, and the cost of a step."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ def memory(task: ProbeTask) -> ProbeResult:
         counts.append(done)
         if time.monotonic() > deadline and done < aim:
             why = f"; the time limit of {seconds:g} s ended it before {aim:,} steps"
-    return judged(np.array(sizes), np.array(counts), why)
+    return memory_result(np.array(sizes), np.array(counts), why)
 
 
-def judged(sizes: Any, counts: Any, why: str) -> ProbeResult:
-    """Return what resident sizes [MB] after so many steps mean; `why` tells what ended them early."""
+def memory_result(sizes: Any, counts: Any, why: str) -> ProbeResult:
+    """Judge the growth of memory from resident sizes [MB] after so many steps; `why` is what ended them early."""
     warm = int(np.searchsorted(counts, WARM_UP * counts[-1]))
     steps = int(counts[-1] - counts[warm])
     if not steps:
@@ -64,12 +64,12 @@ def judged(sizes: Any, counts: Any, why: str) -> ProbeResult:
     late = float(sizes[-1] - sizes[middle])  # what fills a buffer once has ended by then
     rate = growth * MEGABYTE / steps
     numbers = {"steps": float(counts[-1]), "growth [MB]": growth, "growth [B/step]": rate, "resident [MB]": sizes[-1]}
-    told = f"{counts[-1]:,} steps: {growth:+.2f} MB after the first {counts[warm]:,}{why}"
+    message = f"{counts[-1]:,} steps: {growth:+.2f} MB after the first {counts[warm]:,}{why}"
     if growth <= GROWTH_LIMIT:
-        return ProbeResult(message=told, numbers=numbers)
+        return ProbeResult(message=message, numbers=numbers)
     if late < 0.2 * growth:
-        return ProbeResult(status="info", message=f"{told}; it has stopped growing", numbers=numbers)
-    return ProbeResult(status="error", message=f"{told}, {rate:.0f} bytes a step", numbers=numbers)
+        return ProbeResult(status="info", message=f"{message}; it has stopped growing", numbers=numbers)
+    return ProbeResult(status="error", message=f"{message}, {rate:.0f} bytes a step", numbers=numbers)
 
 
 def cost(task: ProbeTask) -> ProbeResult:
@@ -100,12 +100,12 @@ def cost(task: ProbeTask) -> ProbeResult:
         numbers[f"{name} median [us]"] = float(np.median(column))
         numbers[f"{name} 99th percentile [us]"] = float(np.percentile(column, 99.0))
     whole = numbers["sum median [us]"]
-    told = (
+    message = (
         f"median {whole:.1f} us a step (set {numbers['set median [us]']:.1f}, step {numbers['step median [us]']:.1f}, "
         f"get {numbers['get median [us]']:.1f}), 99th percentile {numbers['sum 99th percentile [us]']:.1f} us; "
         f"{task.experiment.step * 1e6 / whole:.3g} times real time"
     )
-    return ProbeResult(status="info", message=told, numbers=numbers)
+    return ProbeResult(status="info", message=message, numbers=numbers)
 
 
 def _all(bound: list[PortCall]) -> int:

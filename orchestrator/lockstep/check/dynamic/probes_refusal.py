@@ -1,4 +1,4 @@
-"""Checks of what an FMU refuses, and how it says so: bad steps, bad references, log messages."""
+"""Probes of what an FMU refuses, and what it logs: bad steps, bad references, log messages."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _name(status: int) -> str:
 
 
 def refuses_step(task: ProbeTask) -> ProbeResult:
-    """Ask for steps that the FMU cannot make, each of a new instance; and for others that it says it can."""
+    """Try steps that the FMU cannot make, each with a new instance, and others that it declares it can."""
     h, fixed = task.experiment.step, not task.experiment.any_step
     if not fixed:
         for factor in (0.5, 2.0):
@@ -41,17 +41,17 @@ def refuses_step(task: ProbeTask) -> ProbeResult:
         status = instance.try_step(task.experiment.time(1), step)
         details.append(f"step {words}: {_name(status)}")
         accepted += [words] * (status in (OK, WARNING))
-        _put_away(instance)
+        _close_quietly(instance)
         if status >= FATAL:
             text = f"a step of {words} is answered with {_name(status)}, which ends every instance in the process"
             return ProbeResult(status="warning", message=text, details=tuple(details))
     wrong = [words for words in accepted if words in others]
     if wrong:
-        told = f"its step is fixed at {h:g} s, but it silently accepts a step of {' and of '.join(wrong)}"
-        return ProbeResult(status="error", message=told, details=tuple(details))
+        message = f"its step is fixed at {h:g} s, but it silently accepts a step of {' and of '.join(wrong)}"
+        return ProbeResult(status="error", message=message, details=tuple(details))
     if accepted:
-        told = f"silently accepts a step that is {' or '.join(accepted)}"
-        return ProbeResult(status="warning", message=told, details=tuple(details))
+        message = f"silently accepts a step that is {' or '.join(accepted)}"
+        return ProbeResult(status="warning", message=message, details=tuple(details))
     made = "only its own step is accepted" if fixed else f"makes steps of {0.5 * h:g}, {h:g} and {2 * h:g} s"
     return ProbeResult(message=f"{made}; zero, negative and not-a-number are refused", details=tuple(details))
 
@@ -72,23 +72,23 @@ def invalid_reference(task: ProbeTask) -> ProbeResult:
             details.append(f"fmi2{name}: {_name(status)}{', logged' if logged else ''}")
             if status in (OK, WARNING) and not logged:
                 silent.append(f"fmi2{name}")
-            _put_away(instance)
+            _close_quietly(instance)
             if status >= FATAL:
                 text = f"fmi2{name} answers a bad reference with {_name(status)}"
                 text += ", which ends every instance in the process"
                 return ProbeResult(status="warning", message=text, details=tuple(details))
     if silent:
-        told = f"accepted without a word by {', '.join(silent)}"
-        return ProbeResult(status="info", message=told, details=tuple(details))
+        message = f"accepted without a message by {', '.join(silent)}"
+        return ProbeResult(status="info", message=message, details=tuple(details))
     return ProbeResult(message="each is refused or logged", details=tuple(details))
 
 
 def logging(task: ProbeTask) -> ProbeResult:
-    """Switch its log categories on, induce an error, and look at the message."""
+    """Switch the log categories on, cause an error, and examine the message."""
     categories = task.experiment.categories
     instance = task.open("named by the host")
-    told = (c_char_p * max(1, len(categories)))(*(name.encode() for name in categories))
-    status = instance.call("SetDebugLogging", 1, len(categories), told)
+    names = (c_char_p * max(1, len(categories)))(*(name.encode() for name in categories))
+    status = instance.call("SetDebugLogging", 1, len(categories), names)
     if status not in (OK, WARNING):
         listed = ", ".join(categories) or "none"
         return ProbeResult(status="warning", message=f"fmi2SetDebugLogging refuses the declared categories ({listed})")
@@ -142,7 +142,7 @@ def _after_a_step(task: ProbeTask) -> CheckedInstance:
     return instance
 
 
-def _put_away(instance: CheckedInstance) -> None:
-    """Close an instance that was provoked; how it takes that is not judged here."""
+def _close_quietly(instance: CheckedInstance) -> None:
+    """Close an instance after a wrong call; whether that works is not judged here."""
     with suppress(RunError):
         instance.close()

@@ -1,4 +1,4 @@
-"""Checks of the working directory and of awkward paths: the same bits from anywhere, and nothing left behind."""
+"""Check that results depend neither on the working directory nor on the path, and that no files are left behind."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SPACES, UMLAUTS = "two short spaces", "Größe und Maß"
 def working_directory(runner: ProbeRunner, experiment: Experiment, base: Trajectory) -> ProbeResult:
     """Run from several working directories."""
     read_only = runner.work / "read-only"
-    shutil.rmtree(runner.elsewhere)  # what earlier checks left there is no matter of this one
+    shutil.rmtree(runner.elsewhere)  # remove what earlier checks left there
     runner.elsewhere.mkdir()
     read_only.mkdir(mode=0o555)
     for words, directory, folder in (
@@ -28,7 +28,7 @@ def working_directory(runner: ProbeRunner, experiment: Experiment, base: Traject
         ("in the folder that it is unpacked to", runner.unpacked, None),
         ("in its resources folder", runner.unpacked / "resources", None),
     ):
-        place = runner.unpack(folder)
+        unpacked = runner.unpack(folder)
         if not directory.is_dir():
             continue  # it has no resources
         before = _listing(directory)
@@ -36,14 +36,14 @@ def working_directory(runner: ProbeRunner, experiment: Experiment, base: Traject
         if wrong:
             return ProbeResult(status="error", message=f"{words}: {wrong}")
         left = sorted(_listing(directory) - before)
-        if left and not directory.is_relative_to(place):  # its own folder is its own
+        if left and not directory.is_relative_to(unpacked):  # it may write to its own folder
             return ProbeResult(status="error", message=f"leaves files in the working directory: {', '.join(left[:4])}")
     writes = " (as this is root, it could have written there)" if os.access(read_only, os.W_OK) else ""
     return ProbeResult(message=f"the same bits from 4 working directories, one read-only{writes}; nothing left behind")
 
 
 def resource_location(runner: ProbeRunner, experiment: Experiment, base: Trajectory) -> ProbeResult:
-    """Run from paths with spaces and umlauts, told in each of the forms that a URI may have."""
+    """Run from paths with spaces and umlauts, in each of the forms that a URI may have."""
 
     def wrong(folder: Path, form: str) -> str:
         return _unlike(runner, experiment, base, folder=folder, location=form)
@@ -66,7 +66,7 @@ def resource_location(runner: ProbeRunner, experiment: Experiment, base: Traject
 
 
 def _unlike(runner: ProbeRunner, experiment: Experiment, base: Trajectory, **options: Any) -> str:
-    """Run once more, and say how that was unlike the reference; "" if it was not."""
+    """Repeat the run and describe the difference from the reference; empty if there is none."""
     result = runner.run(probes_life.trajectory, experiment, name="there", steps=len(base), **options)
     if result.status == "error":
         return result.message

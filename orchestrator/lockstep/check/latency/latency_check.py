@@ -45,7 +45,7 @@ class Response:
 def latency(task: ProbeTask) -> ProbeResult:
     """Change each input in turn, or whole arrays when that would take too long."""
     if not (task.experiment.inputs and task.experiment.outputs):
-        return ProbeResult(status="skipped", message="it has no inputs, or no outputs")
+        return ProbeResult(status="skipped", message="no inputs or no outputs")
     steps = task.options["steps"]
     bench = Bench(task, moment=min(MOMENT, steps // 2), window=min(WINDOW, steps))
     began = time.monotonic()
@@ -76,7 +76,7 @@ def latency(task: ProbeTask) -> ProbeResult:
             except RunError as error:
                 broken += [] if context else [f"{folded(inputs)}: a small change is refused: {error}"]
                 bench.renew()
-    return judged(task, responses, broken, late, bench.window)
+    return latency_result(task, responses, broken, late, bench.window)
 
 
 def _response(
@@ -99,7 +99,7 @@ def _response(
 def _sure(
     bench: Bench, change: Change, context: Change, answer: Trajectory, base: Trajectory, *, short: bool
 ) -> NDArray[np.bool_]:
-    """Tell which answers shrink with the change: rounding, as of a conserved sum of large parts, does not."""
+    """Return which answers shrink with the change: rounding, as of a conserved sum of large parts, does not."""
     sure = np.ones(unlike(answer, base).shape[1], bool)
     if all(bench.instance.write[setter].scalar == "Real" for setter, _, _ in change):
         small = [(setter, column, REDUCED * amount) for setter, column, amount in change]
@@ -110,8 +110,10 @@ def _sure(
     return sure
 
 
-def judged(task: ProbeTask, responses: list[Response], broken: list[str], late: int, window: int) -> ProbeResult:
-    """Return what the responses mean; `late` inputs were not tried."""
+def latency_result(
+    task: ProbeTask, responses: list[Response], broken: list[str], late: int, window: int
+) -> ProbeResult:
+    """Compare the responses with the declared dependencies; `late` inputs were not tried."""
     ports = {port.name: port for port in task.experiment.outputs}
     names = output_names(task.experiment)
     pairs: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
@@ -145,19 +147,19 @@ def judged(task: ProbeTask, responses: list[Response], broken: list[str], late: 
     details += [f"{output} <- {source}: declared, but not seen as feedthrough" for output, source in vanishing]
     details += _lines(pairs, fed)
     shown = tuple(details[:LINES]) + ((f"and {len(details) - LINES} lines more",) if len(details) > LINES else ())
-    told = _summary(pairs, fed, broken, late)
+    summary = _summary(pairs, fed, broken, late)
     if silent:
-        told += f", {len(silent)} declared without an answer within {window} steps"
+        summary += f", {len(silent)} declared without an answer within {window} steps"
     if vanishing:
-        told += f", {len(vanishing)} declared that are no feedthrough here"
+        summary += f", {len(vanishing)} declared that are no feedthrough here"
     if hidden:
-        text = f"undeclared feedthrough, seen without a step: {_some(hidden)}; {told}"
+        text = f"undeclared feedthrough, seen without a step: {_some(hidden)}; {summary}"
         return ProbeResult(status="error", message=text, details=shown, numbers=numbers)
     if within:
         kind = "" if task.experiment.any_step else " (or outputs that are true at the end of a fixed step)"
         return ProbeResult(status="warning", message=f"undeclared feedthrough within the step{kind}: {_some(within)}; "
-                       f"{told}", details=shown, numbers=numbers)  # fmt: skip
-    return ProbeResult(status="info", message=told, details=shown, numbers=numbers)
+                       f"{summary}", details=shown, numbers=numbers)  # fmt: skip
+    return ProbeResult(status="info", message=summary, details=shown, numbers=numbers)
 
 
 def _lines(pairs: dict[tuple[str, str], list[int]], fed: set[tuple[str, str]]) -> list[str]:

@@ -2,7 +2,7 @@
 
 What samples every P steps answers at once when it samples in the step of the change, and up to P - 1 steps later when
 it does not. So every change is made before two steps that follow each other, and before further ones as long as answers
-come closer: the least delay is the true one, the largest tells how long a change may wait for a sample.
+come closer: the least delay is the true one, the largest is how long a change may wait for a sample.
 
 What a change does to the last digits of large numbers is no answer: see `_answered`.
 """
@@ -37,8 +37,8 @@ from lockstep.fmi.slave import FATAL
 RESULT, PROGRESS = "latency.json", "progress"
 SWEEP = 12  # moments at most: sampling periods up to this, and those that divide MOMENT, are seen in full
 USUAL_MOMENTS = 3
-EARLY_MOMENT = 20  # for an FMU that has to begin anew for every change
-NOTHING = 1e-9  # of what something is compared with
+EARLY_MOMENT = 20  # for an FMU that has to start again for every change
+NOTHING = 1e-9  # relative: smaller differences are no answer
 
 Inputs = tuple[str, ...]
 Answers = NDArray[np.int64]  # of each output: steps, or -1 for none
@@ -71,7 +71,7 @@ class Measurement:
         stays: NDArray[np.bool_],
         clear: NDArray[np.bool_],
     ) -> bool:
-        """Take the answers to a change at one moment; tell whether one came closer than at the moment before."""
+        """Add the answers to a change at one moment; return whether one came sooner than at the moment before."""
         closer = False
         for column in np.flatnonzero(first >= 0):
             key, delay = (inputs, int(column)), int(first[column])
@@ -234,10 +234,10 @@ def _answers(
 def _answered(
     full: Trajectory, reduced: Trajectory | None, base: Trajectory
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Tell where real outputs answer, (steps, outputs), which answer in the first step for sure, and which are large.
+    """Return where real outputs answer, (steps, outputs), which answer in the first step for sure, and which are large.
 
     What is large answers. What is small does if it shrinks with its cause, or if the smaller cause shows nothing at
-    all, as with a quantised output. Of what answers, differences that are nothing beside the later ones do not count.
+    all, as with a quantised output. Of what answers, differences much smaller than the later ones do not count.
     """
     with np.errstate(all="ignore"):
         whole = np.where(np.isnan(full.reals) != np.isnan(base.reals), np.inf, np.abs(full.reals - base.reals))

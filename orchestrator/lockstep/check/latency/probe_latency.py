@@ -1,4 +1,4 @@
-"""The true delay of an FMU from each input to each output, in its own steps, against what it claims: as values."""
+"""Measure the delay of an FMU from each input to each output, in its steps, and compare it with its dependencies."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lockstep.check.dynamic.probe_runner import ProbeRunner
 from lockstep.check.latency.measure import PROGRESS, RESULT, measure
 from lockstep.errors import InputError, RunError, compact, suggestion
 from lockstep.fmi.model_description import Description, read_description
-from lockstep.fmi.safe_zip import unpacking_place
+from lockstep.fmi.safe_zip import unpacking_folder
 from lockstep.fmi.slave import Scalar
 from lockstep.plan.overrides import resolve_overrides
 from lockstep.system.component import Component, Kind, Value
@@ -28,14 +28,14 @@ NUMBERS = ("Real", "Integer", "Boolean")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProbeSettings:
-    """How to probe."""
+    """How to measure."""
 
     step: float | None = None  # [s]; None: what the FMU recommends
     steps: int = 104  # watched after a change
     starts: Mapping[str, str] | None = None  # values of parameters and inputs by name
     amplitude: float | None = None  # of every Real input, in its unit
     amplitudes: Mapping[str, float] | None = None  # by input, or by array
-    kind: Kind | None = None  # None: told by a shorter step, and sampled where none is possible
+    kind: Kind | None = None  # None: from a shorter step, and sampled where none is possible
     seconds: float = 60.0  # wall time after which no further input is tried
 
 
@@ -67,7 +67,7 @@ class Pair:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LatencyReport:
-    """What was measured of one FMU."""
+    """The measured delays of one FMU."""
 
     file: str
     sha256: str
@@ -81,7 +81,7 @@ class LatencyReport:
     inputs: tuple[str, ...]
     texts: tuple[str, ...]  # of these: Strings, which are not changed
     outputs: tuple[str, ...]
-    pairs: tuple[Pair, ...]  # those that answer, and those that claim to; the others are silent as they say
+    pairs: tuple[Pair, ...]  # those that answer, and those that claim to; the others neither claim to nor do
     unmoved: tuple[str, ...]  # inputs that nothing answered to
     refused: tuple[str, ...]  # lines
     untried: int  # inputs, for lack of time
@@ -102,7 +102,7 @@ def probe_latency(
     ----------
     path : a co-simulation FMU of FMI 1.0, 2.0 or 3.0
     settings : how
-    report : called once with the file in which the progress is told
+    report : called once with the file that shows the progress
 
     Raises
     ------
@@ -114,8 +114,8 @@ def probe_latency(
     if not path.is_file():
         raise InputError(f"{path}: no such file; give the path of an .fmu file")
     description = read_description(Component(name=path.stem.replace(".", "_") or "fmu", source=path, period=1))
-    place = unpacking_place()
-    with tempfile.TemporaryDirectory(prefix="lockstep_latency_", dir=place, ignore_cleanup_errors=True) as folder:
+    parent = unpacking_folder()
+    with tempfile.TemporaryDirectory(prefix="lockstep_latency_", dir=parent, ignore_cleanup_errors=True) as folder:
         limit = settings.seconds + 60.0
         runner = ProbeRunner(archive=path.resolve(), work=Path(folder), time_limit=limit)
         try:
@@ -150,7 +150,7 @@ def _set_up(path: Path, experiment: Experiment, description: Description, settin
     if settings.step is not None:
         if not 0.0 < settings.step < math.inf:
             raise InputError(f"--step-size {settings.step:g}: must be > 0 s")
-        experiment = replace(experiment, step=settings.step, step_source="as told")
+        experiment = replace(experiment, step=settings.step, step_source="as given")
     starts = _starts(path, description, settings.starts or {})
     inputs = _amplified(tuple(_started(port, starts) for port in experiment.inputs), settings)
     chosen = tuple((kind, reference, value) for kind, reference, value in starts.values())
@@ -187,13 +187,15 @@ def _amplified(ports: tuple[Port, ...], settings: ProbeSettings) -> tuple[Port, 
         _check_amplitude("--amplitude", settings.amplitude)
     amplified = []
     for port in ports:
-        told = amplitudes.get(port.name, amplitudes.get(array_of(port.name), settings.amplitude))
-        if told is not None and port.kind == "Real":
-            if port.minimum + 2.0 * told > port.maximum:
+        amplitude = amplitudes.get(port.name, amplitudes.get(array_of(port.name), settings.amplitude))
+        if amplitude is not None and port.kind == "Real":
+            if port.minimum + 2.0 * amplitude > port.maximum:
                 span = f"{port.minimum:g} to {port.maximum:g}"
-                raise InputError(f"--amplitude {told:g}: {port.name} ranges from {span}; give at most half of that")
-            low, high = port.minimum + told * 2.0, port.maximum - told * 2.0
-            port = replace(port, nudge=told, start=min(max(port.start, low), high) if low <= high else port.start)
+                raise InputError(
+                    f"--amplitude {amplitude:g}: {port.name} ranges from {span}; give at most half of that"
+                )
+            low, high = port.minimum + amplitude * 2.0, port.maximum - amplitude * 2.0
+            port = replace(port, nudge=amplitude, start=min(max(port.start, low), high) if low <= high else port.start)
         amplified.append(port)
     return tuple(amplified)
 

@@ -41,7 +41,7 @@ Change = list[tuple[int, int, float]]  # setter, column, amount
 
 @dataclass(slots=True)
 class Bench:
-    """Brings an instance back to the moment of the change, as often as needed."""
+    """Returns an instance to the moment before the change, as often as needed."""
 
     task: ProbeTask
     moment: int
@@ -66,7 +66,7 @@ class Bench:
         return self.instance
 
     def renew(self) -> None:
-        """Give an instance up that a change broke."""
+        """Replace an instance that failed after a change."""
         if self.instance.worst >= FATAL:
             raise RunError("a changed input ends every instance in the process")
         self.instance.close()
@@ -78,7 +78,7 @@ class Bench:
         self._state = self.instance.get_state() if self.task.options["state"] else None
 
     def advance(self, moment: int) -> None:
-        """Go on to a later moment."""
+        """Move to a later moment."""
         if self._state is not None:
             instance = self.rewind()
             instance.run(self.moment, moment)
@@ -142,7 +142,7 @@ def grouped(changes: dict[tuple[str, ...], Change]) -> dict[tuple[str, ...], Cha
 
 
 def lasting(full: Trajectory, full_base: Trajectory, brief: Trajectory, brief_base: Trajectory) -> NDArray[np.bool_]:
-    """Tell which answers do not vanish with the step."""
+    """Return which answers do not vanish with the step."""
     with np.errstate(all="ignore"):
         whole = np.abs(full.reals - full_base.reals)[0]
         short = np.abs(brief.reals - brief_base.reals)[0]

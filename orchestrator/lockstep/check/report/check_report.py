@@ -1,4 +1,4 @@
-"""The acceptance report of some FMUs as a value, and its files for machines: JSON and JUnit XML."""
+"""The acceptance report of FMUs as a value, and as JSON and JUnit XML."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from lockstep.check.report.finding import STATUSES, Finding, Status
 
-_TOLD = ("file", "sha256", "model", "guid", "tool", "checked", "host", "seconds")
+_FIELDS = ("file", "sha256", "model", "guid", "tool", "checked", "host", "seconds")
 FORMAT = 1  # of the JSON file; raised when a reader of the old one would fail
 _SEVERITY: dict[Status, int] = {"pass": 0, "skipped": 0, "info": 1, "warning": 2, "error": 3}
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
@@ -21,7 +21,7 @@ _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckReport:
-    """What was found about one FMU."""
+    """The findings about one FMU."""
 
     file: str  # as given on the command line
     sha256: str
@@ -44,7 +44,7 @@ class CheckReport:
 
 
 def fails(reports: Sequence[CheckReport], strict: bool) -> bool:
-    """Tell whether an FMU is refused: by an error, or by a warning if that counts."""
+    """Return whether an FMU is refused: by an error, or with `strict` by a warning."""
     limit = _SEVERITY["warning" if strict else "error"]
     return any(_SEVERITY[report.worst] >= limit for report in reports)
 
@@ -67,13 +67,13 @@ def summary(report: CheckReport) -> str:
 
 def as_json(reports: Sequence[CheckReport]) -> str:
     """Write reports; `from_json` reads them back."""
-    content = {"format": FORMAT, "fmus": [_plain(report) for report in reports]}
+    content = {"format": FORMAT, "fmus": [_as_dict(report) for report in reports]}
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
-def _plain(report: CheckReport) -> dict[str, Any]:
-    told = {name: getattr(report, name) for name in _TOLD}
-    return told | {
+def _as_dict(report: CheckReport) -> dict[str, Any]:
+    fields = {name: getattr(report, name) for name in _FIELDS}
+    return fields | {
         "worst": report.worst,
         "counts": report.counts(),
         "findings": [
@@ -107,7 +107,7 @@ def from_json(text: str) -> tuple[CheckReport, ...]:
             for f in fmu["findings"]
             if (numbers := f.pop("numbers")) is not None
         )
-        reports.append(CheckReport(**{name: fmu[name] for name in _TOLD}, findings=findings))
+        reports.append(CheckReport(**{name: fmu[name] for name in _FIELDS}, findings=findings))
     return tuple(reports)
 
 
@@ -157,12 +157,12 @@ def _number(value: float) -> str:
 
 
 def _xml(text: str) -> str:
-    """Replace the characters that XML cannot hold: names in a bad FMU may have any."""
+    """Replace the characters that XML cannot hold; names in a bad FMU may have any."""
     return _ILLEGAL.sub("\ufffd", text)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file in one piece: it is there whole or not at all."""
+    """Write a file completely or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.part")
     try:

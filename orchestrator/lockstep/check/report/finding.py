@@ -1,4 +1,4 @@
-"""What one check says about one FMU: the value that all checks return and all reports print."""
+"""The result of one check of one FMU, which all checks return and all reports print."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ GROUPS: tuple[Group, ...] = get_args(Group)
 class Finding:
     """The outcome of one check.
 
-    `error` violates FMI or makes the FMU unusable, `warning` makes a receiver stumble, `info` is worth knowing,
-    `skipped` was not checked and says why.
+    `error` violates FMI or makes the FMU unusable, `warning` may cause trouble for users, `info` is worth knowing,
+    `skipped` was not checked, with the reason.
     """
 
     check: str  # a stable dotted id, such as static.schema: reports of two versions are compared by it

@@ -1,4 +1,4 @@
-"""The acceptance report for people at a terminal: a table there, plain lines elsewhere."""
+"""Print the acceptance report: a table on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _STYLES: dict[Status, str] = {
     "error": "bold red",
     "skipped": "dim",
 }
-_SHOWN = 12  # details a finding; of the contract all, as that is the list to work through
+_SHOWN = 12  # details of a finding; those of the contract are all shown
 _LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 
-Report = Callable[[Finding], None]
+Listener = Callable[[Finding], None]
 
 
 def print_report(report: CheckReport, stream: TextIO | None = None) -> None:
@@ -67,13 +67,13 @@ def _shown(finding: Finding) -> list[str]:
 
 
 def printable(text: str, keep: str = "") -> str:
-    """Replace control characters: a name in a bad FMU must not steer the terminal."""
+    """Replace control characters: a name in a bad FMU must not control the terminal."""
     return "".join(c if c.isprintable() or c in keep else "\ufffd" for c in text)
 
 
 @contextmanager
-def show_checks(title: str, stream: TextIO | None = None) -> Iterator[Report]:
-    """Yield a function that takes each finding as it comes, and shows how far the checks are on standard error."""
+def show_checks(title: str, stream: TextIO | None = None) -> Iterator[Listener]:
+    """Yield a function that takes each finding as it is made, and shows the progress on standard error."""
     stream = stream or sys.stderr
     console = Console(file=stream)
     if console.is_terminal:
@@ -91,7 +91,7 @@ def show_checks(title: str, stream: TextIO | None = None) -> Iterator[Report]:
 
 
 class _Lines:
-    """One line now and then, so that a log shows that something goes on."""
+    """Prints a line every few seconds, so that a log shows progress."""
 
     def __init__(self, title: str, stream: TextIO) -> None:
         self._title, self._stream = title, stream

@@ -1,4 +1,4 @@
-"""Static checks of the archive: that it opens, what it holds, on which platforms it runs, what tells a receiver."""
+"""Static checks of the archive: that it opens, what it holds, its documentation and its licence."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SHORT = 60  # characters of a licence's name that are printed
 _LICENCE = re.compile(r"^documentation/licenses/.+|^documentation/license\.(txt|html|md)$", re.I)
 
 
-@check("archive", "the file is a zip archive that unpacks")
+@check("archive", "the file is a readable zip archive")
 def archive(fmu: FmuArchive) -> CheckOutcome:
     """Unpack every member and compare its checksum."""
     if fmu.members is None:
@@ -33,7 +33,7 @@ def archive(fmu: FmuArchive) -> CheckOutcome:
     try:
         with zipfile.ZipFile(fmu.path) as opened:
             broken = opened.testzip()
-    except RuntimeError as error:  # encrypted members: hygiene tells which
+    except RuntimeError as error:  # encrypted members: hygiene lists them
         return CheckOutcome(status="error", message=f"cannot be unpacked: {error}")
     except (OSError, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
         return CheckOutcome(status="error", message=f"cannot be unpacked: {error}")
@@ -47,7 +47,7 @@ def archive(fmu: FmuArchive) -> CheckOutcome:
     )
 
 
-@check("hygiene", "members are safe, plain, and nothing was left behind")
+@check("hygiene", "members have safe paths and no leftovers")
 def hygiene(fmu: FmuArchive) -> CheckOutcome:
     """Look for unsafe paths, colliding names, unusual packing, links and leftovers."""
     if fmu.members is None:
@@ -66,14 +66,14 @@ def hygiene(fmu: FmuArchive) -> CheckOutcome:
         if member.create_system == _UNIX and stat.S_ISLNK(member.external_attr >> 16):
             notes.warning(f"{name}: a symbolic link, which unpacks as a text file or not at all")
         if any(pattern.search(name) for pattern in _LEFT_BEHIND):
-            notes.warning(f"{name}: left behind by a tool, not part of the model")
+            notes.warning(f"{name}: left behind by a tool and not part of the model")
     files = [member.filename for member in fmu.members]
     for name, count in Counter(files).items():
         if count > 1:
             notes.error(f"{name}: {count} members of this name")
     for names in _grouped(sorted(set(files))):
         notes.warning(f"{' and '.join(names)}: one file where upper and lower case are the same")
-    return notes.outcome("paths, names and packing are plain")
+    return notes.outcome("paths, names and packing are in order")
 
 
 def _grouped(names: list[str]) -> list[list[str]]:
@@ -94,20 +94,20 @@ def documentation(fmu: FmuArchive) -> CheckOutcome:
     other = sorted(name for name in fmu.names if PurePosixPath(name).name.lower() in ("index.html", "index.htm"))
     there = f"; there is {other[0]}" if other else ""
     return CheckOutcome(
-        status="warning", message=f"no documentation/index.html: a receiver has only the names of ports{there}"
+        status="warning", message=f"no documentation/index.html: users have only the names of ports{there}"
     )
 
 
-@check("licence", "a licence travels with the FMU")
+@check("licence", "the FMU contains its licence")
 def licence(fmu: FmuArchive) -> CheckOutcome:
-    """Look for licence texts, and for what the model description says."""
+    """Look for licence texts and the licence in the model description."""
     if fmu.members is None:
         return CheckOutcome(status="skipped", message=fmu.problem)
     files = sorted(name for name in fmu.names if _LICENCE.match(name))
     said = "" if fmu.model is None else fmu.model.attributes.get("license", "")
     if len(said) > _SHORT:  # some files carry the whole text
         said = f"{said[:_SHORT]}..."
-    told = f"license={said!r} in the model description" if said else "the model description names none"
+    declared = f"license={said!r} in the model description" if said else "the model description names none"
     if files:
-        return CheckOutcome(status="pass", message=f"{', '.join(files[:4])}; {told}")
-    return CheckOutcome(status="warning", message=f"no text in documentation/licenses/; {told}")
+        return CheckOutcome(status="pass", message=f"{', '.join(files[:4])}; {declared}")
+    return CheckOutcome(status="warning", message=f"no text in documentation/licenses/; {declared}")

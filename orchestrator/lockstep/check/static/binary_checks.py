@@ -50,14 +50,14 @@ def binary_name(fmu: FmuArchive, platform: str) -> str:
 
 
 def _nothing_to_load(fmu: FmuArchive) -> str:
-    """Say why there is no binary to look for; empty if there is."""
+    """Return why there is no binary to look for; empty if there is one."""
     reason = unreadable(fmu)
     if not reason and fmu.model is not None and not fmu.model.identifier:
         reason = "no modelIdentifier of a co-simulation FMU, which names the binary"
     return reason
 
 
-@check("platforms", "there is a binary for this platform, and each is what its folder says")
+@check("platforms", "there is a binary for this platform, and each is of its folder's platform")
 def platforms(fmu: FmuArchive) -> CheckOutcome:
     """List the binaries and look at their first bytes."""
     reason = _nothing_to_load(fmu)
@@ -68,11 +68,11 @@ def platforms(fmu: FmuArchive) -> CheckOutcome:
     good = []
     for platform in folders:
         if platform not in SUFFIXES:
-            notes.info(f"binaries/{platform} is no platform of FMI 2.0")
+            notes.info(f"binaries/{platform} is not a platform of FMI 2.0")
             continue
         name = binary_name(fmu, platform)
         if name not in fmu.names:
-            notes.error(f"binaries/{platform} lacks {PurePosixPath(name).name}, which modelIdentifier asks for")
+            notes.error(f"binaries/{platform} lacks {PurePosixPath(name).name}, the file that modelIdentifier names")
             continue
         problem = _foreign(fmu.read(name), platform)
         if problem:
@@ -87,7 +87,7 @@ def platforms(fmu: FmuArchive) -> CheckOutcome:
 
 
 def _foreign(content: bytes, platform: str) -> str:
-    """Say what a binary is if it is not of its platform."""
+    """Describe a binary that is not of its platform; empty if it is."""
     if platform.startswith("win"):
         if content[:2] != b"MZ" or len(content) < 0x40:
             return "no Windows library"
@@ -108,7 +108,7 @@ def _library(fmu: FmuArchive) -> Library | CheckOutcome:
     """Read the Linux library, or return why that is not possible."""
     reason = _nothing_to_load(fmu)
     if not reason and binary_name(fmu, _ELF_PLATFORM) not in fmu.names:
-        reason = f"no {_ELF_PLATFORM} binary to look into"
+        reason = f"no {_ELF_PLATFORM} binary to examine"
     if reason:
         return CheckOutcome(status="skipped", message=reason)
     library = read_library(fmu.read(binary_name(fmu, _ELF_PLATFORM)))
@@ -118,7 +118,7 @@ def _library(fmu: FmuArchive) -> Library | CheckOutcome:
     return library
 
 
-@check("functions", "all FMI 2.0 co-simulation functions are exported, those of the capability flags above all")
+@check("functions", "all FMI 2.0 co-simulation functions are exported, also those of the capability flags")
 def functions(fmu: FmuArchive) -> CheckOutcome:
     """Compare the exported symbols with the standard and the flags."""
     library = _library(fmu)
@@ -126,22 +126,24 @@ def functions(fmu: FmuArchive) -> CheckOutcome:
         return library
     assert fmu.model is not None
     model, notes = fmu.model, Notes()
-    told: set[str] = set()
+    reported: set[str] = set()
     for flag, names in FLAGS.items():
         missing = [name for name in names if name not in library.exported]
         if model.can(flag) and missing:
             notes.error(f"{flag} is true, but {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not exported")
-            told |= set(missing)
+            reported |= set(missing)
     if model.can("canSerializeFMUstate") and not model.can("canGetAndSetFMUstate"):
         notes.error("canSerializeFMUstate is true without canGetAndSetFMUstate")
-    missing = [name for name in FUNCTIONS if name not in library.exported and name not in told]
+    missing = [name for name in FUNCTIONS if name not in library.exported and name not in reported]
     if missing:
-        notes.error(f"not exported: {', '.join(missing)}; FMI demands every function, of unused capabilities too")
+        notes.error(
+            f"not exported: {', '.join(missing)}; FMI requires every function, also those of unused capabilities"
+        )
     flags = [flag for flag in FLAGS if model.can(flag)]
     return notes.outcome(f"{len(FUNCTIONS)} functions; {', '.join(flags) or 'no optional capability'}")
 
 
-@check("dependencies", "the Linux binary finds what it needs, and the FMU tells what it expects from outside")
+@check("dependencies", "the Linux binary finds what it needs, and external requirements are documented")
 def dependencies(fmu: FmuArchive) -> CheckOutcome:
     """Look at needed libraries, search paths, and symbols that nothing needed offers."""
     library = _library(fmu)
@@ -150,10 +152,10 @@ def dependencies(fmu: FmuArchive) -> CheckOutcome:
     notes = Notes()
     for path in library.paths:
         if not path.startswith(("$ORIGIN", "${ORIGIN}")):
-            notes.warning(f"it searches libraries in {path}, a folder of the machine it was built on")
+            notes.warning(f"searches libraries in {path}, a folder of the machine that built it")
     offered, lost = _offered(fmu, library)
     for name in lost:
-        notes.warning(f"it needs {name}, which is neither in the FMU nor on this machine")
+        notes.warning(f"needs {name}, which is neither in the FMU nor on this machine")
     open_ = sorted(library.undefined - offered)
     python = _of_python(open_)
     other = [name for name in open_ if name not in python]
@@ -162,14 +164,14 @@ def dependencies(fmu: FmuArchive) -> CheckOutcome:
         _needs_python(fmu, "it", len(python), text, notes)
     for name, inner in _inner_fmus(fmu):
         if symbols := _of_python(inner.undefined):
-            beside = name.startswith(f"binaries/{_ELF_PLATFORM}/")
-            who = f"{PurePosixPath(name).name} beside it" if beside else f"the FMU inside, {name},"
+            same_folder = name.startswith(f"binaries/{_ELF_PLATFORM}/")
+            who = f"{PurePosixPath(name).name} in the same folder" if same_folder else f"the FMU inside, {name},"
             _needs_python(fmu, who, len(symbols), text, notes)
     if other and not lost:  # a library that is not there may offer them
-        notes.error(f"symbols that nothing it needs offers: {compact(other, 6)}")
+        notes.error(f"symbols that no needed library exports: {compact(other, 6)}")
     assert fmu.model is not None
     if fmu.model.can("needsExecutionTool") and not text and not python:
-        notes.warning(f"needsExecutionTool is true, but no {EXTERNAL[0]} tells which tool")
+        notes.warning(f"needsExecutionTool is true, but no {EXTERNAL[0]} names the tool")
     versions = [f"{name} {value}" for name, value in library.versions.items() if name in ("GLIBC", "GLIBCXX")]
     needs = ", ".join([*library.needed, *(f"at least {version}" for version in versions)])
     return notes.outcome(f"needs {needs or 'nothing'}")
@@ -179,11 +181,11 @@ def _offered(fmu: FmuArchive, library: Library) -> tuple[set[str], list[str]]:
     """Return the symbols that the needed libraries offer, and those libraries that were not found."""
     offered: set[str] = set()
     lost = []
-    beside = {PurePosixPath(n).name: n for n in fmu.names if n.startswith((f"binaries/{_ELF_PLATFORM}/", "resources/"))}
+    inside = {PurePosixPath(n).name: n for n in fmu.names if n.startswith((f"binaries/{_ELF_PLATFORM}/", "resources/"))}
     for name in library.needed:
         path = find_library(name)
-        if name in beside:
-            offered |= _exported_from(fmu, beside[name])
+        if name in inside:
+            offered |= _exported_from(fmu, inside[name])
         elif path is not None:
             offered |= exported_with_dependencies(path)
         else:
@@ -211,16 +213,16 @@ def _inner_fmus(fmu: FmuArchive) -> Iterator[tuple[str, Library]]:
     """Yield the other libraries that travel in this FMU and offer FMI: a wrapper's, or an FMU's as in a container."""
     for name in sorted(fmu.names - {binary_name(fmu, _ELF_PLATFORM)}):
         if name.endswith(SUFFIXES[_ELF_PLATFORM]):
-            with suppress(ValueError):  # a library of another platform, or damaged: only the main one is ours to judge
+            with suppress(ValueError):  # a library of another platform, or damaged: only the main one is checked
                 library = read_library(fmu.read(name))
                 if "fmi2DoStep" in library.exported:
                     yield name, library
 
 
 def _needs_python(fmu: FmuArchive, who: str, count: int, text: str, notes: Notes) -> None:
-    """Tell that the host must have loaded libpython, and whether the FMU says so."""
+    """Report that the host must have loaded libpython, and whether the FMU documents it."""
     assert fmu.model is not None
-    what = f"{who} needs libpython in the host ({count} symbols of Python that no needed library offers)"
+    what = f"{who} needs libpython in the host ({count} symbols of Python that no needed library exports)"
     faults = []
     if not re.search("python", text, re.I):
         faults.append(f"{EXTERNAL[0]} does not say so")
@@ -240,5 +242,5 @@ def instances(fmu: FmuArchive) -> CheckOutcome:
         return CheckOutcome(status="skipped", message=reason)
     notes = Notes()
     if fmu.model.can("canBeInstantiatedOnlyOncePerProcess"):
-        notes.info("one instance a process: two of it, or one in a parallel study, need a process each")
+        notes.info("only one instance per process: several instances need a process each")
     return notes.outcome("any number in one process")

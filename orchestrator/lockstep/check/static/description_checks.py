@@ -9,7 +9,7 @@ from collections import defaultdict
 from lxml import etree  # type: ignore[import-untyped]
 
 from lockstep.check.static.fmu_archive import CheckOutcome, FmuArchive, Notes, check, model_check, unreadable
-from lockstep.check.static.model import DEFAULT_INITIAL, NUMBERS, Model, Scalar, duplicates, number
+from lockstep.check.static.model import DEFAULT_INITIAL, NUMBERS, Model, ScalarVariable, duplicates, number
 from lockstep.errors import compact
 from lockstep.fmi.model_description import FMI2_SCHEMA, validation_problems
 
@@ -32,7 +32,7 @@ def kind(fmu: FmuArchive) -> CheckOutcome:
     if model.capabilities is None:
         return CheckOutcome(status="error", message="no CoSimulation element: the FMU is for model exchange only")
     also = ", also for model exchange" if model.root.find("ModelExchange") is not None else ""
-    made_by = said.get("generationTool", "a tool that is not named")
+    made_by = said.get("generationTool", "an unnamed tool")
     return CheckOutcome(
         status="pass",
         message=f"{said.get('modelName', '?')} {said.get('version', '')}, made by {made_by}{also}".replace(" ,", ","),
@@ -53,7 +53,7 @@ def schema(model: Model) -> CheckOutcome:
 
 @check("fmpy", "FMPy's validate_fmu has no objection")
 def fmpy(fmu: FmuArchive) -> CheckOutcome:
-    """Run the validation that most receivers run."""
+    """Run the validation that most users run."""
     reason = unreadable(fmu)
     if reason:
         return CheckOutcome(status="skipped", message=reason)
@@ -73,11 +73,11 @@ def names(model: Model) -> CheckOutcome:
         notes.error(f"{name}: more than one variable of this name")
     for variable in model.variables:
         if not variable.name.strip() or re.search(r"[\r\n\t]", variable.name):
-            notes.error(f"variable {variable.index} (line {variable.line}): {variable.name!r} is no name")
+            notes.error(f"variable {variable.index} (line {variable.line}): {variable.name!r} is not a valid name")
         elif convention == "structured" and not _STRUCTURED.fullmatch(variable.name):
-            notes.error(f"{variable.place}: not a structured name, which is what the file declares")
+            notes.error(f"{variable.label}: not a structured name, which the file declares")
         elif variable.name != variable.name.strip():
-            notes.warning(f"{variable.place}: begins or ends with a blank")
+            notes.warning(f"{variable.label}: begins or ends with a blank")
     folded = defaultdict(set)
     for name in given:
         folded[name.casefold()].add(name)
@@ -86,11 +86,11 @@ def names(model: Model) -> CheckOutcome:
             notes.warning(f"{' and '.join(sorted(alike))}: differ in upper and lower case only")
     arrays = [name for name in given if "[" in name]
     if convention == "flat" and arrays:
-        notes.info(f"flat names with indices, such as {arrays[0]}: importers will not take them for arrays")
+        notes.info(f"flat names with indices, such as {arrays[0]}: importers will not treat them as arrays")
     return notes.outcome(f"{len(given)} names, {convention}")
 
 
-@model_check("descriptions", "every port says what it is")
+@model_check("descriptions", "every port has a description")
 def descriptions(model: Model) -> CheckOutcome:
     """Look for ports without a description."""
     ports = [v for v in model.variables if v.causality in ("input", "output", "parameter")]
@@ -105,22 +105,22 @@ def descriptions(model: Model) -> CheckOutcome:
 
 @model_check("variables", "causality, variability, initial and start values fit together")
 def variables(model: Model) -> CheckOutcome:
-    """Hold every variable against FMI's table of combinations, and its start value against its range."""
+    """Compare every variable with FMI's table of combinations, and its start value with its range."""
     notes = Notes()
     vague = [v.name for v in model.variables if v.type not in ("Real", "") and not v.variability_given]
     if vague:
         notes.warning(
-            f"{compact(vague)}: no variability; its default, continuous, is for a Real only; taken as discrete"
+            f"{compact(vague)}: no variability; the default, continuous, is for a Real only; discrete is assumed"
         )
     for variable in model.variables:
         for problem in _combination(variable):
-            notes.error(f"{variable.place}: {problem}")
+            notes.error(f"{variable.label}: {problem}")
         for problem in _range(variable):
-            notes.warning(f"{variable.place}: {problem}")
+            notes.warning(f"{variable.label}: {problem}")
     return notes.outcome(f"{len(model.variables)} variables")
 
 
-def _combination(variable: Scalar) -> list[str]:
+def _combination(variable: ScalarVariable) -> list[str]:
     v, found = variable, []
     default = DEFAULT_INITIAL.get((v.variability, v.causality))
     if default is None:
@@ -142,7 +142,7 @@ def _combination(variable: Scalar) -> list[str]:
     return found
 
 
-def _range(variable: Scalar) -> list[str]:
+def _range(variable: ScalarVariable) -> list[str]:
     if variable.type not in NUMBERS:
         return []
     bounds = {name: number(text) for name, text in variable.bounds.items()}
@@ -163,7 +163,7 @@ def _range(variable: Scalar) -> list[str]:
 
 @model_check("aliases", "variables that share a value reference may do so")
 def aliases(model: Model) -> CheckOutcome:
-    """Tell the variables of one type and value reference, and whether they contradict each other."""
+    """List variables of the same type and value reference, and whether they contradict each other."""
     groups = defaultdict(list)
     for v in model.variables:
         # an enumeration is read and written by the functions for integers
@@ -195,10 +195,10 @@ def experiment(model: Model) -> CheckOutcome:
     said = model.experiment or {}
     notes = Notes()
     if model.experiment is None:
-        notes.info("no DefaultExperiment: a receiver has to guess step and stop time")
+        notes.info("no DefaultExperiment: users have to guess step and stop time")
     if "stepSize" not in said and fixed:
         notes.warning(
-            "the step cannot vary (canHandleVariableCommunicationStepSize is false), yet stepSize is not told"
+            "the step cannot vary (canHandleVariableCommunicationStepSize is false), but stepSize is not declared"
         )
     start, stop, step = (number(said.get(name, "0")) for name in ("startTime", "stopTime", "stepSize"))
     if "stepSize" in said:
@@ -206,7 +206,7 @@ def experiment(model: Model) -> CheckOutcome:
             notes.error(f"stepSize={said['stepSize']} is not above zero")
         elif abs(step - round(step / NANOSECOND) * NANOSECOND) > 1e-9 * step:
             notes.info(
-                f"stepSize={said['stepSize']} s is no whole number of nanoseconds, which is what our master counts"
+                f"stepSize={said['stepSize']} s is not a whole number of nanoseconds, the time unit of this master"
             )
     if "stopTime" in said:
         if not stop > start:

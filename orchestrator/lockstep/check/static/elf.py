@@ -1,4 +1,4 @@
-"""What an ELF library tells of itself: machine, exported and needed symbols, needed libraries."""
+"""Read an ELF library: machine, exported and needed symbols, needed libraries."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def exported_with_dependencies(path: Path) -> frozenset[str]:
         seen.add(current)
         try:
             library = read_library(current.read_bytes())
-        except (OSError, ValueError):  # a linker script, or not ours to read: nothing is known of it
+        except (OSError, ValueError):  # a linker script, or not readable: its symbols are unknown
             continue
         found |= library.exported
         waiting += [p for name in library.needed if (p := find_library(name, (current.parent,))) is not None]

@@ -1,4 +1,4 @@
-"""The file under test: its archive, and its model description as far as it can be read."""
+"""The FMU file under check: its archive, and its model description as far as it can be read."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def read_archive(path: Path) -> FmuArchive:
     Raises
     ------
     InputError
-        If there is no such file, or it cannot be read. A file that is no FMU is no error: the checks tell.
+        If there is no such file, or it cannot be read. A file that is not an FMU is a finding of the checks.
     """
     if path.is_dir():
         raise InputError(f"{path}: is a folder; pack it into one .fmu file (zip) to check it")
@@ -88,7 +88,7 @@ def _description(archive: zipfile.ZipFile) -> bytes:
     try:
         member = archive.getinfo(DESCRIPTION)
     except KeyError:
-        raise ValueError("there is none at the top of the archive") from None
+        raise ValueError("not at the top of the archive") from None
     if member.file_size > LARGEST_DESCRIPTION:
         raise ValueError(f"{member.file_size} bytes unpacked, more than {LARGEST_DESCRIPTION}")
     return archive.read(member)
@@ -105,7 +105,7 @@ class CheckOutcome:
 
 
 class Notes:
-    """Collect what one check has to say; the worst of it is its status."""
+    """Collect the notes of one check; the worst of them is its status."""
 
     def __init__(self) -> None:
         self._kept: dict[Status, list[str]] = {"error": [], "warning": [], "info": []}
@@ -115,7 +115,7 @@ class Notes:
         self._kept["error"].append(text)
 
     def warning(self, text: str) -> None:
-        """Note what a receiver will stumble over."""
+        """Note what will cause trouble for users."""
         self._kept["warning"].append(text)
 
     def info(self, text: str) -> None:
@@ -123,21 +123,21 @@ class Notes:
         self._kept["info"].append(text)
 
     def outcome(self, passed: str, numbers: Iterable[tuple[str, float]] = ()) -> CheckOutcome:
-        """Return all of it, the worst first; `passed` is the message when there is nothing to tell."""
-        told = [(status, text) for status, texts in self._kept.items() for text in texts]
-        if not told:
+        """Return all of it, the worst first; `passed` is the message when there is nothing else."""
+        noted = [(status, text) for status, texts in self._kept.items() for text in texts]
+        if not noted:
             return CheckOutcome(status="pass", message=passed, numbers=tuple(numbers))
-        worst: Status = told[0][0]
-        if len(told) == 1:
-            return CheckOutcome(status=worst, message=told[0][1], numbers=tuple(numbers))
+        worst: Status = noted[0][0]
+        if len(noted) == 1:
+            return CheckOutcome(status=worst, message=noted[0][1], numbers=tuple(numbers))
         words: dict[Status, str] = {"error": "error", "warning": "warning", "info": "note"}
         counts = [f"{len(texts)} {words[s]}{'s' * (len(texts) > 1)}" for s, texts in self._kept.items() if texts]
-        lines = [text if status == worst else f"{status}: {text}" for status, text in told]
+        lines = [text if status == worst else f"{status}: {text}" for status, text in noted]
         if len(lines) > KEPT:
             lines = [*lines[: KEPT - 1], f"and {len(lines) - KEPT + 1} more"]
         return CheckOutcome(
             status=worst,
-            message=f"{', '.join(counts)}: {told[0][1]}",
+            message=f"{', '.join(counts)}: {noted[0][1]}",
             details=tuple(lines[1:]),
             numbers=tuple(numbers),
         )
@@ -187,7 +187,7 @@ def model_check(name: str, title: str) -> Callable[[Callable[[Model], CheckOutco
 
 
 def unreadable(fmu: FmuArchive) -> str:
-    """Say why there is no model description of FMI 2.0 to look at; empty if there is."""
+    """Return why there is no model description of FMI 2.0 to check; empty if there is one."""
     if fmu.model is None:
         return fmu.problem
     version = fmu.model.attributes.get("fmiVersion", "")
@@ -195,5 +195,5 @@ def unreadable(fmu: FmuArchive) -> str:
 
 
 def _model(fmu: FmuArchive) -> Model:
-    assert fmu.model is not None  # told by unreadable()
+    assert fmu.model is not None  # unreadable() has excluded it
     return fmu.model

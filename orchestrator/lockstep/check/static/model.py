@@ -1,4 +1,4 @@
-"""What a model description says, read leniently: a check must be able to look at what a strict reader refuses."""
+"""Read a model description leniently, so that the checks can examine what a strict reader refuses."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ DEFAULT_INITIAL = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scalar:
+class ScalarVariable:
     """One ScalarVariable; an attribute that is absent from the file is empty, unless FMI gives it a default."""
 
     index: int  # from 1, as ModelStructure counts
@@ -57,7 +57,7 @@ class Scalar:
     bounds: Mapping[str, str]  # min, max and nominal, where given here or by the declared type
 
     @property
-    def place(self) -> str:
+    def label(self) -> str:
         """Name the variable and its line."""
         return f"{self.name} (line {self.line})"
 
@@ -89,7 +89,7 @@ class Model:
     attributes: Mapping[str, str]
     capabilities: Mapping[str, str] | None  # of CoSimulation; None without it
     experiment: Mapping[str, str] | None
-    variables: tuple[Scalar, ...]
+    variables: tuple[ScalarVariable, ...]
     units: tuple[UnitDefinition, ...]
     type_units: Mapping[str, tuple[str, str]]  # unit and display unit of each simple type
     outputs: tuple[Unknown, ...]
@@ -102,7 +102,7 @@ class Model:
         return (self.capabilities or {}).get("modelIdentifier", "")
 
     def can(self, flag: str) -> bool:
-        """Tell whether a capability flag is set; absent means false."""
+        """Return whether a capability flag is set; absent means false."""
         return (self.capabilities or {}).get(flag, "false").strip() in ("true", "1")
 
     def unit_named(self, name: str) -> Unit | None:
@@ -122,7 +122,7 @@ def parse_xml(text: bytes) -> etree._Element:
 
 
 def read_model(root: etree._Element) -> Model:
-    """Read what the checks need of a model description of FMI 2.0."""
+    """Read the parts of a model description of FMI 2.0 that the checks use."""
     types = {str(t.get("name", "")): t[0] for t in root.iterfind("TypeDefinitions/SimpleType") if len(t)}
     simulation, experiment = root.find("CoSimulation"), root.find("DefaultExperiment")
     return Model(
@@ -141,7 +141,7 @@ def read_model(root: etree._Element) -> Model:
     )
 
 
-def _scalar(element: etree._Element, index: int, types: Mapping[str, etree._Element]) -> Scalar:
+def _scalar(element: etree._Element, index: int, types: Mapping[str, etree._Element]) -> ScalarVariable:
     value = next((child for child in element if etree.QName(child).localname in TYPES), None)
     kind = "" if value is None else etree.QName(value).localname
     given: Mapping[str, str] = {} if value is None else dict(value.attrib)
@@ -151,7 +151,7 @@ def _scalar(element: etree._Element, index: int, types: Mapping[str, etree._Elem
     # FMI's default is continuous, but only a Real may be that: what the maker meant is discrete
     variability = element.get("variability") or ("continuous" if kind in ("Real", "") else "discrete")
     initial = element.get("initial", "")
-    return Scalar(
+    return ScalarVariable(
         index=index,
         line=element.sourceline,
         name=element.get("name", ""),
@@ -212,7 +212,7 @@ def _whole(text: str) -> int:
 
 
 def number(text: str) -> float:
-    """Read a number as XML writes it (INF is accepted); 0 for what is none, which the schema check tells."""
+    """Read a number as XML writes it (INF is accepted); 0 for anything else, which the schema check reports."""
     try:
         return float(text)
     except ValueError:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lockstep.check.static.fmu_archive import CheckOutcome, Notes, model_check
-from lockstep.check.static.model import Model, Scalar, Unknown, duplicates
+from lockstep.check.static.model import Model, ScalarVariable, Unknown, duplicates
 from lockstep.errors import compact
 
 _KINDS = ("dependent", "constant", "fixed", "tunable", "discrete")
-_INITIAL_KINDS = ("dependent", "constant")  # the others speak of what happens after initialisation
+_INITIAL_KINDS = ("dependent", "constant")  # the others concern the time after initialisation
 
 
 @model_check("unknowns", "ModelStructure lists every output and every initial unknown, with valid dependencies")
@@ -23,25 +23,25 @@ def unknowns(model: Model) -> CheckOutcome:
     _listed("InitialUnknowns", model.initial_unknowns, _initial_unknowns(model), model, notes)
     for variable in _variables(model.derivatives, model):
         if not variable.derivative:
-            notes.error(f"{variable.place} is listed as a derivative but has no attribute derivative")
+            notes.error(f"{variable.label} is listed as a derivative but has no attribute derivative")
     order = [int(entry.index) for entry in model.initial_unknowns if entry.index.isdecimal()]
     if order != sorted(order):
         notes.error("InitialUnknowns are not in the order of their index")
     _silence(model, notes)
-    told = f"{len(model.outputs)} outputs, {len(model.initial_unknowns)} initial unknowns"
-    return notes.outcome(told, (("outputs", len(model.outputs)), ("initial_unknowns", len(model.initial_unknowns))))
+    message = f"{len(model.outputs)} outputs, {len(model.initial_unknowns)} initial unknowns"
+    return notes.outcome(message, (("outputs", len(model.outputs)), ("initial_unknowns", len(model.initial_unknowns))))
 
 
-def _variable(index: str, model: Model) -> Scalar | None:
+def _variable(index: str, model: Model) -> ScalarVariable | None:
     position = int(index) if index.isdecimal() else 0
     return model.variables[position - 1] if 1 <= position <= len(model.variables) else None
 
 
-def _variables(entries: Sequence[Unknown], model: Model) -> list[Scalar]:
+def _variables(entries: Sequence[Unknown], model: Model) -> list[ScalarVariable]:
     return [variable for entry in entries if (variable := _variable(entry.index, model)) is not None]
 
 
-def _initial_unknowns(model: Model) -> list[Scalar]:
+def _initial_unknowns(model: Model) -> list[ScalarVariable]:
     derivatives = _variables(model.derivatives, model)
     states = [state for d in derivatives if (state := _variable(d.derivative, model)) is not None]
     indices = {v.index for v in (*derivatives, *states)}
@@ -53,7 +53,7 @@ def _initial_unknowns(model: Model) -> list[Scalar]:
     ]
 
 
-def _listed(tag: str, entries: Sequence[Unknown], wanted: list[Scalar], model: Model, notes: Notes) -> None:
+def _listed(tag: str, entries: Sequence[Unknown], wanted: list[ScalarVariable], model: Model, notes: Notes) -> None:
     """Compare a list with what it must hold, no more and no less."""
     listed = {v.index for v in _variables(entries, model)}
     missing = [v.name for v in wanted if v.index not in listed]
@@ -62,7 +62,11 @@ def _listed(tag: str, entries: Sequence[Unknown], wanted: list[Scalar], model: M
     expected = {v.index for v in wanted}
     extra = [v.name for v in model.variables if v.index in listed - expected]
     if extra:
-        why = "they are no outputs" if tag == "Outputs" else "they are known at initialisation, or no unknowns of FMI"
+        why = (
+            "they are not outputs"
+            if tag == "Outputs"
+            else "they are known at initialisation, or not unknowns in the sense of FMI"
+        )
         notes.error(f"{tag} lists {compact(extra)}, but {why}")
     for index in duplicates([entry.index for entry in entries]):
         variable = _variable(index, model)
@@ -93,10 +97,10 @@ def _entries(tag: str, entries: Sequence[Unknown], model: Model, notes: Notes) -
         knowns = [v for index in dependencies if (v := _variable(index, model)) is not None]
         unknown = [v.name for v in knowns if not _known(v, tag, model)]
         if unknown:
-            notes.warning(f"{who}: depends on {compact(unknown, 4)}, which FMI does not count among the knowns here")
+            notes.warning(f"{who}: depends on {compact(unknown, 4)}, which is not a known here according to FMI")
 
 
-def _known(variable: Scalar, tag: str, model: Model) -> bool:
+def _known(variable: ScalarVariable, tag: str, model: Model) -> bool:
     if variable.causality in ("input", "independent"):
         return True
     if tag == "InitialUnknowns":
@@ -110,4 +114,6 @@ def _silence(model: Model, notes: Notes) -> None:
     silent = [v.name for e in model.outputs if e.dependencies is None and (v := _variable(e.index, model)) is not None]
     inputs = any(v.causality == "input" for v in model.variables)
     if silent and inputs:
-        notes.info(f"no dependencies told for {compact(silent, 4)}: importers must assume feedthrough from every input")
+        notes.info(
+            f"no dependencies declared for {compact(silent, 4)}: importers must assume feedthrough from every input"
+        )

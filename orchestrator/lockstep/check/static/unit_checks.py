@@ -1,4 +1,4 @@
-"""Static check of the units: defined, used, and telling the same thing by the same name."""
+"""Static check of the units: defined, used, and with the base units that their names mean."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PORTS = ("input", "output", "parameter")
 _TOLERANCE = 1e-3  # relative: factors are often written with a few digits
 
 
-@model_check("units", "every real port has a unit, defined once, used, and meaning what its name says")
+@model_check("units", "every real port has a unit, and units are defined once, used, and as their names say")
 def units(model: Model) -> CheckOutcome:
     """Compare the units that are used with those that are defined."""
     notes = Notes()
@@ -46,7 +46,7 @@ def _use(model: Model, definitions: dict[str, UnitDefinition], notes: Notes) -> 
         if variable.unit:
             users[variable.unit].append(variable.name)
         elif variable.display_unit:
-            notes.error(f"{variable.place}: displayUnit={variable.display_unit!r} without a unit")
+            notes.error(f"{variable.label}: displayUnit={variable.display_unit!r} without a unit")
     for name, (unit, _) in model.type_units.items():
         if unit:
             users[unit].append(f"type {name}")
@@ -57,7 +57,7 @@ def _use(model: Model, definitions: dict[str, UnitDefinition], notes: Notes) -> 
         if not name:
             notes.warning(f"line {definitions[name].line} defines a unit without a name")
         elif name not in users:
-            notes.warning(f"unit {name!r} (line {definitions[name].line}) is defined but nothing uses it: stale")
+            notes.warning(f"unit {name!r} (line {definitions[name].line}) is defined but not used")
     wrong = {(v.unit, v.display_unit) for v in model.variables if v.unit in definitions and v.display_unit}
     for unit, shown in sorted(wrong):
         if shown != unit and shown not in {name for name, _, _ in definitions[unit].display}:
@@ -68,10 +68,10 @@ def _use(model: Model, definitions: dict[str, UnitDefinition], notes: Notes) -> 
 def _definition(definition: UnitDefinition, notes: Notes) -> None:
     unit, line = definition.unit, definition.line
     if unit.exponents is None:
-        notes.info(f"unit {unit.name!r} (line {line}) has no BaseUnit: tools can compare it by name only")
+        notes.info(f"unit {unit.name!r} (line {line}) has no BaseUnit: tools can compare only its name")
         return
     if not (unit.factor > 0.0 and math.isfinite(unit.factor) and math.isfinite(unit.offset)):
-        notes.error(f"unit {unit.name!r} (line {line}): factor {unit.factor:g}, offset {unit.offset:g} make no unit")
+        notes.error(f"unit {unit.name!r} (line {line}): factor {unit.factor:g}, offset {unit.offset:g} are not valid")
         return
     known = _known(unit.name)
     # the radian is a base unit of FMI's own, and many files leave it out
@@ -104,7 +104,7 @@ def _display_units(model: Model, notes: Notes) -> None:
             factor, offset = number(factor_text), number(offset_text)
             where = f"display unit {name!r} of {definition.unit.name!r} (line {definition.line})"
             if not (factor > 0.0 and math.isfinite(factor) and math.isfinite(offset)):
-                notes.error(f"{where}: factor {factor_text}, offset {offset_text} make no unit")
+                notes.error(f"{where}: factor {factor_text}, offset {offset_text} are not valid")
                 continue
             base = definition.unit
             known = [one for one in _known(name) if base.exponents is not None and _same_dimension(one, base)]

@@ -1,9 +1,9 @@
-"""What growing resident memory means: a leak goes on, a buffer fills once."""
+"""Growth of resident memory: a leak continues, a buffer fills once."""
 
 import numpy as np
 import pytest
 
-from lockstep.check.dynamic.probes_load import judged
+from lockstep.check.dynamic.probes_load import memory_result
 
 COUNTS = np.arange(0, 100_001, 2500)
 
@@ -17,15 +17,15 @@ COUNTS = np.arange(0, 100_001, 2500)
         (np.minimum(COUNTS, 50_000) * 1e-4, "info"),
     ],
 )
-def test_growth_isjudged_after_the_warm_up(grown: np.ndarray, status: str) -> None:
-    found = judged(100.0 + grown, COUNTS, "")
+def test_growth_is_judged_after_the_warm_up(grown: np.ndarray, status: str) -> None:
+    found = memory_result(100.0 + grown, COUNTS, "")
 
     assert found.status == status, found
     assert "100,000 steps" in found.message
 
 
-def test_a_leak_tells_bytes_a_step() -> None:
-    found = judged(100.0 + COUNTS * 2**-20 * 64.0, COUNTS, "")
+def test_leak_is_reported_in_bytes_per_step() -> None:
+    found = memory_result(100.0 + COUNTS * 2**-20 * 64.0, COUNTS, "")
 
     assert found.numbers["growth [B/step]"] == pytest.approx(64.0)
     assert "64 bytes a step" in found.message

@@ -1,4 +1,4 @@
-"""Trajectories are compared by bits, and a difference is told by output, step and both values."""
+"""Trajectories are compared by bits, and a difference is described by output, step and both values."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ def run(**changes: object) -> Trajectory:
     return Trajectory.of_rows(rows, EXPERIMENT)
 
 
-def test_equal_bits_are_equal_not_a_number_too() -> None:
+def test_equal_bits_are_equal_also_not_a_number() -> None:
     assert difference(run(), run(), EXPERIMENT) == ""
 
 
@@ -42,7 +42,7 @@ def test_equal_bits_are_equal_not_a_number_too() -> None:
         ("s", b"text, longer", "s is b'text, longer' instead of b'text' after step 13"),
     ],
 )
-def test_one_bit_is_told_by_name(name: str, value: object, words: str) -> None:
+def test_difference_of_one_bit_is_described(name: str, value: object, words: str) -> None:
     assert difference(run(**{name: value}), run(), EXPERIMENT, first=10) == words
 
 
@@ -54,23 +54,23 @@ def test_other_outputs_are_counted() -> None:
     assert difference(run(x=2.0, n=5, b=1), run(), EXPERIMENT).endswith("and 2 other outputs sooner or later")
 
 
-def test_a_shorter_run_differs() -> None:
+def test_shorter_run_differs() -> None:
     assert difference(run()[:2], run(), EXPERIMENT) == "2 steps instead of 3"
 
 
-def test_relative_difference_is_of_the_size_of_an_output() -> None:
+def test_relative_difference_is_scaled_by_the_output() -> None:
     assert relative_difference(run(x=1.0 + 1e-9), run()) == pytest.approx(1e-9, rel=1e-6)  # rounding of 1 + 1e-9
     assert relative_difference(run(), run()) == 0.0
     assert relative_difference(run(y=1.0), run()) == np.inf
 
 
-def test_a_file_gives_the_same_bits(tmp_path: Path) -> None:
+def test_saved_trajectory_has_the_same_bits(tmp_path: Path) -> None:
     run(x=0.1).save(tmp_path / "run.npz")
 
     assert difference(Trajectory.load(tmp_path / "run.npz"), run(x=0.1), EXPERIMENT) == ""
 
 
-def test_times_of_hosts_differ_from_the_computed_in_their_last_digits_only() -> None:
+def test_accumulated_times_differ_in_their_last_digits_only() -> None:
     computed = [EXPERIMENT.time(k) for k in range(200)]
     for how in ("accumulated", "subtracted"):
         times = EXPERIMENT.times(how, 200)
@@ -81,7 +81,7 @@ def test_times_of_hosts_differ_from_the_computed_in_their_last_digits_only() -> 
         assert np.abs(np.array(times)[:, 1] - 0.1).max() <= np.spacing(21.0)
 
 
-def test_a_stimulus_stays_within_the_range_and_repeats() -> None:
+def test_stimulus_stays_within_the_range() -> None:
     ports = (
         Port(name="free", kind="Real", reference=0, start=2.0, nudge=2e-3, swings=True),
         Port(name="edge", kind="Real", reference=1, start=1.0, maximum=1.0, nudge=0.1, swings=True),

@@ -45,7 +45,7 @@ def fed(report):
     return {(p.output, p.input) for p in report.pairs if p.feedthrough}
 
 
-def test_the_delays_are_those_of_the_source(good):
+def test_delays_are_those_of_the_source(good):
     report = probe_latency(good, WATCHED)
 
     assert delays(report) == DELAYS
@@ -54,11 +54,11 @@ def test_the_delays_are_those_of_the_source(good):
     assert report.unmoved == ("idle",)
 
 
-def test_a_fixed_step_and_no_state_give_the_same_delays(wrong):
+def test_fixed_step_without_state_gives_the_same_delays(wrong):
     report = probe_latency(wrong, WATCHED)
 
     assert delays(report) == DELAYS
-    # nobody can make its step shorter: whatever answers within it counts, unless told otherwise
+    # a shorter step cannot be made: whatever answers within it counts, unless `kind` says otherwise
     assert ("integral", "u") in fed(report)
     assert ("integral", "u") not in fed(probe_latency(wrong, ProbeSettings(steps=12, amplitude=0.1, kind="continuous")))
 
@@ -70,14 +70,14 @@ def test_wrong_claims_are_contradicted_both_ways(wrong):
     assert found == {("direct", "u"): False, ("integral", "u"): False, ("late[1]", "v"): True, ("late[2]", "v"): True}
 
 
-def test_without_dependencies_there_is_no_claim_to_contradict(tmp_path):
+def test_missing_dependencies_are_no_claim(tmp_path):
     report = probe_latency(build_delays(tmp_path, feeds=None, flags=ANY_STEP), WATCHED)
 
     assert {pair.agreement for pair in report.pairs} == {"no claim"}
     assert delays(report) == DELAYS
 
 
-def test_what_answers_without_a_step_is_told(tmp_path):
+def test_answer_without_a_step_is_reported(tmp_path):
     fmu = build_delays(tmp_path, "AT_ONCE", feeds=TRUE | {"direct": ()}, flags=ANY_STEP)
 
     (pair,) = probe_latency(fmu, WATCHED).of("contradicted")
@@ -85,7 +85,7 @@ def test_what_answers_without_a_step_is_told(tmp_path):
     assert (pair.output, pair.input, pair.direct) == ("direct", "u", True)
 
 
-def test_a_value_may_silence_an_answer_and_an_amplitude_wake_one(good):
+def test_values_and_amplitudes_decide_what_is_excited(good):
     silent = probe_latency(good, ProbeSettings(steps=12, starts={"scale": "0"}, amplitude=0.1))
     assert [(pair.output, pair.input) for pair in silent.of("not excited")] == [("direct", "u")]
     # by default an input changes by a thousandth: not enough for a quantiser of 1/64
@@ -93,10 +93,9 @@ def test_a_value_may_silence_an_answer_and_an_amplitude_wake_one(good):
     assert (pair.output, pair.input) == ("coarse", "u")
 
 
-def reference_fmu(folder, model, version, dependencies):
-    """Return a reference FMU with dependencies of its outputs, by the name that XML has for them."""
-    path = reference.build(model, version, folder)
-    with zipfile.ZipFile(path) as archive:
+def with_dependencies(fmu, path, dependencies):
+    """Copy an FMU with other dependencies of its outputs, as the XML elements to replace."""
+    with zipfile.ZipFile(fmu) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     text = members["modelDescription.xml"].decode()
     for old, new in dependencies.items():
@@ -108,19 +107,23 @@ def reference_fmu(folder, model, version, dependencies):
     return path
 
 
-def test_fmi_3_array_by_array(tmp_path):
-    """The model hands every input to an output; of two outputs the claims are wrong."""
-    place = {v.name: k for k, v in enumerate(reference.variables_of("feedthrough", "3.0"))}
-    vector, flags = (f'<Output valueReference="{place[name]}"' for name in ("vector_out", "flags_out"))
-    told = {f"{vector}/>": f'{vector} dependencies=""/>', f"{flags}/>": f'{flags} dependencies="{place["flags_in"]}"/>'}
-    report = probe_latency(reference_fmu(tmp_path, "feedthrough", "3.0", told), ProbeSettings(steps=3, seconds=600.0))
+def test_arrays_of_fmi_3(tmp_path, reference_fmu):
+    """Every input is copied to an output; the declared dependencies of one output are wrong."""
+    number = {v.name: k for k, v in enumerate(reference.variables_of("feedthrough", "3.0"))}
+    vector, flags = (f'<Output valueReference="{number[name]}"' for name in ("vector_out", "flags_out"))
+    changed = {
+        f"{vector}/>": f'{vector} dependencies=""/>',
+        f"{flags}/>": f'{flags} dependencies="{number["flags_in"]}"/>',
+    }
+    fmu = with_dependencies(reference_fmu("feedthrough", "3.0"), tmp_path / "feedthrough.fmu", changed)
+    report = probe_latency(fmu, ProbeSettings(steps=3, seconds=600.0))
 
     assert dict(fed(report)) == {
         name: name.replace("_out", "_in") for name in report.outputs if not name.startswith(("Str", "wor"))
     }
     assert set(delays(report).values()) == {(0, 0)}
     assert {pair.output for pair in report.of("contradicted")} == {f"vector_out[{k}]" for k in (1, 2, 3)}
-    # by a diagonal: a maker of FMI 3.0 claims for whole arrays
+    # element by element, although FMI 3.0 declares dependencies of whole arrays
     assert {pair.output: pair.input for pair in report.of("agrees")} == {
         f"flags_out[{k}]": f"flags_in[{k}]" for k in (1, 2)
     }
@@ -128,17 +131,17 @@ def test_fmi_3_array_by_array(tmp_path):
 
 
 @pytest.mark.parametrize("version", ["1.0", "3.0"])
-def test_an_integral_is_no_feedthrough_in_fmi_3_and_not_to_be_told_in_fmi_1(tmp_path, version):
+def test_integral_is_feedthrough_unless_the_fmu_declares_any_step(reference_fmu, version):
     settings = ProbeSettings(steps=3, starts={"rate": "2"})
-    report = probe_latency(reference.build("integrator", version, tmp_path), settings)
+    report = probe_latency(reference_fmu("integrator", version), settings)
 
     assert delays(report) == {("x", "u"): (0, 0)}
     assert fed(report) == ({("x", "u")} if version == "1.0" else set())  # FMI 1.0 does not say that it takes any step
 
 
 @pytest.mark.parametrize("build", [vendor_fmu, vendor3_fmu], ids=["FMI 2.0", "FMI 3.0"])
-def test_a_vendor_stand_in_answers_at_once_while_flag_and_mode_allow_it(tmp_path, build):
-    """It takes no attitude while q_ok is not 3."""
+def test_vendor_fmu_answers_while_flag_and_mode_allow_it(tmp_path, build):
+    """It ignores attitudes while q_ok is not 3."""
     fmu = build(tmp_path)
     first = "q_IB[0]" if build is vendor_fmu else "q_IB[1]"
     awake = {first: "1", "Mode": "2", "q_ok": "3"}
@@ -151,14 +154,14 @@ def test_a_vendor_stand_in_answers_at_once_while_flag_and_mode_allow_it(tmp_path
     assert {name.partition("[")[0] for _, name in blind} == {"w_meas"}
 
 
-def test_outputs_that_differ_without_a_cause_are_named(tmp_path):
+def test_outputs_that_do_not_repeat_are_listed(tmp_path):
     report = probe_latency(build_delays(tmp_path, feeds=TRUE, flags=ANY_STEP, outputs=OUTPUTS), WATCHED)
 
     assert report.restless == ("noise",)
     assert delays(report) == DELAYS
 
 
-def test_a_crash_is_one_line_and_no_end_of_ours(tmp_path):
+def test_crash_is_reported_in_one_line(tmp_path):
     with pytest.raises(RunError, match=r"delays.fmu: crashed with SIGSEGV in fmi2DoStep at t = 0.2 s"):
         probe_latency(build_delays(tmp_path, "CRASHES"), WATCHED)
 
@@ -175,23 +178,23 @@ def test_a_crash_is_one_line_and_no_end_of_ours(tmp_path):
         (ProbeSettings(seconds=0.0), r"--time-limit 0: must be > 0 s"),
     ],
 )
-def test_a_setting_that_does_not_fit_is_refused_by_name(good, settings, message):
+def test_bad_setting_is_refused(good, settings, message):
     with pytest.raises(InputError, match=message):
         probe_latency(good, settings)
 
 
-def test_the_command_prints_a_matrix_and_writes_json(good, wrong, tmp_path, capsys):
+def test_command_prints_a_matrix_and_writes_json(good, wrong, tmp_path, capsys):
     file = tmp_path / "latency.json"
 
     assert main(["probe-latency", str(good), "--steps", "12", "--amplitude", "0.1", "--json", str(file)]) == 0
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     assert main(["probe-latency", str(wrong), "--steps", "12"]) == 1
     contradicted = capsys.readouterr().out
 
-    rows = {line.split()[0]: line.split()[1:] for line in told.splitlines() if line.startswith((*TRUE, "late"))}
+    rows = {line.split()[0]: line.split()[1:] for line in printed.splitlines() if line.startswith((*TRUE, "late"))}
     assert rows["late[2]"] == [".", "1-3", ".", ".", ".", "."]
     assert rows["sampled"] == [".", ".", "0-3f", ".", ".", "."]
-    assert "no contradiction" in told
+    assert "no contradiction" in printed
     assert "direct <- u: not claimed, but answers within its step" in contradicted
     assert "late[2] <- v: claimed as feedthrough, but answers after 3 steps at the earliest" in contradicted
     written = json.loads(file.read_text(encoding="utf-8"))
@@ -199,7 +202,7 @@ def test_the_command_prints_a_matrix_and_writes_json(good, wrong, tmp_path, caps
     assert {(p["output"], p["input"]): (p["least"], p["most"]) for p in written["pairs"]} == DELAYS
 
 
-def test_bad_input_is_one_line(good, tmp_path, capsys):
+def test_bad_input_is_refused_in_one_line(good, tmp_path, capsys):
     for arguments in ([tmp_path / "none.fmu"], [good, "--set", "scale"], [good, "--amplitude", "u=x"],
                       [good, "--json", tmp_path / "no" / "folder.json"]):  # fmt: skip
         assert main(["probe-latency", *map(str, arguments)]) == 2

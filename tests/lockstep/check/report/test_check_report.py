@@ -1,4 +1,4 @@
-"""The report's files: JSON that reads back, JUnit that parses, HTML that needs nothing else; and the exit codes."""
+"""The report as JSON, JUnit XML and HTML, and the exit codes of the command."""
 
 import json
 import math
@@ -7,6 +7,7 @@ import pty
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -14,6 +15,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from lockstep.__main__ import main
 from lockstep.check.report.check_report import CheckReport, as_json, as_junit, fails, from_json, write_text
 from lockstep.check.report.finding import Finding
 from lockstep.check.report.report_html import as_html
@@ -97,7 +99,7 @@ class Page(HTMLParser):
         self.text += data
 
 
-def test_html_stands_alone_and_shows_all() -> None:
+def test_html_loads_nothing_and_shows_all_findings() -> None:
     text = as_html([REPORT, GOOD])
     page = Page(text)
 
@@ -113,7 +115,7 @@ def test_html_stands_alone_and_shows_all() -> None:
     assert "zwei ä" in page.text
 
 
-def test_a_terminal_is_spared_a_long_list_unless_it_is_the_contracts() -> None:
+def test_long_lists_are_cut_except_those_of_the_contract() -> None:
     lines = tuple(f"line {i}" for i in range(40))
     long = replace(REPORT, findings=(finding("dynamic.a", "info", details=lines),))
     contract = replace(REPORT, findings=(finding("contract.a", "info", details=lines),))
@@ -132,7 +134,7 @@ def test_only_an_error_fails_unless_strict() -> None:
     ]  # fmt: skip
 
 
-def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+def test_file_is_written_completely_or_not_at_all(tmp_path: Path) -> None:
     write_text(tmp_path / "new" / "report.json", "first")
     (tmp_path / "taken" / "report.json").mkdir(parents=True)
     with pytest.raises(OSError, match="directory"):
@@ -142,15 +144,28 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.rglob("*.part")] == []
 
 
-def check(*arguments: object, **options: object) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-W", "error", "-m", "lockstep", "check", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60, **options)  # type: ignore[call-overload,no-any-return]
+Check = Callable[..., tuple[int, str, str]]
 
 
-def test_a_good_fmu_gets_0_and_every_file(make: Make, tmp_path: Path) -> None:
+@pytest.fixture
+def check(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Check:
+    """Return a function that runs the command `check` in a folder; it returns exit code, output and error output."""
+
+    def run(*arguments: object, folder: Path | None = None) -> tuple[int, str, str]:
+        if folder is not None:
+            monkeypatch.chdir(folder)
+        code = main(["check", *map(str, arguments)])
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return run
+
+
+def test_good_fmu_gets_0_and_every_file(make: Make, tmp_path: Path) -> None:
     files = {option: tmp_path / "out" / f"report.{option}" for option in ("html", "json", "junit")}
     options = [word for option, path in files.items() for word in (f"--{option}", path)]
-    done = check(make(), make(name="again.fmu"), *STATIC, "--strict", *options)
+    command = [sys.executable, "-W", "error", "-m", "lockstep", "check", make(), make(name="again.fmu"), *STATIC]
+    done = subprocess.run([*command, "--strict", *options], capture_output=True, text=True, check=False, timeout=60)
 
     assert (done.returncode, done.stderr) == (0, "")
     assert "good.fmu: 18 passed\n" in done.stdout
@@ -169,19 +184,19 @@ def test_a_good_fmu_gets_0_and_every_file(make: Make, tmp_path: Path) -> None:
         ({BINARY: None}, (), 1),
     ],
 )
-def test_the_exit_code_tells_the_severity(
-    make: Make, changes: dict[str, None], strict: tuple[str, ...], code: int
+def test_exit_code_shows_the_severity(
+    check: Check, make: Make, changes: dict[str, None], strict: tuple[str, ...], code: int
 ) -> None:
-    assert check(make(changes), *STATIC, *strict).returncode == code
+    assert check(make(changes), *STATIC, *strict)[0] == code
 
 
-def test_a_file_that_is_no_fmu_is_a_finding(tmp_path: Path) -> None:
+def test_file_that_is_not_an_fmu_is_a_finding(check: Check, tmp_path: Path) -> None:
     (tmp_path / "vendor.fmu").write_bytes(b"no zip")
-    done = check(tmp_path / "vendor.fmu")  # dynamic checks too: there is nothing to run
+    code, printed, errors = check(tmp_path / "vendor.fmu")  # dynamic checks too: there is nothing to run
 
-    assert (done.returncode, done.stderr) == (1, "")
-    assert "error    static.archive" in done.stdout
-    assert "skipped  dynamic.run" in done.stdout
+    assert (code, errors) == (1, "")
+    assert "error    static.archive" in printed
+    assert "skipped  dynamic.run" in printed
 
 
 @pytest.mark.parametrize(
@@ -196,33 +211,33 @@ def test_a_file_that_is_no_fmu_is_a_finding(tmp_path: Path) -> None:
         (["good.fmu", "nowhere.fmu", "--json", "x"], "nowhere.fmu: no such file"),
     ],
 )
-def test_bad_input_gets_2_and_one_line_before_anything_runs(make: Make, arguments: list[str], says: str) -> None:
+def test_bad_input_is_refused_before_any_check(check: Check, make: Make, arguments: list[str], says: str) -> None:
     folder = make().parent
-    done = check(*arguments, *STATIC, cwd=folder)
+    code, printed, errors = check(*arguments, *STATIC, folder=folder)
 
-    assert (done.returncode, done.stdout) == (2, "")
-    assert says in done.stderr
-    assert done.stderr.count("\n") == 1
+    assert (code, printed) == (2, "")
+    assert says in errors
+    assert errors.count("\n") == 1
     assert not (folder / "x").exists()
 
 
-def test_a_terminal_gets_a_table_without_control_characters_of_the_fmu(make: Make) -> None:
+def test_terminal_gets_a_table_without_control_characters(make: Make) -> None:
     path = make(xml=XML.replace('name="attitude[2]"', 'name="a&#x9b;31m[2]"'))
-    mine, theirs = pty.openpty()
+    master, terminal = pty.openpty()
     command = [sys.executable, "-m", "lockstep", "check", str(path), *STATIC]
     environment = os.environ | {"TERM": "xterm", "COLUMNS": "120"}
-    with subprocess.Popen(command, stdout=theirs, stderr=theirs, env=environment) as process:
-        os.close(theirs)
+    with subprocess.Popen(command, stdout=terminal, stderr=terminal, env=environment) as process:
+        os.close(terminal)
         shown = b""
         while True:
             try:
-                part = os.read(mine, 65536)
+                part = os.read(master, 65536)
             except OSError:  # the other end is closed
                 break
             if not part:
                 break
             shown += part
-    os.close(mine)
+    os.close(master)
     text = shown.decode()
 
     assert process.returncode == 1

@@ -1,4 +1,4 @@
-"""Static checks of the archive and of what travels in it."""
+"""Static checks of the archive and of its members."""
 
 import stat
 import zipfile
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ..conftest import BINARY, XML, Find, Make, bad, told
+from ..conftest import BINARY, XML, Find, Make, bad, text_of
 
 
 @pytest.mark.parametrize(
@@ -22,15 +22,15 @@ from ..conftest import BINARY, XML, Find, Make, bad, told
         ("Documentation/index.html", "warning", "upper and lower case"),
     ],
 )
-def test_a_member_that_does_not_belong(make: Make, found: Find, member: str, status: str, says: str) -> None:
+def test_unsafe_or_left_behind_member_is_reported(make: Make, found: Find, member: str, status: str, says: str) -> None:
     findings = found(make({member: "x"}))
 
     assert findings["static.hygiene"].status == status
-    assert says in told(findings["static.hygiene"])
+    assert says in text_of(findings["static.hygiene"])
     assert set(bad(findings)) <= {"static.hygiene", "static.fmpy"}  # FMPy refuses backslashes too
 
 
-def test_two_members_of_one_name(make: Make, found: Find) -> None:
+def test_duplicate_member_is_reported(make: Make, found: Find) -> None:
     path = make()
     with (
         zipfile.ZipFile(path, "a") as archive,
@@ -41,26 +41,26 @@ def test_two_members_of_one_name(make: Make, found: Find) -> None:
     assert bad(found(path)) == {"static.hygiene": "error"}
 
 
-def test_a_symbolic_link(make: Make, found: Find) -> None:
+def test_symbolic_link_is_reported(make: Make, found: Find) -> None:
     path = make()
     link = zipfile.ZipInfo("resources/link")
     link.external_attr = (stat.S_IFLNK | 0o777) << 16
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr(link, "/etc/passwd")
 
-    assert "symbolic link" in told(found(path)["static.hygiene"])
+    assert "symbolic link" in text_of(found(path)["static.hygiene"])
 
 
-def test_a_packing_that_fmi_tools_do_not_read(make: Make, found: Find) -> None:
+def test_unusual_compression_is_reported(make: Make, found: Find) -> None:
     path = make()
     with zipfile.ZipFile(path, "a", zipfile.ZIP_LZMA) as archive:
         archive.writestr("resources/data.bin", b"0" * 100)
 
     assert bad(found(path)) == {"static.hygiene": "error"}
-    assert "method 14" in told(found(path)["static.hygiene"])
+    assert "method 14" in text_of(found(path)["static.hygiene"])
 
 
-def test_an_encrypted_member(make: Make, found: Find) -> None:
+def test_encrypted_member_is_reported(make: Make, found: Find) -> None:
     path = make({"resources/secret.txt": "x"})
     content = path.read_bytes()
     for signature, offset in ((b"PK\3\4", 6), (b"PK\1\2", 8)):  # both headers carry the flag
@@ -69,21 +69,21 @@ def test_an_encrypted_member(make: Make, found: Find) -> None:
         content = content[: start + offset] + b"\1" + content[start + offset + 1 :]
     path.write_bytes(content)
 
-    assert "resources/secret.txt: encrypted" in told(found(path)["static.hygiene"])
+    assert "resources/secret.txt: encrypted" in text_of(found(path)["static.hygiene"])
 
 
-def test_a_damaged_member(make: Make, found: Find) -> None:
+def test_damaged_member_is_reported(make: Make, found: Find) -> None:
     path = make({"resources/data.txt": "value=123"})
     with zipfile.ZipFile(path, "a", zipfile.ZIP_STORED) as archive:
         archive.writestr("resources/plain.txt", "value=123456789")
     path.write_bytes(path.read_bytes().replace(b"value=123456789", b"value=123456780"))
 
     assert bad(found(path)) == {"static.archive": "error"}
-    assert "resources/plain.txt" in told(found(path)["static.archive"])
+    assert "resources/plain.txt" in text_of(found(path)["static.archive"])
 
 
 @pytest.mark.parametrize("content", [b"", b"no zip", b"PK\3\4" + b"\0" * 200])
-def test_a_file_that_is_no_archive(tmp_path: Path, found: Find, content: bytes) -> None:
+def test_file_that_is_not_an_archive_is_reported(tmp_path: Path, found: Find, content: bytes) -> None:
     path = tmp_path / "vendor.fmu"
     path.write_bytes(content)
     findings = found(path)
@@ -92,33 +92,33 @@ def test_a_file_that_is_no_archive(tmp_path: Path, found: Find, content: bytes) 
     assert {f.status for check, f in findings.items() if check not in ("static.archive", "static.kind")} == {"skipped"}
 
 
-def test_an_archive_that_was_cut_short(make: Make, found: Find) -> None:
+def test_truncated_archive_is_reported(make: Make, found: Find) -> None:
     path = make()
     path.write_bytes(path.read_bytes()[:-100])
 
     assert found(path)["static.archive"].status == "error"
 
 
-def test_an_archive_without_model_description(make: Make, found: Find) -> None:
+def test_missing_model_description_is_reported(make: Make, found: Find) -> None:
     findings = found(make({"modelDescription.xml": None, "Good/modelDescription.xml": XML}))
 
     assert findings["static.kind"].status == "error"
-    assert "none at the top" in told(findings["static.kind"])
+    assert "not at the top" in text_of(findings["static.kind"])
 
 
 @pytest.mark.parametrize(
     ("member", "check"),
     [("documentation/index.html", "static.documentation"), ("documentation/licenses/license.txt", "static.licence")],
 )
-def test_what_a_receiver_misses(make: Make, found: Find, member: str, check: str) -> None:
+def test_missing_documentation_or_licence_is_reported(make: Make, found: Find, member: str, check: str) -> None:
     assert bad(found(make({member: None}))) == {check: "warning"}
 
 
-def test_a_binary_under_another_name(make: Make, found: Find, library: bytes) -> None:
+def test_binary_under_another_name_is_reported(make: Make, found: Find, library: bytes) -> None:
     findings = found(make({BINARY: None, "binaries/linux64/model.so": library}))
 
     assert findings["static.platforms"].status == "error"
-    assert "good.so" in told(findings["static.platforms"])
+    assert "good.so" in text_of(findings["static.platforms"])
     assert findings["static.functions"].status == findings["static.dependencies"].status == "skipped"
 
 
@@ -126,8 +126,8 @@ def test_a_binary_under_another_name(make: Make, found: Find, library: bytes) ->
     ("folder", "there"),
     [("binaries/win64/good.dll", "win64"), ("sources/good.c", "source code only"), ("resources/x", "none")],
 )
-def test_no_binary_for_this_platform(make: Make, found: Find, folder: str, there: str) -> None:
+def test_missing_binary_for_this_platform_is_reported(make: Make, found: Find, folder: str, there: str) -> None:
     findings = found(make({BINARY: None, folder: b"MZ"}))
 
     assert findings["static.platforms"].status == "error"
-    assert there in told(findings["static.platforms"])
+    assert there in text_of(findings["static.platforms"])

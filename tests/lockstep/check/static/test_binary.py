@@ -1,4 +1,4 @@
-"""Static checks of the libraries: symbols against flags, and what must be there to load them."""
+"""Static checks of the libraries: symbols against flags, and dependencies."""
 
 import struct
 import subprocess
@@ -10,88 +10,90 @@ import pytest
 from lockstep.check.static.binary_checks import FUNCTIONS
 from lockstep.check.static.elf import read_library
 
-from ..conftest import BINARY, XML, Compile, Find, Make, bad, told
+from ..conftest import BINARY, XML, Compile, Find, Make, bad, text_of
 
 
-def test_the_functions_are_those_of_the_standards_header(standard_functions: list[str]) -> None:
+def test_required_functions_are_those_of_the_header(standard_functions: list[str]) -> None:
     assert sorted(FUNCTIONS) == sorted(standard_functions)
 
 
-def test_a_flag_without_its_function(make: Make, found: Find, compiled: Compile) -> None:
+def test_flag_without_its_function_is_reported(make: Make, found: Find, compiled: Compile) -> None:
     findings = found(make({BINARY: compiled(without=("fmi2SetFMUstate",))}))
 
     assert bad(findings) == {"static.functions": "error"}
-    assert "canGetAndSetFMUstate is true, but fmi2SetFMUstate is not exported" in told(findings["static.functions"])
+    assert "canGetAndSetFMUstate is true, but fmi2SetFMUstate is not exported" in text_of(findings["static.functions"])
 
 
-def test_a_missing_function_that_no_flag_asks_for(make: Make, found: Find, compiled: Compile) -> None:
+def test_missing_function_without_a_flag_is_reported(make: Make, found: Find, compiled: Compile) -> None:
     findings = found(make({BINARY: compiled(without=("fmi2GetDirectionalDerivative", "fmi2CancelStep"))}))
 
     assert bad(findings) == {"static.functions": "error"}
-    says = told(findings["static.functions"])
+    says = text_of(findings["static.functions"])
     assert "not exported: fmi2GetDirectionalDerivative, fmi2CancelStep" in says
     assert "is true" not in says
 
 
-def test_a_function_that_is_there_but_hidden(make: Make, found: Find, compiled: Compile) -> None:
+def test_hidden_function_counts_as_missing(make: Make, found: Find, compiled: Compile) -> None:
     hidden = '__attribute__((visibility("hidden"))) int fmi2Reset(void) { return 0; }'
     findings = found(make({BINARY: compiled(without=("fmi2Reset",), code=hidden)}))
 
-    assert "fmi2Reset" in told(findings["static.functions"])
+    assert "fmi2Reset" in text_of(findings["static.functions"])
 
 
 PYTHON = "int Py_IsInitialized(void); int ready(void) { return Py_IsInitialized(); }"
-TOLD = {"documentation/externalDependencies.txt": "A Python 3.11 with numpy in the host's process."}
+DOCUMENTED = {"documentation/externalDependencies.txt": "A Python 3.11 with numpy in the host's process."}
 
 
 @pytest.mark.parametrize(
     ("files", "execution", "status"),
-    [({}, "true", "warning"), (TOLD, "false", "warning"), (TOLD, "true", "info")],
+    [({}, "true", "warning"), (DOCUMENTED, "false", "warning"), (DOCUMENTED, "true", "info")],
 )
-def test_a_library_that_needs_python_in_its_host(
+def test_need_of_python_in_the_host_must_be_documented(
     make: Make, found: Find, compiled: Compile, files: dict[str, str], execution: str, status: str
 ) -> None:
     xml = XML.replace("<CoSimulation ", f'<CoSimulation needsExecutionTool="{execution}" ')
     findings = found(make({BINARY: compiled(code=PYTHON), **files}, xml=xml))
 
     assert bad(findings) == {"static.dependencies": status}
-    assert "needs libpython in the host (1 symbols" in told(findings["static.dependencies"])
+    assert "needs libpython in the host (1 symbols" in text_of(findings["static.dependencies"])
 
 
 @pytest.mark.parametrize(
     ("inner", "who"),
     [
         ("resources/plant/binaries/linux64/plant.so", "the FMU inside, resources/plant/binaries/linux64/plant.so,"),
-        ("binaries/linux64/wrapper.so", "wrapper.so beside it"),
+        ("binaries/linux64/wrapper.so", "wrapper.so in the same folder"),
     ],
 )
-def test_an_inner_library_that_needs_python(make: Make, found: Find, compiled: Compile, inner: str, who: str) -> None:
-    """A container needs what its parts need, and a library what it loads, although they do not show it."""
+def test_inner_library_that_needs_python_is_reported(
+    make: Make, found: Find, compiled: Compile, inner: str, who: str
+) -> None:
+    """A container needs what its parts need, and a library what it loads, without symbols that show it."""
     silent = found(make({inner: compiled(code=PYTHON)}))
     harmless = found(make({inner: compiled(), "resources/extension.so": b"no library"}))
 
     assert bad(silent) == {"static.dependencies": "warning"}
-    assert f"{who} needs libpython" in told(silent["static.dependencies"])
+    assert f"{who} needs libpython" in text_of(silent["static.dependencies"])
     assert bad(harmless) == {}
 
 
-def test_a_symbol_that_nothing_offers(make: Make, found: Find, compiled: Compile) -> None:
+def test_undefined_symbol_is_reported(make: Make, found: Find, compiled: Compile) -> None:
     code = "double solve_it(double); double f(void) { return solve_it(1.0); }"
     findings = found(make({BINARY: compiled(code=code)}))
 
     assert bad(findings) == {"static.dependencies": "error"}
-    assert "solve_it" in told(findings["static.dependencies"])
+    assert "solve_it" in text_of(findings["static.dependencies"])
 
 
-def test_symbols_that_a_needed_library_offers_are_found_there(make: Make, found: Find, compiled: Compile) -> None:
+def test_symbols_of_needed_libraries_are_found(make: Make, found: Find, compiled: Compile) -> None:
     code = "double cos(double); double f(double x) { return cos(x); }"
     findings = found(make({BINARY: compiled("-Wl,--no-as-needed", "-lm", code=code)}))
 
     assert bad(findings) == {}
-    assert "libm.so.6" in told(findings["static.dependencies"])
+    assert "libm.so.6" in text_of(findings["static.dependencies"])
 
 
-def test_a_library_that_is_not_there_unless_it_travels_along(make: Make, found: Find, tmp_path: Path) -> None:
+def test_missing_library_is_reported_unless_it_is_in_the_fmu(make: Make, found: Find, tmp_path: Path) -> None:
     compile_ = ["gcc", "-shared", "-fPIC"]
     (tmp_path / "solver.c").write_text("double solve_it(double x) { return x; }")
     subprocess.run([*compile_, "-o", "libvendorsolver.so", "solver.c"], cwd=tmp_path, check=True)
@@ -103,38 +105,38 @@ def test_a_library_that_is_not_there_unless_it_travels_along(make: Make, found: 
 
     alone = found(make({BINARY: library}))
     assert bad(alone) == {"static.dependencies": "warning"}
-    assert "needs libvendorsolver.so, which is neither" in told(alone["static.dependencies"])
-    assert "/home/vendor/lib" in told(alone["static.dependencies"])
+    assert "needs libvendorsolver.so, which is neither" in text_of(alone["static.dependencies"])
+    assert "/home/vendor/lib" in text_of(alone["static.dependencies"])
 
     solver = (tmp_path / "libvendorsolver.so").read_bytes()
     both = found(make({BINARY: library, "binaries/linux64/libvendorsolver.so": solver}))
-    assert "neither" not in told(both["static.dependencies"])
-    assert "solve_it" not in told(both["static.dependencies"])
+    assert "neither" not in text_of(both["static.dependencies"])
+    assert "solve_it" not in text_of(both["static.dependencies"])
 
 
-def test_a_library_of_another_machine(make: Make, found: Find, library: bytes) -> None:
+def test_library_of_another_machine_is_reported(make: Make, found: Find, library: bytes) -> None:
     arm = bytearray(library)
     struct.pack_into("<H", arm, 18, 183)  # e_machine: AArch64
 
     findings = found(make({BINARY: bytes(arm)}))
     assert findings["static.functions"].status == "error"
-    assert "EM_AARCH64, not x86-64" in told(findings["static.functions"])
+    assert "EM_AARCH64, not x86-64" in text_of(findings["static.functions"])
 
 
 @pytest.mark.parametrize("content", [b"", b"MZ", b"\x7fELF", b"\x7fELF\2\1\1" + b"\xff" * 200])
-def test_a_file_that_is_no_library(make: Make, found: Find, content: bytes) -> None:
+def test_file_that_is_not_a_library_is_reported(make: Make, found: Find, content: bytes) -> None:
     findings = found(make({BINARY: content}))
 
     assert findings["static.functions"].status == "error"
 
 
 @pytest.mark.parametrize("cut", [70, 1000, 5000, -2000])
-def test_a_library_that_was_cut_short(make: Make, found: Find, library: bytes, cut: int) -> None:
+def test_truncated_library_is_reported(make: Make, found: Find, library: bytes, cut: int) -> None:
     assert found(make({BINARY: library[:cut]}))["static.functions"].status == "error"
 
 
 @pytest.mark.parametrize(("machine", "status"), [(0x8664, "pass"), (0x014C, "error")])
-def test_a_windows_library_is_of_its_folders_machine(make: Make, found: Find, machine: int, status: str) -> None:
+def test_windows_library_must_match_its_folder(make: Make, found: Find, machine: int, status: str) -> None:
     library = bytearray(256)
     library[:2], library[0x80:0x84] = b"MZ", b"PE\0\0"
     struct.pack_into("<I", library, 0x3C, 0x80)
@@ -143,7 +145,7 @@ def test_a_windows_library_is_of_its_folders_machine(make: Make, found: Find, ma
     assert found(make({"binaries/win64/good.dll": bytes(library)}))["static.platforms"].status == status
 
 
-def test_symbols_agree_with_what_the_linker_says(tmp_path: Path, toys: Path) -> None:
+def test_symbols_agree_with_nm(tmp_path: Path, toys: Path) -> None:
     """An independent reader: nm, which comes with the linker that gcc needs."""
     with zipfile.ZipFile(toys / "toy_echo.fmu") as archive:
         library = archive.read(next(n for n in archive.namelist() if n.startswith("binaries/linux64/")))

@@ -1,8 +1,8 @@
-"""Each static check of the model description finds its defect in a good FMU with one edit, and nothing else does."""
+"""Each static check of the model description finds its defect, and no other check reports it."""
 
 import pytest
 
-from ..conftest import XML, Find, Make, bad, told
+from ..conftest import XML, Find, Make, bad, text_of
 
 TORQUE = 'name="torque" valueReference="2"'
 
@@ -23,7 +23,7 @@ DEFECTS = {
     ),
     "stale unit": (
         ("</UnitDefinitions>", '<Unit name="V"><BaseUnit kg="1" m="2" s="-3" A="-1"/></Unit></UnitDefinitions>'),
-        ("static.units", "'V' (line 7) is defined but nothing uses it"),
+        ("static.units", "'V' (line 7) is defined but not used"),
     ),
     "port without unit": (('<Real unit="rad" start', "<Real start"), ("static.units", "attitude[2]")),
     "display unit not defined": (
@@ -34,7 +34,7 @@ DEFECTS = {
         ('factor="57.29577951308232"', 'factor="0.017453292519943295"'),
         ("static.units", "inverse"),
     ),
-    "display factor zero": (('factor="57.29577951308232"', 'factor="0"'), ("static.units", "make no unit")),
+    "display factor zero": (('factor="57.29577951308232"', 'factor="0"'), ("static.units", "are not valid")),
     "base units of another unit": (('m="2" s="-2"', 'm="1" s="-2"'), ("static.units", "not what its name says")),
     "unit defined twice": (
         ("</UnitDefinitions>", '<Unit name="N.m"><BaseUnit/></Unit></UnitDefinitions>'),
@@ -78,7 +78,7 @@ DEFECTS = {
         ),
         ("static.unknowns static.fmpy", "2 dependencies, but 1 dependenciesKind"),
     ),
-    "kind that speaks of later": (
+    "kind of a later phase": (
         ('dependenciesKind="dependent dependent dependent"', 'dependenciesKind="dependent dependent fixed"'),
         ("static.unknowns", "fixed is not allowed here"),
     ),
@@ -86,7 +86,7 @@ DEFECTS = {
         ('index="5" dependencies=""', 'index="5" dependencies="3"'),
         ("static.unknowns", "torque"),
     ),
-    "feedthrough not told": (('index="5" dependencies=""', 'index="5"'), ("static.unknowns", "every input")),
+    "feedthrough not declared": (('index="5" dependencies=""', 'index="5"'), ("static.unknowns", "every input")),
     "name twice": (
         ('name="attitude[2]"', 'name="attitude[1]"'),
         ("static.names static.fmpy", "attitude[1]: more than one"),
@@ -128,38 +128,38 @@ DEFECTS = {
         ("static.variables static.fmpy", "start=1"),
     ),
     "start outside of its range": (('start="2"', 'start="7"'), ("static.variables", "7 is outside of 0 to 5")),
-    "range upside down": (('min="0" max="5"', 'min="5" max="0"'), ("static.variables", "min=5 is above max=0")),
+    "empty range": (('min="0" max="5"', 'min="5" max="0"'), ("static.variables", "min=5 is above max=0")),
     "start not finite": (('start="2"', 'start="NaN"'), ("static.variables", "not finite")),
     "aliases of two inputs": (
         ('name="attitude[2]" valueReference="1"', 'name="attitude[2]" valueReference="0"'),
         ("static.aliases", "set from outside"),
     ),
     "alias": ((TORQUE, 'name="torque" valueReference="0"'), ("static.aliases", "units differ")),
-    "fixed step not told": ((' stepSize="0.01"', ""), ("static.experiment", "stepSize is not told")),
+    "fixed step not declared": ((' stepSize="0.01"', ""), ("static.experiment", "stepSize is not declared")),
     "step of zero": (('stepSize="0.01"', 'stepSize="0"'), ("static.experiment", "not above zero")),
     "ends before it begins": (('startTime="0"', 'startTime="2"'), ("static.experiment", "not after")),
     "step longer than the experiment": (('stepSize="0.01"', 'stepSize="2"'), ("static.experiment", "longer")),
     "step of a third": (('stepSize="0.01"', 'stepSize="0.0333333333333333"'), ("static.experiment", "nanoseconds")),
-    "serialises what it cannot get": (('canGetAndSetFMUstate="true" ', ""), ("static.functions", "without")),
+    "serialises without get and set": (('canGetAndSetFMUstate="true" ', ""), ("static.functions", "without")),
     "one instance a process": (
         ("<CoSimulation ", '<CoSimulation canBeInstantiatedOnlyOncePerProcess="true" '),
         ("static.instances", "process each"),
     ),
-    "tool that nobody names": (
+    "tool that is not named": (
         ("<CoSimulation ", '<CoSimulation needsExecutionTool="true" '),
-        ("static.dependencies", "which tool"),
+        ("static.dependencies", "names the tool"),
     ),
 }
-INFOS = {"feedthrough not told", "step of a third", "one instance a process"}
+INFOS = {"feedthrough not declared", "step of a third", "one instance a process"}
 WARNINGS = {
     "stale unit", "port without unit", "display factor inverted", "base units of another unit", "depends on an output",
     "names alike", "port without description", "variability left out of an integer", "start outside of its range",
-    "range upside down", "start not finite", "fixed step not told", "step longer than the experiment",
-    "tool that nobody names",
+    "empty range", "start not finite", "fixed step not declared", "step longer than the experiment",
+    "tool that is not named",
 }  # fmt: skip
 
 
-def test_a_good_fmu_passes_every_static_check(make: Make, found: Find) -> None:
+def test_good_fmu_passes_every_static_check(make: Make, found: Find) -> None:
     findings = found(make())
 
     assert bad(findings) == {}
@@ -167,7 +167,7 @@ def test_a_good_fmu_passes_every_static_check(make: Make, found: Find) -> None:
 
 
 @pytest.mark.parametrize("defect", DEFECTS)
-def test_one_defect_is_found_by_its_check_alone(make: Make, found: Find, defect: str) -> None:
+def test_each_defect_is_found_by_its_check_alone(make: Make, found: Find, defect: str) -> None:
     (old, new), (checks, says) = DEFECTS[defect]
     assert XML.count(old) >= 1
     findings = found(make(xml=XML.replace(old, new, 1)))
@@ -176,13 +176,13 @@ def test_one_defect_is_found_by_its_check_alone(make: Make, found: Find, defect:
     skipped = {check for check, finding in findings.items() if finding.status == "skipped"}
     expected = "info" if defect in INFOS else "warning" if defect in WARNINGS else "error"
     assert findings[first].status == expected
-    assert says in told(findings[first])
+    assert says in text_of(findings[first])
     if first != "static.kind":
         assert set(bad(findings)) == set(checks.split())
         assert not skipped
 
 
-def test_without_co_simulation_the_description_is_still_checked(make: Make, found: Find) -> None:
+def test_description_of_a_model_exchange_fmu_is_checked(make: Make, found: Find) -> None:
     xml = XML.replace("<CoSimulation ", "<ModelExchange ").replace('name="torque"', 'name="gain"')
     findings = found(make(xml=xml))
 
@@ -191,20 +191,20 @@ def test_without_co_simulation_the_description_is_still_checked(make: Make, foun
 
 
 @pytest.mark.parametrize("name", ["a", "der(a.b[1])", "der(x,2)", "a.'b c'[1,2].d", "_x1", "'\\n'"])
-def test_structured_names(make: Make, found: Find, name: str) -> None:
+def test_structured_names_are_accepted(make: Make, found: Find, name: str) -> None:
     findings = found(make(xml=XML.replace('"attitude[2]"', f'"{name}"')))
 
     assert findings["static.names"].status == "pass"
 
 
 @pytest.mark.parametrize("name", ["1a", "a[i]", "a..b", "a b", "a[1", "der(a", "a.", "é"])
-def test_names_that_are_not_structured(make: Make, found: Find, name: str) -> None:
+def test_unstructured_names_are_reported(make: Make, found: Find, name: str) -> None:
     findings = found(make(xml=XML.replace('"attitude[2]"', f'"{name}"')))
 
     assert findings["static.names"].status == "error"
 
 
-def test_the_same_name_is_fine_where_names_are_flat(make: Make, found: Find) -> None:
+def test_flat_names_are_accepted_where_declared(make: Make, found: Find) -> None:
     xml = XML.replace('variableNamingConvention="structured"', "").replace('"attitude[2]"', '"the second attitude"')
     findings = found(make(xml=xml))
 
@@ -212,7 +212,7 @@ def test_the_same_name_is_fine_where_names_are_flat(make: Make, found: Find) -> 
 
 
 @pytest.mark.parametrize("xml", ["", "<a", "<?xml version='1.0'?><fmi/>", "\0", XML[:900]])
-def test_a_description_that_cannot_be_read_is_a_finding(make: Make, found: Find, xml: str) -> None:
+def test_unreadable_description_is_a_finding(make: Make, found: Find, xml: str) -> None:
     findings = found(make(xml=xml))
 
     assert findings["static.kind"].status == "error"
@@ -225,12 +225,12 @@ def test_entities_are_not_expanded(make: Make, found: Find) -> None:
     xml = XML.replace("?>\n", f"?>\n{bomb}\n", 1).replace("measured", "&b;&a;", 1)
     findings = found(make(xml=xml))
 
-    assert "root:" not in "".join(told(finding) for finding in findings.values())
+    assert "root:" not in "".join(text_of(finding) for finding in findings.values())
 
 
 @pytest.mark.parametrize("value", ["", "INF", "nan", "x", "\u00b2", "-1", "9" * 30])
 @pytest.mark.parametrize("attribute", ['kg="1"', 'index="5"', 'factor="57.29577951308232"', 'stepSize="0.01"'])
-def test_a_value_that_is_no_sensible_number_is_a_finding(make: Make, found: Find, attribute: str, value: str) -> None:
+def test_bad_number_is_a_finding(make: Make, found: Find, attribute: str, value: str) -> None:
     name = attribute.partition("=")[0]
     findings = found(make(xml=XML.replace(attribute, f'{name}="{value}"', 1)))
 
