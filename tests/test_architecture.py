@@ -53,7 +53,7 @@ ALLOWED = {
         "lxml": {"ssp", "check.static", "cli"},
         "elftools": {"check.static.elf"},
         "pyarrow": {"results"},
-        "psutil": {"processes", "operating_system"},
+        "psutil": {"processes", "operating_system", "check.dynamic.probes_load"},
         "filelock": {"operating_system"},
         "rich": {"cli", "check.report.report_text"},
         "click": {"cli"},
