@@ -16,7 +16,7 @@ from matplotlib.transforms import Bbox
 
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexbench.studies.health.replay import MEASURED
-from flexsat.design.chain import Design, build_designs
+from flexsat.design.chain import Design, Designs, build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import load_system, simulate
 
@@ -25,9 +25,15 @@ RECORDED = {1: 10.0, 2: 10.0}  # s, by seed
 
 
 @pytest.fixture(scope="session")
-def designs() -> dict[ConfigurationName, Design]:
+def built() -> dict[ConfigurationName, Designs]:
+    """Return both variants of each configuration's design."""
+    return {name: build_designs(name) for name in CONFIGURATIONS}
+
+
+@pytest.fixture(scope="session")
+def designs(built: dict[ConfigurationName, Designs]) -> dict[ConfigurationName, Design]:
     """Return the corrected design of each configuration."""
-    return {name: build_designs(name).corrected for name in CONFIGURATIONS}
+    return {name: both.corrected for name, both in built.items()}
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import NullLocator
 
 from flexsat.design.chain import Design
 from flexsat.parameters import RPM
@@ -30,7 +30,7 @@ CHOSEN: dict[str, Any] = {"linewidth": 1.0, "linestyle": (0.0, (4.0, 1.3))}
 def wheel_responses(design: Design) -> Figure:
     """Draw each wheel's response over wheel speed with its moving maximum, chosen speed and allowed band.
 
-    Wheels that answer alike, by symmetry, share a panel.
+    Wheels with the same response, by symmetry, share a panel.
 
     Parameters
     ----------
@@ -50,7 +50,8 @@ def wheel_responses(design: Design) -> Figure:
             if position + columns >= len(groups):  # nothing below
                 axes.tick_params(labelbottom=True)
         grid[0, 0].set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
-        grid[0, 0].xaxis.set_minor_formatter(NullFormatter())
+        for axis in (grid[0, 0].xaxis, grid[0, 0].yaxis):  # shared; minor ticks would take half the drawing time
+            axis.set_minor_locator(NullLocator())
         figure.supxlabel("wheel speed [rpm]", fontsize=STYLE["axes.labelsize"])
         figure.supylabel(
             r"peak modal velocity at the first harmonic [m·kg$^{1/2}$/s]", fontsize=STYLE["axes.labelsize"]
@@ -104,6 +105,6 @@ def _legend(design: Design) -> list[Line2D | Patch]:
     return [
         Line2D([], [], label="response to its imbalance", **RESPONSE),
         Line2D([], [], label=f"its maximum over {window:.0f} rpm", color="black", **WORST),
-        Line2D([], [], label="chosen speed: the least of that", color="black", **CHOSEN),
+        Line2D([], [], label="chosen speed: minimum of that maximum", color="black", **CHOSEN),
         Patch(label=f"allowed: ±{band:.0f} rpm", color="0.3", **BAND),
     ]
