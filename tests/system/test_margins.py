@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexbench.studies.margins.analysis import AXES, body_loops
-from flexbench.studies.margins.designed import DesignedLoop
+from flexbench.studies.margins.designed_loop import DesignedLoop
 from flexbench.studies.margins.response import loop_margins
 from flexbench.studies.margins.stability import delay_margin
 from flexsat.design.chain import build_design
@@ -21,11 +21,11 @@ from known_loop.known_loop import STEP, build_known_loop, known_response
 
 # One measurement: the loop, and the margins with their uncertainties
 MEASURE = """
-from flexbench.studies.margins.recognise import recognise
+from flexbench.studies.margins.system_loop import read_loop
 from flexbench.studies.margins.study import Settings, measure
 from lockstep import load_system
 system, folder, options = given
-loop = recognise(load_system(Path(system)), options.get("overrides", {}))
+loop = read_loop(load_system(Path(system)), options.get("overrides", {}))
 found, margins = measure(loop, Settings(**options), Path(folder))
 result = {"frequency": found.frequency.tolist(), "margins": margins, "names": list(found.names),
         "period": found.period, "coherence": found.coherence.T.tolist(),
@@ -37,12 +37,12 @@ for name in ("single", "together"):
 """
 
 DELAY = """
-from flexbench.studies.margins.recognise import recognise
-from flexbench.studies.margins.destabilise import destabilising_delay
+from flexbench.studies.margins.system_loop import read_loop
+from flexbench.studies.margins.unstable_delay import destabilising_delay
 from dataclasses import asdict
 from lockstep import load_system
 system, folder, between = given
-result = asdict(destabilising_delay(recognise(load_system(Path(system)), {}), Path(folder), tuple(between)))
+result = asdict(destabilising_delay(read_loop(load_system(Path(system)), {}), Path(folder), tuple(between)))
 """
 
 

@@ -123,15 +123,15 @@ def margins(
     from ..figures import save_figure
     from ..figures.margins import margin_figures
     from ..studies.margins.estimate import COHERENT
-    from ..studies.margins.recognise import recognise, with_controller
     from ..studies.margins.study import read_study, run_study
+    from ..studies.margins.system_loop import read_loop, with_controller
     from ..studies.margins.tables import EXACT_HEADER, HEADER, exact_rows, explanation, margin_rows
 
     loaded = with_delays(load_system(system), delay)
     for name, fmu in replacements(replace, loaded).items():
         loaded = with_controller(loaded, name, fmu)
     overrides = {**seed_overrides(loaded, seed), **assignments(settings)}
-    loop = recognise(loaded, overrides, controller, plant, directions == "channels")
+    loop = read_loop(loaded, overrides, controller, plant, directions == "channels")
     if slow_period is not None:
         loop = dataclasses.replace(loop, slow_period=slow_period)
     folder = out or Path("results", f"margins-{loaded.name}")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flexbench.html.document import Block, Heading, Listing, Paragraph, Picture, Table
-from flexbench.studies.paper.published import ROWS, Row
+from flexbench.studies.paper.published import ROWS, PaperRow
 from flexbench.studies.paper.table import number
 from lockstep import InputError, System, load_system
 from lockstep.plan.timeline_svg import timeline_svg
@@ -110,13 +110,13 @@ def _narrow(header: Sequence[str], rows: Sequence[Sequence[str]], runs: int) -> 
     return Table(transposed[0], transposed[1:], code=frozenset())
 
 
-def _cell(row: Row, result: Result, metrics: Mapping[str, float]) -> str:
+def _cell(row: PaperRow, result: Result, metrics: Mapping[str, float]) -> str:
     if row.scenario != scenario_of(result) or row.key not in metrics:
         return ""
     return number(metrics[row.key] * row.scale)
 
 
-def _published(row: Row, runs: Sequence[RunData]) -> str:
+def _published(row: PaperRow, runs: Sequence[RunData]) -> str:
     """Return the published value for each configuration on the page."""
     results = [run.result for run in runs if scenario_of(run.result) == row.scenario]
     ordered = sorted({result.run.configuration for result in results if result.run})

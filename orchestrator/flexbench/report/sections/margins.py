@@ -8,7 +8,7 @@ from flexbench.figures.drawing import svg_text
 from flexbench.figures.margins import margin_figures
 from flexbench.html.document import Block, Heading, Paragraph, Picture, Table
 from flexbench.runs.run_folder import Run
-from flexbench.studies.margins.designed import DesignedLoop
+from flexbench.studies.margins.designed_loop import DesignedLoop
 from flexbench.studies.margins.estimate import COHERENT
 from flexbench.studies.margins.stability import delay_margin
 from flexbench.studies.margins.study import FILE, read_study

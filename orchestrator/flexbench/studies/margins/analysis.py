@@ -9,8 +9,8 @@ import numpy as np
 
 from flexsat.arrays import Array, Complex
 
-from .designed import DesignedLoop
-from .loop import PeriodicLoop, loop_of_sensitivity
+from .designed_loop import DesignedLoop
+from .periodic_loop import PeriodicLoop, loop_of_sensitivity
 from .response import Margins, largest_singular_values, loop_margins, refine
 from .stability import StabilityMargins, stability_margins
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .loop import PeriodicLoop
+from .periodic_loop import PeriodicLoop
 
 LONGEST_DELAY = 0.1  # s, up to which a delay margin is looked for
 DELAY_STEP = 2.5e-4  # s, between the points of the search: a narrower island of instability would be missed

@@ -17,16 +17,16 @@ from lockstep.system.component import Value
 
 from ...runs.json_file import read_json, write_json
 from .analysis import Analysis, analyse
-from .destabilise import RealMargin, destabilising_delay
 from .estimate import TOGETHER, MeasuredLoop, Replica, estimate_loop, measured_margins, merged
 from .injection import open_loop_at, run_experiment
 from .multisine import Multisine, design_multisine, multisine_at, room
-from .recognise import Loop
 from .response import characteristic_loci
+from .system_loop import SystemLoop
+from .unstable_delay import UnstableDelay, destabilising_delay
 
 FILE = "margins.json"
 LOCI_KEPT = 3  # of all wheels together: those that come nearest to -1
-Say = Callable[[str], None]
+Log = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +55,7 @@ class Curve:
 
 
 def measure(
-    loop: Loop, settings: Settings, folder: Path, say: Say = lambda _: None
+    loop: SystemLoop, settings: Settings, folder: Path, log: Log = lambda _: None
 ) -> tuple[MeasuredLoop, dict[str, Any]]:
     """Run one experiment a direction, and return the loop and its margins with their uncertainties by direction.
 
@@ -69,13 +69,13 @@ def measure(
         raise InputError("--amplitude: not known for this plant; give the peak of the test signal in its inputs' unit")
     band = settings.band or (1.0 / settings.length, 0.475 / loop.period)
     multisine = design_multisine(loop.period, settings.length, band, settings.lines, loop.slow_period)
-    measured, replicas = _estimated(loop, settings, folder, multisine, amplitude, say)
+    measured, replicas = _estimated(loop, settings, folder, multisine, amplitude, log)
     if settings.zoom:
         length = settings.length * settings.zoom
         wishes = zoomed_lines(measured, replicas, room(loop.period, length, loop.slow_period))
         if len(wishes):
             multisine = multisine_at(loop.period, length, wishes, loop.slow_period)
-            again = _estimated(loop, settings, folder / "zoom", multisine, amplitude, say)
+            again = _estimated(loop, settings, folder / "zoom", multisine, amplitude, log)
             measured, replicas = merged((measured, replicas), again)
     margins: dict[str, Any] = {}
     for name in (TOGETHER, *loop.names):
@@ -107,7 +107,7 @@ def zoomed_lines(measured: MeasuredLoop, replicas: list[Replica], count: int) ->
 
 
 def _estimated(
-    loop: Loop, settings: Settings, folder: Path, multisine: Multisine, amplitude: float, say: Say
+    loop: SystemLoop, settings: Settings, folder: Path, multisine: Multisine, amplitude: float, log: Log
 ) -> tuple[MeasuredLoop, list[Replica]]:
     """Run one experiment a direction, and estimate the loop."""
     opened = open_loop_at(loop.system, loop.controller, loop.plant, multisine, folder)
@@ -116,7 +116,7 @@ def _estimated(
     for k, name in enumerate(loop.names):
         along = loop.directions[:, k]
         seconds = (settings.settle + settings.periods) * multisine.length
-        say(f"direction {name}: {len(multisine.lines)} lines, {seconds:g} s, peak {amplitude:g}")
+        log(f"direction {name}: {len(multisine.lines)} lines, {seconds:g} s, peak {amplitude:g}")
         experiments.append(
             run_experiment(
                 opened,
@@ -132,12 +132,12 @@ def _estimated(
 
 
 def run_study(
-    loop: Loop,
+    loop: SystemLoop,
     folder: Path,
     settings: Settings,
     analytic_only: bool = False,
     find_delay: bool = False,
-    say: Say = lambda _: None,
+    log: Log = lambda _: None,
 ) -> Path:
     """Do what can be done for a loop, and leave margins.json in the folder; return its path."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -150,23 +150,23 @@ def run_study(
         "held": loop.period,
     }
     if loop.designed is not None:
-        say("analysis of the designed loop")
+        log("analysis of the designed loop")
         content["analysis"] = _analysis(analyse(loop.designed))
     elif analytic_only:
         raise InputError(f"{loop.controller}: not a controller of ours, so there is no design to analyse; measure it")
     if not analytic_only:
-        measured, margins = measure(loop, settings, folder / "experiments", say)
+        measured, margins = measure(loop, settings, folder / "experiments", log)
         content["measured"] = _measured(measured, margins, settings)
     if find_delay:
-        content["real"] = asdict(_find_delay(loop, folder, say))
+        content["real"] = asdict(_find_delay(loop, folder, log))
     return write_json(folder / FILE, content, indent=1)
 
 
-def _find_delay(loop: Loop, folder: Path, say: Say) -> RealMargin:
+def _find_delay(loop: SystemLoop, folder: Path, log: Log) -> UnstableDelay:
     return destabilising_delay(
         loop,
         folder / "delays",
-        told=lambda delay, rate: say(f"delay {delay * 1e3:.1f} ms: fastest growth {rate:+.3f} 1/s"),
+        told=lambda delay, rate: log(f"delay {delay * 1e3:.1f} ms: fastest growth {rate:+.3f} 1/s"),
     )
 
 

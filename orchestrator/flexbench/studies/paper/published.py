@@ -23,7 +23,7 @@ VARIANTS: tuple[Variant, ...] = ("as_published", "corrected")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class PaperRow:
     """One row of the table. Values are (centralised, distributed), in the printed unit."""
 
     key: str  # name in metrics.json
@@ -48,8 +48,8 @@ class Row:
 _DEG = 57.29577951308232
 _ARCSEC = 3600.0 * _DEG
 
-ROWS: tuple[Row, ...] = (
-    Row(
+ROWS: tuple[PaperRow, ...] = (
+    PaperRow(
         key="total_cost",
         scenario="slew",
         label="slew: total cost",
@@ -59,7 +59,7 @@ ROWS: tuple[Row, ...] = (
         reference={"as_published": (2.05e4, 422.0), "corrected": (29.6, 35.2)},
         definition="half the plain sum of the LQR cost over 200 Hz samples, no dt",
     ),
-    Row(
+    PaperRow(
         key="control_cost",
         scenario="slew",
         label="slew: control cost",
@@ -70,7 +70,7 @@ ROWS: tuple[Row, ...] = (
         definition="its torque part",
         note="not reproduced by anything tried, with the authors' own matrices either (202 / 37)",
     ),
-    Row(
+    PaperRow(
         key="settling_time",
         scenario="slew",
         label="slew: settling",
@@ -80,7 +80,7 @@ ROWS: tuple[Row, ...] = (
         reference={"as_published": (95.0, 33.0), "corrected": (0.0, 0.0)},
         definition="from the end of the slew until the pointing error stays below 3 RMS of the last 50 s",
     ),
-    Row(
+    PaperRow(
         key="pointing_error",
         scenario="slew",
         label="slew: pointing error",
@@ -90,7 +90,7 @@ ROWS: tuple[Row, ...] = (
         reference={"as_published": (52.4, 1.14), "corrected": (0.88, 1.16)},
         definition="RMS for t > 150 s of the angle between attitude and reference",
     ),
-    Row(
+    PaperRow(
         key="rate_error",
         scenario="slew",
         label="slew: rate error",
@@ -100,7 +100,7 @@ ROWS: tuple[Row, ...] = (
         reference={"as_published": (1.13e-3, 1.4e-4), "corrected": (3.4e-5, 5.4e-5)},
         definition="RMS for t > 150 s; as published: RMS over 75 to 150 s, divided by sqrt 2",
     ),
-    Row(
+    PaperRow(
         key="deformation",
         scenario="slew",
         label="slew: deformation",
@@ -110,7 +110,7 @@ ROWS: tuple[Row, ...] = (
         reference={"as_published": (2.44, 0.36), "corrected": (0.091, 0.100)},
         definition="as the rate error's, of the RMS deformation of the structure",
     ),
-    Row(
+    PaperRow(
         key="torque",
         scenario="fine_pointing",
         label="fine pointing: torque",
@@ -121,7 +121,7 @@ ROWS: tuple[Row, ...] = (
         definition="RMS for t > 150 s of the sum of |torque| over the wheels",
         note="the release divides by all samples instead of those after 150 s: that is 0.71 of this",
     ),
-    Row(
+    PaperRow(
         key="pointing_error",
         scenario="fine_pointing",
         label="fine pointing: error",
@@ -131,7 +131,7 @@ ROWS: tuple[Row, ...] = (
         reference={"as_published": (0.126, 0.068), "corrected": (0.123, 0.064)},
         definition="RMS for t > 150 s",
     ),
-    Row(
+    PaperRow(
         key="rate_error",
         scenario="fine_pointing",
         label="fine pointing: rate",
@@ -141,7 +141,7 @@ ROWS: tuple[Row, ...] = (
         reference={"as_published": (1.9e-5, 1.4e-5), "corrected": (1.8e-5, 2.1e-5)},
         definition="RMS for t > 150 s",
     ),
-    Row(
+    PaperRow(
         key="deformation",
         scenario="fine_pointing",
         label="deformation, closed loop",
@@ -151,7 +151,7 @@ ROWS: tuple[Row, ...] = (
         reference={"as_published": (0.278, 0.112), "corrected": (0.160, 0.104)},
         definition="RMS for t > 150 s",
     ),
-    Row(
+    PaperRow(
         key="deformation",
         scenario="fine_pointing_open_loop",
         label="deformation, open loop",

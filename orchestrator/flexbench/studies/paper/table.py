@@ -17,7 +17,7 @@ from rich.table import Table
 
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 
-from .published import REMARKS, ROWS, VARIANTS, Row, Variant
+from .published import REMARKS, ROWS, VARIANTS, PaperRow, Variant
 
 Key = tuple[Variant, ConfigurationName, str]  # variant, configuration, scenario
 WITHIN = 0.10  # relative deviation from the reference that counts as met
@@ -41,7 +41,7 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class Comparison:
     """How one of our numbers compares with our earlier independent simulation."""
 
     reference: float
@@ -58,7 +58,7 @@ class Results:
     seeds: Sequence[int]
     duration: float  # s
 
-    def cell(self, row: Row, variant: Variant, name: ConfigurationName) -> Cell | None:
+    def cell(self, row: PaperRow, variant: Variant, name: ConfigurationName) -> Cell | None:
         """Return our number for a cell; None if that variant was not run."""
         runs = self.metrics.get((variant, name, row.scenario))
         if not runs:
@@ -83,7 +83,7 @@ def number(value: float) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
-def judge(cell: Cell, reference: float, scatter: float) -> Verdict:
+def compare(cell: Cell, reference: float, scatter: float) -> Comparison:
     """Compare with the reference: within 10 %, or within three standard deviations where one seed scatters more.
 
     Parameters
@@ -94,18 +94,18 @@ def judge(cell: Cell, reference: float, scatter: float) -> Verdict:
     """
     deviation = cell.mean / reference - 1.0 if reference else (0.0 if cell.mean == 0.0 else float("inf"))
     if scatter > WITHIN * abs(reference):
-        return Verdict(
+        return Comparison(
             reference=reference,
             deviation=deviation,
             criterion="3 standard deviations of one seed",
             met=abs(cell.mean - reference) <= DEVIATIONS * scatter,
         )
-    return Verdict(
+    return Comparison(
         reference=reference, deviation=deviation, criterion="10 %", met=abs(cell.mean - reference) <= WITHIN * reference
     )
 
 
-def one_seed_scatter(row: Row, variant: Variant, name: ConfigurationName, cell: Cell) -> float:
+def one_seed_scatter(row: PaperRow, variant: Variant, name: ConfigurationName, cell: Cell) -> float:
     """Return the standard deviation of one seed: of these runs if there are enough, else of a stored study."""
     if cell.deviation is not None and cell.count >= ENOUGH:
         return cell.deviation
@@ -163,22 +163,22 @@ def _comparison(results: Results) -> Table:
     )
     for column in ("row", "variant", "configuration", "ours", "reference", "deviation", "criterion", ""):
         table.add_column(column, justify="right" if column in ("ours", "reference", "deviation") else "left")
-    for row, variant, name, cell, verdict in verdicts(results):
-        deviation = f"{100.0 * verdict.deviation:+.0f} %" if np.isfinite(verdict.deviation) else "-"
+    for row, variant, name, cell, comparison in comparisons(results):
+        deviation = f"{100.0 * comparison.deviation:+.0f} %" if np.isfinite(comparison.deviation) else "-"
         table.add_row(
             row.label,
             variant.replace("_", " "),
             name,
             cell.text,
-            number(verdict.reference),
+            number(comparison.reference),
             deviation,
-            verdict.criterion,
-            "met" if verdict.met else "not met",
+            comparison.criterion,
+            "met" if comparison.met else "not met",
         )
     return table
 
 
-def verdicts(results: Results) -> list[tuple[Row, Variant, ConfigurationName, Cell, Verdict]]:
+def comparisons(results: Results) -> list[tuple[PaperRow, Variant, ConfigurationName, Cell, Comparison]]:
     """Return the comparison of every number that was run with its reference."""
     found = []
     for row in ROWS:
@@ -187,7 +187,7 @@ def verdicts(results: Results) -> list[tuple[Row, Variant, ConfigurationName, Ce
                 cell = results.cell(row, variant, name)
                 if cell is not None:
                     scatter = one_seed_scatter(row, variant, name, cell)
-                    found.append((row, variant, name, cell, judge(cell, row.reference_for(variant, name), scatter)))
+                    found.append((row, variant, name, cell, compare(cell, row.reference_for(variant, name), scatter)))
     return found
 
 
@@ -210,11 +210,11 @@ def as_csv(results: Results) -> str:
     writer.writerow(
         ["row", "unit", "variant", "configuration", "published", "mean", "standard deviation", "seeds", "reference"]
     )
-    for row, variant, name, cell, verdict in verdicts(results):
+    for row, variant, name, cell, comparison in comparisons(results):
         spread = "" if cell.deviation is None else repr(cell.deviation)
         writer.writerow(
             [row.label, row.unit, variant, name, row.published_for(name), repr(cell.mean), spread, cell.count,
-             verdict.reference]
+             comparison.reference]
         )  # fmt: skip
     return output.getvalue()
 
@@ -234,11 +234,11 @@ def as_json(results: Results) -> str:
                 "published": row.published_for(name),
                 "mean": cell.mean,
                 "standard_deviation": cell.deviation,
-                "reference": verdict.reference,
-                "criterion": verdict.criterion,
-                "met": verdict.met,
+                "reference": comparison.reference,
+                "criterion": comparison.criterion,
+                "met": comparison.met,
             }
-            for row, variant, name, cell, verdict in verdicts(results)
+            for row, variant, name, cell, comparison in comparisons(results)
         ],
         "metrics_si": {" ".join(key): [dict(run) for run in runs] for key, runs in results.metrics.items()},
         "remarks": list(REMARKS),

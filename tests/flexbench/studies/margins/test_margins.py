@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose
 from scipy.sparse import csc_array
 
 from flexbench.studies.margins.analysis import analyse, body_loops
-from flexbench.studies.margins.designed import Delays, DesignedLoop
+from flexbench.studies.margins.designed_loop import Delays, DesignedLoop
 from flexbench.studies.margins.interpolation import SPLIT, densified
-from flexbench.studies.margins.loop import PeriodicLoop, Phase, loop_of_sensitivity
+from flexbench.studies.margins.periodic_loop import PeriodicLoop, Phase, loop_of_sensitivity
 from flexbench.studies.margins.response import delayed_hold, disk_margins, loop_margins
 from flexbench.studies.margins.stability import delay_margin, stability_margins
 from flexsat.design.chain import build_design

@@ -14,7 +14,6 @@ from flexbench.html.document import Heading, Paragraph, Picture, Table
 from flexbench.html.render import as_html
 from flexbench.report.sections.margins import section
 from flexbench.runs.run_folder import Run
-from flexbench.studies.margins.destabilise import WINDOW, growth_of
 from flexbench.studies.margins.estimate import (
     COHERENT,
     MeasuredLoop,
@@ -28,6 +27,7 @@ from flexbench.studies.margins.multisine import design_multisine
 from flexbench.studies.margins.response import loop_margins
 from flexbench.studies.margins.study import FILE, Curve, curves, zoomed_lines
 from flexbench.studies.margins.tables import exact_rows, margin_rows
+from flexbench.studies.margins.unstable_delay import WINDOW, growth_of
 
 SAMPLE = 0.01  # s
 

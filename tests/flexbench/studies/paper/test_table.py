@@ -10,7 +10,17 @@ import pytest
 
 from flexbench.loop.scenarios import SCENARIOS
 from flexbench.studies.paper.published import ROWS, VARIANTS
-from flexbench.studies.paper.table import Cell, Results, as_csv, as_json, as_markdown, as_text, judge, number, verdicts
+from flexbench.studies.paper.table import (
+    Cell,
+    Results,
+    as_csv,
+    as_json,
+    as_markdown,
+    as_text,
+    compare,
+    comparisons,
+    number,
+)
 from flexsat.parameters import CONFIGURATIONS
 
 
@@ -66,18 +76,18 @@ def test_a_number_has_three_digits_and_no_needless_exponent(value, text):
     ],
 )
 def test_the_verdict_is_ten_percent_or_three_deviations(mean, reference, scatter, criterion, met):
-    verdict = judge(Cell(mean=mean, deviation=None, count=1), reference, scatter)
+    comparison = compare(Cell(mean=mean, deviation=None, count=1), reference, scatter)
 
-    assert (verdict.criterion, verdict.met, verdict.reference) == (criterion, met, reference)
+    assert (comparison.criterion, comparison.met, comparison.reference) == (criterion, met, reference)
     if reference:
-        assert verdict.deviation == pytest.approx(mean / reference - 1.0, rel=1e-12)  # rounding
+        assert comparison.deviation == pytest.approx(mean / reference - 1.0, rel=1e-12)  # rounding
 
 
 def test_a_study_that_gives_the_references_meets_them_all():
-    found = verdicts(results())
+    found = comparisons(results())
 
     assert len(found) == len(ROWS) * len(VARIANTS) * len(CONFIGURATIONS)
-    assert all(verdict.met and abs(verdict.deviation) < 1e-12 for *_, verdict in found)
+    assert all(comparison.met and abs(comparison.deviation) < 1e-12 for *_, comparison in found)
 
 
 def test_a_cell_is_mean_and_standard_deviation_over_the_seeds():
@@ -100,7 +110,7 @@ def test_a_variant_that_was_not_run_has_no_column():
 
     assert study.variants == ["corrected"]
     assert study.cell(ROWS[0], "as_published", "distributed") is None
-    assert len(verdicts(study)) == len(ROWS) * len(CONFIGURATIONS)
+    assert len(comparisons(study)) == len(ROWS) * len(CONFIGURATIONS)
     header = as_markdown(study).splitlines()[0]
     assert "corrected" in header
     assert "as published" not in header

@@ -17,7 +17,7 @@ from lockstep.fmi.parameter_values import parse_value
 from lockstep.system.component import Value
 
 from .analysis import AXES
-from .designed import Delays, DesignedLoop
+from .designed_loop import Delays, DesignedLoop
 from .injection import loop_channels
 
 NANOSECOND = 1e-9
@@ -35,7 +35,7 @@ QUIET_CONTROLLER: Mapping[str, Value] = {"controller.jitter.feed_forward": False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Loop:
+class SystemLoop:
     """The loop of a system: its two ends, what is known of its design, and directions of injection."""
 
     system: System
@@ -55,13 +55,13 @@ class Loop:
         return self.system.component(self.controller).period * NANOSECOND
 
 
-def recognise(
+def read_loop(
     system: System,
     overrides: Mapping[str, Value],
     controller: str = "controller",
     plant: str = "plant",
     channels: bool = False,
-) -> Loop:
+) -> SystemLoop:
     """Read the loop of a system.
 
     Parameters
@@ -91,7 +91,7 @@ def recognise(
     else:
         makes = -design.controller.wheel_axis.T
         directions, names = np.asarray(np.linalg.pinv(makes)), AXES
-    return Loop(
+    return SystemLoop(
         system=system,
         controller=controller,
         plant=plant,

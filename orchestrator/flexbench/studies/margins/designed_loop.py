@@ -16,7 +16,7 @@ from flexsat.ports import controller as interface
 from flexsat.runtime.controller import PreparedController, prepare
 from flexsat.runtime.zero_order_hold import zero_order_hold
 
-from .loop import PeriodicLoop, Phase
+from .periodic_loop import PeriodicLoop, Phase
 
 UNTOUCHED = 1e-9  # singular value, relative, below which the wheels do not reach a combination of states
 

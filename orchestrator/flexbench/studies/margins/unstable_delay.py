@@ -13,7 +13,7 @@ from lockstep import InputError, System
 
 from .injection import NAME, Opened, open_loop_at, record_injection
 from .multisine import Multisine, design_multisine
-from .recognise import Loop
+from .system_loop import SystemLoop
 
 FINE_TICK = 100_000  # ns: the resolution of the delay
 PUSH = 1.0  # s of test signal
@@ -28,7 +28,7 @@ Told = Callable[[float, float], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RealMargin:
+class UnstableDelay:
     """The delay at the plant input that makes the co-simulation unstable."""
 
     stable: float  # s, the longest delay tried at which everything decays
@@ -55,17 +55,17 @@ class Growth:
 
 
 def destabilising_delay(
-    loop: Loop,
+    loop: SystemLoop,
     folder: Path,
     between: tuple[float, float] = (0.0, 0.02),
     amplitude: float | None = None,
     told: Told | None = None,
-) -> RealMargin:
+) -> UnstableDelay:
     """Bisect the delay at the plant input in co-simulations of a few seconds, without noise.
 
     Parameters
     ----------
-    loop : what `recognise` returns
+    loop : what `read_loop` returns
     folder : for the runs
     between : delays between which to look [s]: the loop is stable at the first and unstable at the second
     amplitude : peak of the push in the unit of the plant's inputs; None for a thousandth of the loop's test signal
@@ -112,7 +112,7 @@ def destabilising_delay(
     critical = done[unstable].frequency
     low, high = done[stable].at(critical), done[unstable].at(critical)
     share = -low / (high - low) if low < 0.0 < high else 0.5
-    return RealMargin(
+    return UnstableDelay(
         stable=stable * tick,
         unstable=unstable * tick,
         delay=(stable + share) * tick,
@@ -121,7 +121,7 @@ def destabilising_delay(
     )
 
 
-def fine_system(loop: Loop) -> System:
+def fine_system(loop: SystemLoop) -> System:
     """Return the system on a tick of 0.1 ms, with the plant stepped at it, and the same delays in time."""
     system = loop.system
     times, rest = divmod(system.tick, FINE_TICK)
@@ -176,7 +176,7 @@ def _push(period: float) -> Multisine:
     return replace(signal, values=np.concatenate([signal.values, silent]))
 
 
-def _pushed(opened: Opened, loop: Loop, folder: Path, ticks: int, peak: float) -> Growth:
+def _pushed(opened: Opened, loop: SystemLoop, folder: Path, ticks: int, peak: float) -> Growth:
     late = tuple(
         replace(c, delay=c.delay + ticks) if c.from_component == NAME else c for c in opened.system.connections
     )
