@@ -13,8 +13,14 @@ from typing import IO, BinaryIO, cast
 from lockstep.errors import InputError
 
 _SIZES = ("compress_size", "file_size")
-LARGEST = 4 * 2**30  # bytes that one archive may unpack to
+_LARGEST = 4 * 2**30  # bytes that one archive may unpack to
 _SUSPICIOUS, _DENSEST = 200_000_000, 100  # above so many bytes, at most so many times the packed size
+
+_BROKEN = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError)
+
+
+class UnreadableZip(ValueError):
+    """A zip file, or a member of it, that cannot be read; one line."""
 
 
 @contextmanager
@@ -26,14 +32,24 @@ def open_zip(file: Path | IO[bytes], name: str) -> Iterator[zipfile.ZipFile]:
                 if not is_inside(member):
                     raise InputError(f"{name}: holds the unsafe path {member!r}; refusing to extract it")
             packed, unpacked = (sum(getattr(m, size) for m in archive.infolist()) for size in _SIZES)
-            if unpacked > LARGEST or (unpacked > _SUSPICIOUS and unpacked > _DENSEST * packed):
+            if unpacked > _LARGEST or (unpacked > _SUSPICIOUS and unpacked > _DENSEST * packed):
                 sizes = f"{packed / 1e6:.3g} MB unpack to {unpacked / 1e6:.3g} MB"
                 raise InputError(f"{name}: {sizes}; refusing to extract what looks like a zip bomb")
             yield archive
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
+    except _BROKEN as error:
         raise InputError(f"{name}: not a readable zip file ({error})") from None
     except OSError as error:
         raise InputError(f"{name}: cannot be read ({error.strerror or error})") from None
+
+
+@contextmanager
+def examine_zip(path: Path) -> Iterator[zipfile.ZipFile]:
+    """Open a zip file to examine it, unsafe members included; raise UnreadableZip for whatever cannot be read."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            yield archive
+    except (*_BROKEN, OSError, RuntimeError) as error:  # RuntimeError: encrypted
+        raise UnreadableZip(str(error)) from None
 
 
 def is_inside(member: str) -> bool:

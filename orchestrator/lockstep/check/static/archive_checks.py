@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 import stat
 import zipfile
-import zlib
 from collections import Counter
 from pathlib import PurePosixPath
 
-from lockstep.check.static.fmu_archive import CheckOutcome, FmuArchive, Notes, check
-from lockstep.fmi.safe_zip import is_inside
+from lockstep.check.static.fmu_archive import FmuArchive
+from lockstep.check.static.static_check import CheckOutcome, Notes, check
+from lockstep.fmi.safe_zip import UnreadableZip, examine_zip, is_inside
 
 _LEFT_BEHIND = (
     re.compile(r"(^|/)(__pycache__|\.git|\.svn|\.hg|\.idea|\.vscode|__MACOSX)/"),
@@ -31,11 +31,9 @@ def archive(fmu: FmuArchive) -> CheckOutcome:
     if fmu.members is None:
         return CheckOutcome(status="error", message=fmu.problem)
     try:
-        with zipfile.ZipFile(fmu.path) as opened:
+        with examine_zip(fmu.path) as opened:
             broken = opened.testzip()
-    except RuntimeError as error:  # encrypted members: hygiene lists them
-        return CheckOutcome(status="error", message=f"cannot be unpacked: {error}")
-    except (OSError, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
+    except UnreadableZip as error:  # damaged, or encrypted members, which hygiene lists
         return CheckOutcome(status="error", message=f"cannot be unpacked: {error}")
     if broken is not None:
         return CheckOutcome(status="error", message=f"checksum of {broken} is wrong: the file is damaged")

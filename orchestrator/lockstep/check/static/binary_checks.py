@@ -10,7 +10,8 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 
 from lockstep.check.static.elf import BITS, MACHINE, Library, exported_with_dependencies, find_library, read_library
-from lockstep.check.static.fmu_archive import CheckOutcome, FmuArchive, Notes, check, unreadable
+from lockstep.check.static.fmu_archive import FmuArchive, unreadable
+from lockstep.check.static.static_check import CheckOutcome, Notes, check
 from lockstep.errors import compact
 from lockstep.fmi.model_description import PLATFORM
 

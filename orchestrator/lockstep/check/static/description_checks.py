@@ -8,8 +8,9 @@ from collections import defaultdict
 
 from lxml import etree  # type: ignore[import-untyped]
 
-from lockstep.check.static.fmu_archive import CheckOutcome, FmuArchive, Notes, check, model_check, unreadable
+from lockstep.check.static.fmu_archive import FmuArchive, unreadable
 from lockstep.check.static.model import DEFAULT_INITIAL, NUMBERS, Model, ScalarVariable, duplicates, number
+from lockstep.check.static.static_check import CheckOutcome, Notes, check, model_check
 from lockstep.errors import compact
 from lockstep.fmi.model_description import FMI2_SCHEMA, validation_problems
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lockstep.check.static.fmu_archive import CheckOutcome, Notes, model_check
 from lockstep.check.static.model import Model, ScalarVariable, Unknown, duplicates
+from lockstep.check.static.static_check import CheckOutcome, Notes, model_check
 from lockstep.errors import compact
 
 _KINDS = ("dependent", "constant", "fixed", "tunable", "discrete")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 
-from lockstep.check.static.fmu_archive import CheckOutcome, Notes, model_check
 from lockstep.check.static.model import Model, UnitDefinition, duplicates, number
+from lockstep.check.static.static_check import CheckOutcome, Notes, model_check
 from lockstep.errors import compact
 from lockstep.system.unit_table import meanings
 from lockstep.system.units import BASES, Unit, without_radian
