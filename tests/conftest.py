@@ -35,15 +35,6 @@ _TESTS = Path(__file__).parent
 Make = Callable[[Path], None]
 
 
-def accept_interrupts() -> None:
-    """Accept SIGINT, which a background job of a shell ignores: processes started by the tests inherit that."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-accept_interrupts()
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run the files with whole 300 s co-simulations first, that with the study before all: short tests end last."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}

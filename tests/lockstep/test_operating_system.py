@@ -1,7 +1,6 @@
 """What Linux alone offers is used in one module, and a system is simulated without it."""
 
 import ast
-import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bare_system import run_without
 from lockstep import read_signals, simulate, write_ssd
 from lockstep.operating_system import is_locked, lock_file
 
@@ -22,36 +22,10 @@ NAMES = {
     *("prctl", "personality", "sched_getcpu", "flock", "lockf", "setrlimit", "getrlimit", "getrusage", "nice"),
 }
 
-WITHOUT = """
-import importlib.abc, json, os, signal, sys
-import psutil  # has its own code for each system; that for Linux imports `resource`
-
-class Blocker(importlib.abc.MetaPathFinder):
-    def find_spec(self, name, path=None, target=None):
-        if name in MISSING:
-            raise ImportError(f"{name} is missing on this system")
-        return None
-
-MISSING = set(json.loads(sys.argv[1]))
-for name in MISSING:
-    sys.modules.pop(name, None)
-sys.meta_path.insert(0, Blocker())
-for module, names in ((os, json.loads(sys.argv[2])), (signal, ["pthread_sigmask"])):
-    for name in names:
-        delattr(module, name)
-"""
 RUN = """
 from lockstep.__main__ import main
 sys.exit(main(sys.argv[3:]))
 """
-MISSING = ["fcntl", "resource", "pwd", "grp", "termios", "tty", "pty", "syslog"]
-DELETED = ["fork", "memfd_create", "sched_setaffinity", "sched_getaffinity", "getsid", "sysconf"]
-
-
-def without(source, *arguments):
-    """Run a script in a process without the modules and functions that only Linux has."""
-    command = [sys.executable, "-W", "error", "-c", WITHOUT + source, json.dumps(MISSING), json.dumps(DELETED)]
-    return subprocess.run([*command, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=120)
 
 
 def uses(source):
@@ -95,7 +69,7 @@ def test_a_second_of_a_closed_loop_is_the_same_without_it(second, tmp_path):
     write_ssd(second, tmp_path / "loop.ssd")
     shared = [option for name in ("counter", "echo", "plant") for option in ("--share-process", name)]
 
-    done = without(RUN, "run", tmp_path / "loop.ssd", "--out", tmp_path / "without", *shared)
+    done = run_without(RUN, "run", tmp_path / "loop.ssd", "--out", tmp_path / "without", *shared)
 
     assert done.returncode == 0, done.stderr
     simulate(second, tmp_path / "with")
@@ -109,7 +83,7 @@ def test_a_second_of_a_closed_loop_is_the_same_without_it(second, tmp_path):
 def test_an_isolated_fmu_is_refused_without_it(second, tmp_path):
     write_ssd(second, tmp_path / "loop.ssd")
 
-    done = without(RUN, "run", tmp_path / "loop.ssd", "--out", tmp_path / "out", "--isolate", "counter")
+    done = run_without(RUN, "run", tmp_path / "loop.ssd", "--out", tmp_path / "out", "--isolate", "counter")
 
     assert done.returncode == 2
     expected = "counter: cannot run in a process of its own on this operating system; give --share-process counter"
@@ -125,7 +99,7 @@ def test_every_module_is_imported_without_it():
     ]
     source = "from importlib import import_module\nfor name in sys.argv[3:]: import_module(name)"
 
-    done = without(source, *(name for name in names if not name.endswith("__main__")))
+    done = run_without(source, *(name for name in names if not name.endswith("__main__")))
 
     assert done.returncode == 0, done.stderr
 
@@ -146,7 +120,7 @@ def test_files_are_locked_without_it(tmp_path):
     path = tmp_path / "events"
     path.touch()
 
-    done = without(LOCKS, path)
+    done = run_without(LOCKS, path)
 
     assert done.stdout.split() == ["False", "True", "True", "False", "[]"], done.stderr
 

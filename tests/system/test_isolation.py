@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from bare_system import run_without
+
 COMPARE = """
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from lockstep import load_system, read_signals, simulate
@@ -36,3 +38,26 @@ def test_every_output_at_every_tick_is_the_same(fmus, python, tmp_path):
     for name in shared.columns:
         np.testing.assert_array_equal(alone[name], shared[name], name)
         np.testing.assert_array_equal(mixed[name], shared[name], name)
+
+
+WITHOUT = """
+from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
+from lockstep import load_system, simulate
+settings = scalar_overrides(scenario_parameters("fine_pointing", seed=2))
+path, folder = sys.argv[-2:]
+simulate(load_system(path), folder, stop_time=1.0, record=["all"], overrides=settings)
+"""
+
+
+def test_a_second_is_the_same_without_what_linux_alone_offers(fmus, python, tmp_path):
+    from lockstep import read_signals
+
+    system = fmus / "centralised" / "fine_pointing.ssd"
+    done = run_without(WITHOUT, system, tmp_path / "without")
+    assert done.returncode == 0, done.stderr
+    python("sys.argv += given\nresult = None" + WITHOUT, system, tmp_path / "with")
+
+    without, usual = (read_signals(tmp_path / name) for name in ("without", "with"))
+    assert (len(without.time), list(without.columns)) == (len(usual.time), list(usual.columns))
+    for name in usual.columns:
+        np.testing.assert_array_equal(without[name], usual[name], name)
