@@ -34,7 +34,7 @@ from lockstep.run.loop import Action, Loop
 from lockstep.run.real_time_pacing import Pacer, pacer_given
 from lockstep.run.recorded_run import RecordedRun
 from lockstep.run.unpack_folder import run_folder
-from lockstep.shadow.component import everyone, with_shadows
+from lockstep.shadow.component import with_shadow_components, with_shadows
 from lockstep.system.clock import seconds
 from lockstep.system.system import System
 
@@ -208,7 +208,7 @@ def _start(plan: Plan, temporary: Path, events: Events, limits: Limits, close_sl
     slaves: dict[str, Slave] = {}
     started: list[Slave] = []
     descriptions = {**plan.descriptions, **plan.shadows}
-    for number, component in enumerate(everyone(plan.system)):
+    for number, component in enumerate(with_shadow_components(plan.system)):
         limits.interrupt.check()
         folder = Path(temporary, str(number))
         slave = start_slave(component, descriptions[component.name], folder, events.log, limits)

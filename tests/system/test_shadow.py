@@ -69,7 +69,7 @@ def test_the_lqg_as_its_own_shadow_changes_nothing_bitwise(flexsat, fmus, tmp_pa
     assert not np.any(shadowed["controller.residual.wheel.torque"])
     assert "jump 0 N.m, without blending 0" in done.stdout
     assert main(["shadow", str(tmp_path / "alone")]) == 2
-    assert "no shadow rode along in this run; run with --shadow COMPONENT=FMU" in capsys.readouterr().err
+    assert "this run had no shadow; run with --shadow COMPONENT=FMU" in capsys.readouterr().err
 
 
 REPLAY = """
@@ -135,10 +135,10 @@ def test_it_takes_over_without_a_jump(taken_over):
     np.testing.assert_array_equal(acting[over], shadow[over])
     assert np.all(np.any(acting[at + 1 :] != original[at + 1 :], axis=1))
     steps = np.max(np.abs(np.diff(acting, axis=0)), axis=1)
-    assert np.max(steps[at - 1 : at + 1]) <= np.max(steps[at - 40 : at - 1])  # to the hand-over, and from it on
+    assert np.max(steps[at - 1 : at + 1]) <= np.max(steps[at - 40 : at - 1])  # to the switchover, and from it on
     assert np.max(np.abs(acting[at] - shadow[at])) > 0.0  # there was something to jump
     events = [json.loads(line) for line in (taken_over / "events.jsonl").read_text().splitlines()]
-    (event,) = [event for event in events if event["event"] == "hand-over"]
+    (event,) = [event for event in events if event["event"] == "switchover"]
     assert event["time"] == 0.5
     np.testing.assert_array_equal(event["offset"], original[at] - shadow[at])
 
@@ -189,7 +189,7 @@ def test_the_report_shows_residuals_and_the_loop_before_and_after(taken_over, ca
 def test_windows_that_do_not_fit_are_refused(taken_over, capsys):
     for given, message in (
         (("--window", "0.4"), "--window 0.4: must be > 0 and at most 0.3 s"),
-        (("--from", "0.5"), "no two rows were recorded from 0.5 s to the hand-over"),
+        (("--from", "0.5"), "no two rows were recorded from 0.5 s to the switchover"),
     ):
         assert main(["shadow", str(taken_over), *given]) == 2
         assert message in capsys.readouterr().err
@@ -206,7 +206,7 @@ def test_a_foreign_shadow_at_its_own_rate_holds_the_attitude_after_switchover(fl
         "controller.shadow.kd=0.5",
     )  # fmt: skip
     assert main([str(word) for word in (*given, "--switchover", "0.505")]) == 2
-    periods = "hand-over 0.505 s is no step of controller and its shadow, whose periods are 0.005 s and 0.01 s"
+    periods = "switchover 0.505 s is no step of controller and its shadow, whose periods are 0.005 s and 0.01 s"
     assert f"{periods}; choose 0.5 s or 0.51 s" in capsys.readouterr().err
     done = flexsat(*given, "--stop-time", 10, "--switchover", "0.5", "--blend", "0.5")
     assert done.returncode == 0, done.stderr
@@ -238,5 +238,5 @@ def test_a_foreign_shadow_at_its_own_rate_holds_the_attitude_after_switchover(fl
     assert component["shadow"]["period"] == 0.01
     assert component["shadow"]["isolated"]
     assert component["shadow"]["adapter"] == str(tmp_path / "vendor.toml")
-    assert (component["shadow"]["hand_over"], component["shadow"]["blend"]) == (0.5, 0.5)
+    assert (component["shadow"]["switchover"], component["shadow"]["blend"]) == (0.5, 0.5)
     assert component["parameters"]["shadow.kp"] == 0.15

@@ -1,4 +1,4 @@
-"""A shadow controller: torques of both, their residual, and the pointing error, with the hand-over marked."""
+"""A shadow controller: torques of both, their residual, and the pointing error, with the switchover marked."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW
 
 from .drawing import STYLE, WIDTH, draw_line, draw_noisy, span_runs
 
-CLOSE = 0.5  # s either side of the hand-over
+CLOSE = 0.5  # s either side of the switchover
 # Okabe and Ito (2008): blue, vermillion, bluish green, black
 LINES = {"original": "#0072B2", "shadow": "#D55E00", "acting": "#000000", "residual": "#009E73"}
 
 
 def shadow_figure(signals: Signals, found: Study) -> Figure:
-    """Draw the output that differs most, also close to the hand-over, the size of the residual, the pointing error."""
-    ride = found.ride
+    """Draw the output that differs most, also close to the switchover, the size of the residual, the pointing error."""
+    recorded = found.recorded
     worst = max(found.residuals, key=lambda residual: residual.rms).output
     unit = found.residuals[0].unit
     with matplotlib.rc_context(STYLE):
@@ -32,8 +32,10 @@ def shadow_figure(signals: Signals, found: Study) -> Figure:
             _draw_torque(panels[name], signals, found, worst, _close_to_it(found) if name == "close" else None)
             panels[name].set(ylabel=f"[{unit}]")
         panels["torque"].set(title=f"{worst}, which differs most")
-        panels["close"].set(title="Before and after the hand-over" if ride.hand_over is not None else "The last second")
-        size = np.linalg.norm(ride.matrix(signals, RESIDUAL), axis=1) / np.sqrt(len(ride.outputs))
+        panels["close"].set(
+            title="Before and after the switchover" if recorded.switchover is not None else "The last second"
+        )
+        size = np.linalg.norm(recorded.matrix(signals, RESIDUAL), axis=1) / np.sqrt(len(recorded.outputs))
         draw_noisy(panels["residual"], signals.time, size, "residual", {"color": LINES["residual"], "linewidth": 1.2})
         panels["residual"].set(title="Residual: shadow less original, RMS over the outputs", ylabel=f"[{unit}]")
         error = histories.pointing_error(signals) / ARCSECOND
@@ -48,25 +50,27 @@ def shadow_figure(signals: Signals, found: Study) -> Figure:
 
 
 def _close_to_it(found: Study) -> tuple[float, float]:
-    """Return the time to look at closely [s]: a little before the hand-over until the difference has half passed."""
-    ride = found.ride
-    if ride.hand_over is None:
-        return max(0.0, ride.end - 1.0), ride.end
-    return max(0.0, ride.hand_over - CLOSE), min(ride.end, ride.hand_over + max(CLOSE, min(0.6 * ride.blend, 2.0)))
+    """Return the time to look at closely [s]: a little before the switchover until the difference has half passed."""
+    recorded = found.recorded
+    if recorded.switchover is None:
+        return max(0.0, recorded.end - 1.0), recorded.end
+    return max(0.0, recorded.switchover - CLOSE), min(
+        recorded.end, recorded.switchover + max(CLOSE, min(0.6 * recorded.blend, 2.0))
+    )
 
 
 def _draw_torque(axes: Axes, signals: Signals, found: Study, output: str, span: tuple[float, float] | None) -> None:
     rows = slice(None) if span is None else slice(*np.searchsorted(signals.time, span))
     for kind, prefix, width in (("original", ORIGINAL, 0.9), ("shadow", SHADOW, 0.7), ("acting", "", 0.5)):
-        values = signals[found.ride.name(prefix, output)][rows]
+        values = signals[found.recorded.name(prefix, output)][rows]
         draw_line(axes, signals.time[rows], values, kind, {"color": LINES[kind], "linewidth": width})
     if span is not None:
         axes.set_xlim(*span)
 
 
 def _mark(axes: Axes, found: Study) -> None:
-    ride = found.ride
-    if ride.hand_over is not None:
-        end = min(ride.hand_over + ride.blend, ride.end)
-        axes.axvspan(ride.hand_over, end, color="0.85", linewidth=0.0, zorder=0.5)
-        axes.axvline(ride.hand_over, color="0.3", linewidth=0.9, linestyle="--", label="hand-over")
+    recorded = found.recorded
+    if recorded.switchover is not None:
+        end = min(recorded.switchover + recorded.blend, recorded.end)
+        axes.axvspan(recorded.switchover, end, color="0.85", linewidth=0.0, zorder=0.5)
+        axes.axvline(recorded.switchover, color="0.3", linewidth=0.9, linestyle="--", label="switchover")

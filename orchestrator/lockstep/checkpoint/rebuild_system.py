@@ -53,6 +53,6 @@ def system_of(run: Mapping[str, Any]) -> System:
 def _with_shadow_of_run(system: System, name: str, entry: Mapping[str, Any]) -> System:
     """Return the system with the shadow that run.toml describes for a component."""
     adapter = read_adapter(Path(entry["adapter"])) if "adapter" in entry else None
-    over = nanoseconds(entry["hand_over"], "hand-over") if "hand_over" in entry else None
+    over = nanoseconds(entry["switchover"], "switchover") if "switchover" in entry else None
     system = with_shadow(system, name, Path(entry["source"]), adapter, over, nanoseconds(entry["blend"], "blend"))
     return with_isolation(system, entry["name"], entry["isolated"])

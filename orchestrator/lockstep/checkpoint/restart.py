@@ -130,7 +130,7 @@ class Restart:
         tick, saved = self.checkpoint.tick, self.checkpoint.header["faults"]
         if self.same_run:
             if exchange.faults is not None:
-                exchange.faults.go_on(saved, tick)
+                exchange.faults.resume(saved, tick)
             return
         for name, scalar, reference, _, original in saved["altered"] if saved else ():
             if name not in self.reinitialised:

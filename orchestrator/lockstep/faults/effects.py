@@ -1,4 +1,4 @@
-"""What each kind of fault makes of values: arithmetic on small arrays, with the memory that a kind needs."""
+"""Compute the effect of each kind of fault on values: arithmetic on small arrays, with memory where it is needed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lockstep.arrays import Array
 
-Values = NDArray[Any]  # one value for each variable of a group, in the type in which they travel
+GroupValues = NDArray[Any]  # one value for each variable of a group, in the type in which they are exchanged
 Function = Callable[[int, Array], Array]  # of a tick and the values
 Limits = tuple[Array, Array]  # the smallest and largest values that fit
 
@@ -20,63 +20,63 @@ Limits = tuple[Array, Array]  # the smallest and largest values that fit
 class Effect(Protocol):
     """One fault on variables that are always transferred together."""
 
-    def see(self, tick: int, values: Values) -> None:
-        """Take note of a transfer, in the window or before it."""
+    def observe(self, tick: int, values: GroupValues) -> None:
+        """Observe a transfer, in the window or before it."""
         ...
 
-    def act(self, tick: int, values: Values) -> Values:
-        """Return what the consumer gets in the window, in the type of `values`; called after `see`."""
+    def act(self, tick: int, values: GroupValues) -> GroupValues:
+        """Return the values for the consumer in the window, in the type of `values`; called after `observe`."""
         ...
 
     def saved(self) -> Any:
-        """Return all that is remembered, as JSON takes it."""
+        """Return the memory in types of JSON."""
         ...
 
     def restore(self, saved: Any) -> None:
-        """Remember what was saved."""
+        """Restore a saved memory."""
         ...
 
 
 class Stuck:
-    """Hold given values, or what was transferred last before the window, or first if nothing was."""
+    """Hold given values, or those of the last transfer before the window; without one, those of the first."""
 
-    def __init__(self, begin: int, value: Values | None = None) -> None:
+    def __init__(self, begin: int, value: GroupValues | None = None) -> None:
         self._begin, self._held, self._given = begin, value, value is not None
 
-    def see(self, tick: int, values: Values) -> None:
+    def observe(self, tick: int, values: GroupValues) -> None:
         """Keep the last values before the window."""
         if not self._given and (tick < self._begin or self._held is None):
             self._held = values.copy()
 
-    def act(self, _tick: int, values: Values) -> Values:
-        """Return the same at each transfer."""
+    def act(self, _tick: int, values: GroupValues) -> GroupValues:
+        """Return the held values."""
         return values if self._held is None else self._held.astype(values.dtype)
 
     def saved(self) -> Any:
-        """Return what is held."""
+        """Return the held values."""
         return None if self._held is None else _packed(self._held)
 
     def restore(self, saved: Any) -> None:
-        """Hold it."""
+        """Restore the held values."""
         self._held = None if saved is None else _unpacked(saved)
 
 
 class Delay:
-    """Give what was transferred at least some ticks earlier, or first if nothing was."""
+    """Return the values transferred at least some ticks earlier; before that, those of the first transfer."""
 
     def __init__(self, ticks: int) -> None:
         self._ticks = ticks
-        self._history: deque[tuple[int, Values]] = deque()
+        self._history: deque[tuple[int, GroupValues]] = deque()
 
-    def see(self, tick: int, values: Values) -> None:
-        """Keep history, as far back as it can still be asked for."""
+    def observe(self, tick: int, values: GroupValues) -> None:
+        """Keep the history that can still be needed."""
         history = self._history
         history.append((tick, values.copy()))
         while len(history) > 1 and history[1][0] <= tick - self._ticks:
             history.popleft()
 
-    def act(self, _tick: int, _values: Values) -> Values:
-        """Return the oldest that is kept."""
+    def act(self, _tick: int, _values: GroupValues) -> GroupValues:
+        """Return the oldest values kept."""
         return self._history[0][1]
 
     def saved(self) -> Any:
@@ -84,7 +84,7 @@ class Delay:
         return [[tick, _packed(values)] for tick, values in self._history]
 
     def restore(self, saved: Any) -> None:
-        """Take it up."""
+        """Restore the history."""
         self._history = deque((tick, _unpacked(values)) for tick, values in saved)
 
 
@@ -93,12 +93,12 @@ class Change:
 
     def __init__(self, function: Function, limits: Limits | None = None) -> None:
         self._function = function
-        self._low, self._high = limits or (np.empty(0), np.empty(0))  # of Reals nothing is clipped
+        self._low, self._high = limits or (np.empty(0), np.empty(0))  # Reals are not clipped
 
-    def see(self, tick: int, values: Values) -> None:
-        """Remember nothing."""
+    def observe(self, tick: int, values: GroupValues) -> None:
+        """Keep nothing."""
 
-    def act(self, tick: int, values: Values) -> Values:
+    def act(self, tick: int, values: GroupValues) -> GroupValues:
         """Return the changed values."""
         changed = self._function(tick, values.astype(np.float64))
         if values.dtype.kind == "f":
@@ -120,40 +120,40 @@ class SingleSpike:
         self._begin, self._change = begin, change
         self._first: int | None = None
 
-    def see(self, tick: int, _values: Values) -> None:
-        """Note the first transfer."""
+    def observe(self, tick: int, _values: GroupValues) -> None:
+        """Keep the tick of the first transfer."""
         if self._first is None and tick >= self._begin:
             self._first = tick
 
-    def act(self, tick: int, values: Values) -> Values:
-        """Change once."""
+    def act(self, tick: int, values: GroupValues) -> GroupValues:
+        """Change the first transfer."""
         return self._change.act(tick, values) if tick == self._first else values
 
     def saved(self) -> Any:
-        """Return when that was."""
+        """Return the tick of the first transfer."""
         return self._first
 
     def restore(self, saved: Any) -> None:
-        """Note it."""
+        """Restore that tick."""
         self._first = saved
 
 
-def _packed(values: Values) -> list[Any]:
+def _packed(values: GroupValues) -> list[Any]:
     return [values.dtype.str, values.tolist()]
 
 
-def _unpacked(saved: Any) -> Values:
-    values: Values = np.array(saved[1], saved[0])
+def _unpacked(saved: Any) -> GroupValues:
+    values: GroupValues = np.array(saved[1], saved[0])
     return values
 
 
 def bias(value: Array) -> Function:
-    """Add."""
+    """Add a constant."""
     return lambda _tick, values: values + value
 
 
 def scale(factor: Array) -> Function:
-    """Multiply."""
+    """Multiply by a factor."""
     return lambda _tick, values: values * factor
 
 
@@ -163,7 +163,7 @@ def quantisation(step: Array) -> Function:
 
 
 def not_a_number() -> Function:
-    """Give NaN."""
+    """Replace all values by NaN."""
     return lambda _tick, values: np.full_like(values, np.nan)
 
 
@@ -174,7 +174,7 @@ def noise(deviation: Array, seed: int, names: Sequence[str]) -> Function:
 
 
 def random_spikes(value: Array, probability: float, seed: int, names: Sequence[str]) -> Function:
-    """Add to, or take from, each value with this probability."""
+    """Add to each value with this probability, with a random sign."""
     draw = drawn_from(seed, names)
 
     def spiked(tick: int, values: Array) -> Array:
@@ -185,14 +185,14 @@ def random_spikes(value: Array, probability: float, seed: int, names: Sequence[s
 
 
 def limits_of(lowest: Sequence[int], highest: Sequence[int]) -> Limits:
-    """Return ranges of integers as doubles inside them: the nearest to those of 64 bits is too large."""
+    """Return ranges of integers as doubles inside them: the nearest double to a limit of 64 bits is outside."""
     low, high = (np.array(numbers, np.float64) for numbers in (lowest, highest))
     outside = [value > exact for value, exact in zip(high.tolist(), highest, strict=True)]
     return low, np.where(outside, np.nextafter(high, 0.0), high)
 
 
 def drawn_from(seed: int, names: Sequence[str]) -> Callable[[int], np.random.Generator]:
-    """Return what sets a generator to a tick: what is drawn then depends on seed, names and tick alone."""
+    """Return a function from a tick to a generator whose numbers depend on seed, names and tick alone."""
     digest = hashlib.sha256("\n".join([str(seed), *names]).encode()).digest()
     bits = np.random.Philox(key=np.frombuffer(digest[:16], np.uint64))
     generator, state = np.random.Generator(bits), bits.state

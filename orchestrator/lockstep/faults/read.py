@@ -49,59 +49,61 @@ def read_scenario(path: Path) -> Scenario:
 
 def _fault(entry: Mapping[str, Any], where: str, number: int) -> Fault:
     name = entry.get("name", f"fault {number}")
-    place = f"{where}: fault {number}"
+    location = f"{where}: fault {number}"
     if not isinstance(name, str) or not name.strip():
-        raise InputError(f"{place}: name = {name!r} must be a text")
-    kind = _kind(entry, place)
-    place += f" ({entry.get('name', kind)})"
+        raise InputError(f"{location}: name = {name!r} must be a text")
+    kind = _kind(entry, location)
+    location += f" ({entry.get('name', kind)})"
     amount = _AMOUNT.get(kind)
     allowed = (*_COMMON, *((amount,) if amount else ()), *_MORE.get(kind, ()))
     for key in entry:
         if key not in allowed:
-            raise InputError(f"{place}: {key}: no such key of {kind}; there are {', '.join(allowed)}"
+            raise InputError(f"{location}: {key}: no such key of {kind}; there are {', '.join(allowed)}"
                              f"{suggestion(key, allowed)}")  # fmt: skip
     if ("connection" in entry) == ("parameter" in entry):
-        raise InputError(f'{place}: write either connection = "component.input" or parameter = "component.parameter"')
+        raise InputError(
+            f'{location}: write either connection = "component.input" or parameter = "component.parameter"'
+        )
     if "parameter" in entry and kind in ("dropout", "delay"):
-        raise InputError(f"{place}: kind = {kind!r} acts on connections; a parameter can be stuck at a value")
-    values = _amount(entry, amount, kind, place)
-    begin, end = _window(entry, place, lasts=kind != "spike" or "probability" in entry)
+        raise InputError(f"{location}: kind = {kind!r} acts on connections; a parameter can be stuck at a value")
+    values = _amount(entry, amount, kind, location)
+    begin, end = _window(entry, location, lasts=kind != "spike" or "probability" in entry)
     return Fault(
-        place=place,
+        location=location,
         name=name,
         kind=kind,
         begin=begin,
         end=end,
-        connections=_texts(entry, "connection", place),
-        parameters=_texts(entry, "parameter", place),
-        validity=_texts(entry, "validity", place),
+        connections=_texts(entry, "connection", location),
+        parameters=_texts(entry, "parameter", location),
+        validity=_texts(entry, "validity", location),
         amount=values,
-        unit=_unit(entry, place),
-        invalid=_whole(entry, "invalid", 0, -(2**31), place),
-        ticks=_whole(entry, "ticks", None, 1, place) if kind == "delay" else 0,
-        probability=_probability(entry, place),
-        seed=_whole(entry, "seed", 0, 0, place),
+        unit=_unit(entry, location),
+        invalid=_whole(entry, "invalid", 0, -(2**31), location),
+        ticks=_whole(entry, "ticks", None, 1, location) if kind == "delay" else 0,
+        probability=_probability(entry, location),
+        seed=_whole(entry, "seed", 0, 0, location),
     )
 
 
-def _kind(entry: Mapping[str, Any], place: str) -> Kind:
+def _kind(entry: Mapping[str, Any], location: str) -> Kind:
     given = entry.get("kind")
     kind = str(given).lower()  # the usual way to write it is NaN
     if kind not in KINDS:
         what = "kind is missing" if given is None else f"kind = {given!r}: no such kind"
-        raise InputError(f"{place}: {what}; there are {', '.join(KINDS)}{suggestion(kind, KINDS)}")
+        raise InputError(f"{location}: {what}; there are {', '.join(KINDS)}{suggestion(kind, KINDS)}")
     return kind
 
 
-def _amount(entry: Mapping[str, Any], key: str | None, kind: Kind, place: str) -> tuple[Value, ...]:
+def _amount(entry: Mapping[str, Any], key: str | None, kind: Kind, location: str) -> tuple[Value, ...]:
     if key is None:
         return ()
     if key not in entry:
         needed = kind != "stuck" or "parameter" in entry  # a parameter is stuck anyhow
         if needed:
-            raise InputError(f"{place}: {key} is missing; {kind} needs it")
+            raise InputError(f"{location}: {key} is missing; {kind} needs it")
         if "unit" in entry:
-            raise InputError(f"{place}: unit = {entry['unit']!r} needs value beside it")
+            raise InputError(f"{location}: unit = {entry['unit']!r} needs value as well")
         return ()
     given = entry[key]
     values = given if isinstance(given, list) else [given]
@@ -109,75 +111,77 @@ def _amount(entry: Mapping[str, Any], key: str | None, kind: Kind, place: str) -
         if kind == "stuck" and isinstance(value, bool | str):
             continue
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InputError(f"{place}: {key} = {value!r} must be a number, or a list of numbers")
+            raise InputError(f"{location}: {key} = {value!r} must be a number, or a list of numbers")
         if not math.isfinite(value):
-            raise InputError(f'{place}: {key} = {value!r} must be finite; kind = "nan" makes values that are not')
+            raise InputError(f'{location}: {key} = {value!r} must be finite; kind = "nan" makes values that are not')
         if kind in ("noise", "quantisation") and not value > 0:
-            raise InputError(f"{place}: {key} = {value!r} must be > 0")
+            raise InputError(f"{location}: {key} = {value!r} must be > 0")
     if not values:
-        raise InputError(f"{place}: {key} = [] is empty; give one number, or one an element")
+        raise InputError(f"{location}: {key} = [] is empty; give one number, or one for each element")
     return tuple(values)
 
 
-def _window(entry: Mapping[str, Any], place: str, *, lasts: bool) -> tuple[int, int | None]:
+def _window(entry: Mapping[str, Any], location: str, *, lasts: bool) -> tuple[int, int | None]:
     """Return begin and end [ns]; a fault that does not last may give its begin alone."""
     if ("from" in entry) == ("at" in entry):
-        raise InputError(f"{place}: write from, and to unless it lasts to the end of the run; or at and duration")
+        raise InputError(f"{location}: write from, and to unless it lasts to the end of the run; or at and duration")
     first, last = ("from", "to") if "from" in entry else ("at", "duration")
     stray = [key for key in ("to", "duration") if key in entry and key != last]
     if stray:
-        raise InputError(f"{place}: {stray[0]} = {entry[stray[0]]!r} goes with {'from' if stray[0] == 'to' else 'at'}")
-    begin = _time(entry, first, place)
+        raise InputError(
+            f"{location}: {stray[0]} = {entry[stray[0]]!r} goes with {'from' if stray[0] == 'to' else 'at'}"
+        )
+    begin = _time(entry, first, location)
     if begin < 0:
-        raise InputError(f"{place}: {first} = {entry[first]} must be >= 0 s; a run begins at 0")
+        raise InputError(f"{location}: {first} = {entry[first]} must be >= 0 s; a run begins at 0")
     if last not in entry:
         if last == "duration" and lasts:
-            raise InputError(f"{place}: at needs duration beside it; or write from, which lasts to the end of the run")
+            raise InputError(f"{location}: at needs duration as well; or write from, which lasts to the end of the run")
         return begin, None
-    end = _time(entry, last, place) + (begin if last == "duration" else 0)
+    end = _time(entry, last, location) + (begin if last == "duration" else 0)
     if end <= begin:
-        told = f"to = {entry['to']} must be > from = {entry['from']}" if last == "to" else "duration must be > 0"
-        raise InputError(f"{place}: {told}: the window ends at {seconds_text(end)} s")
+        relation = f"to = {entry['to']} must be > from = {entry['from']}" if last == "to" else "duration must be > 0"
+        raise InputError(f"{location}: {relation}: the window ends at {seconds_text(end)} s")
     return begin, end
 
 
-def _time(entry: Mapping[str, Any], key: str, place: str) -> int:
+def _time(entry: Mapping[str, Any], key: str, location: str) -> int:
     value = entry[key]
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{place}: {key} = {value!r} must be a number of seconds, for example 50.0")
-    return nanoseconds(value, f"{place}: {key}")
+        raise InputError(f"{location}: {key} = {value!r} must be a number of seconds, for example 50.0")
+    return nanoseconds(value, f"{location}: {key}")
 
 
-def _texts(entry: Mapping[str, Any], key: str, place: str) -> tuple[str, ...]:
+def _texts(entry: Mapping[str, Any], key: str, location: str) -> tuple[str, ...]:
     given = entry.get(key, [])
     texts: Sequence[Any] = [given] if isinstance(given, str) else given
     if not isinstance(texts, list) or not all(isinstance(text, str) and text.strip() for text in texts):
-        raise InputError(f"{place}: {key} = {given!r} must be a text or a list of texts")
+        raise InputError(f"{location}: {key} = {given!r} must be a text or a list of texts")
     if key in entry and not texts:
-        raise InputError(f"{place}: {key} = [] is empty; name something")
+        raise InputError(f"{location}: {key} = [] is empty; give a name or a pattern")
     return tuple(text.strip() for text in texts)
 
 
-def _unit(entry: Mapping[str, Any], place: str) -> str | None:
+def _unit(entry: Mapping[str, Any], location: str) -> str | None:
     unit = entry.get("unit")
     if unit is not None and not isinstance(unit, str):
-        raise InputError(f'{place}: unit = {unit!r} must be a text, for example "deg/s"')
+        raise InputError(f'{location}: unit = {unit!r} must be a text, for example "deg/s"')
     return unit
 
 
-def _whole(entry: Mapping[str, Any], key: str, default: int | None, lowest: int, place: str) -> int:
+def _whole(entry: Mapping[str, Any], key: str, default: int | None, lowest: int, location: str) -> int:
     value = entry.get(key, default)
     if value is None:
-        raise InputError(f"{place}: {key} is missing; {entry['kind']} needs it")
+        raise InputError(f"{location}: {key} is missing; {entry['kind']} needs it")
     if isinstance(value, bool) or not isinstance(value, int) or value < lowest:
-        raise InputError(f"{place}: {key} = {value!r} must be a whole number >= {lowest}")
+        raise InputError(f"{location}: {key} = {value!r} must be a whole number >= {lowest}")
     return value
 
 
-def _probability(entry: Mapping[str, Any], place: str) -> float | None:
+def _probability(entry: Mapping[str, Any], location: str) -> float | None:
     value = entry.get("probability")
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= 1.0:
-        raise InputError(f"{place}: probability = {value!r} must be in (0, 1]")
+        raise InputError(f"{location}: probability = {value!r} must be in (0, 1]")
     return float(value)

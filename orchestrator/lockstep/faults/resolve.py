@@ -1,4 +1,4 @@
-"""Resolve scenarios against a plan: what each fault acts on, at which ticks, with which numbers; or refuse by name."""
+"""Resolve scenarios against a plan: the variables, ticks and numbers of each fault; or refuse it by name."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class Group:
     begin: int
     end: int
     effect: Effect
-    originals: tuple[Value, ...] = ()  # of parameters: what they are set back to
+    originals: tuple[Value, ...] = ()  # of parameters: the values to set back to
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Line:
-    """One event: a fault begins or ends at this tick."""
+class FaultEvent:
+    """The begin or the end of a fault at this tick."""
 
     tick: int
     details: Mapping[str, object]
@@ -54,7 +54,7 @@ class Resolved:
 
     transfers: tuple[Group, ...]
     settings: tuple[Group, ...]  # of parameters
-    lines: tuple[Line, ...]
+    events: tuple[FaultEvent, ...]
     tick: int  # [ns]
 
 
@@ -62,20 +62,20 @@ def resolve(scenarios: Sequence[Scenario], plan: Plan) -> Resolved:
     """Resolve every fault, or raise InputError."""
     transfers: list[Group] = []
     settings: list[Group] = []
-    lines: list[Line] = []
+    events: list[FaultEvent] = []
     for fault in (fault for scenario in scenarios for fault in scenario.faults):
         tick = plan.system.tick
         begin = -(-fault.begin // tick)
         if begin >= plan.ticks:
-            told = f"{seconds_text(fault.begin)} s, and the run ends at {seconds_text(plan.stop_time)} s"
-            raise InputError(f"{fault.place}: begins at {told}; choose a window inside the run")
+            times = f"{seconds_text(fault.begin)} s, and the run ends at {seconds_text(plan.stop_time)} s"
+            raise InputError(f"{fault.location}: begins at {times}; choose a window inside the run")
         end = plan.ticks if fault.end is None else min(plan.ticks, -(-fault.end // tick))
         window = (begin, end)
         groups = _of_parameters(fault, plan, window) if fault.parameters else _of_connections(fault, plan, window)
         (settings if fault.parameters else transfers).extend(groups)
-        lines += _lines(fault, groups)
-    lines.sort(key=lambda line: line.tick)
-    return Resolved(transfers=tuple(transfers), settings=tuple(settings), lines=tuple(lines), tick=plan.system.tick)
+        events += _events(fault, groups)
+    events.sort(key=lambda event: event.tick)
+    return Resolved(transfers=tuple(transfers), settings=tuple(settings), events=tuple(events), tick=plan.system.tick)
 
 
 def _of_connections(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[Group]:
@@ -87,11 +87,11 @@ def _of_connections(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[G
     named = {flag.name for flag in flags}
     flags += [t for t in targets if t.scalar == "Boolean" and t.name not in named]
     if not flags:
-        raise InputError(f'{fault.place}: no validity flag among {compact(t.name for t in targets)}; add validity = '
+        raise InputError(f'{fault.location}: no validity flag among {compact(t.name for t in targets)}; add validity = '
                          '"component.input", or hold the values alone with kind = "stuck"')  # fmt: skip
     text = [flag.name for flag in flags if flag.scalar == "String"]
     if text:
-        raise InputError(f"{fault.place}: validity: {text[0]} is a String; name a Boolean or a number")
+        raise InputError(f"{fault.location}: validity: {text[0]} is a String; name a Boolean or a number")
     named = {flag.name for flag in flags}
     held = [t for t in targets if t.name not in named]
     stuck = replace(fault, kind="stuck")
@@ -102,17 +102,17 @@ def _of_connections(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[G
 def _groups(
     fault: Fault, targets: Sequence[Target], amounts: Sequence[Value], plan: Plan, window: tuple[int, int]
 ) -> list[Group]:
-    """Split by what is transferred together: consumer, type, producer and delay."""
+    """Split into variables that are transferred together: of one consumer, type, producer and delay."""
     together: dict[tuple[str, Scalar, str, int], list[int]] = {}
-    for place, target in enumerate(targets):
+    for position, target in enumerate(targets):
         way = target.connection
         assert way is not None
-        together.setdefault((target.component, target.scalar, way.from_component, way.delay), []).append(place)
+        together.setdefault((target.component, target.scalar, way.from_component, way.delay), []).append(position)
     groups = []
-    for (consumer, _, producer, delay), places in together.items():
-        mine = [targets[place] for place in places]
+    for (consumer, _, producer, delay), positions in together.items():
+        mine = [targets[position] for position in positions]
         first = _first_transfer(fault, mine, plan.schedule, (producer, consumer, delay), window)
-        groups.append(_group(fault, mine, [amounts[p] for p in places if amounts], window, first))
+        groups.append(_group(fault, mine, [amounts[p] for p in positions if amounts], window, first))
     return groups
 
 
@@ -131,7 +131,7 @@ def _first_transfer(
 def _refuse_empty(fault: Fault, names: Sequence[str], tick: int, window: tuple[int, int], length: int) -> None:
     begin, end, next_ = (seconds_text(t * length) for t in (*window, tick))
     others = f" and {len(names) - 1} more" if len(names) > 1 else ""
-    raise InputError(f"{fault.place}: no value of {names[0]}{others} is transferred in [{begin}, {end}) s; "
+    raise InputError(f"{fault.location}: no value of {names[0]}{others} is transferred in [{begin}, {end}) s; "
                      f"the next is at {next_} s")  # fmt: skip
 
 
@@ -139,24 +139,24 @@ def _of_parameters(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[Gr
     targets = tunables(fault, plan.system, plan.descriptions)
     amounts = _amounts(fault, targets, plan.system)
     together: dict[tuple[str, Scalar], list[int]] = {}
-    for place, target in enumerate(targets):
-        together.setdefault((target.component, target.scalar), []).append(place)
+    for position, target in enumerate(targets):
+        together.setdefault((target.component, target.scalar), []).append(position)
     groups = []
-    for (component, _), places in together.items():
+    for (component, _), positions in together.items():
         task = plan.schedule.task(component)
         first = window[0] + (task.offset - window[0]) % task.period
-        mine = [targets[place] for place in places]
+        mine = [targets[position] for position in positions]
         if first >= window[1]:
             _refuse_empty(
                 fault, [f"{t.name} at a step of {component}" for t in mine], first, window, plan.schedule.tick
             )
-        group = _group(fault, mine, [amounts[p] for p in places if amounts], window, first)
+        group = _group(fault, mine, [amounts[p] for p in positions if amounts], window, first)
         groups.append(replace(group, originals=tuple(_original(target, plan) for target in mine)))
     return groups
 
 
 def _original(target: Target, plan: Plan) -> Value:
-    """Return what a parameter is without the fault."""
+    """Return the value of a parameter without the fault."""
     component, name = plan.system.component(target.component), target.variable.name
     given = plan.wiring.parameters[target.component].get(name)
     if given is None and component.adapter is not None:
@@ -220,49 +220,55 @@ def _amounts(fault: Fault, targets: Sequence[Target], system: System) -> list[Va
     """Return one amount for each target in the unit of its FMU, or none where the kind has none."""
     for target in targets:
         if target.scalar in ("Boolean", "String") and fault.kind in _ARITHMETIC:
-            raise InputError(f"{fault.place}: {target.name} is {target.variable.type}: {fault.kind} acts on numbers; "
-                             "use stuck, dropout or delay")  # fmt: skip
+            raise InputError(
+                f"{fault.location}: {target.name} is {target.variable.type}: {fault.kind} acts on numbers; "
+                "use stuck, dropout or delay"
+            )
         if fault.kind == "nan" and target.scalar != "Real":
-            raise InputError(f"{fault.place}: {target.name} is {target.variable.type}; only a Real can be nan")
+            raise InputError(f"{fault.location}: {target.name} is {target.variable.type}; only a Real can be nan")
     if not fault.amount:
         return []
     given = list(fault.amount) * (len(targets) if len(fault.amount) == 1 else 1)
     if len(given) != len(targets):
         there = compact(target.name for target in targets)
-        raise InputError(f"{fault.place}: {len(given)} numbers for {len(targets)} values, {there}; give one, or each")
+        raise InputError(
+            f"{fault.location}: {len(given)} numbers for {len(targets)} values, {there}; give one, or each"
+        )
     return [_amount(fault, target, value, system) for target, value in zip(targets, given, strict=True)]
 
 
 def _amount(fault: Fault, target: Target, value: Value, system: System) -> Value:
     if fault.unit is not None:
         if isinstance(value, str):
-            raise InputError(f"{fault.place}: value = {value!r} is a text, and unit = {fault.unit!r} is for numbers")
+            raise InputError(f"{fault.location}: value = {value!r} is a text, and unit = {fault.unit!r} is for numbers")
         value = _converted(fault, target, float(value), system)
     if fault.kind not in _ABSOLUTE:
         return value
     variable = target.variable
     if target.connection is not None:  # a broken sensor need not stay in the range that the FMU declares
         variable = replace(variable, minimum=None, maximum=None)
-    return parse_value(value, variable, f"{fault.place}: {target.name}")
+    return parse_value(value, variable, f"{fault.location}: {target.name}")
 
 
 def _converted(fault: Fault, target: Target, value: float, system: System) -> float:
-    what = f"{fault.place}: unit = {fault.unit!r}"
-    theirs = target.variable.unit or system.component(target.component).units.get(target.variable.name)
-    if theirs is None:
-        raise InputError(f"{what}: {target.name} has no unit; leave unit out, and give the numbers as it takes them")
-    named = theirs if fault.unit == theirs.name else UNITS.get(str(fault.unit))
+    what = f"{fault.location}: unit = {fault.unit!r}"
+    declared = target.variable.unit or system.component(target.component).units.get(target.variable.name)
+    if declared is None:
+        raise InputError(
+            f"{what}: {target.name} has no unit; leave unit out, and give the numbers in the unit that it expects"
+        )
+    named = declared if fault.unit == declared.name else UNITS.get(str(fault.unit))
     if named is None:
-        raise InputError(f"{what}: no such unit; {target.name} is in {theirs.name!r}; there are {', '.join(UNITS)}"
+        raise InputError(f"{what}: no such unit; {target.name} is in {declared.name!r}; there are {', '.join(UNITS)}"
                          f"{suggestion(str(fault.unit), UNITS)}")  # fmt: skip
     try:
-        gain, bias = gain_between(named, theirs)
+        gain, bias = gain_between(named, declared)
     except ValueError as error:
         raise InputError(f"{what}: {target.name}: {error}") from None
     return gain * value + (bias if fault.kind in _ABSOLUTE else 0.0)
 
 
-def _lines(fault: Fault, groups: Sequence[Group]) -> list[Line]:
+def _events(fault: Fault, groups: Sequence[Group]) -> list[FaultEvent]:
     """Return the events of a fault: begin and end, for each component that it acts on."""
     key = {"stuck": "value", "scale": "factor", "noise": "deviation", "quantisation": "step"}.get(fault.kind, "value")
     values: dict[str, object] = {}
@@ -275,7 +281,7 @@ def _lines(fault: Fault, groups: Sequence[Group]) -> list[Line]:
     values |= {"invalid": fault.invalid} if fault.kind == "dropout" and fault.invalid else {}
     window: dict[str, object] = {"from": seconds(fault.begin)}
     window |= {"to": seconds(fault.end)} if fault.end is not None else {}
-    lines = []
+    events = []
     for component in dict.fromkeys(group.component for group in groups):
         mine = [group for group in groups if group.component == component]
         details = {
@@ -285,6 +291,6 @@ def _lines(fault: Fault, groups: Sequence[Group]) -> list[Line]:
             "variables": [name for group in mine for name in group.names],
             "values": values,
         }
-        lines.append(Line(tick=mine[0].begin, details={"state": "begin", **details, **window}))
-        lines.append(Line(tick=max(group.end for group in mine), details={"state": "end", **details}))
-    return lines
+        events.append(FaultEvent(tick=mine[0].begin, details={"state": "begin", **details, **window}))
+        events.append(FaultEvent(tick=max(group.end for group in mine), details={"state": "end", **details}))
+    return events

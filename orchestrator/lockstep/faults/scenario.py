@@ -1,4 +1,4 @@
-"""What a scenario file says, as frozen values. `lockstep.faults` tells what the kinds mean."""
+"""Hold the contents of a scenario file as frozen values. `lockstep.faults` describes the kinds."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ Kind = Literal["stuck", "bias", "scale", "noise", "dropout", "delay", "quantisat
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """One entry of a file. `amount` is value, factor, deviation or step: one number, or one an element."""
+    """One entry of a file. `amount` is value, factor, deviation or step: one number, or one for each element."""
 
-    place: str  # for messages: `faults.toml: fault 2 (gyro drifts)`
+    location: str  # for messages: `faults.toml: fault 2 (gyro drifts)`
     name: str  # for events
     kind: Kind
     begin: int  # [ns]
@@ -24,8 +24,8 @@ class Fault:
     parameters: tuple[str, ...] = ()  # patterns
     validity: tuple[str, ...] = ()  # patterns; of a dropout
     amount: tuple[Value, ...] = ()
-    unit: str | None = None  # of `amount`; None: what each variable has
-    invalid: int = 0  # what a dropout makes of an Integer flag
+    unit: str | None = None  # of `amount`; None: that of each variable
+    invalid: int = 0  # value of an Integer flag in a dropout
     ticks: int = 0  # of a delay
     probability: float | None = None  # of a spike; None: the first transfer
     seed: int = 0
@@ -33,7 +33,7 @@ class Fault:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """A whole file, and what it takes to repeat it."""
+    """A whole file, with its text and hash, from which a run can be repeated."""
 
     path: Path
     sha256: str

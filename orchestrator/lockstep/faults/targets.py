@@ -1,4 +1,4 @@
-"""Find what a fault names: connections by patterns on their ends, tunable parameters, inputs that nothing feeds."""
+"""Find the targets of a fault: connections by patterns on their ends, tunable parameters, unconnected inputs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lockstep.system.system import Connection, System
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """One scalar that a fault acts on; without a connection it is a parameter, or an input that nothing feeds."""
+    """One scalar that a fault acts on; without a connection it is a parameter or an unconnected input."""
 
     component: str
     variable: Variable
@@ -32,10 +32,10 @@ class Target:
 def fed_inputs(
     patterns: Sequence[str], key: str, fault: Fault, system: System, descriptions: Mapping[str, Description]
 ) -> list[Target]:
-    """Return the connections that the patterns mean, each once, in the order of the patterns and of the system."""
+    """Return the connections that match the patterns, each once, in the order of the patterns and of the system."""
     found: dict[str, Target] = {}
     for pattern in patterns:
-        what = f"{fault.place}: {key} = {pattern!r}"
+        what = f"{fault.location}: {key} = {pattern!r}"
         start, arrow, end = (part.strip() for part in pattern.rpartition("->"))
         connections: Iterable[Connection] = system.connections
         if arrow:
@@ -52,7 +52,7 @@ def fed_inputs(
 
 
 def tunables(fault: Fault, system: System, descriptions: Mapping[str, Description]) -> list[Target]:
-    """Return the parameters, and inputs that nothing feeds, that a fault names."""
+    """Return the parameters and unconnected inputs that a fault names."""
     fed = {(c.to_component, c.input) for c in system.connections}
     everything = {f"{c.name}.{v.name}": (c.name, v) for c in system.components
                   for v in descriptions[c.name].variables.values()}  # fmt: skip
@@ -64,7 +64,7 @@ def tunables(fault: Fault, system: System, descriptions: Mapping[str, Descriptio
     ]
     found: dict[str, Target] = {}
     for pattern in fault.parameters:
-        what = f"{fault.place}: parameter = {pattern!r}"
+        what = f"{fault.location}: parameter = {pattern!r}"
         for each in _expanded(pattern, what):
             matched = matching(each, free)
             if not matched:
@@ -99,13 +99,13 @@ def _source(connection: Connection) -> str:
 
 
 def _check_is_fed(pattern: str, what: str, system: System, descriptions: Mapping[str, Description]) -> None:
-    """Tell those apart who name an output, or an input that nothing feeds."""
+    """Refuse a pattern that names an output, or an unconnected input."""
     fed = [f"{c.to_component}.{c.input}" for c in system.connections]
     for each in _expanded(pattern, what):
         if matching(each, fed):
             continue
         if matching(each, map(_source, system.connections)):
-            raise InputError(f"{what}: is an output; write '{pattern} -> *' for all that it feeds")
+            raise InputError(f"{what}: is an output; write '{pattern} -> *' for all inputs that it feeds")
         loose = [f"{c.name}.{name}" for c in system.components for name in descriptions[c.name].names("input")]
         if matching(each, loose):
             raise InputError(f"{what}: nothing feeds this input; write parameter instead")

@@ -1,4 +1,4 @@
-"""Read from a run's events when which fault acted."""
+"""Read the windows in which faults acted from the events of a run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lockstep.results.run_record import EVENTS
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultWindow:
-    """One fault on one component, as it acted. Without an end the run ended before it did."""
+    """One fault on one component as recorded. Without an end, the run ended before the fault."""
 
     name: str
     kind: str

@@ -81,7 +81,7 @@ def _adapter(component: Component) -> Table:
 def _shadow(component: Component, descriptions: Mapping[str, Description]) -> Table:
     if component.shadow is None:
         return {}
-    shadow, over = component.shadow.component, component.shadow.hand_over
+    shadow, over = component.shadow.component, component.shadow.switchover
     table: Table = {
         "name": shadow.name,
         "source": str(shadow.source),
@@ -93,7 +93,7 @@ def _shadow(component: Component, descriptions: Mapping[str, Description]) -> Ta
         "outputs": list(component.shadow.outputs),
         "compared": [o for o in component.shadow.outputs if descriptions[component.name].variables[o].scalar == "Real"],
         "blend": seconds(component.shadow.blend),
-        **({} if over is None else {"hand_over": seconds(over)}),
+        **({} if over is None else {"switchover": seconds(over)}),
         **_adapter(shadow),
     }
     return {"shadow": table}

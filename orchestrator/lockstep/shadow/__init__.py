@@ -1,1 +1,1 @@
-"""A second controller that rides along open loop beside the first, and can take over from it without a jump."""
+"""Run a second FMU in shadow of a component, open loop, and switch over to it without a jump."""

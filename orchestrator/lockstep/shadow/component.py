@@ -1,4 +1,4 @@
-"""Give a component a shadow: what it then shows, when it is stepped, and the slave that holds both."""
+"""Give a component a shadow: the variables that it then shows, its period, and the slave that holds both."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lockstep.errors import InputError
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.slave import Slave
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW, Joined, join
-from lockstep.shadow.slave import ShadowedSlave, Tell
+from lockstep.shadow.slave import AddEvent, ShadowedSlave
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds_text
 from lockstep.system.component import DEFAULT_BLEND, Component, Shadow
@@ -25,19 +25,19 @@ def with_shadow(
     name: str,
     fmu: Path,
     adapter: Adapter | None = None,
-    hand_over: int | None = None,
+    switchover: int | None = None,
     blend: int | None = None,
 ) -> System:
-    """Return the system with another FMU that rides along beside a component, and may take over from it.
+    """Return the system with another FMU in shadow of a component, which may replace it during the run.
 
     Parameters
     ----------
     system : holds the component
     name : of the component
-    fmu : the shadow; without an adapter it has to have the outputs that others read of the component
+    fmu : the shadow; without an adapter it needs the outputs of the component that others read
     adapter : between the shadow and the ports of the component; its step becomes the shadow's period
-    hand_over : when the shadow takes over [ns], at a step of both; None: never
-    blend : how long the difference at the hand-over takes to pass [ns]; None: 5 s
+    switchover : when the shadow replaces the component [ns], at a step of both; None: never
+    blend : time over which the difference at the switchover decays [ns]; None: 5 s
 
     Raises
     ------
@@ -51,9 +51,9 @@ def with_shadow(
         raise InputError(f"{name}_shadow: is a component of the system, and would be the name of the shadow of {name}")
     period = (adapter and adapter.step) or original.period
     kinds = {name: original.kind, f"{name}_shadow": (adapter and adapter.kind) or original.kind}
-    for who, kind in kinds.items():
+    for named, kind in kinds.items():
         if kind != "sampled":
-            raise InputError(f"{who}: is {kind}; a shadow and what it may replace have to be sampled: to act at once")
+            raise InputError(f"{named}: is {kind}; a shadow and the component that it may replace must be sampled")
     for other in (period, original.period):
         if original.offset >= other:
             raise InputError(
@@ -71,11 +71,11 @@ def with_shadow(
         ),
         period=original.period,
         outputs=tuple(dict.fromkeys(c.output for c in system.connections if c.from_component == name)),
-        hand_over=hand_over,
+        switchover=switchover,
         blend=DEFAULT_BLEND if blend is None else blend,
     )
     if not shadow.outputs:
-        raise InputError(f"{name}: nothing reads an output of it, so there is nothing that a shadow could take over")
+        raise InputError(f"{name}: nothing reads its outputs, so that a shadow could replace nothing")
     _check_time(name, shadow)
     common = gcd(period, original.period)
     held = replace(original, period=common, offset=original.offset % common, shadow=shadow)
@@ -88,7 +88,7 @@ def with_shadow(
 
 
 def _check_time(name: str, shadow: Shadow) -> None:
-    over = shadow.hand_over
+    over = shadow.switchover
     if over is None:
         return
     both, offset = lcm(shadow.period, shadow.component.period), shadow.component.offset
@@ -96,23 +96,23 @@ def _check_time(name: str, shadow: Shadow) -> None:
         lower = (over - offset) // both * both + offset
         near = " or ".join(f"{seconds_text(time)} s" for time in (lower, lower + both) if time >= 0)
         raise InputError(
-            f"hand-over {seconds_text(over)} s is no step of {name} and its shadow, whose periods are "
+            f"switchover {seconds_text(over)} s is no step of {name} and its shadow, whose periods are "
             f"{seconds_text(shadow.period)} s and {seconds_text(shadow.component.period)} s; choose {near}"
         )
 
 
 def check_before(system: System, stop: int) -> None:
-    """Refuse a hand-over [ns] that the run would not reach."""
+    """Refuse a switchover [ns] after the end of the run."""
     for component in system.components:
-        over = component.shadow.hand_over if component.shadow else None
+        over = component.shadow.switchover if component.shadow else None
         if over is not None and over >= stop:
             raise InputError(
-                f"hand-over {seconds_text(over)} s: the run ends at {seconds_text(stop)} s; hand over before that"
+                f"switchover {seconds_text(over)} s: the run ends at {seconds_text(stop)} s; choose an earlier time"
             )
 
 
 def recorded(component: Component) -> tuple[str, ...]:
-    """Return what has to be recorded for the shadow to be judged: outputs that can be handed over, of all kinds."""
+    """Return the signals by which a shadow is judged: the outputs that act, of both FMUs, and their residuals."""
     if component.shadow is None:
         return ()
     variables = joined_ports(component).variables
@@ -126,7 +126,7 @@ def recorded(component: Component) -> tuple[str, ...]:
 
 
 def described(component: Component) -> Description:
-    """Return what a component shows, with its adapter and its shadow. Raises InputError."""
+    """Return the description of a component with its adapter and its shadow. Raises InputError."""
     description = shown_description(component)
     if component.shadow is None:
         return description
@@ -146,19 +146,19 @@ def shadow_descriptions(system: System) -> dict[str, Description]:
     return {shadow.name: shown_description(shadow) for shadow in shadows}
 
 
-def everyone(system: System) -> list[Component]:
+def with_shadow_components(system: System) -> list[Component]:
     """Return all components, and after them their shadows."""
     return [*system.components, *(component.shadow.component for component in system.components if component.shadow)]
 
 
-def with_shadows(system: System, slaves: Mapping[str, Slave], tell: Tell) -> dict[str, Slave]:
-    """Return the slaves of the components, with their shadows inside; `tell` writes an event."""
+def with_shadows(system: System, slaves: Mapping[str, Slave], add_event: AddEvent) -> dict[str, Slave]:
+    """Return the slaves of the components, with their shadows inside; `add_event` records an event."""
     found: dict[str, Slave] = {}
     for component in system.components:
         slave, plan = slaves[component.name], component.shadow
         if plan is not None:
             shadow = slaves[plan.component.name]
-            slave = ShadowedSlave(slave, shadow, joined_ports(component), plan, plan.component.offset, tell)
+            slave = ShadowedSlave(slave, shadow, joined_ports(component), plan, plan.component.offset, add_event)
         found[component.name] = slave
     return found
 

@@ -1,14 +1,15 @@
-"""What a component shows that has a shadow, and where each of its values comes from or goes to.
+"""Match the variables of a component with those of its shadow, and list what the two show together.
 
-It shows the variables of the original under their names, of which those handed over are what acts, and besides
+The component keeps the variables of the original. An output that others read is the one that acts: of the original, or
+of the shadow after the switchover. In addition there are
 
-- `original.X` and `residual.X`: what the original gives for a handed-over X, and the shadow's less that;
+- `original.X` and `residual.X`: the original's value of such an output, and the shadow's minus it;
 - `shadow.X`: every output and parameter of the shadow, and inputs that the original does not have.
 
-Inputs and parameters that both have are given to both; `shadow.X` gives a parameter to the shadow alone.
+Inputs and parameters that both have are set on both; `shadow.X` sets a parameter of the shadow alone.
 
-An estimator that rides along and takes its own output for what acted is wrong in that. So an input `applied.X` of the
-shadow gets the X that acted in its last step, the mean of a Real, and a Boolean input `applied.valid` is true then.
+The shadow's own output does not act before the switchover, which its estimator has to know. So an input `applied.X` of
+the shadow gets the X that acted during its last step, for a Real the mean, and a Boolean input `applied.valid` is true.
 """
 
 from __future__ import annotations
@@ -27,43 +28,43 @@ Key = tuple[str, int]  # type and value reference
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Match:
-    """A variable of the shadow and its counterpart; the receiver of a value takes gain * value + bias."""
+    """Pair a variable of the shadow with one of the component; the receiver gets gain * value + bias."""
 
     shown: Variable  # of the component
-    theirs: Variable  # of the shadow
+    shadow: Variable
     gain: float = 1.0
     bias: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Joined:
-    """The variables shown, and how they lie on the two FMUs."""
+    """Hold the variables shown, and their counterparts in the two FMUs."""
 
     name: str  # of the shadow, in messages
     variables: Mapping[str, Variable]
     given: tuple[Match, ...]  # inputs and parameters of both; then those of the shadow alone
-    handed: tuple[Match, ...]  # outputs that are handed over; the conversion is from theirs to shown
+    acting: tuple[Match, ...]  # outputs that others read; converted from the shadow's to the shown
     seen: tuple[Match, ...]  # `shadow.X` of all outputs of the shadow
-    applied: tuple[Match, ...]  # shown: the output that acts; theirs: the input that is told of it
-    told: Variable | None  # of the shadow: true, for it is told
+    applied: tuple[Match, ...]  # shown: the output that acts; shadow: the input that gets it
+    applied_valid: Variable | None  # of the shadow: true if there is an `applied`
 
 
 def join(name: str, outputs: Sequence[str], original: Description, shadow: Description) -> Joined:
     """Match two descriptions by names, types and units, or raise InputError."""
-    ours, theirs = original.variables, shadow.variables
-    handed = [_handed(name, ours[output], theirs, shadow) for output in outputs]
-    applied = [match for output in handed if (match := _applied(name, output.shown, theirs)) is not None]
-    flag = theirs.get(f"{APPLIED}valid")
-    told = flag if applied and flag is not None and (flag.scalar, flag.causality) == ("Boolean", "input") else None
-    fed = {match.theirs.name for match in applied} | ({told.name} if told else set())
+    own, others = original.variables, shadow.variables
+    acting = [_acting(name, own[output], shadow) for output in outputs]
+    applied = [match for output in acting if (match := _applied(name, output.shown, others)) is not None]
+    flag = others.get(f"{APPLIED}valid")
+    valid = flag if applied and flag is not None and (flag.scalar, flag.causality) == ("Boolean", "input") else None
+    fed = {match.shadow.name for match in applied} | ({valid.name} if valid else set())
     given = [
-        _given(name, variable, theirs[variable.name])
-        for variable in ours.values()
-        if variable.name not in fed and _same(variable, theirs.get(variable.name))
+        _given(name, variable, others[variable.name])
+        for variable in own.values()
+        if variable.name not in fed and _is_shared(variable, others.get(variable.name))
     ]
     both = {match.shown.name for match in given if match.shown.causality == "input"}
-    reference = 1 + max((variable.reference for variable in ours.values()), default=0)
-    variables = dict(ours)
+    reference = 1 + max((variable.reference for variable in own.values()), default=0)
+    variables = dict(own)
 
     def show(prefix: str, variable: Variable) -> Variable:
         nonlocal reference
@@ -74,73 +75,74 @@ def join(name: str, outputs: Sequence[str], original: Description, shadow: Descr
         reference += 1
         return shown
 
-    for match in handed:
+    for match in acting:
         show(ORIGINAL, match.shown)
         if match.shown.scalar == "Real":
-            show(RESIDUAL, replace(match.shown, description="shadow less original", minimum=None, maximum=None))
+            show(RESIDUAL, replace(match.shown, description="shadow minus original", minimum=None, maximum=None))
     seen, alone = [], []
-    for variable in theirs.values():
+    for variable in others.values():
         if variable.causality == "output" and variable.scalar is not None:
-            seen.append(_seen(show, variable, handed))
+            seen.append(_seen(show, variable, acting))
         elif variable.causality == "parameter" or (
             variable.causality == "input" and variable.name not in both and variable.name not in fed
         ):
-            alone.append(Match(shown=show(SHADOW, variable), theirs=variable))
+            alone.append(Match(shown=show(SHADOW, variable), shadow=variable))
     return Joined(
         name=name,
         variables=variables,
         given=(*given, *alone),
-        handed=tuple(handed),
+        acting=tuple(acting),
         seen=tuple(seen),
         applied=tuple(applied),
-        told=told,
+        applied_valid=valid,
     )
 
 
-def _handed(name: str, ours: Variable, theirs: Mapping[str, Variable], shadow: Description) -> Match:
-    other = theirs.get(ours.name)
-    if other is None or other.causality != "output":
+def _acting(name: str, original: Variable, description: Description) -> Match:
+    shadow = description.variables.get(original.name)
+    if shadow is None or shadow.causality != "output":
         raise InputError(
-            f"{shadow.lacks(name, ours.name, 'output')}; it has to give what it takes over: "
+            f"{description.lacks(name, original.name, 'output')}; it needs every output that it may replace: "
             "use an adapter, or [substitutes] in it"
         )
-    what = f"{name}.{ours.name}"
-    if other.scalar != ours.scalar:
-        raise InputError(f"{what}: is {other.type}, and the original's is {ours.type}; types must be equal")
-    gain, bias = checked_conversion(other.unit, ours.unit, ours.relative, what) if ours.scalar == "Real" else (1.0, 0.0)
-    return Match(shown=ours, theirs=other, gain=gain, bias=bias)
+    what = f"{name}.{original.name}"
+    if shadow.scalar != original.scalar:
+        raise InputError(f"{what}: is {shadow.type}, and the original's is {original.type}; types must be equal")
+    return _converted(shown=original, shadow=shadow, source=shadow, target=original, what=what)
 
 
-def _applied(name: str, ours: Variable, theirs: Mapping[str, Variable]) -> Match | None:
-    told = theirs.get(f"{APPLIED}{ours.name}")
-    if told is None or told.causality != "input" or told.scalar != ours.scalar:
+def _applied(name: str, original: Variable, others: Mapping[str, Variable]) -> Match | None:
+    shadow = others.get(f"{APPLIED}{original.name}")
+    if shadow is None or shadow.causality != "input" or shadow.scalar != original.scalar:
         return None
-    what = f"{name}.{told.name}"
-    gain, bias = checked_conversion(ours.unit, told.unit, ours.relative, what) if ours.scalar == "Real" else (1.0, 0.0)
-    return Match(shown=ours, theirs=told, gain=gain, bias=bias)
+    return _given(name, original, shadow)
 
 
-def _same(ours: Variable, theirs: Variable | None) -> bool:
-    """Tell whether the shadow gets what this variable of the original gets."""
-    if theirs is None or ours.causality not in ("input", "parameter"):
+def _is_shared(original: Variable, shadow: Variable | None) -> bool:
+    """Return whether a value for this variable of the original is set on the shadow too."""
+    if shadow is None or original.causality not in ("input", "parameter"):
         return False
-    if (ours.scalar, ours.causality) != (theirs.scalar, theirs.causality):
+    if (original.scalar, original.causality) != (shadow.scalar, shadow.causality):
         return False
     # parameters of two makers may have one name and two meanings: those of one unit are taken to be the same
-    return ours.causality == "input" or ours.unit == theirs.unit
+    return original.causality == "input" or original.unit == shadow.unit
 
 
-def _given(name: str, ours: Variable, theirs: Variable) -> Match:
-    if ours.scalar != "Real":
-        return Match(shown=ours, theirs=theirs)
-    gain, bias = checked_conversion(ours.unit, theirs.unit, ours.relative, f"{name}.{ours.name}")
-    return Match(shown=ours, theirs=theirs, gain=gain, bias=bias)
+def _given(name: str, original: Variable, shadow: Variable) -> Match:
+    return _converted(shown=original, shadow=shadow, source=original, target=shadow, what=f"{name}.{shadow.name}")
 
 
-def _seen(show: Callable[[str, Variable], Variable], variable: Variable, handed: Sequence[Match]) -> Match:
-    """Show an output of the shadow, in the original's unit if it is one that is handed over."""
-    match = next((match for match in handed if match.theirs.name == variable.name), None)
+def _converted(*, shown: Variable, shadow: Variable, source: Variable, target: Variable, what: str) -> Match:
+    if shown.scalar != "Real":
+        return Match(shown=shown, shadow=shadow)
+    gain, bias = checked_conversion(source.unit, target.unit, shown.relative, what)
+    return Match(shown=shown, shadow=shadow, gain=gain, bias=bias)
+
+
+def _seen(show: Callable[[str, Variable], Variable], variable: Variable, acting: Sequence[Match]) -> Match:
+    """Show an output of the shadow, in the original's unit if it may act."""
+    match = next((match for match in acting if match.shadow.name == variable.name), None)
     if match is None:
-        return Match(shown=show(SHADOW, variable), theirs=variable)
+        return Match(shown=show(SHADOW, variable), shadow=variable)
     shown = show(SHADOW, replace(variable, unit=match.shown.unit))
-    return Match(shown=shown, theirs=variable, gain=match.gain, bias=match.bias)
+    return Match(shown=shown, shadow=variable, gain=match.gain, bias=match.bias)

@@ -1,4 +1,4 @@
-"""Two slaves in one: the original and its shadow get the same inputs at the same times, and one of them acts."""
+"""Run two slaves as one: the original and its shadow get the same inputs, and the outputs of one of them act."""
 
 from __future__ import annotations
 
@@ -11,52 +11,54 @@ from numpy.typing import NDArray
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.slave import DTYPES, ERROR, FATAL, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
 from lockstep.shadow.ports import SHADOW, Joined, Match
-from lockstep.shadow.values import Convert, Values, conversion
+from lockstep.shadow.values import Convert, OutputValues, conversion
 from lockstep.system.clock import seconds, seconds_text
 from lockstep.system.component import Shadow, Value
 
-Call = Callable[[], int]
-Tell = Callable[..., None]
+StatusCall = Callable[[], int]
+AddEvent = Callable[..., None]
 References = NDArray[np.uint32]
-_PREFIX, _FILE = "shadow-", "shadow.npz"  # of the shadow's files in a saved state, and of our own
+_PREFIX, _FILE = "shadow-", "shadow.npz"  # of the shadow's files in a saved state, and of this class's own
 
 
 class ShadowedSlave:
-    """Implements `lockstep.fmi.slave.Slave`. An error of the shadow is raised, under the shadow's name.
+    """Implement `lockstep.fmi.slave.Slave`. An error of the shadow is raised, under the shadow's name.
 
-    Once the original has been replaced an error of it is an event: it is stepped no more, and its outputs stay.
+    After the switchover an error of the original is an event: it is not stepped any more, and its outputs stay.
     """
 
-    def __init__(self, original: Slave, shadow: Slave, joined: Joined, plan: Shadow, offset: int, tell: Tell) -> None:
-        """Bind the two; `offset` [ns] is when their steps begin, `tell` writes an event."""
+    def __init__(
+        self, original: Slave, shadow: Slave, joined: Joined, plan: Shadow, offset: int, add_event: AddEvent
+    ) -> None:
+        """Bind the two; `offset` [ns] is when their steps begin, `add_event` records an event."""
         self._original, self._shadow, self._joined, self._plan = original, shadow, joined, plan
-        self._offset, self._tell = offset, tell
-        self._handed_over = self._lost = False
+        self._offset, self._add_event = offset, add_event
+        self._switched = self._lost = False
         self._time = 0.0  # of the last step [s]
         self._alone = {match.shown.reference for match in joined.given if match.shown.name.startswith(SHADOW)}
         self._seen = {(match.shown.scalar, match.shown.reference): match for match in joined.seen}
         self._kept: dict[tuple[Scalar, bytes], Buffer] = {}  # what getters gave last
         self._original_step, self._shadow_step = original.do_step, shadow.do_step
-        self._values = {scalar: Values(scalar, joined, plan) for scalar in SCALARS}
-        self._get_original: list[Call] = []
-        self._get_shadow: list[Call] = []
+        self._values = {scalar: OutputValues(scalar, joined, plan) for scalar in SCALARS}
+        self._get_original: list[StatusCall] = []
+        self._get_shadow: list[StatusCall] = []
         self._put_applied: list[Callable[[], object]] = []
         for scalar, values in self._values.items():
             if values.matches:
-                ours = _references(match.shown.reference for match in values.matches)
-                self._get_original.append(original.getter(scalar, ours, values.original))
-                get = shadow.getter(scalar, _theirs(values.matches), values.raw)
+                references = _references(match.shown.reference for match in values.matches)
+                self._get_original.append(original.getter(scalar, references, values.original))
+                get = shadow.getter(scalar, _shadow_references(values.matches), values.raw)
                 self._get_shadow.append(self._checked(f"Get{scalar}", get))
             applied = [match for match in joined.applied if match.shown.scalar == scalar]
             if applied:
                 names = [match.shown.name for match in values.matches]
-                places = [names.index(match.shown.name) for match in applied]
-                self._put_applied.append(values.tell_applied)
-                self._put_applied.append(self._to_shadow(scalar, applied, values.applied, places))
+                positions = [names.index(match.shown.name) for match in applied]
+                self._put_applied.append(values.update_applied)
+                self._put_applied.append(self._to_shadow(scalar, applied, values.applied, positions))
 
     @property
     def do_step(self) -> Callable[[float, float, int], int]:
-        """Step whoever is due, then decide what acts."""
+        """Step each of the two that is due, then select the outputs that act."""
         return self._step
 
     def _step(self, time: float, _step: float, new: int, /) -> int:
@@ -74,14 +76,14 @@ class ShadowedSlave:
                 return status
         if shadow_due:
             self._pull_shadow()
-        if plan.hand_over is not None and now >= plan.hand_over and not self._handed_over:
-            self._hand_over(now)
+        if plan.switchover is not None and now >= plan.switchover and not self._switched:
+            self._switch_over(now)
         for values in self._values.values():
             values.decide(now)
         return status
 
     def _step_original(self, time: float, now: int, new: int) -> int:
-        over = self._plan.hand_over
+        over = self._plan.switchover
         replaced = over is not None and now > over
         try:
             status = self._original_step(time, seconds(self._plan.period), new)
@@ -95,7 +97,7 @@ class ShadowedSlave:
         if status > WARNING and replaced:
             self._original.failed(status)
             self._lost = True
-            self._tell("original-lost", name="original lost", reason=reason)
+            self._add_event("original-lost", name="original lost", reason=reason)
             return OK
         return status
 
@@ -105,13 +107,13 @@ class ShadowedSlave:
         for values in self._values.values():
             values.pulled()
 
-    def _hand_over(self, now: int) -> None:
-        self._handed_over = True
+    def _switch_over(self, now: int) -> None:
+        self._switched = True
         reals = self._values["Real"]
         reals.keep_offset()
-        self._tell(
-            "hand-over",
-            name="hand-over",
+        self._add_event(
+            "switchover",
+            name="switchover",
             to=self._joined.name,
             at=seconds(now),
             blend=seconds(self._plan.blend),
@@ -120,46 +122,48 @@ class ShadowedSlave:
             mean_offset=reals.mean.tolist(),
         )
 
-    def getter(self, scalar: Scalar, references: References, buffer: Buffer) -> Call:
-        """Return a call that fills the buffer, from the original, the shadow, and what is made here."""
+    def getter(self, scalar: Scalar, references: References, buffer: Buffer) -> StatusCall:
+        """Return a call that fills the buffer from the original, the shadow, and the values held here."""
         values, flat = self._values[scalar], self._values[scalar].flat
         taken = self._kept.setdefault((scalar, references.tobytes()), np.zeros(len(references), DTYPES[scalar]))
         numbers = references.tolist()
-        here = [k for k, number in enumerate(numbers) if number in values.places]
-        theirs = [k for k, number in enumerate(numbers) if k not in here and (scalar, number) in self._seen]
-        ours = [k for k in range(len(numbers)) if k not in here and k not in theirs]
-        calls: list[Call] = []
-        if ours:
-            part: Buffer = np.zeros(len(ours), DTYPES[scalar])
-            get_ours = self._original.getter(scalar, references[ours].copy(), part)
-            calls.append(self._while_alive(_filled(get_ours, part, taken, ours)))
-        if theirs:
-            seen = [self._seen[scalar, numbers[k]] for k in theirs]
-            raw: Buffer = np.zeros(len(theirs), DTYPES[scalar])
-            get_theirs = self._shadow.getter(scalar, _theirs(seen), raw)
-            get_theirs = self._checked(f"Get{scalar}", get_theirs)
-            calls.append(_filled(get_theirs, raw, taken, theirs, conversion(seen)))
-        targets, places = (np.array(found, np.intp) for found in (here, [values.places[numbers[k]] for k in here]))
+        here = [k for k, number in enumerate(numbers) if number in values.positions]
+        of_shadow = [k for k, number in enumerate(numbers) if k not in here and (scalar, number) in self._seen]
+        of_original = [k for k in range(len(numbers)) if k not in here and k not in of_shadow]
+        calls: list[StatusCall] = []
+        if of_original:
+            part: Buffer = np.zeros(len(of_original), DTYPES[scalar])
+            get_original = self._original.getter(scalar, references[of_original].copy(), part)
+            calls.append(self._while_alive(_filled(get_original, part, taken, of_original)))
+        if of_shadow:
+            seen = [self._seen[scalar, numbers[k]] for k in of_shadow]
+            raw: Buffer = np.zeros(len(of_shadow), DTYPES[scalar])
+            get_shadow = self._shadow.getter(scalar, _shadow_references(seen), raw)
+            get_shadow = self._checked(f"Get{scalar}", get_shadow)
+            calls.append(_filled(get_shadow, raw, taken, of_shadow, conversion(seen)))
+        targets, positions = (
+            np.array(found, np.intp) for found in (here, [values.positions[numbers[k]] for k in here])
+        )
 
         def get() -> int:
             status = OK
             for call in calls:
                 status = max(status, call())
-            taken[targets] = flat[places]
+            taken[targets] = flat[positions]
             buffer[:] = taken
             return status
 
         return get
 
-    def setter(self, scalar: Scalar, references: References, buffer: Buffer) -> Call:
-        """Return a call that hands the buffer to the original, and to the shadow what it has too."""
+    def setter(self, scalar: Scalar, references: References, buffer: Buffer) -> StatusCall:
+        """Return a call that sets the buffer on the original, and on the shadow what it has too."""
         numbers = references.tolist()
-        calls: list[Call] = []
-        ours = [k for k, number in enumerate(numbers) if number not in self._alone]
-        if ours:
-            part: Buffer = np.zeros(len(ours), DTYPES[scalar])
-            put = self._original.setter(scalar, references[ours].copy(), part)
-            calls.append(self._while_alive(_handed(put, part, buffer, ours)))
+        calls: list[StatusCall] = []
+        of_original = [k for k, number in enumerate(numbers) if number not in self._alone]
+        if of_original:
+            part: Buffer = np.zeros(len(of_original), DTYPES[scalar])
+            put = self._original.setter(scalar, references[of_original].copy(), part)
+            calls.append(self._while_alive(_sent(put, part, buffer, of_original)))
         pairs = [(k, m) for k, n in enumerate(numbers) for m in self._given(scalar) if m.shown.reference == n]
         if pairs:
             calls.append(self._to_shadow(scalar, [match for _, match in pairs], buffer, [k for k, _ in pairs]))
@@ -175,14 +179,16 @@ class ShadowedSlave:
     def _given(self, kind: Scalar) -> list[Match]:
         return [match for match in self._joined.given if match.shown.scalar == kind]
 
-    def _to_shadow(self, scalar: Scalar, matches: Sequence[Match], source: Buffer, places: Sequence[int]) -> Call:
-        """Return a call that hands some values of a buffer to the shadow."""
+    def _to_shadow(
+        self, scalar: Scalar, matches: Sequence[Match], source: Buffer, positions: Sequence[int]
+    ) -> StatusCall:
+        """Return a call that sets some values of a buffer on the shadow."""
         part: Buffer = np.zeros(len(matches), DTYPES[scalar])
-        put = self._shadow.setter(scalar, _theirs(matches), part)
-        return _handed(self._checked(f"Set{scalar}", put), part, source, places, conversion(matches))
+        put = self._shadow.setter(scalar, _shadow_references(matches), part)
+        return _sent(self._checked(f"Set{scalar}", put), part, source, positions, conversion(matches))
 
-    def _while_alive(self, call: Call) -> Call:
-        """Return the call, which does nothing once the original is lost."""
+    def _while_alive(self, call: StatusCall) -> StatusCall:
+        """Return a call that does nothing after the original is lost."""
 
         def checked() -> int:
             return OK if self._lost else call()
@@ -191,18 +197,20 @@ class ShadowedSlave:
 
     def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
         """Set parameters and start values: those of both on both, `shadow.X` on the shadow alone."""
-        theirs: dict[int, Value] = {}
+        for_shadow: dict[int, Value] = {}
         for match in self._given(scalar):  # those of the shadow alone come last, and win
             if match.shown.reference in values:
                 value = values[match.shown.reference]
-                theirs[match.theirs.reference] = match.gain * float(value) + match.bias if scalar == "Real" else value
-        if theirs:
-            self._check(f"Set{scalar}", self._shadow.set_start(theirs, scalar))
-        ours = {reference: value for reference, value in values.items() if reference not in self._alone}
-        return self._original.set_start(ours, scalar) if ours else OK
+                for_shadow[match.shadow.reference] = (
+                    match.gain * float(value) + match.bias if scalar == "Real" else value
+                )
+        if for_shadow:
+            self._check(f"Set{scalar}", self._shadow.set_start(for_shadow, scalar))
+        for_original = {reference: value for reference, value in values.items() if reference not in self._alone}
+        return self._original.set_start(for_original, scalar) if for_original else OK
 
     def setup_experiment(self, start: float, stop: float) -> int:
-        """Announce the time span [s], to each in whole steps of its own."""
+        """Announce the time span [s] to each, in whole steps of its own."""
         begin, end = round(start * 1e9), round(stop * 1e9)
 
         def last(period: int) -> float:
@@ -213,13 +221,13 @@ class ShadowedSlave:
 
     def enter_initialization(self) -> int:
         """Enter initialization mode."""
-        if self._joined.told is not None:
-            self._check("SetBoolean", self._shadow.set_start({self._joined.told.reference: True}, "Boolean"))
+        if self._joined.applied_valid is not None:
+            self._check("SetBoolean", self._shadow.set_start({self._joined.applied_valid.reference: True}, "Boolean"))
         self._check("EnterInitializationMode", self._shadow.enter_initialization())
         return self._original.enter_initialization()
 
     def exit_initialization(self) -> int:
-        """Leave initialization mode, and take the initial outputs."""
+        """Leave initialization mode, and get the initial outputs."""
         self._check("ExitInitializationMode", self._shadow.exit_initialization())
         status = self._original.exit_initialization()
         for get in self._get_original if status <= WARNING else ():
@@ -230,7 +238,7 @@ class ShadowedSlave:
                 values.acting[:] = values.original
         return status
 
-    def _checked(self, function: str, call: Call) -> Call:
+    def _checked(self, function: str, call: StatusCall) -> StatusCall:
         """Return a call of the shadow whose failure is raised."""
 
         def checked() -> int:
@@ -243,12 +251,12 @@ class ShadowedSlave:
         """Raise RunError if a call of the shadow failed."""
         if status > WARNING:
             self._shadow.failed(status)
-            said = self._shadow.last_messages()
-            told = f"{self._joined.name}: {self._shadow.outcome(function, status)} at {self._time:.9g} s"
-            raise RunError(told + (f": {said}" if said else ""))
+            logged = self._shadow.last_messages()
+            outcome = f"{self._joined.name}: {self._shadow.outcome(function, status)} at {self._time:.9g} s"
+            raise RunError(outcome + (f": {logged}" if logged else ""))
 
     def save_state(self, folder: str) -> int:
-        """Save the states of both, and what they have given; RunError if the shadow cannot."""
+        """Save the states of both and the values held here; RunError if the shadow cannot."""
         if self._lost or not isinstance(self._original, Stateful):
             return ERROR
         inner = Path(folder, "shadow")
@@ -258,14 +266,14 @@ class ShadowedSlave:
         for file in inner.iterdir():
             file.rename(Path(folder, f"{_PREFIX}{file.name}"))
         inner.rmdir()
-        over = self._plan.hand_over if self._handed_over else None
+        over = self._plan.switchover if self._switched else None
         done = np.array([round(self._time * 1e9), -1 if over is None else over, self._plan.blend], np.int64)
         arrays = [array for values in self._values.values() for array in values.memory()]
         np.savez(Path(folder, _FILE), done, *(a.astype(str) if a.dtype == object else a for a in arrays))
         return self._original.save_state(folder)
 
     def restore_state(self, folder: str) -> int:
-        """Take what a folder holds; InputError if the hand-over would have to be another than it was."""
+        """Restore what `save_state` wrote; InputError if the switchover differs from the one that has happened."""
         if not isinstance(self._original, Stateful):
             return ERROR
         inner = Path(folder, "shadow")
@@ -279,18 +287,18 @@ class ShadowedSlave:
         memory = [array for values in self._values.values() for array in values.memory()]
         for array, content in zip(memory, arrays, strict=True):
             array[...] = content
-        self._go_on(*done.tolist())
+        self._resume(*done.tolist())
         return self._original.restore_state(folder)
 
-    def _go_on(self, now: int, over: int, blend: int) -> None:
-        """Take up the plan where it stood [ns]."""
-        self._time, self._handed_over = seconds(now), over >= 0
-        mine, name = self._plan.hand_over, self._joined.name
+    def _resume(self, now: int, over: int, blend: int) -> None:
+        """Continue the plan of a run at this time [ns]."""
+        self._time, self._switched = seconds(now), over >= 0
+        mine, name = self._plan.switchover, self._joined.name
         if over >= 0 and (over, blend) != (mine, self._plan.blend):
-            told = f"--switchover {seconds_text(over)} --blend {seconds_text(blend)}"
-            raise InputError(f"{name}: had taken over before the checkpoint; give {told} as it was")
+            options = f"--switchover {seconds_text(over)} --blend {seconds_text(blend)}"
+            raise InputError(f"{name}: has acted since before the checkpoint; give {options} as in that run")
         if over < 0 and mine is not None and mine <= now:
-            times = f"hand-over {seconds_text(mine)} s: lies before the checkpoint, whose last step is"
+            times = f"switchover {seconds_text(mine)} s: lies before the checkpoint, whose last step is"
             raise InputError(f"{times} {seconds_text(now)} s; choose a later one")
 
     def failed(self, status: int) -> None:
@@ -298,7 +306,7 @@ class ShadowedSlave:
         self._original.failed(status)
 
     def outcome(self, call: str, status: int) -> str:
-        """Say what a call came to that failed, as the original does."""
+        """Describe a failed call, as the original does."""
         return self._original.outcome(call, status)
 
     def last_messages(self) -> str:
@@ -315,13 +323,15 @@ def _references(numbers: Iterable[int]) -> References:
     return np.fromiter(numbers, np.uint32)
 
 
-def _theirs(matches: Sequence[Match]) -> References:
-    return _references(match.theirs.reference for match in matches)
+def _shadow_references(matches: Sequence[Match]) -> References:
+    return _references(match.shadow.reference for match in matches)
 
 
-def _handed(put: Call, part: Buffer, source: Buffer, places: Sequence[int], convert: Convert | None = None) -> Call:
-    """Return a call that gathers values, converts them and hands them over."""
-    index = np.array(places, np.intp)
+def _sent(
+    put: StatusCall, part: Buffer, source: Buffer, positions: Sequence[int], convert: Convert | None = None
+) -> StatusCall:
+    """Return a call that selects values, converts them and sets them."""
+    index = np.array(positions, np.intp)
 
     def call() -> int:
         part[:] = source[index] if convert is None else convert(source[index])
@@ -330,9 +340,11 @@ def _handed(put: Call, part: Buffer, source: Buffer, places: Sequence[int], conv
     return call
 
 
-def _filled(get: Call, part: Buffer, target: Buffer, places: Sequence[int], convert: Convert | None = None) -> Call:
-    """Return a call that fetches values, converts them and scatters them."""
-    index = np.array(places, np.intp)
+def _filled(
+    get: StatusCall, part: Buffer, target: Buffer, positions: Sequence[int], convert: Convert | None = None
+) -> StatusCall:
+    """Return a call that gets values, converts them and distributes them."""
+    index = np.array(positions, np.intp)
 
     def call() -> int:
         status = get()

@@ -74,11 +74,11 @@ class Shadow:
     component: Component
     period: int  # of the original
     outputs: tuple[str, ...]
-    hand_over: int | None = None  # None: it stays in shadow to the end
+    switchover: int | None = None  # None: it stays in shadow to the end
     blend: int = DEFAULT_BLEND
 
     def __post_init__(self) -> None:
-        if self.hand_over is not None and self.hand_over < 0:
-            raise InputError(f"hand-over {seconds_text(self.hand_over)} s must be >= 0 s")
+        if self.switchover is not None and self.switchover < 0:
+            raise InputError(f"switchover {seconds_text(self.switchover)} s must be >= 0 s")
         if self.blend < 0:
             raise InputError(f"blend {seconds_text(self.blend)} s must be >= 0 s; 0 switches at once")

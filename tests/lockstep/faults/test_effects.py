@@ -7,7 +7,7 @@ from lockstep.faults import effects
 
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64, np.uint64])
-def test_whole_numbers_are_rounded_and_stay_in_the_range_of_their_type(kind):
+def test_integers_are_rounded_within_the_range_of_their_type(kind):
     info = np.iinfo(kind)
     values = np.array([0, 7, info.max], kind)
     limits = effects.limits_of([int(info.min)] * 3, [int(info.max)] * 3)
@@ -20,27 +20,27 @@ def test_whole_numbers_are_rounded_and_stay_in_the_range_of_their_type(kind):
     assert effects.Change(effects.bias(np.full(3, -1e30)), limits).act(0, values).tolist() == [info.min] * 3
 
 
-def test_texts_can_be_held_and_delayed():
+def test_texts_are_held_and_delayed():
     first, second, third = (np.array([text], np.object_) for text in ("a", "b", "c"))
     stuck, delay = effects.Stuck(1), effects.Delay(2)
     for tick, values in enumerate((first, second, third)):
-        stuck.see(tick, values)
-        delay.see(tick, values)
+        stuck.observe(tick, values)
+        delay.observe(tick, values)
 
     assert stuck.act(2, third).tolist() == ["a"]
     assert delay.act(2, third).tolist() == ["a"]
 
 
-def test_a_delay_keeps_no_more_history_than_it_can_be_asked_for():
+def test_delay_keeps_only_the_history_that_it_can_need():
     delay = effects.Delay(3)
     for tick in range(0, 100, 2):
-        delay.see(tick, np.array([float(tick)]))
+        delay.observe(tick, np.array([float(tick)]))
         assert delay.act(tick, np.zeros(1))[0] == max(0, tick - 4)  # transfers are 2 ticks apart
 
     assert len(delay.saved()) == 3
 
 
-def test_draws_of_ticks_and_names_have_nothing_in_common():
+def test_draws_of_different_ticks_and_names_are_independent():
     ticks = np.array([effects.drawn_from(1, ["a"])(tick).standard_normal() for tick in range(2000)])
     other = np.array([effects.drawn_from(1, ["b"])(tick).standard_normal() for tick in range(2000)])
     bound = 4.0 / np.sqrt(2000)  # four standard deviations of each of these numbers

@@ -1,4 +1,4 @@
-"""What each kind of fault makes of known sequences, in runs of real FMUs, each in a fresh process."""
+"""Each kind of fault on known sequences, in runs of real FMUs, each in a new process."""
 
 import json
 import tomllib
@@ -152,7 +152,7 @@ def events(folder):
     return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
 
 
-def test_every_kind_gives_the_sequence_that_it_should(bench_ssd, scenario, cli, tmp_path):
+def test_every_kind_gives_its_sequence(bench_ssd, scenario, cli, tmp_path):
     path, out = scenario(REALS), tmp_path / "out"
     done = cli("run", bench_ssd, "--faults", path, "--out", out)
     assert done.returncode == 0, done.stderr
@@ -195,7 +195,7 @@ def test_every_kind_gives_the_sequence_that_it_should(bench_ssd, scenario, cli, 
     assert kept == [{"path": str(path), "sha256": sha256(path.read_bytes()).hexdigest(), "text": REALS}]
 
 
-def test_other_types_flags_and_parameters(bench_ssd, scenario, cli, tmp_path):
+def test_faults_on_other_types_flags_and_parameters(bench_ssd, scenario, cli, tmp_path):
     done = cli("run", bench_ssd, "--faults", scenario(OTHERS), "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     signals = read_signals(tmp_path / "out")
@@ -226,13 +226,13 @@ def test_other_types_flags_and_parameters(bench_ssd, scenario, cli, tmp_path):
     assert (bad["component"], bad["variables"], bad["values"]) == ("gain", ["u"], {})
 
 
-def test_not_a_number_passes_to_the_consumer_whose_answer_ends_the_run(bench_ssd, scenario, cli, tmp_path):
+def test_nan_is_transferred_and_the_reaction_of_the_consumer_ends_the_run(bench_ssd, scenario, cli, tmp_path):
     text = '[[fault]]\nconnection = "echo.u[1]"\nkind = "nan"\nfrom = 0.004\nto = 0.005\n'
     done = cli("run", bench_ssd, "--faults", scenario(text), "--out", tmp_path / "out")
     assert done.returncode == 1
     assert done.stderr.strip() == "lockstep: echo.y[1]: is nan at 0.004 s; every exchanged value must be finite"
-    told = [(event["event"], event.get("state")) for event in events(tmp_path / "out")]
-    assert told == [("start", None), ("fault", "begin"), ("end", None)]  # it acted when the run ended
+    recorded = [(event["event"], event.get("state")) for event in events(tmp_path / "out")]
+    assert recorded == [("start", None), ("fault", "begin"), ("end", None)]  # it acted when the run ended
 
 
 def test_noise_depends_on_seed_names_and_time_alone(bench_ssd, scenario, cli, tmp_path):
@@ -258,7 +258,7 @@ def run(cli, system, faults, out, *more):
     return read_signals(out)
 
 
-def test_a_fault_acts_on_transfers_and_what_is_held_stays(bench_ssd, scenario, cli, tmp_path):
+def test_fault_acts_on_transfers_and_held_values_stay(bench_ssd, scenario, cli, tmp_path):
     """An echo of 5 ms: a window from 22 to 33 ms meets its steps at 25 and 30 ms; delays are in ticks of the system."""
     text = """
 [[fault]]
@@ -282,7 +282,7 @@ to = 0.06
     np.testing.assert_array_equal(signals["echo.y[1]"], expected)
 
 
-def test_faults_reach_an_fmu_in_a_process_of_its_own(bench_ssd, scenario, cli, tmp_path):
+def test_faults_reach_an_isolated_fmu(bench_ssd, scenario, cli, tmp_path):
     text = """
 [[fault]]
 connection = "gain.u"
@@ -305,7 +305,7 @@ to = 0.025
     np.testing.assert_array_equal(isolated["gain.y"], expected)
 
 
-def test_behind_an_adapter_faults_are_on_our_ports_and_on_parameters_of_theirs(
+def test_faults_on_an_adapted_component_name_its_ports_and_the_parameters_of_the_fmu(
     bench_ssd, toys, scenario, cli, tmp_path
 ):
     (tmp_path / "theirs.toml").write_text(

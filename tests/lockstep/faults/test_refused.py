@@ -1,4 +1,4 @@
-"""What a scenario file may not say, and the line that tells it, before any FMU is started."""
+"""Bad scenario files are refused in one line, before any FMU is started."""
 
 import re
 from dataclasses import replace
@@ -15,7 +15,7 @@ BIAS = {"connection": '"echo.u[1]"', "kind": '"bias"', "value": "1.0", "from": "
 
 
 def entry(**changes):
-    """Return a file of one fault; a change of None takes a key away."""
+    """Return a file of one fault; a change of None removes a key."""
     keys = BIAS | {key.rstrip("_"): value for key, value in changes.items()}
     return "[[fault]]\n" + "\n".join(f"{key} = {value}" for key, value in keys.items() if value is not None)
 
@@ -52,7 +52,7 @@ IN_THE_FILE = {
     entry(from_=None): "write from, and to unless it lasts to the end of the run; or at and duration",
     entry(at="0.02"): "write from, and to",
     entry(duration="0.02"): "duration = 0.02 goes with at",
-    entry(from_=None, at="0.02"): "at needs duration beside it; or write from, which lasts to the end of the run",
+    entry(from_=None, at="0.02"): "at needs duration as well; or write from, which lasts to the end of the run",
     entry(from_=None, at="0.02", to="0.03"): "to = 0.03 goes with from",
     entry(from_="-1.0"): "from = -1.0 must be >= 0 s; a run begins at 0",
     entry(from_='"soon"'): "from = 'soon' must be a number of seconds, for example 50.0",
@@ -68,7 +68,7 @@ AGAINST_THE_SYSTEM = {
     entry(connection='"echo.numbr"'): "no such connected input; .*did you mean echo.number?",
     entry(connection='"echo.u[1..3]"'): r"echo.u\[3\]: no such connected input; there are echo.u\[1..2\]",
     entry(connection='"echo.u[2..1]"'): r"the range \[2..1\] is empty",
-    entry(connection='"counter.count"'): r"is an output; write 'counter.count -> \*' for all that it feeds",
+    entry(connection='"counter.count"'): r"is an output; write 'counter.count -> \*' for all inputs that it feeds",
     entry(connection='"counter.cnt -> echo.*"'): "counter.cnt: no such output that feeds an input; "
     "there are counter.count",
     entry(connection='"counter.steps -> echo.u"'): "echo.u: no such connected input; there are echo.number",
@@ -95,7 +95,7 @@ AGAINST_THE_SYSTEM = {
 
 @pytest.fixture(scope="module")
 def plan(bench, toys):
-    """Return the plan of the bench with a second echo, of 10 ms, and the angles, whose inputs nothing feeds."""
+    """Return the plan of the bench with a second echo, of 10 ms, and the angles, whose inputs are not connected."""
     echo, count = bench.components[1], bench.connections[0]
     more = (
         replace(echo, name="slow", period=10 * MS, parameters={"u[2]": 0.0, "flag": False, "number": 0}),
@@ -111,7 +111,7 @@ def plan(bench, toys):
 
 
 @pytest.mark.parametrize("text", IN_THE_FILE)
-def test_the_file_is_refused(text, scenario):
+def test_bad_file_is_refused(text, scenario):
     path = scenario(text)
     with pytest.raises(InputError, match=IN_THE_FILE[text]) as caught:
         read_scenario(path)
@@ -120,7 +120,7 @@ def test_the_file_is_refused(text, scenario):
 
 
 @pytest.mark.parametrize("text", AGAINST_THE_SYSTEM)
-def test_what_does_not_fit_the_system_is_refused(text, scenario, plan):
+def test_fault_that_does_not_fit_the_system_is_refused(text, scenario, plan):
     with pytest.raises(InputError, match=AGAINST_THE_SYSTEM[text]) as caught:
         resolve([read_scenario(scenario(text))], plan)
     assert re.match(r"faults\.toml: fault 1 \(\w+\): ", str(caught.value))
@@ -134,7 +134,7 @@ def test_units_are_converted(scenario, plan):
         text = tuned(**keys)
         (group,) = resolve([read_scenario(scenario(text))], plan).settings
         values = np.array(group.originals, np.float64)
-        group.effect.see(20, values)
+        group.effect.observe(20, values)
         return group.effect.act(20, values)[0]
 
     assert altered(parameter='"angle.radians"', value="180.0", unit='"deg"') == pytest.approx(3.141592653589793)
@@ -142,7 +142,7 @@ def test_units_are_converted(scenario, plan):
     assert altered(parameter='"angle.kelvin"', value="5.0") == 285.0
 
 
-def test_nothing_is_left_behind(bench_ssd, scenario, cli, tmp_path):
+def test_refused_run_leaves_no_files(bench_ssd, scenario, cli, tmp_path):
     done = cli("run", bench_ssd, "--faults", scenario(entry(connection='"echo.v"')), "--out", tmp_path / "out")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("lockstep: faults.toml: fault 1 (bias): connection = 'echo.v': echo.v: no such")

@@ -1,4 +1,4 @@
-"""What a fault names: elements of an array in the order of their indices, so that a list of amounts fits them."""
+"""Targets of a fault: elements of an array in the order of their indices, as a list of amounts needs them."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from lockstep.fmi.model_description import Description, Variable
 
 SHUFFLED = ["p[10]", "p[2]", "a[2,10]", "p[1]", "a[1,2]", "a[2,2]"]
 VECTOR, MATRIX = ["p[1]", "p[2]", "p[10]"], ["a[1,2]", "a[2,2]", "a[2,10]"]
-FAULT = Fault(place="faults.toml: fault 1 (bias)", name="fault 1", kind="bias", begin=0, end=None)
+FAULT = Fault(location="faults.toml: fault 1 (bias)", name="fault 1", kind="bias", begin=0, end=None)
 
 
 def described(causality):
@@ -40,7 +40,7 @@ def test_connections_are_found_in_numeric_order(array, elements, pattern):
 
 
 def test_parameters_are_found_in_numeric_order():
-    fault = Fault(place=FAULT.place, name="f", kind="bias", begin=0, end=None, parameters=("y.p", "y.a"))
+    fault = Fault(location=FAULT.location, name="f", kind="bias", begin=0, end=None, parameters=("y.p", "y.a"))
 
     found = tunables(fault, system(), {"x": described("parameter"), "y": described("parameter")})
 

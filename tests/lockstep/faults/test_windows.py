@@ -1,11 +1,11 @@
-"""When faults acted, as the events of a run tell it."""
+"""Windows of faults, read from the events of a run."""
 
 import json
 
 from lockstep.faults.windows import fault_windows
 
 
-def test_begins_and_ends_are_put_together(tmp_path):
+def test_begin_and_end_of_a_fault_are_paired(tmp_path):
     one = {
         "event": "fault",
         "name": "one",

@@ -1,4 +1,4 @@
-"""A shadow in whole runs of toy FMUs, each in a fresh process: what is recorded, the hand-over, failures, refusals."""
+"""Shadows in whole runs of toy FMUs, each in a new process: recording, switchover, failures, bad options."""
 
 import json
 import tomllib
@@ -13,7 +13,7 @@ from lockstep.__main__ import main
 from lockstep.fmi.model_description import Variable
 from lockstep.shadow.blend import remaining
 from lockstep.shadow.ports import Joined, Match
-from lockstep.shadow.values import Values
+from lockstep.shadow.values import OutputValues
 from lockstep.system.component import Shadow
 
 MS = 1_000_000
@@ -27,7 +27,7 @@ def events(folder):
     return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
 
 
-def test_without_a_hand_over_the_run_is_the_same_bitwise(loop_ssd, toys, tmp_path, cli):
+def test_without_a_switchover_the_run_is_the_same_bitwise(loop_ssd, toys, tmp_path, cli):
     shadow = ("--shadow", f"counter={toys / 'toy_counter.fmu'}", "--set", "counter.shadow.gain=3")
     assert cli("run", loop_ssd, "--out", tmp_path / "alone").returncode == 0
     done = cli("run", loop_ssd, "--out", tmp_path / "shadowed", *shadow)
@@ -40,17 +40,17 @@ def test_without_a_hand_over_the_run_is_the_same_bitwise(loop_ssd, toys, tmp_pat
     np.testing.assert_array_equal(shadowed["counter.original.count"], steps)
     np.testing.assert_array_equal(shadowed["counter.shadow.count"], 3 * steps)
     np.testing.assert_array_equal(shadowed["counter.residual.count"], 2 * steps)
-    np.testing.assert_array_equal(shadowed["counter.shadow.began"], (steps - 1) / 1000)  # not handed over, but seen
-    assert "counter_shadow less counter, count, to 0.01 s: residual RMS 12.41, at most 12.41 in count" in done.stdout
-    told = tomllib.loads((tmp_path / "shadowed" / "run.toml").read_text())["component"][0]
-    assert told["period"] == 0.001
-    assert told["parameters"] == {"shadow.gain": 3.0}
-    assert told["shadow"]["source"] == str(toys / "toy_counter.fmu")
-    assert told["shadow"]["outputs"] == ["count", "even", "steps"]
-    assert "hand_over" not in told["shadow"]
+    np.testing.assert_array_equal(shadowed["counter.shadow.began"], (steps - 1) / 1000)  # shown, though it does not act
+    assert "counter_shadow minus counter, count, to 0.01 s: residual RMS 12.41, at most 12.41 in count" in done.stdout
+    recorded = tomllib.loads((tmp_path / "shadowed" / "run.toml").read_text())["component"][0]
+    assert recorded["period"] == 0.001
+    assert recorded["parameters"] == {"shadow.gain": 3.0}
+    assert recorded["shadow"]["source"] == str(toys / "toy_counter.fmu")
+    assert recorded["shadow"]["outputs"] == ["count", "even", "steps"]
+    assert "switchover" not in recorded["shadow"]
 
 
-def test_the_shadow_takes_over_at_its_own_rate_without_a_jump(loop_ssd, toys, tmp_path, cli):
+def test_shadow_acts_at_its_own_rate_without_a_jump(loop_ssd, toys, tmp_path, cli):
     adapter = tmp_path / "slower.toml"
     adapter.write_text(SLOWER)
     done = cli(
@@ -64,7 +64,7 @@ def test_the_shadow_takes_over_at_its_own_rate_without_a_jump(loop_ssd, toys, tm
     mean, weight = 0.0, 2 * 0.001 / 0.005
     for k in range(4):  # of the differences until then, the first of them equally
         mean += max(weight, 1 / (k + 1)) * (original[k] - shadow[k] - mean)
-    x = np.clip((tick - 4) / 5, 0, 1)  # ten steps are more than the blend: both parts pass together
+    x = np.clip((tick - 4) / 5, 0, 1)  # ten steps are more than the blend: both parts decay together
     expected = np.where(tick < 4, original, shadow + (1 - 10 * x**3 + 15 * x**4 - 6 * x**5) * (5.0 - 9.0))
 
     np.testing.assert_array_equal(run["counter.original.count"], original)
@@ -73,11 +73,11 @@ def test_the_shadow_takes_over_at_its_own_rate_without_a_jump(loop_ssd, toys, tm
     np.testing.assert_allclose(run["counter.count"], expected, rtol=1e-14)  # a polynomial, rounded otherwise
     assert run["counter.count"][4] == 5.0
     assert run["counter.count"][9] == shadow[9]
-    # what is no Real switches at once
+    # other types than Real switch at once
     np.testing.assert_array_equal(run["counter.steps"], np.where(tick < 4, tick + 1, tick // 2 + 1))
     np.testing.assert_array_equal(run["counter.even"], np.where(tick < 4, tick % 2, tick // 2 % 2))
     np.testing.assert_array_equal(run["echo.y"][:, 0], [1.0] * 5 + [run["counter.count"][5]] * 5)  # its consumer
-    (event,) = [event for event in events(tmp_path / "out") if event["event"] == "hand-over"]
+    (event,) = [event for event in events(tmp_path / "out") if event["event"] == "switchover"]
     assert (event["time"], event["to"], event["outputs"], event["offset"]) == (
         0.004,
         "counter_shadow",
@@ -85,21 +85,21 @@ def test_the_shadow_takes_over_at_its_own_rate_without_a_jump(loop_ssd, toys, tm
         [-4.0],
     )
     assert event["mean_offset"] == pytest.approx([mean], rel=1e-14)
-    assert "hand-over at 0.004 s: jump 0, without blending 4; step to it 1" in " ".join(done.stdout.split())
+    assert "switchover at 0.004 s: jump 0, without blending 4; step to it 1" in " ".join(done.stdout.split())
 
 
-def test_noise_of_the_last_sample_passes_soon_and_what_lasts_passes_slowly():
+def test_noise_of_the_last_sample_decays_soon_and_a_lasting_difference_slowly():
     name, ms = "y", MS
     plan = Shadow(
         component=Component(name="shadow", source=Path("x.fmu"), period=2 * ms), period=ms, outputs=(name,),
-        hand_over=400 * ms, blend=200 * ms,
+        switchover=400 * ms, blend=200 * ms,
     )  # fmt: skip
     port = Variable(name=name, reference=0, type="Real", causality="output")
-    joined = Joined(name="shadow", variables={name: port}, given=(), handed=(Match(shown=port, theirs=port),), seen=(),
-                    applied=(), told=None)  # fmt: skip
-    values, acting = Values("Real", joined, plan), []
+    joined = Joined(name="shadow", variables={name: port}, given=(), acting=(Match(shown=port, shadow=port),), seen=(),
+                    applied=(), applied_valid=None)  # fmt: skip
+    values, acting = OutputValues("Real", joined, plan), []
     for k in range(700):
-        values.original[:] = 1.0 + (0.5 if k == 400 else 0.0)  # with a spike when the shadow takes over
+        values.original[:] = 1.0 + (0.5 if k == 400 else 0.0)  # with a spike at the switchover
         values.raw[:] = 3.0
         values.pulled()
         if k == 400:
@@ -117,7 +117,7 @@ def test_noise_of_the_last_sample_passes_soon_and_what_lasts_passes_slowly():
     assert np.max(np.abs(np.diff(acting[400:]))) < 0.05
 
 
-def test_the_offset_passes_smoothly():
+def test_remaining_share_is_smooth():
     shares = np.array([remaining(k, 1000) for k in range(1001)])
     assert (shares[0], shares[500], shares[1000]) == (1.0, 0.5, 0.0)
     assert np.all(np.diff(shares) < 0.0)
@@ -152,7 +152,7 @@ def tracking(toys, tmp_path):
 
 
 @pytest.mark.parametrize("isolated", [False, True], ids=["shared", "isolated"])
-def test_a_shadow_is_told_what_acted_in_its_last_step(tracking, toys, tmp_path, cli, isolated):
+def test_shadow_gets_the_value_that_acted_in_its_last_step(tracking, toys, tmp_path, cli, isolated):
     done = cli(
         "run", tracking, "--out", tmp_path / "out", "--shadow", f"tracker={toys / 'toy_tracker.fmu'}",
         "--set", "tracker.shadow.gain=3", "--switchover", "0.005", "--blend", "0",
@@ -167,13 +167,13 @@ def test_a_shadow_is_told_what_acted_in_its_last_step(tracking, toys, tmp_path, 
     np.testing.assert_array_equal(run["tracker.shadow.y"], 3.0 * count)
     np.testing.assert_array_equal(run["tracker.shadow.applied_seen"], [0.0, *acting[:-1]])
     assert np.all(run["tracker.shadow.valid_seen"] == 1.0)
-    assert not np.any(run["tracker.valid_seen"])  # the original hears what its inputs say
+    assert not np.any(run["tracker.valid_seen"])  # the original gets its connected inputs
     np.testing.assert_array_equal(run["echo.y"][:, 0], [0.0, *acting[:-1]])  # the delay of the connection stays
-    told = tomllib.loads((tmp_path / "out" / "run.toml").read_text())["component"]
-    assert told[[c["name"] for c in told].index("tracker")]["shadow"]["isolated"] is isolated
+    components = tomllib.loads((tmp_path / "out" / "run.toml").read_text())["component"]
+    assert next(c for c in components if c["name"] == "tracker")["shadow"]["isolated"] is isolated
 
 
-def test_a_slower_shadow_is_told_the_mean(tracking, toys, tmp_path, cli):
+def test_slower_shadow_gets_the_mean_of_what_acted(tracking, toys, tmp_path, cli):
     adapter = tmp_path / "slower.toml"
     ports = {"input": ("u", "applied.y", "applied.valid"), "output": ("y", "applied_seen", "valid_seen")}
     adapter.write_text(
@@ -187,11 +187,11 @@ def test_a_slower_shadow_is_told_the_mean(tracking, toys, tmp_path, cli):
         "--shadow-adapter", adapter,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    heard = read_signals(tmp_path / "out")["tracker.shadow.applied_seen"]
-    np.testing.assert_array_equal(heard, np.repeat([0.0, 1.5, 3.5, 5.5, 7.5], 2))
+    applied = read_signals(tmp_path / "out")["tracker.shadow.applied_seen"]
+    np.testing.assert_array_equal(applied, np.repeat([0.0, 1.5, 3.5, 5.5, 7.5], 2))
 
 
-def test_after_the_hand_over_the_original_may_fail(loop_ssd, toys, tmp_path, cli):
+def test_after_the_switchover_the_original_may_fail(loop_ssd, toys, tmp_path, cli):
     given = ("--shadow", f"counter={toys / 'toy_counter.fmu'}", "--switchover", "0.004", "--blend", "0.002")
     failing = ("--set", "counter.fail_at=7", "--set", "counter.shadow.fail_at=-1")
     assert cli("run", loop_ssd, "--out", tmp_path / "usual", *given).returncode == 0
@@ -210,7 +210,7 @@ def test_after_the_hand_over_the_original_may_fail(loop_ssd, toys, tmp_path, cli
 
 
 @pytest.mark.parametrize(
-    ("given", "process", "told"),
+    ("given", "process", "message"),
     [
         (("fail_at=3", "shadow.fail_at=-1"), ("--isolate", "counter"), "counter: fmi2DoStep returned fmi2"),
         (("shadow.fail_at=3",), ("--isolate", "counter_shadow"), "counter_shadow: fmi2DoStep returned fmi2"),
@@ -219,18 +219,18 @@ def test_after_the_hand_over_the_original_may_fail(loop_ssd, toys, tmp_path, cli
     ],
     ids=["original", "isolated", "shared", "nan"],
 )
-def test_a_failure_before_the_hand_over_ends_the_run_by_name(loop_ssd, toys, tmp_path, cli, given, process, told):
+def test_failure_before_the_switchover_ends_the_run_by_name(loop_ssd, toys, tmp_path, cli, given, process, message):
     shadow = ("--shadow", f"counter={toys / 'toy_counter.fmu'}", "--switchover", "0.006")
     settings = [word for text in given for word in ("--set", f"counter.{text}")]
     done = cli("run", loop_ssd, "--out", tmp_path / "out", *shadow, *settings, *process)
     assert done.returncode == 1
-    assert told in done.stderr
+    assert message in done.stderr
     assert " at 0.002 s" in done.stderr
     assert done.stderr.count("\n") == 1
     assert len(read_signals(tmp_path / "out").time) == 2  # what was simulated stays readable
 
 
-def test_what_cannot_be_is_refused_in_one_line(loop, loop_ssd, toys, tmp_path, capsys):
+def test_bad_options_are_refused_in_one_line(loop, loop_ssd, toys, tmp_path, capsys):
     counter, echo = toys / "toy_counter.fmu", toys / "toy_echo.fmu"
     adapter = tmp_path / "slower.toml"
     adapter.write_text(SLOWER)
@@ -239,9 +239,9 @@ def test_what_cannot_be_is_refused_in_one_line(loop, loop_ssd, toys, tmp_path, c
         out = tmp_path / "none"
         assert main(["run", *map(str, (system, "--out", out, *given))]) == 2
         assert not out.exists()
-        told = capsys.readouterr().err
-        assert told.count("\n") == 1
-        return told
+        printed = capsys.readouterr().err
+        assert printed.count("\n") == 1
+        return printed
 
     shadow = ("--shadow", f"counter={counter}")
     assert "--switchover 1: needs --shadow COMPONENT=FMU as well" in refused("--switchover", 1)
@@ -250,14 +250,16 @@ def test_what_cannot_be_is_refused_in_one_line(loop, loop_ssd, toys, tmp_path, c
     assert "countr: no such component; there are counter, echo, plant; did you mean counter?" in refused(
         "--shadow", f"countr={counter}"
     )
-    assert "hand-over 0.01 s: the run ends at 0.01 s; hand over before that" in refused(*shadow, "--switchover", "0.01")
-    assert "hand-over 0.0015 s is no step of counter and its shadow, whose periods are 0.001 s and 0.001 s; choose 0.001 s or 0.002 s" in refused(*shadow, "--switchover", "0.0015")  # fmt: skip  # noqa: E501
+    assert "switchover 0.01 s: the run ends at 0.01 s; choose an earlier time" in refused(
+        *shadow, "--switchover", "0.01"
+    )
+    assert "switchover 0.0015 s is no step of counter and its shadow, whose periods are 0.001 s and 0.001 s; choose 0.001 s or 0.002 s" in refused(*shadow, "--switchover", "0.0015")  # fmt: skip  # noqa: E501
     assert "choose 0.002 s or 0.004 s" in refused(*shadow, "--shadow-adapter", adapter, "--switchover", "0.003")
-    assert "hand-over -1 s must be >= 0 s" in refused(*shadow, "--switchover", "-1")
+    assert "switchover -1 s must be >= 0 s" in refused(*shadow, "--switchover", "-1")
     assert "blend -1 s must be >= 0 s; 0 switches at once" in refused(*shadow, "--switchover", "0.002", "--blend", "-1")
     assert "counter_shadow.count: no such output; counter_shadow has" in refused("--shadow", f"counter={echo}")
-    assert "echo: nothing reads an output of it" in refused("--shadow", f"echo={echo}")
-    assert "plant: is continuous; a shadow and what it may replace have to be sampled" in refused(
+    assert "echo: nothing reads its outputs" in refused("--shadow", f"echo={echo}")
+    assert "plant: is continuous; a shadow and the component that it may replace must be sampled" in refused(
         "--shadow", f"plant={toys / 'toy_integrator.fmu'}"
     )
     assert "counter.shadow.gian: no such parameter" in refused(*shadow, "--set", "counter.shadow.gian=1")

@@ -1,4 +1,4 @@
-"""Values of every type of FMI 3.0, arrays and texts too, reach a shadow and are handed over."""
+"""Values of every type of FMI 3.0, arrays and texts too, reach a shadow and act after the switchover."""
 
 import shutil
 

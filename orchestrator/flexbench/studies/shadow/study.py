@@ -11,7 +11,7 @@ from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND
 from lockstep import InputError, Signals
-from lockstep.shadow.residual import Jump, Residual, Ride, jump, read_ride, residuals
+from lockstep.shadow.residual import Jump, Residual, ShadowRun, jump, read_shadow_run, residuals
 
 from ...runs import histories
 from ...runs.metrics import root_mean_square
@@ -40,9 +40,9 @@ class Window:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """A judged run. Without a hand-over there is the window `before` only: the whole run from `since` on."""
+    """A judged run. Without a switchover there is the window `before` only: the whole run from `since` on."""
 
-    ride: Ride
+    recorded: ShadowRun
     since: float  # s
     residuals: tuple[Residual, ...]
     jump: Jump | None
@@ -99,33 +99,40 @@ def study(run: Run, since: float | None = None, window: float | None = None) -> 
     InputError
         If no shadow rode along, a signal was not recorded, or there is no room for the windows.
     """
-    ride, _ = read_ride(run.folder)
+    recorded, _ = read_shadow_run(run.folder)
     signals, design = run.signals(), run.design
     since = 0.0 if since is None else since
-    found = residuals(signals, ride, since)
-    if ride.hand_over is None:
+    found = residuals(signals, recorded, since)
+    if recorded.switchover is None:
         if window is not None:
-            raise InputError(f"--window {window:g}: this run has no hand-over; give --from instead")
+            raise InputError(f"--window {window:g}: this run has no switchover; give --from instead")
         return Study(
-            ride=ride, since=since, residuals=found, jump=None, blending=None, after=None,
-            before=_window(signals, design, since, ride.end),
+            recorded=recorded, since=since, residuals=found, jump=None, blending=None, after=None,
+            before=_window(signals, design, since, recorded.end),
         )  # fmt: skip
-    blended = ride.hand_over + ride.blend
-    room = min(ride.hand_over - since, ride.end - blended)
+    blended = recorded.switchover + recorded.blend
+    room = min(recorded.switchover - since, recorded.end - blended)
     if window is not None and not 0.0 < window <= room + 1e-9:
         raise InputError(
-            f"--window {window:g}: must be > 0 and at most {max(room, 0.0):g} s, the room before the hand-over at "
-            f"{ride.hand_over:g} s and after the blend, which ends at {blended:g} s"
+            f"--window {window:g}: must be > 0 and at most {max(room, 0.0):g} s, the room before the switchover at "
+            f"{recorded.switchover:g} s and after the blend, which ends at {blended:g} s"
         )
     length = room if window is None else window
-    after = _window(signals, design, ride.end - length, ride.end) if length > 0.0 else None
+    after = _window(signals, design, recorded.end - length, recorded.end) if length > 0.0 else None
     return Study(
-        ride=ride,
+        recorded=recorded,
         since=since,
         residuals=found,
-        jump=jump(signals, ride),
-        before=_window(signals, design, ride.hand_over - (length if after else ride.hand_over - since), ride.hand_over),
-        blending=_window(signals, design, ride.hand_over, min(blended, ride.end)) if ride.blend > 0.0 else None,
+        jump=jump(signals, recorded),
+        before=_window(
+            signals,
+            design,
+            recorded.switchover - (length if after else recorded.switchover - since),
+            recorded.switchover,
+        ),
+        blending=_window(signals, design, recorded.switchover, min(blended, recorded.end))
+        if recorded.blend > 0.0
+        else None,
         after=after,
     )
 

@@ -14,7 +14,7 @@ from .study import MEASURES, Study, Window
 RESULT = "shadow.json"
 RESIDUALS = ("output", "unit", "residual RMS", "largest", "bias", "original RMS", "share", "correlation", "later by")
 NOTE = (
-    "Residual: shadow less original, at every recorded row before the hand-over. Share: its RMS over that of the"
+    "Residual: shadow less original, at every recorded row before the switchover. Share: its RMS over that of the"
     " original. Later by: the shift at which the two correlate most, to a row. Torques act on the wheels."
 )
 
@@ -55,35 +55,35 @@ def _windows(found: Study) -> list[tuple[str, Window]]:
 
 def summary(found: Study) -> list[str]:
     """Return what a reader wants first, as sentences."""
-    ride, unit = found.ride, found.residuals[0].unit
+    recorded, unit = found.recorded, found.residuals[0].unit
     told = [
-        f"{Path(ride.manifest['source']).name} rode along beside {ride.component} until"
-        f" {ride.end if ride.hand_over is None else ride.hand_over:g} s:"
+        f"{Path(recorded.about['source']).name} ran in shadow of {recorded.component} until"
+        f" {recorded.end if recorded.switchover is None else recorded.switchover:g} s:"
         f" residual RMS over {len(found.residuals)} outputs {total_rms(found.residuals):.4g} {unit}."
     ]
     if found.jump is not None:
         told.append(
-            f"It took over at {ride.hand_over:g} s with a jump of {found.jump.acting:.3g} {unit}; a switch would have"
-            f" jumped by {found.jump.at_once:.4g} {unit}, and this difference passed within {ride.blend:g} s. The step"
-            f" to the hand-over is {found.jump.step:.4g} {unit}, those within 1 s of it are up to"
-            f" {found.jump.neighbours:.4g}."
+            f"It took over at {recorded.switchover:g} s with a jump of {found.jump.acting:.3g} {unit}; a hard switch"
+            f" would have jumped by {found.jump.at_once:.4g} {unit}, and this difference decayed within"
+            f" {recorded.blend:g} s. The step to the switchover is {found.jump.step:.4g} {unit}, those within 1 s of it"
+            f" are up to {found.jump.neighbours:.4g}."
         )
-    if ride.hand_over is not None and found.after is None:
+    if recorded.switchover is not None and found.after is None:
         told.append("The run ends before the difference has passed: nothing to compare with.")
     return told
 
 
 def write_study(found: Study, run: Run) -> Path:
     """Leave shadow.json in the results folder, in SI; return its path."""
-    ride = found.ride
+    recorded = found.recorded
     content = {
         "configuration": run.configuration,
         "seed": run.seed,
-        "component": ride.component,
-        "shadow": {key: ride.manifest[key] for key in ("name", "source", "sha256", "period")},
+        "component": recorded.component,
+        "shadow": {key: recorded.about[key] for key in ("name", "source", "sha256", "period")},
         "since": found.since,
-        "hand_over": ride.hand_over,
-        "blend": ride.blend,
+        "switchover": recorded.switchover,
+        "blend": recorded.blend,
         "residual_rms": total_rms(found.residuals),
         "residuals": [asdict(one) | {"relative": one.relative} for one in found.residuals],
         "jump": None if found.jump is None else asdict(found.jump),

@@ -9,7 +9,7 @@ from flexbench.figures.shadow import shadow_figure
 from flexbench.studies.shadow.study import Study, Window
 from flexsat.parameters import ARCSECOND
 from lockstep import InputError, Signals
-from lockstep.shadow.residual import Ride, jump, residuals, total_rms
+from lockstep.shadow.residual import ShadowRun, jump, residuals, total_rms
 
 INTERVAL, END = 0.005, 20.0
 TIME = np.arange(round(END / INTERVAL)) * INTERVAL
@@ -31,16 +31,16 @@ def made_up(original, shadow, acting):
     return Signals(time=TIME, columns=columns, units=dict.fromkeys(columns, "N.m"), descriptions={})
 
 
-def ride(hand_over=None, blend=2.0):
-    """Return a ride of the two outputs."""
+def recorded(switchover=None, blend=2.0):
+    """Return a recorded of the two outputs."""
     outputs = ("wheel.torque[1]", "wheel.torque[2]")
-    return Ride(component="controller", outputs=outputs, hand_over=hand_over, blend=blend, end=END,
-                manifest={"source": "vendor.fmu"})  # fmt: skip
+    return ShadowRun(component="controller", outputs=outputs, switchover=switchover, blend=blend, end=END,
+                about={"source": "vendor.fmu"})  # fmt: skip
 
 
-def test_a_lag_a_bias_and_a_share_are_told():
+def test_lag_bias_and_share_are_computed():
     signals = made_up(SINE, 0.5 * LATE + 0.01, SINE)
-    one, half = residuals(signals, ride())
+    one, half = residuals(signals, recorded())
 
     assert one.lag == pytest.approx(0.04)
     assert one.bias == pytest.approx(0.01, rel=1e-9)  # the sine's mean is zero
@@ -56,41 +56,41 @@ def test_a_lag_a_bias_and_a_share_are_told():
     assert total_rms((one, half)) == pytest.approx(one.rms * np.sqrt(1.25 / 2.0))
 
 
-def test_residuals_end_at_the_hand_over_and_begin_where_told():
+def test_residuals_begin_at_the_given_time_and_end_at_the_switchover():
     shadow = SINE + np.where(TIME < 2.0, 1.0, np.where(TIME < 10.0, 0.1, 5.0))
     signals = made_up(SINE, shadow, SINE)
 
-    assert residuals(signals, ride(10.0), since=2.0)[0].rms == pytest.approx(0.1)
-    assert residuals(signals, ride(10.0))[0].rms == pytest.approx(np.sqrt((1.0 * 2.0 + 0.01 * 8.0) / 10.0))
-    with pytest.raises(InputError, match="no two rows were recorded from 10 s to the hand-over"):
-        residuals(signals, ride(10.0), since=10.0)
+    assert residuals(signals, recorded(10.0), since=2.0)[0].rms == pytest.approx(0.1)
+    assert residuals(signals, recorded(10.0))[0].rms == pytest.approx(np.sqrt((1.0 * 2.0 + 0.01 * 8.0) / 10.0))
+    with pytest.raises(InputError, match="no two rows were recorded from 10 s to the switchover"):
+        residuals(signals, recorded(10.0), since=10.0)
 
 
 def test_constant_outputs_have_no_correlation():
-    (one, _) = residuals(made_up(0.0 * TIME, SINE, 0.0 * TIME), ride())
+    (one, _) = residuals(made_up(0.0 * TIME, SINE, 0.0 * TIME), recorded())
     assert (one.correlation, one.lag, one.relative) == (None, None, None)
 
 
-def test_a_jump_is_told_beside_its_neighbours():
+def test_jump_is_computed_with_its_neighbours():
     hard = made_up(SINE, SINE + 0.2, np.where(TIME < 10.0, SINE, SINE + 0.2))
     smooth = made_up(SINE, SINE + 0.2, np.where(TIME < 10.0, SINE, SINE + 0.2 * np.clip((TIME - 10.0) / 2.0, 0, 1)))
     usual = np.max(np.abs(np.diff(SINE)))
 
-    told = jump(hard, ride(10.0, 0.0))
-    assert (told.acting, told.at_once) == pytest.approx((0.2, 0.2))
-    assert told.step == pytest.approx(0.2 + usual, rel=1e-3)  # steepest at a zero of the sine
-    assert told.neighbours == pytest.approx(usual, rel=1e-6)
-    told = jump(smooth, ride(10.0))
-    assert told.acting == pytest.approx(0.0, abs=1e-15)
-    assert told.at_once == pytest.approx(0.2)
-    assert told.step == pytest.approx(usual, rel=1e-3)
-    assert jump(smooth, ride()) is None
+    found = jump(hard, recorded(10.0, 0.0))
+    assert (found.acting, found.at_once) == pytest.approx((0.2, 0.2))
+    assert found.step == pytest.approx(0.2 + usual, rel=1e-3)  # steepest at a zero of the sine
+    assert found.neighbours == pytest.approx(usual, rel=1e-6)
+    found = jump(smooth, recorded(10.0))
+    assert found.acting == pytest.approx(0.0, abs=1e-15)
+    assert found.at_once == pytest.approx(0.2)
+    assert found.step == pytest.approx(usual, rel=1e-3)
+    assert jump(smooth, recorded()) is None
 
 
-@pytest.mark.parametrize("hand_over", [None, 10.0])
-def test_no_words_of_the_figure_overlap(crowded, hand_over):
-    signals, rode = made_up(SINE, LATE, SINE), replace(ride(), hand_over=hand_over)
+@pytest.mark.parametrize("switchover", [None, 10.0])
+def test_no_words_of_the_figure_overlap(crowded, switchover):
+    signals, rode = made_up(SINE, LATE, SINE), replace(recorded(), switchover=switchover)
     window = Window(start=0.0, end=END, values={})
-    found = Study(ride=rode, since=0.0, residuals=residuals(signals, rode), jump=jump(signals, rode), before=window,
+    found = Study(recorded=rode, since=0.0, residuals=residuals(signals, rode), jump=jump(signals, rode), before=window,
                   blending=None, after=None)  # fmt: skip
     assert crowded(shadow_figure(signals, found)) == []
