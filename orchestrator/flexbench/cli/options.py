@@ -55,7 +55,7 @@ def seed_overrides(system: System, seed: int | None) -> dict[str, Value]:
     The default seed is for those that have a seed and are not given one by the system file: the plant of another maker
     may have none.
     """
-    names = [c.name for c in system.components if c.name.rpartition("/")[2] in _SEEDED]
+    names = [c.name for part in _SEEDED for c in system.components if c.name.rpartition("/")[2] == part]
     if seed is not None:
         return {f"{name}.seed": seed for name in names or _SEEDED}
     return {f"{name}.seed": DEFAULT_SEED for name in names if _has_free_seed(system, name)}
