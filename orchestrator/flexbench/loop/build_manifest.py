@@ -18,7 +18,8 @@ from flexsat.parameters import Configuration, ConfigurationName
 from .scenarios import SCENARIOS, scenario_parameters
 
 MANIFEST = "manifest.json"
-PACKAGES = ("flexsat", "numpy", "scipy", "clarabel", "pythonfmu", "matplotlib")  # what the content of an FMU depends on
+# packages that the content of an FMU depends on
+PACKAGES = ("flexsat", "numpy", "scipy", "control", "clarabel", "pythonfmu", "matplotlib", "jinja2")
 
 
 def versions() -> dict[str, str]:

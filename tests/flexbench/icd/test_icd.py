@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexbench.html.document import Heading, Paragraph, Table, as_markdown
+from flexbench.html.document import Heading, Table, as_markdown
 from flexbench.html.render import as_html
 from flexbench.icd.contents import icd_blocks
 from flexbench.icd.ranges import signal_ranges
@@ -145,12 +145,3 @@ def test_page_closes_its_tags_and_needs_no_network(blocks):
     words = " ".join(reader.text)
     assert "modified Rodrigues parameters" in words
     assert "nominal speed [rpm]" in words
-
-
-def test_texts_are_escaped():
-    blocks = [Heading(1, "a < b"), Paragraph("x & y"), Table(("p|q",), [["<i>|"]], frozenset())]
-    page = as_html(blocks)
-    assert "<title>a &lt; b</title>" in page
-    assert "x &amp; y" in page
-    assert "&lt;i&gt;|" in page
-    assert "| <i>\\| |" in as_markdown(blocks)
