@@ -1,5 +1,7 @@
 """A wheel that seizes: closed forms for a rigid body, invariants for the flexible one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -95,3 +97,17 @@ def test_without_friction_no_bit_changes(design, quiet_run):
             outputs = stepper.step(plant, state, torque, brakes)
         ends.append(outputs.flat.copy())
     assert np.array_equal(*ends)
+
+
+def test_wheels_on_one_axis_are_held_together_within_a_step(centralised, quiet_run, rigid):
+    """Opposite wheels on a body that is lighter than they are: each brake turns the mount of the other."""
+    matrices = rigid(centralised)
+    mass = matrices.mass_matrix.copy()
+    mass[3, 3] = 0.5 * matrices.wheel_inertia
+    speed = np.array([40.0, 0.0, 0.0, -25.0, 0.0, 0.0])
+    matrices = replace(matrices, mass_matrix=mass)
+    plant = stepper.prepare(matrices, quiet_run(matrices, wheel_speed=speed), 1e-3)
+    outputs = stepper.step(plant, stepper.init(plant), np.zeros(plant.input_count), friction(plant, 1e9, 0, 3))
+    assert np.abs(outputs.wheel_speed).max() < 1e-12 * 40.0  # rounding
+    turned = matrices.wheel_inertia * (speed[0] - speed[3]) / (mass[3, 3] + 2.0 * matrices.wheel_inertia)
+    assert_allclose(outputs.rate, [turned, 0.0, 0.0], rtol=1e-12, atol=1e-12)  # momentum is kept

@@ -1,5 +1,7 @@
 """The plant against PHYSICS section 2 written out independently, and closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -266,3 +268,21 @@ def test_refusals(centralised, quiet_run):
         quiet_run(centralised.plant, inertia_dispersion=np.array([0.0, -1.0, 0.0]))
     with pytest.raises(ValueError, match="period must be > 0"):
         stepper.prepare(centralised.plant, quiet_run(centralised.plant), 0.0)
+
+
+def test_accelerometers_feel_every_term(distributed, quiet_run):
+    """a . (v' + w x v + w' x r + w x (w x r)) and the deflection's acceleration; anywhere, along any axis."""
+    rng = np.random.default_rng(11)
+    m, n, k = distributed.plant.modes, distributed.plant.wheels, len(distributed.plant.accelerometer_axis)
+    axis, position = rng.standard_normal((k, 3)), 10.0 * rng.standard_normal((k, 3))
+    matrices = replace(distributed.plant, accelerometer_axis=axis, accelerometer_position=position)
+    rate, velocity = np.array([0.4, -0.3, 0.5]), np.array([0.2, 0.5, -0.4])
+    parameters = quiet_run(matrices, rate=rate, velocity=velocity, wheel_speed=np.linspace(-20.0, 20.0, n))
+    nothing = (np.zeros(n), np.zeros((4, n)), np.zeros(3), np.zeros(3))
+    change = equations(distributed.spacecraft, *nothing)(0.0, start_vector(matrices, parameters))
+    acceleration, turning, flexing = change[3:6], change[6:9], change[9 + m : 9 + 2 * m]
+    rigid = acceleration + np.cross(rate, velocity) + np.cross(turning, position)
+    rigid += np.cross(rate, np.cross(rate, position))
+    exact = np.sum(axis * rigid, axis=1) + matrices.accelerometer_deflection @ flexing
+    sensed = stepper.init(stepper.prepare(matrices, parameters, 1e-3)).outputs.accelerometer_site_acceleration
+    assert_allclose(sensed, exact, atol=1e-12 * np.abs(exact).max())  # rounding of products and of a solve of 31 rows

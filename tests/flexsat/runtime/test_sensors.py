@@ -1,6 +1,7 @@
 """Sensors and wheel jitter: statistics, rates, filter and formulas."""
 
-from dataclasses import replace
+from copy import deepcopy
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from flexsat.runtime import sensors
+from flexsat.runtime.plant_parameters import PlantParameters, parameters_of_run
 from flexsat.runtime.sensor_parameters import SensorParameters
 
 WHEELS, GYROS, ACCELEROMETERS = 4, 3, 2
@@ -151,6 +153,37 @@ def test_filter_passes_what_is_constant():
     given = parameters(fast_steps=1)
     *_, last = observe(given, 100, lambda _: {"acceleration": np.array([1.0, -2.0])})
     assert_allclose(last["accelerometer"], [1.0, -2.0], rtol=1e-12)  # exp(-355 x .1 s) of the start is left: 4e-16
+
+
+def test_filter_starts_at_rest_with_its_first_input():
+    """From the first sample on: the step response, 1 - exp(-a t) (cos a t + sin a t) with a = corner / sqrt 2."""
+    given = parameters(fast_steps=1)
+    seen = [out["accelerometer"] for out in observe(given, 8, lambda _: {"acceleration": np.array([1.0, -2.0])})]
+    t = np.sqrt(0.5) * 2.0 * np.pi * 80.0 * STEP * np.arange(8)
+    exact = 1.0 - np.exp(-t) * (np.cos(t) + np.sin(t))
+    assert_allclose(seen, np.outer(exact, [1.0, -2.0]), atol=1e-14)  # rounding of eight small products
+
+
+def test_random_streams_are_those_of_no_other_component(centralised, quiet_run):
+    """Plant and sensors of one seed draw different numbers; each of the sensors' two streams its own."""
+    matrices = centralised.plant
+    n = matrices.wheels
+    quiet = {item.name: getattr(quiet_run(matrices), item.name) for item in fields(PlantParameters)}
+    unused = ("wheel_speed", "wheel_angle")
+    rest = {name: value for name, value in quiet.items() if name not in unused}
+    drawn = parameters_of_run(
+        matrices, seed=5, random_wheel_phases=True, attitude_deviation=1.0, wheel_speed_offset=np.zeros(n),
+        wheel_angle=np.zeros(n), **rest,
+    )  # fmt: skip
+    state = sensors.init(sensors.prepare(parameters(seed=5)))
+    generators = [state.noise, state.disturbance]
+    uniform = [deepcopy(generator).uniform(0.0, 2.0 * np.pi, n) for generator in generators]
+    normal = [deepcopy(generator).standard_normal(3) for generator in generators]
+    for phases in uniform:
+        assert not np.isclose(phases, drawn.wheel_angle).any()
+    for errors in normal:
+        assert not np.isclose(0.25 * errors, drawn.mrp).any()
+    assert not np.isclose(*uniform).any()
 
 
 def test_harmonic_jitter_at_mid_step():

@@ -1,11 +1,13 @@
 """Sampling against closed forms and SciPy's exponential."""
 
+import math
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
-from flexsat.runtime.zero_order_hold import matrix_exponential, zero_order_hold
+from flexsat.runtime.zero_order_hold import matrix_exponential, transition, zero_order_hold
 
 
 def test_held_undamped_mode_matches_closed_form():
@@ -45,6 +47,15 @@ def test_exponential_of_the_plant(design, period):
     # squarings amplify rounding by the norm: 1e-16 times |A| h, and both err so
     bound = 1e-15 * (1.0 + np.linalg.norm(matrix, 1))
     assert np.linalg.norm(ours - theirs, 1) < bound * np.linalg.norm(theirs, 1)
+
+
+@pytest.mark.parametrize("exponent", [-0.5, 0.5, 0.4, -1.0, 2.0])
+def test_series_is_long_enough_for_rounding_alone(exponent):
+    """One number: exp(x), and its integral from 0 to 1, (exp(x) - 1) / x; 1/2 is the largest scaled norm."""
+    whole, integral = transition(np.array([[exponent]]), 1.0)
+    rounding = 2e-15  # some terms of the series, doubled by at most two squarings; 12 terms would leave 1e-14
+    assert_allclose(whole, [[math.exp(exponent)]], rtol=rounding)
+    assert_allclose(integral, [[math.expm1(exponent) / exponent]], rtol=rounding)
 
 
 def test_hold_composes(design):

@@ -133,6 +133,39 @@ def test_outputs_on_demand_follow_steps_and_inputs_that_feed_through(toy):
     assert toy.evaluations == 3
 
 
+class Lazy(ComponentSlave):
+    """Count steps, and show the count on demand."""
+
+    def ports(self):
+        return (Port(name="count", causality="output", description="steps done", on_demand=True),)
+
+    def start(self):
+        self.state = Steps(count=0)
+
+    def advance(self, _time, _step):
+        self.state.count += 1
+
+    def evaluate(self):
+        self.view("count")[()] = self.state.count
+
+
+def test_outputs_on_demand_are_computed_again_after_each_step():
+    lazy = Lazy(instance_name="lazy")
+    lazy.enter_initialization_mode()
+    lazy.exit_initialization_mode()
+    seen = [lazy.get_real([0])]
+    for k in range(3):  # the second time by the plan made in the first
+        lazy.do_step(0.1 * k, 0.1)
+        seen.append(lazy.get_real([0]))
+    saved = lazy._get_fmu_state()
+    lazy.do_step(0.3, 0.1)
+    lazy._set_fmu_state(saved)
+
+    assert seen == [[0.0], [1.0], [2.0], [3.0]]
+    assert lazy.get_real([0]) == [3.0]
+    assert messages(lazy) == []
+
+
 def test_initial_outputs_are_true_during_initialisation():
     toy = Toy(instance_name="toy")
     toy.enter_initialization_mode()
