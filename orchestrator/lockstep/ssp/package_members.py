@@ -3,10 +3,8 @@
 from pathlib import Path
 from urllib.parse import quote, unquote
 
-from lxml import etree  # type: ignore[import-untyped]
-
 from lockstep.errors import InputError
-from lockstep.ssp.xml import MAIN, NS, parse
+from lockstep.ssp.xml import DESCRIPTION, MAIN, NS, document_bytes, parse
 
 _NAMED = "//ssd:Component | //ssd:ParameterBinding | //ssd:ParameterMapping | //ssd:SignalDictionary"
 
@@ -25,7 +23,7 @@ def package_entries(path: Path) -> dict[str, bytes]:
         text = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot read the system description ({error.strerror})") from None
-    root = parse(text, str(path), "SystemStructureDescription.xsd")
+    root = parse(text, str(path), DESCRIPTION)
     places: dict[Path, str] = {}
     for element in root.xpath(_NAMED, namespaces=NS):
         source = element.get("source")
@@ -45,7 +43,7 @@ def package_entries(path: Path) -> dict[str, bytes]:
             entries[place] = file.read_bytes()
         except OSError as error:
             raise InputError(f"{path}: cannot read {file}, which it names ({error.strerror})") from None
-    entries[MAIN] = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+    entries[MAIN] = document_bytes(root)
     return entries
 
 

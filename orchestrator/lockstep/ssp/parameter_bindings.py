@@ -6,19 +6,8 @@ from dataclasses import dataclass
 from lockstep.errors import InputError
 from lockstep.ssp.location import Place
 from lockstep.ssp.tree import Setting
-from lockstep.ssp.xml import (
-    MAPPING,
-    NS,
-    PARAMETERS,
-    Element,
-    parse,
-    read_enumerations,
-    read_hop,
-    read_units,
-    read_value,
-    unique,
-    validate,
-)
+from lockstep.ssp.typed_values import read_enumerations, read_hop, read_units, read_value
+from lockstep.ssp.xml import MAPPING, NS, PARAMETERS, Element, parse, unique, validate
 from lockstep.system.component import Value
 from lockstep.system.units import Unit
 

@@ -10,22 +10,8 @@ from lockstep.ssp.location import Place
 from lockstep.ssp.parameter_bindings import Base, read_bindings
 from lockstep.ssp.signal_dictionary import Dictionary, bus, read_dictionaries
 from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
-from lockstep.ssp.xml import (
-    DESCRIPTION,
-    MAIN,
-    NS,
-    SSC,
-    TYPES,
-    Element,
-    items_of,
-    local_name,
-    parse,
-    read_enumerations,
-    read_hop,
-    read_units,
-    unique,
-    unit_named,
-)
+from lockstep.ssp.typed_values import TYPES, items_of, read_enumerations, read_hop, read_units, unit_named
+from lockstep.ssp.xml import DESCRIPTION, MAIN, NS, SSC, Element, local_name, parse, unique
 from lockstep.system.clock import nanoseconds
 from lockstep.system.units import Unit
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.ssp.location import Place
 from lockstep.ssp.tree import Bus, Port
-from lockstep.ssp.xml import DICTIONARY, NS, Element, parse, read_enumerations, read_units, unique, validate
+from lockstep.ssp.typed_values import read_enumerations, read_units
+from lockstep.ssp.xml import DICTIONARY, NS, Element, parse, unique, validate
 
 _TYPE = "application/x-ssp-signal-dictionary"
 

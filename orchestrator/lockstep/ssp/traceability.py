@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Mapping
 
-from lxml import etree  # type: ignore[import-untyped]
+from lockstep.ssp.xml import add, document_bytes, new_root
 
 SRMD = "http://ssp-standard.org/SSPTraceability1/SimulationResourceMetaData"
 STC = "http://ssp-standard.org/SSPTraceability1/SSPTraceabilityCommon"
@@ -33,14 +33,9 @@ def srmd_bytes(
         "checksum": hashlib.sha3_256(content).hexdigest(),
         "checksumType": "SHA3-256",
     }
-    root = etree.Element(
-        f"{{{SRMD}}}SimulationResourceMetaData",
-        attrib={**attributes, **(head or {})},
-        nsmap={"srmd": SRMD, "stc": STC},
-    )
+    root = new_root(SRMD, "SimulationResourceMetaData", {"srmd": SRMD, "stc": STC}, **attributes, **(head or {}))
     for kind, entries in classifications.items():
-        group = etree.SubElement(root, f"{{{STC}}}Classification", attrib={"type": kind})
+        group = add(root, STC, "Classification", type=kind)
         for keyword, text in entries.items():
-            etree.SubElement(group, f"{{{STC}}}ClassificationEntry", attrib={"keyword": keyword}).text = text
-    written: bytes = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-    return written
+            add(group, STC, "ClassificationEntry", keyword=keyword).text = text
+    return document_bytes(root)

@@ -1,22 +1,21 @@
 """Write a system as an SSP 1.0 system structure description, schedule and delays in annotations."""
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from urllib.parse import quote
 
-from lxml import etree  # type: ignore[import-untyped]
-
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value, settable
-from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV
+from lockstep.ssp.typed_values import literal, write_transformation, write_units
+from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV, Element, add, document_bytes, new_root
 from lockstep.system.clock import seconds_text
-from lockstep.system.component import Component, Connector, Value
+from lockstep.system.component import Component, Connector
 from lockstep.system.system import Connection, System
-from lockstep.system.transformation import End, Entry, Table, convert
-from lockstep.system.units import BASES, Unit, known_unit
+from lockstep.system.transformation import End, convert
+from lockstep.system.units import known_unit
 
 PARAMETER_SET = "initialValues"  # of every component: ecos applies the sets of one name, which its user gives
 
@@ -33,11 +32,8 @@ def write_ssd(system: System, path: Path | str) -> None:
         If an FMU cannot be read, lacks what is set, or a way of several mapping transformations is none connection.
     """
     path = Path(path).absolute()
-    root = etree.Element(
-        f"{{{SSD}}}SystemStructureDescription",
-        attrib={"version": "1.0", "name": system.name},
-        nsmap={"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP, "osp": OSP},
-    )
+    prefixes = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP, "osp": OSP}
+    root = new_root(SSD, "SystemStructureDescription", prefixes, version="1.0", name=system.name)
     top = add(root, SSD, "System", name=system.name)
     elements = add(top, SSD, "Elements")
     enumerations: dict[tuple[tuple[str, int], ...], str] = {}
@@ -62,11 +58,11 @@ def write_ssd(system: System, path: Path | str) -> None:
     write_units(root, SSD, {u.name: u for c in system.components for u in c.units.values()})
     if system.stop_time is not None:
         add(root, SSD, "DefaultExperiment", startTime="0", stopTime=seconds_text(system.stop_time))
-    etree.ElementTree(root).write(str(path), xml_declaration=True, encoding="UTF-8", pretty_print=True)
+    path.write_bytes(document_bytes(root))
 
 
 def _write_component(
-    parent: etree._Element,
+    parent: Element,
     component: Component,
     ports: Iterable[Connector],
     folder: Path,
@@ -161,7 +157,7 @@ def _at_once(connection: Connection, system: System) -> Connection:
     return replace(connection, via=(), factor=one.factor, offset=one.offset, table=one.table)
 
 
-def _write_connection(parent: etree._Element, connection: Connection) -> None:
+def _write_connection(parent: Element, connection: Connection) -> None:
     element = add(
         parent,
         SSD,
@@ -178,55 +174,6 @@ def _write_connection(parent: etree._Element, connection: Connection) -> None:
         _annotate(element, "Connection", delay=str(connection.delay))
 
 
-def write_transformation(element: etree._Element, factor: float, offset: float, table: Table | None) -> None:
-    """Write what happens on a connection or at an entry of a parameter mapping, if anything does."""
-    if (factor, offset) != (1.0, 0.0):
-        add(element, SSC, "LinearTransformation", factor=repr(factor), offset=repr(offset))
-    if table is not None:
-        entries = add(element, SSC, f"{table.kind}MappingTransformation")
-        for given, result in table.entries:
-            add(entries, SSC, "MapEntry", source=_text(given), target=_text(result))
-
-
-def write_units(parent: etree._Element | None, namespace: str, units: Mapping[str, Unit]) -> None:
-    """Define units, if there are any, in a system or in a parameter set."""
-    if parent is None or not units:
-        return
-    group = add(parent, namespace, "Units")
-    for unit in units.values():
-        base = add(add(group, SSC, "Unit", name=unit.name), SSC, "BaseUnit")
-        for symbol, exponent in zip(BASES, unit.exponents or (), strict=False):
-            if exponent:
-                base.set(symbol, str(exponent))
-        if (unit.factor, unit.offset) != (1.0, 0.0):
-            base.set("factor", repr(unit.factor))
-            base.set("offset", repr(unit.offset))
-
-
-def literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
-    """Return type and text of a value; `items` are those of its type, if that is an Enumeration."""
-    for item, number in items.items():
-        if number == value:
-            return "Enumeration", item
-    match value:
-        case bool():
-            return "Boolean", "true" if value else "false"
-        case int():
-            return "Integer", str(value)
-        case float():
-            return "Real", repr(value)
-    return "String", value
-
-
-def _text(entry: Entry) -> str:
-    return str(entry).lower() if isinstance(entry, bool) else str(entry)
-
-
-def _annotate(parent: etree._Element, tag: str, **attributes: str) -> etree._Element:
+def _annotate(parent: Element, tag: str, **attributes: str) -> Element:
     holder = add(add(parent, SSD, "Annotations"), SSC, "Annotation", type=ANNOTATION)
     return add(holder, LOCKSTEP, tag, **attributes)
-
-
-def add(parent: etree._Element, namespace: str, tag: str, **attributes: str) -> etree._Element:
-    """Add an element below another one."""
-    return etree.SubElement(parent, f"{{{namespace}}}{tag}", attrib=attributes)

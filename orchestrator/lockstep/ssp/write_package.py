@@ -9,12 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lxml import etree  # type: ignore[import-untyped]
-
 from lockstep.fmi.safe_zip import open_file
 from lockstep.ssp.package_members import package_entries
-from lockstep.ssp.write import PARAMETER_SET, add, literal, write_ssd, write_transformation, write_units
-from lockstep.ssp.xml import NS, SSC, SSD, SSM, SSV
+from lockstep.ssp.typed_values import literal, write_transformation, write_units
+from lockstep.ssp.write import PARAMETER_SET, write_ssd
+from lockstep.ssp.xml import DESCRIPTION, NS, SSC, SSD, SSM, SSV, Element, add, document_bytes, new_root, parse
 from lockstep.system.component import Value
 from lockstep.system.system import System
 from lockstep.system.transformation import Table
@@ -55,7 +54,7 @@ def package(system: System, files: Sequence[ParameterFile]) -> bytes:
         folder = Path(name)
         document = folder / f"{system.name}.ssd"
         write_ssd(_unpacked(system, folder / "fmus"), document)
-        root = etree.parse(document).getroot()
+        root = parse(document.read_bytes(), str(document), DESCRIPTION)
         for file in files:
             if not file.values:
                 continue
@@ -64,7 +63,7 @@ def package(system: System, files: Sequence[ParameterFile]) -> bytes:
                 (folder / f"{file.name}.ssm").write_bytes(_mapping(file))
             component = root.xpath("//ssd:Component[@name=$name]", namespaces=NS, name=file.component)[0]
             _bind(component, file)
-        etree.ElementTree(root).write(str(document), xml_declaration=True, encoding="UTF-8", pretty_print=True)
+        document.write_bytes(document_bytes(root))
         content = io.BytesIO()
         with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
             for member, data in package_entries(document).items():
@@ -87,10 +86,10 @@ def _unpacked(system: System, folder: Path) -> System:
     return replace(system, components=tuple(components))
 
 
-def _bind(component: etree._Element, file: ParameterFile) -> None:
+def _bind(component: Element, file: ParameterFile) -> None:
     bindings = component.find("ssd:ParameterBindings", NS)
     if bindings is None:
-        bindings = etree.Element(f"{{{SSD}}}ParameterBindings")
+        bindings = new_root(SSD, "ParameterBindings", {})
         connectors = component.find("ssd:Connectors", NS)
         component.insert(0 if connectors is None else 1, bindings)
     binding = add(bindings, SSD, "ParameterBinding", type="application/x-ssp-parameter-set", source=f"{file.name}.ssv")
@@ -100,9 +99,7 @@ def _bind(component: etree._Element, file: ParameterFile) -> None:
 
 
 def _values(file: ParameterFile) -> bytes:
-    root = etree.Element(
-        f"{{{SSV}}}ParameterSet", attrib={"version": "1.0", "name": file.set_name}, nsmap={"ssv": SSV, "ssc": SSC}
-    )
+    root = new_root(SSV, "ParameterSet", {"ssv": SSV, "ssc": SSC}, version="1.0", name=file.set_name)
     parameters = add(root, SSV, "Parameters")
     for name, (value, unit) in file.values.items():
         kind, text = literal(value, {})
@@ -110,18 +107,14 @@ def _values(file: ParameterFile) -> bytes:
         add(add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text, **told)
     reals = (unit for value, unit in file.values.values() if isinstance(value, float) and unit is not None)
     write_units(root, SSV, {unit.name: unit for unit in reals})
-    return _text(root)
+    return document_bytes(root)
 
 
 def _mapping(file: ParameterFile) -> bytes:
-    root = etree.Element(f"{{{SSM}}}ParameterMapping", attrib={"version": "1.0"}, nsmap={"ssm": SSM, "ssc": SSC})
+    root = new_root(SSM, "ParameterMapping", {"ssm": SSM, "ssc": SSC}, version="1.0")
     for entry in file.mapping:
         # the factor converts units too, so that nobody has to know them
         element = add(root, SSM, "MappingEntry", source=entry.source, target=entry.target,
                       suppressUnitConversion="true")  # fmt: skip
         write_transformation(element, entry.factor, entry.offset, entry.table)
-    return _text(root)
-
-
-def _text(root: etree._Element) -> bytes:
-    return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
+    return document_bytes(root)
