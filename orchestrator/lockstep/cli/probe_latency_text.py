@@ -52,7 +52,7 @@ def as_lines(report: LatencyReport, width: int) -> list[str]:
 def _matrix(report: LatencyReport, width: int) -> list[str]:
     groups: defaultdict[tuple[str, str], list[Pair]] = defaultdict(list)
     for pair in report.pairs:
-        groups[_base(pair.output), _base(pair.input)].append(pair)
+        groups[array_of(pair.output), array_of(pair.input)].append(pair)
     rows, columns = _folded(report.outputs), _folded(report.inputs)
     numbers = {name: str(number) for number, name in enumerate(columns, start=1)}
     cells = {key: _cell(pairs) for key, pairs in groups.items()}
@@ -97,14 +97,14 @@ def _claims(report: LatencyReport) -> list[str]:
     lines = [f"feedthrough, by pairs of output and input: {', '.join(parts)}"]
     groups: defaultdict[tuple[str, str, str], list[Pair]] = defaultdict(list)
     for pair in contradictions:
-        groups[_base(pair.output), _base(pair.input), _contradiction(pair)].append(pair)
+        groups[array_of(pair.output), array_of(pair.input), _contradiction(pair)].append(pair)
     for (_, _, contradiction), pairs in list(groups.items())[:LISTED]:
         outputs, inputs = (list(dict.fromkeys(getattr(pair, end) for pair in pairs)) for end in ("output", "input"))
         lines.append(f"  contradicted: {compact(outputs)} <- {compact(inputs)}: {contradiction}")
     if len(groups) > LISTED:
         lines.append(f"  and {len(groups) - LISTED} more: --json lists all")
     for name, listed in (("not excited", silent), ("later or vanishing", vanishing)):
-        ends = list(dict.fromkeys(f"{_base(pair.output)} <- {_base(pair.input)}" for pair in listed))
+        ends = list(dict.fromkeys(f"{array_of(pair.output)} <- {array_of(pair.input)}" for pair in listed))
         lines += [f"  {name}: {', '.join(ends[:6])}" + (f" and {len(ends) - 6} more" if len(ends) > 6 else "")] * bool(
             ends
         )
@@ -118,15 +118,11 @@ def _contradiction(pair: Pair) -> str:
     return "not claimed, but " + ("answers at once, without a step" if pair.direct else "answers within its step")
 
 
-def _base(name: str) -> str:
-    return array_of(name)
-
-
 def _folded(names: Iterable[str]) -> dict[str, str]:
     """Return the arrays by name, with the number of their elements."""
     counts: dict[str, int] = {}
     for name in names:
-        counts[_base(name)] = counts.get(_base(name), 0) + 1
+        counts[array_of(name)] = counts.get(array_of(name), 0) + 1
     return {name: f"{name}[{count}]" if count > 1 else name for name, count in counts.items()}
 
 
