@@ -10,7 +10,6 @@ from fmpy import fmi2
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
-from lockstep.errors import RunError
 from lockstep.fmi.instance import Hooks, Instance
 from lockstep.fmi.library import UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
@@ -99,10 +98,7 @@ class Fmi2Slave:
         """Describe a call that failed; a step may have been discarded because the FMU asks for the end."""
         if call == "DoStep" and status == DISCARD and self.instance.alive:
             ended = c_int(0)
-            try:
-                answer = self.instance.call("GetBooleanStatus", _TERMINATED, byref(ended))
-            except RunError:  # not exported: the FMU was loaded without asking for every function
-                answer = ERROR
+            answer = self.instance.call("GetBooleanStatus", _TERMINATED, byref(ended))
             if answer <= WARNING and ended.value:
                 return "fmi2DoStep returned fmi2Discard, asking for the end,"
         return returned("fmi2", call, status)

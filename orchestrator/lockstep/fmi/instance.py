@@ -31,7 +31,6 @@ class Hooks:
     log: Log  # of messages above OK
     message: Listener | None = None  # of every message
     call: Callable[[str], None] = ignore_call
-    require_functions: bool = True  # whether every function of the standard has to be in the library
 
 
 class Instance:
@@ -45,23 +44,19 @@ class Instance:
         self.messages = Messages(fmu.name, hooks.log, hooks.message)
         self._hooks = hooks
         hooks.call("loading the library")
-        self.library = Library(fmu, kind, hooks.require_functions)
+        self.library = Library(fmu, kind)
         # the functions of FMI 1.0 carry the name of their FMU
         self._begin = f"{fmu.identifier}_{prefix}" if prefix == "fmi" else prefix
         hooks.call(f"{prefix}Instantiate{'Slave' if prefix == 'fmi' else ''}")
-        handle, lacking = None, ""
-        try:
+        handle = None
+        with suppress(Exception):  # a bare one of fmpy, for no instance; the reason is what the FMU logged
             handle = instantiate(self.library.fmu, self.messages)
-        except AttributeError as error:
-            lacking = str(error)  # a function that the library does not export
-        except Exception:  # a bare one of fmpy, for no instance; the reason is what the FMU logged
-            pass
         hooks.call("")
         self._alive = bool(handle)
         if not handle:
             with suppress(OSError):
                 self.library.free()
-            reason = lacking or self.messages.last() or "it logged no reason (a GUID mismatch is one)"
+            reason = self.messages.last() or "it logged no reason (a GUID mismatch is one)"
             raise RunError(f"{fmu.name}: cannot be instantiated: {reason}")
         self._handle = c_void_p(handle)
 

@@ -35,9 +35,8 @@ def unpack_fmu(component: Component, folder: Path) -> None:
 class Library:
     """One loaded library. `fmu` is fmpy's object for it."""
 
-    def __init__(self, fmu: UnpackedFmu, kind: Callable[..., Any], require_functions: bool) -> None:
-        """Load it, or raise RunError; with `require_functions` also if a function of the standard is missing."""
-        self._name = fmu.name
+    def __init__(self, fmu: UnpackedFmu, kind: Callable[..., Any]) -> None:
+        """Load it, or raise RunError, also if a function of the standard is missing."""
         directory = Path.cwd()  # fmpy changes it while loading, and does not change it back on failure
         try:
             self.fmu = kind(
@@ -45,7 +44,6 @@ class Library:
                 modelIdentifier=fmu.identifier,
                 unzipDirectory=str(fmu.folder),
                 instanceName=fmu.name,
-                requireFunctions=require_functions,
             )
         except Exception as error:  # fmpy raises bare Exception, ctypes AttributeError for a missing function
             raise RunError(f"{fmu.name}: cannot load the FMU: {' '.join(str(error).split())}") from None
@@ -53,12 +51,9 @@ class Library:
             os.chdir(directory)
 
     def function(self, name: str, *argument_types: type, returns: type = c_int) -> Callable[..., Any]:
-        """Return a function, which returns a status unless another type is given; raise RunError if there is none."""
-        try:
-            # indexing makes a new function object: fmpy's keeps its argument types, which copy buffers
-            function = self.fmu.dll[name]
-        except AttributeError:
-            raise RunError(f"{self._name}: the library does not export {name}") from None
+        """Return a function, which returns a status unless another type is given."""
+        # indexing makes a new function object: fmpy's keeps its argument types, which copy buffers
+        function = self.fmu.dll[name]
         function.argtypes, function.restype = argument_types, returns
         return function  # type: ignore[no-any-return]
 

@@ -72,7 +72,7 @@ class CheckedInstance:
             guid=experiment.guid,
             resources=location(folder / "resources", form),
         )
-        hooks = Hooks(log=lambda *_: None, message=self._take_message, call=self._record_call, require_functions=False)
+        hooks = Hooks(log=lambda *_: None, message=self._take_message, call=self._record_call)
         self._slave = instantiate_unpacked(fmu, experiment.fmi, variables, hooks)
         self.do_step = self._slave.do_step
         self.write = [self._port_call("Set", ports, scalar) for scalar, ports in experiment.by_type("inputs").items()]
