@@ -1,4 +1,4 @@
-"""The architecture of a system: components, rates, what travels between them and how late, and the schedule."""
+"""The architecture of a system: components, rates, connections and their delays, and the schedule."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ LINE = 0.155  # inch, of text
 NAMES = 1.6  # inch, of the names of ports between two components
 LANE = 0.28  # inch, between a lane and the next's words
 ROW = 0.42  # inch, of a component in the schedule
-BESIDE = 0.95  # inch, left of the schedule
+LEFT = 0.95  # inch, left of the schedule
 MOST = 8  # ports named on a wire
 TIP: dict[str, Any] = {
     "arrowstyle": "-|>,head_length=6,head_width=2.6", "mutation_scale": 1.0, "shrinkA": 0.0, "shrinkB": 0.0,
 }  # fmt: skip
 HALO: dict[str, Any] = {"bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6}}  # over wires that cross
-SPREAD, BETWEEN = 0.6, 0.1  # of a tick: all that happens in it, and two reads of one step; in truth at one time
+SPREAD, BETWEEN = 0.6, 0.1  # of a tick: between its steps, and between two reads of one step
 CAPTION = (
-    "Bar: a step. Dot: from when its outputs hold (sampled), or when they are true (continuous). Arrow: a read, from"
-    " the value it sees.\nWhat happens in one tick stands side by side, in the order of the master."
+    "Bar: a step. Dot: time from which its outputs hold (sampled), or at which they are true (continuous). Arrow: a"
+    " read, from the value read.\nSteps of one tick are drawn next to each other, in the order of the master."
 )
 
 
@@ -57,7 +57,7 @@ class Wire:
 
 
 def wires(system: System) -> list[Wire]:
-    """Return what travels between the components, in the order of the system's connections."""
+    """Return the connections between components, grouped by ends and delay, in the order of the system."""
     schedule = build_schedule(system)
     found: dict[tuple[str, str, int], dict[str, int]] = {}
     for connection in system.connections:
@@ -77,12 +77,12 @@ def wires(system: System) -> list[Wire]:
 
 
 def architecture_diagram(system: System, notes: Mapping[str, Sequence[str]] | None = None) -> Figure:
-    """Draw the components in the order of a tick, what travels between them, and below who runs when.
+    """Draw the components in the order of a tick, connections between them, and the schedule below.
 
     Parameters
     ----------
     system : of any FMUs, as the master would run it
-    notes : lines to add to a component, by name: what is inside and the system file does not tell
+    notes : lines to add to a component, by name: about its inside, which the system file does not describe
 
     Raises
     ------
@@ -111,9 +111,7 @@ def architecture_diagram(system: System, notes: Mapping[str, Sequence[str]] | No
             _draw_direct(blocks, wire, centres, _colour(names, wire.producer), system.tick)
         for lanes, side in ((above, 1.0), (below, -1.0)):
             _draw_lanes(blocks, lanes, side, centres, names, system.tick)
-        rows = figure.add_axes(
-            (BESIDE / WIDTH, 0.5 / height, 1.0 - (BESIDE + 0.25) / WIDTH, (ROW * len(names)) / height)
-        )
+        rows = figure.add_axes((LEFT / WIDTH, 0.5 / height, 1.0 - (LEFT + 0.25) / WIDTH, (ROW * len(names)) / height))
         _draw_schedule(rows, system, schedule, names)
     return figure
 
@@ -223,7 +221,7 @@ def _draw_direct(axes: Axes, wire: Wire, centres: Mapping[str, float], colour: s
 def _draw_lanes(
     axes: Axes, lanes: Sequence[Wire], side: float, centres: Mapping[str, float], names: Sequence[str], tick: int
 ) -> None:
-    """Lead each wire out of its box, along a lane, and into the other box."""
+    """Draw each wire from its box along a lane to the other box."""
     level = HEIGHT / 2.0
     for number, wire in enumerate(lanes):
         level += _lane_height(wire)

@@ -1,4 +1,4 @@
-"""What all figures share: colours, sizes, lines that stay small in a file, and saving."""
+"""Colours, sizes, envelopes of long histories, logarithmic axes and saving, common to all figures."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ STYLE: dict[Any, Any] = {  # any: the type of a key is the list of all of them
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Look:
-    """How a configuration is drawn: told apart by colour, lightness, width and dashes."""
+    """Look of a configuration, distinguished by colour, lightness, width and dashes."""
 
     colour: str
     dashes: Dashes
@@ -74,7 +74,7 @@ PUBLISHED: dict[str, Any] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisLook:
-    """How what points along one body axis is drawn: told apart by colour and by marker."""
+    """Look of what points along one body axis, distinguished by colour and marker."""
 
     colour: str
     marker: str
@@ -89,7 +89,7 @@ AXES: dict[str, AxisLook] = {
 
 
 def axis_name(axis: Array) -> str:
-    """Return x, y or z: the body axis that a unit vector lies along most."""
+    """Return x, y or z: the body axis nearest to a unit vector."""
     return "xyz"[int(np.argmax(np.abs(axis)))]
 
 
@@ -100,7 +100,7 @@ def bin_edges(rows: int, bins: int = BINS) -> list[int]:
 
 
 def envelope(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """Return fewer points, whose line covers the same area: the least and the largest value of each bin of rows.
+    """Return fewer points, whose line covers the same area: the minimum and the maximum of each bin of rows.
 
     A series of no more than two points a bin comes back as it is. No peak is lost, and each point is one of the series.
     """
@@ -121,7 +121,7 @@ def draw_line(axes: Axes, time: Array, values: Array, label: str, line: dict[str
 
 
 def draw_noisy(axes: Axes, time: Array, values: Array, label: str, line: dict[str, Any]) -> Line2D:
-    """Draw a noisy norm: its RMS over each bin as a line, in a band from its least to its largest value there."""
+    """Draw a noisy norm: its RMS over each bin as a line, in a band from its minimum to its maximum there."""
     bins = [values[start:end] for start, end in pairwise(bin_edges(len(values)))]
     middle = np.array([0.5 * (time[start] + time[end - 1]) for start, end in pairwise(bin_edges(len(values)))])
     low, high = np.array([part.min() for part in bins]), np.array([part.max() for part in bins])
@@ -148,7 +148,7 @@ def draw_published(
 
 
 def span_runs(axes: Axes, results: Iterable[Signals]) -> None:
-    """Let the time axis reach from 0 to the end of the longest run, one interval after its last row."""
+    """Set the time axis from 0 to the end of the longest run, one interval after its last row."""
     ends = [2.0 * times[-1] - times[-2] if len(times) > 1 else times[-1] for times in (run.time for run in results)]
     if max(ends) > 0.0:  # not of a single row at the start
         axes.set_xlim(0.0, max(ends))
@@ -157,8 +157,8 @@ def span_runs(axes: Axes, results: Iterable[Signals]) -> None:
 def make_logarithmic(axes: Axes) -> None:
     """Make the y axis logarithmic, up to the peak, and down to what its lines exceed for all but 2 % of the time.
 
-    A norm that is nothing at the start, or dips to nothing, must not stretch the axis. Lines that are nothing
-    throughout stay on a linear axis.
+    A norm that is zero at the start, or dips to zero, must not stretch the axis. Lines that are zero throughout stay on
+    a linear axis.
     """
     peak = axes.dataLim.y1
     if not peak > 0.0:

@@ -1,4 +1,4 @@
-"""Shade in a figure over time when faults acted."""
+"""Shade the times of faults in a figure over time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def shade_faults(figure: Figure, windows: Iterable[FaultWindow]) -> Figure:
     named = 0
     for window in dict.fromkeys((w.name, w.begin, w.end) for w in windows):
         name, begin, end = window
-        told = False
+        labelled = False
         for axes in figure.axes:
             left, right = axes.get_xlim()
             start, stop = max(begin, left), right if end is None else min(end, right)
@@ -28,8 +28,8 @@ def shade_faults(figure: Figure, windows: Iterable[FaultWindow]) -> Figure:
                 continue
             axes.axvspan(start, stop, **SHADE)
             axes.set_xlim(left, right)
-            if not told:
+            if not labelled:
                 axes.annotate(name, (start, 1.0), xycoords=("data", "axes fraction"), xytext=(2.0, -8.0 - 9.0 * named),
                               textcoords="offset points", fontsize=6.5, color="0.3", clip_on=True)  # fmt: skip
-                told, named = True, named + 1
+                labelled, named = True, named + 1
     return figure

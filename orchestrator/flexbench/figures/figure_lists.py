@@ -50,7 +50,7 @@ def design_figures(designs: Mapping[ConfigurationName, Designs]) -> Drawn:
 
 
 def architecture(designs: Designs) -> Figure:
-    """Draw the architecture of our closed loop, the same for every scenario."""
+    """Draw the architecture of flexsat's closed loop, the same for every scenario."""
     config, craft = designs.corrected.config, designs.corrected.spacecraft
     system = replace(build_system(designs, "fine_pointing", Path()), name=f"closed loop, {config.name}")
     starts = port_values("sensors", PORTS["sensors"](designs.corrected.sensors), {})
@@ -62,7 +62,7 @@ def architecture(designs: Designs) -> Figure:
         ),
         "controller": (
             "slew guidance, LQR,", "Kalman filter with", f"{len(designs.corrected.fine.gain)} gains in turn;",
-            "saturation, known delays",
+            "saturation, delay compensation",
         ),
         "plant": ("rigid body,", f"{craft.mode_count} modes, {craft.wheel_count} wheels"),
     }  # fmt: skip
@@ -78,12 +78,12 @@ def result_figures(runs: Sequence[Run]) -> Drawn:
     for run in runs:
         stem = "slew" if run.slew else "fine-pointing"
         stem += f"{'-as-published' if run.as_published else ''}-seed{run.seed}"
-        place = (run.configuration, run.open_loop and not run.slew)
+        member = (run.configuration, run.open_loop and not run.slew)
         name, number = stem, 1
-        while place in groups.setdefault(name, {}):
+        while member in groups.setdefault(name, {}):
             number += 1
             name = f"{stem}-{number}"
-        groups[name][place] = run
+        groups[name][member] = run
     return {
         name: partial(_slew if name.startswith("slew") else _fine_pointing, group) for name, group in groups.items()
     }
@@ -110,8 +110,8 @@ def _fine_pointing(group: Mapping[tuple[ConfigurationName, bool], Run]) -> Figur
 def _shaded(figure: Figure, group: Mapping[tuple[ConfigurationName, bool], Run]) -> Figure:
     """Shade when faults acted, with the names of the configurations if they had others."""
     windows = [(name, fault_windows(run.folder)) for (name, _), run in group.items()]
-    told = [[(window.name, window.begin, window.end) for window in found] for _, found in windows]
-    if all(one == told[0] for one in told):
+    listed = [[(window.name, window.begin, window.end) for window in found] for _, found in windows]
+    if all(one == listed[0] for one in listed):
         return shade_faults(figure, windows[0][1])
     named = [replace(window, name=f"{name}: {window.name}") for name, found in windows for window in found]
     return shade_faults(figure, named)

@@ -82,9 +82,7 @@ def fine_pointing_comparison(
                 _draw_published(grid[:, 0], scenario, name, float(signals.time[-1]), looks[name].colour)
         make_logarithmic(grid[0, 0])
         grid[0, 0].set(title="Pointing error", ylabel="to reference [arcsec]")
-        grid[0, 1].set(
-            title=f"Pointing error, last {ZOOM:g} s, less its mean", ylabel="to reference [$10^{-3}$ arcsec]"
-        )
+        grid[0, 1].set(title=f"Pointing error, last {ZOOM:g} s, less its mean", ylabel=MILLI)
         grid[1, 0].set(title="Deformation", ylabel="RMS over aperture [µm]")
         grid[1, 1].set(title=f"Deformation, last {ZOOM:g} s", ylabel="RMS over aperture [µm]")
         for axes in grid[1]:
@@ -131,5 +129,5 @@ def _legend(results: Mapping[ScenarioName, Mapping[ConfigurationName, Signals]])
         *lines,
         Line2D([], [], label="published RMS, closed loop", **(PUBLISHED | {"color": "0.3"})),
         Line2D([], [], label="open loop", **(PUBLISHED | {"color": "0.3", "marker": "s", "markersize": 6.5})),
-        Patch(label="least to largest (line: RMS)", color="0.5", alpha=0.25, linewidth=0.0),
+        Patch(label="min-max envelope (line: RMS)", color="0.5", alpha=0.25, linewidth=0.0),
     ]

@@ -1,4 +1,4 @@
-"""Draw what the study of margins found: Nichols and Nyquist charts, singular values of S and T, coherence."""
+"""Figures of the study of margins: Nichols and Nyquist charts, singular values of S and T, coherence."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def margin_figures(content: Mapping[str, Any], least: float) -> dict[str, Figure
 
 
 def _colours(loops: Sequence[Curve]) -> list[str]:
-    """A computed loop and the measured one of the same name share a colour."""
+    """Return a colour for each loop, the same for the computed and the measured loop of a name."""
     names = [loop.name.partition(": ")[2].removeprefix("axis ") for loop in loops]
     known = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(dict.fromkeys(names))}
     return [known[name] for name in names]

@@ -38,7 +38,7 @@ def slew_comparison(
     Parameters
     ----------
     results : signals of a slew by configuration
-    designs : the variant of each configuration's design that was flown
+    designs : the variant of each configuration's design that was simulated
 
     Raises
     ------
@@ -71,7 +71,7 @@ def _slew_times(design: Design) -> tuple[float, float]:
 
 
 def _window(signals: Signals, design: Design) -> tuple[float, float]:
-    """Return the time [s] that the rows of rate and deformation refer to, in the variant flown."""
+    """Return the time [s] that the rows of rate and deformation refer to, in the variant simulated."""
     return PUBLISHED_WINDOW if design.as_published else (SETTLED_FROM, float(signals.time[-1]))
 
 
@@ -174,5 +174,5 @@ def _legend(
         Patch(label="allowed wheel speed", **BAND),
         Line2D([], [], label="published", **(PUBLISHED | {"color": "0.3"})),
         Line2D([], [], label="published settling", **(PUBLISHED | SETTLING | {"color": "0.3"})),
-        Patch(label="least to largest (line: RMS)", color="0.5", alpha=0.25, linewidth=0.0),
+        Patch(label="min-max envelope (line: RMS)", color="0.5", alpha=0.25, linewidth=0.0),
     ]

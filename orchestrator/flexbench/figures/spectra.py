@@ -54,7 +54,7 @@ def spectra_figure(result: RunSpectra, design: Design) -> Figure:
 
 
 def thinned(frequency: Array, values: Array, points: int = POINTS) -> tuple[Array, Array]:
-    """Return fewer points on a logarithmic axis, two a bin: its least and largest value. No peak is lost."""
+    """Return fewer points on a logarithmic axis, two a bin: its minimum and maximum. No peak is lost."""
     inside = np.flatnonzero(frequency > 0.0)
     if len(inside) <= points:
         return frequency[inside], values[inside]

@@ -1,4 +1,4 @@
-"""The structure with its wheels and sensors, seen along z, both configurations."""
+"""The structure with its wheels and sensors, viewed along z, a panel a configuration."""
 
 from __future__ import annotations
 
@@ -65,10 +65,10 @@ def structure_layout(designs: Mapping[ConfigurationName, Design]) -> Figure:
             axes.set_xlabel("x [m]")
         panels[0].set_ylabel("y [m]")
         handles, labels = _legend(next(iter(designs.values())).spacecraft)
-        place: dict[str, Any] = {"loc": "outside lower center", "ncols": 3}
+        position: dict[str, Any] = {"loc": "outside lower center", "ncols": 3}
         if len(designs) == 1:
-            place = {"loc": "outside right center"}
-        figure.legend(handles, labels, handler_map={tuple: HandlerTuple(ndivide=1)}, **place)
+            position = {"loc": "outside right center"}
+        figure.legend(handles, labels, handler_map={tuple: HandlerTuple(ndivide=1)}, **position)
     return figure
 
 
@@ -94,22 +94,22 @@ def _draw_wheels(axes: Axes, spacecraft: Spacecraft) -> None:
         _draw_turning(axes, position[chosen] + sign * CORNER, marker, f"about {'+' if sign > 0.0 else '-'}z")
 
 
-def _draw_turning(axes: Axes, places: Array, marker: str, label: str) -> None:
+def _draw_turning(axes: Axes, sites: Array, marker: str, label: str) -> None:
     colour = AXES["z"].colour
     ring: dict[str, Any] = {"linestyle": "none", "color": colour, "markeredgewidth": 1.1, "zorder": 3.0}
-    axes.plot(*places.T, marker="o", markersize=8.5, markerfacecolor="white", label=label, **ring)
-    axes.plot(*places.T, marker=marker, markersize=4.2, label="_inside", **ring)
+    axes.plot(*sites.T, marker="o", markersize=8.5, markerfacecolor="white", label=label, **ring)
+    axes.plot(*sites.T, marker=marker, markersize=4.2, label="_inside", **ring)
 
 
 def _draw_sensors(axes: Axes, spacecraft: Spacecraft) -> None:
-    places = _unique_places(spacecraft.accelerometers)
-    axes.plot(*places.T, zorder=4.0, label="site", **SITE)
+    sites = _unique_sites(spacecraft.accelerometers)
+    axes.plot(*sites.T, zorder=4.0, label="site", **SITE)
     rows: dict[str, list[tuple[float, float]]] = {GYRO: [], ACCELEROMETER: [], STAR_TRACKER: []}
-    for place in places:
-        wheels = np.flatnonzero(np.all(spacecraft.wheels.position[:, :2] == place, axis=1))
-        on_bus = not place.any()
+    for site in sites:
+        wheels = np.flatnonzero(np.all(spacecraft.wheels.position[:, :2] == site, axis=1))
+        on_bus = not site.any()
         up = -1.0 if on_bus or not len(wheels) else -float(np.sign(spacecraft.wheels.axis[wheels].sum()))
-        x, y = place[0], place[1] + up * (BUS_SENSORS_BELOW if on_bus else SENSORS_BELOW)
+        x, y = site[0], site[1] + up * (BUS_SENSORS_BELOW if on_bus else SENSORS_BELOW)
         kinds = [GYRO, ACCELEROMETER, *([STAR_TRACKER] if on_bus else [])]
         for k, kind in enumerate(kinds):
             rows[kind].append((x + (k - 0.5 * (len(kinds) - 1)) * SPACING, y))
@@ -125,14 +125,14 @@ def _sensor(marker: str) -> dict[str, Any]:
     return {"marker": marker, "markersize": SIZES[marker], "markerfacecolor": face, "color": "0.1", "linestyle": "none"}
 
 
-def _unique_places(points: Points) -> Array:
-    """Return where points sit, (k, 2) [m], in the order in which each place comes first."""
+def _unique_sites(points: Points) -> Array:
+    """Return the different positions of points, (k, 2) [m], in the order in which each comes first."""
     _, first = np.unique(points.position[:, :2], axis=0, return_index=True)
     return np.asarray(points.position[np.sort(first), :2])
 
 
 def _kinds(points: Points) -> str:
-    """Tell how many there are, about or along which axes on the bus, and which at the sites."""
+    """Describe the number of devices, and their axes on the bus and at the sites."""
     bus = ~points.position.any(axis=1)
     inner, outer = ("".join(sorted({axis_name(axis) for axis in points.axis[part]})) for part in (bus, ~bus))
     return f"{len(points.axis)}: {', '.join(inner)} on the bus; {', '.join(outer)} at each site"
@@ -157,7 +157,7 @@ def _legend(spacecraft: Spacecraft) -> tuple[list[Any], list[str]]:
         (Line2D([], [], **_sensor(GYRO)), f"gyros, {_kinds(spacecraft.gyros)}"),
         (Line2D([], [], **_sensor(ACCELEROMETER)), f"accelerometers, {_kinds(spacecraft.accelerometers)}"),
         (Line2D([], [], **_sensor(STAR_TRACKER)), "star tracker or fine guidance sensor"),
-        (Line2D([], [], **SITE), "site; its devices stand beside it"),
+        (Line2D([], [], **SITE), "site; its devices are drawn next to it"),
         (Patch(facecolor=TILE, edgecolor=EDGE), "tile"),
         (Patch(facecolor=BUS, edgecolor="0.35"), "bus"),
     ]

@@ -92,8 +92,8 @@ def _where(design: Design, group: list[int]) -> str:
     wheels = design.spacecraft.wheels
     names = sorted({axis_name(wheels.axis[wheel]) for wheel in group})
     radii = sorted({round(float(np.linalg.norm(wheels.position[wheel])), 2) for wheel in group})
-    place = " and ".join("on the bus" if radius == 0.0 else f"at {radius:.2f} m" for radius in radii)
-    return f"about {', '.join(names)} {place}"
+    where = " and ".join("on the bus" if radius == 0.0 else f"at {radius:.2f} m" for radius in radii)
+    return f"about {', '.join(names)} {where}"
 
 
 def _numbers(group: list[int]) -> str:

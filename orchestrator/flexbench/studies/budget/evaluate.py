@@ -19,7 +19,7 @@ from . import indices
 IndexName = Literal["APE", "MPE", "RPE", "PDE", "PRE"]
 INDICES: tuple[IndexName, ...] = ("APE", "MPE", "RPE", "PDE", "PRE")
 AxisName = Literal["x", "y", "z", "line_of_sight", "angle"]
-# components of the rotation vector whose norm counts; the aperture looks along z
+# components of the rotation vector whose norm counts; the line of sight is along z
 AXES: Mapping[AxisName, tuple[int, ...]] = {
     "x": (0,),
     "y": (1,),
@@ -56,7 +56,7 @@ class Windows:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorHistory:
-    """The pointing error that a budget is made of."""
+    """The pointing error from which a budget is computed."""
 
     error: Array  # (rows, 3) [rad]: rotation vector from reference to attitude, body axes
     interval: float  # s between rows

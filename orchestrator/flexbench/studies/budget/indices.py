@@ -8,7 +8,7 @@ function returns (values, k), one row for each time or window at which the index
 - MPE, mean performance error: the mean of e over a window;
 - RPE, relative performance error: e(t) less the mean of its window, for each t in the window;
 - PDE, performance drift error: the difference of the means of two windows whose starts are `separation` apart;
-- PRE, performance reproducibility error: the difference of the means of two windows at the same place in two different
+- PRE, performance reproducibility error: the difference of the means of two windows at the same time in two different
   observations; observations of a given length follow one another, and every pair of them counts.
 
 The size of an index is the absolute value of a component or the norm of some; `at_level` is what a share of its values
@@ -54,7 +54,7 @@ def drifts(error: Array, samples: int, separation: int) -> Array:
 
 
 def reproducibility(error: Array, samples: int, observation: int) -> Array:
-    """Return PRE, (pairs, k): window means of one observation less those at the same place in an earlier one."""
+    """Return PRE, (pairs, k): window means of one observation less those at the same time in an earlier one."""
     if observation < samples:
         raise ValueError(f"observation must hold a window of {samples} samples, got {observation}")
     means = [window_means(part, samples) for part in _windows(error, observation)]
@@ -63,7 +63,7 @@ def reproducibility(error: Array, samples: int, observation: int) -> Array:
 
 
 def at_level(sizes: Array, level: float) -> float:
-    """Return the least value that at least the share `level` of the sizes does not exceed: an order statistic.
+    """Return the smallest of the sizes that a share `level` of them does not exceed: an order statistic.
 
     With fewer than 1 / (1 - level) values it is the largest.
     """

@@ -109,38 +109,38 @@ def read_requirements(path: Path) -> list[Requirement]:
     return [_requirement(table, f"{path}: requirement {number}") for number, table in enumerate(tables, start=1)]
 
 
-def _requirement(table: Any, place: str) -> Requirement:
+def _requirement(table: Any, location: str) -> Requirement:
     if not isinstance(table, dict):
-        raise InputError(f"{place}: must be a table, got {table!r}; write [[requirement]] before its keys")
+        raise InputError(f"{location}: must be a table, got {table!r}; write [[requirement]] before its keys")
     for key in table:
         if key not in KEYS:
-            raise InputError(f"{place}: {key}: no such key; there are {', '.join(KEYS)}{suggestion(key, KEYS)}")
+            raise InputError(f"{location}: {key}: no such key; there are {', '.join(KEYS)}{suggestion(key, KEYS)}")
     for key in NEEDED:
         if key not in table:
-            raise InputError(f"{place}: {key}: missing; every requirement needs {', '.join(NEEDED)}")
+            raise InputError(f"{location}: {key}: missing; every requirement needs {', '.join(NEEDED)}")
     name = table["name"]
     if not isinstance(name, str) or not name:
-        raise InputError(f"{place}: name = {name!r}: must be a text")
-    index = _one_of(table, "index", INDICES, place)
-    axis = _one_of(table, "axis", tuple(AXES), place)
-    unit = _one_of(table, "unit", tuple(UNITS), place)
-    limit, level = _number(table, "limit", place), _number(table, "level", place, LEVEL)
+        raise InputError(f"{location}: name = {name!r}: must be a text")
+    index = _one_of(table, "index", INDICES, location)
+    axis = _one_of(table, "axis", tuple(AXES), location)
+    unit = _one_of(table, "unit", tuple(UNITS), location)
+    limit, level = _number(table, "limit", location), _number(table, "level", location, LEVEL)
     if not limit > 0.0:
-        raise InputError(f"{place}: limit = {limit!r}: must be > 0")
+        raise InputError(f"{location}: limit = {limit!r}: must be > 0")
     if not 0.0 < level < 1.0:
-        raise InputError(f"{place}: level = {level!r}: must be between 0 and 1, for example {LEVEL}")
+        raise InputError(f"{location}: level = {level!r}: must be between 0 and 1, for example {LEVEL}")
     checked: IndexName = next(known for known in INDICES if known == index)
     times: dict[str, float] = {}
     for key in get_args(Time):
         if key not in table:
             continue
         if key not in TIMES[checked]:
-            raise InputError(f"{place}: {key} = {table[key]!r}: {index} has none; leave it out")
-        times[key] = _number(table, key, place)
+            raise InputError(f"{location}: {key} = {table[key]!r}: {index} has none; leave it out")
+        times[key] = _number(table, key, location)
     try:
         windows = Windows(**_consistent(times))
     except InputError as error:
-        raise InputError(f"{place}: {error}") from None
+        raise InputError(f"{location}: {error}") from None
     checked_axis: AxisName = next(known for known in AXES if known == axis)
     return Requirement(
         name=name, index=checked, axis=checked_axis, limit=limit, unit=unit, level=level, windows=windows
@@ -154,18 +154,18 @@ def _consistent(times: Mapping[str, float]) -> dict[str, float]:
     return {**times, "observation": max(times["window"], Windows().observation)}
 
 
-def _one_of(table: Mapping[str, Any], key: str, known: Sequence[str], place: str) -> str:
+def _one_of(table: Mapping[str, Any], key: str, known: Sequence[str], location: str) -> str:
     value = table[key]
     if not isinstance(value, str) or value not in known:
         hint = suggestion(value, known) if isinstance(value, str) else ""
-        raise InputError(f"{place}: {key} = {value!r}: must be one of {', '.join(known)}{hint}")
+        raise InputError(f"{location}: {key} = {value!r}: must be one of {', '.join(known)}{hint}")
     return value
 
 
-def _number(table: Mapping[str, Any], key: str, place: str, default: float | None = None) -> float:
+def _number(table: Mapping[str, Any], key: str, location: str, default: float | None = None) -> float:
     value = table.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{place}: {key} = {value!r}: must be a number")
+        raise InputError(f"{location}: {key} = {value!r}: must be a number")
     return float(value)
 
 

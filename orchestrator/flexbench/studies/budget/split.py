@@ -1,9 +1,8 @@
 """The pointing budget split by source: the same run, seeds and loop, with one source on at a time.
 
-Sources are switched by parameters of the FMUs. What is off is nothing: a run with all off moves by
-rounding alone, 1e-31 arcsec. The
-loop is nearly linear, so the error histories of the sources alone should add up to that of all together; how far they
-do not is part of the result. Two rows are no runs of their own:
+Sources are switched by parameters of the FMUs. A run with all sources off moves by rounding alone, 1e-31 arcsec. The
+loop is nearly linear, so the error histories of the sources alone should add up to that of all together; the
+difference is part of the result. Two rows are not runs of their own:
 
 - gyroscopics couple what the sources excite and excite nothing themselves: their row is the run with all sources less
   the same run without the wheels' gyroscopic torques;
@@ -42,7 +41,7 @@ OFF: Mapping[str, Mapping[str, Any]] = {
         "sensors.star_tracker.noise_coarse": 0.0,
         "sensors.star_tracker.noise_fine": 0.0,
     },
-    # the controller's knowledge of the jitter too: else it would react to jitter that is not there
+    # also the feed-forward: else the controller would react to jitter that is not there
     "jitter": {"sensors.jitter.enabled": False, "controller.jitter.feed_forward": False},
     "initial error and slew": {
         "plant.initial.attitude_deviation": 0.0,
@@ -56,7 +55,7 @@ WITHOUT_GYROSCOPICS: Mapping[str, Any] = {"plant.gyroscopics": False}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Split:
-    """Budgets by contribution. `residual` is what superposition leaves: all, less the sum of the sources."""
+    """Budgets by contribution. `residual` is all less the sum of the sources: the part without superposition."""
 
     configuration: str
     seed: int
@@ -90,12 +89,12 @@ def split_budget(
     levels: Sequence[float] = LEVELS,
     processes: int | None = None,
 ) -> Split:
-    """Run all, none, each source alone and all without gyroscopics; leave the runs and split.json in `folder`.
+    """Run all, none, each source alone and all without gyroscopics; write the runs and split.json to `folder`.
 
     Raises
     ------
     InputError
-        If the runs are too short for what is asked, or the system is none of ours.
+        If the runs are too short for what is asked, or the system is not one of flexsat.
     """
     if not (np.isfinite(stop) and stop > 0.0):
         raise InputError(f"--stop-time {stop:g}: must be a time > 0 s")
@@ -187,7 +186,7 @@ def line_of_sight(budget: Budget) -> dict[str, float]:
 
 
 def write_split(split: Split, folder: Path) -> None:
-    """Leave split.json."""
+    """Write split.json to the folder."""
     content = {
         "configuration": split.configuration,
         "seed": split.seed,

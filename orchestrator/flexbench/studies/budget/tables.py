@@ -13,8 +13,8 @@ ASSESSMENTS = ("requirement", "index", "axis", "level", "value", "limit", "unit"
 TITLES = {"line_of_sight": "line of sight", "angle": "angle"}
 SPLIT = (
     "Sources are switched by parameters of the FMUs, one on at a time, same seeds; RMS of the line of sight in arcsec."
-    " `sum of sources` adds the error histories, `residual` is what all together do differently: the part that is not"
-    " linear. Gyroscopics: all, less all without them. Guidance: reference less commanded profile, on top of the rest."
+    " `sum of sources` adds the error histories, `residual` is the difference of all together: the nonlinear part."
+    " Gyroscopics: all, less all without them. Guidance: reference less commanded profile, on top of the rest."
 )
 
 

@@ -66,15 +66,15 @@ def analyse(loop: DesignedLoop) -> Analysis:
 
 
 def body_loops(back: Complex, makes: Array, inputs: Complex | None = None) -> tuple[Complex, Complex]:
-    """Return the loops seen along directions of injection, (f, d, d) together and (f, d) one at a time.
+    """Return the loops along directions of injection, (f, d, d) together and (f, d) one at a time.
 
     Parameters
     ----------
-    back : (f, m, d) what comes back for an injection along each direction: T w
+    back : (f, m, d) response to an injection along each direction: T w
     makes : (d, m) how much of each direction the channels make, makes @ w = 1
     inputs : (f, m, d) what then acts on the plant, S w; None for w - T w
 
-    Only the part along the directions is opened; whatever else the channels do stays closed.
+    Only the part along the directions is opened; the rest of the channels stays closed.
     """
     t = makes @ back
     s = np.eye(len(makes)) - t if inputs is None else makes @ inputs

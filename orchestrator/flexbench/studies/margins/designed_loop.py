@@ -23,7 +23,7 @@ UNTOUCHED = 1e-9  # singular value, relative, below which the wheels do not reac
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Delays:
-    """The real delays; what the controller knows of them is among its parameters."""
+    """The real delays; those that the controller compensates are among its parameters."""
 
     samples: int = 0  # from sampling to the step of the controller that uses it, in controller steps
     actuation: float = 0.0  # s, from the controller's step to when the torque acts: any fraction of a step
@@ -35,14 +35,14 @@ class Delays:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignedLoop:
-    """A design with the parameters of a run, ready to be opened at the plant input for any delay."""
+    """A design with the parameters of a run, to be opened at the plant input for any delay."""
 
     design: Design
     delays: Delays = Delays()
     parameters: Mapping[str, Any] = field(default_factory=lambda: {"star_tracker.fine": True})  # of the controller
 
     def at(self, extra_delay: float = 0.0) -> PeriodicLoop:
-        """Return the open loop, with a further delay [s] at the plant input that the controller does not know.
+        """Return the open loop, with a further delay [s] at the plant input that the controller does not compensate.
 
         The plant is the linear model without the net momentum, which no wheel torque changes; it is sampled exactly,
         with the torque changing at the right moment within a step. The controller is the run-time object itself:
@@ -64,7 +64,7 @@ class DesignedLoop:
         rows = _history_rows(prepared)
         applied = int(np.ceil(late / period - 1e-9))  # torques on their way
         sizes = [len(a), lag * len(c), s, rows * n, applied * n]
-        plant, sampled, estimate, told, on_way = _spans(sizes)
+        plant, sampled, estimate, history, on_way = _spans(sizes)
         size = sum(sizes)
 
         b_loop = np.zeros((size, n))
@@ -95,17 +95,17 @@ class DesignedLoop:
         for gain in (prepared.gain[0], prepared.gain[1]) if prepared.phases > 1 else (prepared.gain[0],) * 2:
             predicted = np.zeros((s, size))
             predicted[:, estimate] = prepared.predict[:, :s]
-            predicted[:, told] = prepared.predict[:, s : s + rows * n]
+            predicted[:, history] = prepared.predict[:, s : s + rows * n]
             corrected = predicted + gain @ (measured - model.c @ predicted)
             expected = corrected[: prepared.controlled]
             if prepared.delayed:
                 expected = prepared.ahead[:, :s] @ corrected
-                expected[:, told] += prepared.ahead[:, s : s + rows * n]
+                expected[:, history] += prepared.ahead[:, s : s + rows * n]
             returned = prepared.feedback @ expected
             step = common.copy()
             step[estimate] = corrected
-            _shift(step, told, n)
-            step[told.start : told.start + n] = -returned
+            _shift(step, history, n)
+            step[history.start : history.start + n] = -returned
             phases.append(Phase(a=step, c=returned))
         return PeriodicLoop(first=phases[0], rest=phases[1], b=b_loop, steps=prepared.phases, period=period)
 
@@ -150,7 +150,7 @@ def _spans(sizes: list[int]) -> list[slice]:
 
 
 def _shift(matrix: Array, span: slice, width: int) -> None:
-    """Let a queue of blocks move on by one; its first block is left for the caller."""
+    """Shift a queue of blocks by one; the caller fills its first block."""
     matrix[span] = 0.0
     for start in range(span.start + width, span.stop, width):
         matrix[start : start + width, start - width : start] = np.eye(width)

@@ -193,8 +193,8 @@ def measured_margins(measured: MeasuredLoop, replicas: Sequence[Replica], which:
 def _coherence(back: Complex, inputs: Complex) -> tuple[Array, Array]:
     """Return the coherence of each direction, (f, d), and of all their power, (f,).
 
-    The lesser one of what went in and of what came back along the direction. Together, a direction in which next to
-    nothing comes back counts by its power.
+    The smaller one of those before and after the injection along the direction. Together, a direction with little
+    response counts by its power.
     """
     each, together = np.ones((back.shape[1], back.shape[-1])), np.ones(back.shape[1])
     for signal in (back, inputs):

@@ -96,7 +96,7 @@ def run_experiment(
     overrides: Mapping[str, Value] | None = None,
     progress: Progress | None = None,
 ) -> tuple[Array, Array]:
-    """Excite the loop along a direction, and return what came back and what acted on the plant.
+    """Excite the loop along a direction; return the signals before and after the injection.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def run_experiment(
     Raises
     ------
     InputError
-        If settle is less than one period: the drift is told from it.
+        If settle is less than one period: the drift is estimated from it.
     """
     if settle < 1 or periods < 2:
         raise InputError(f"settle {settle} and periods {periods}: must be at least 1 and 2")

@@ -18,12 +18,12 @@ def densified(frequency: Array, values: Array, smooth: Flags) -> tuple[Array, Ar
     ----------
     frequency : (f,) [Hz], ascending
     values : (f, k) logarithm of gain, or phase [rad]
-    smooth : (f - 1, k) intervals that may be interpolated; elsewhere, and beside, lines are joined straight
+    smooth : (f - 1, k) intervals that may be interpolated; elsewhere, and next to those, lines are joined straight
 
     Returns
     -------
     frequency, values : ((f - 1) SPLIT + 1,) and (.., k)
-        Error order: 3 in the spacing on the logarithm of frequency, 1 beside what is not smooth.
+        Error order: 3 in the spacing on the logarithm of frequency, 1 next to intervals that are not smooth.
     """
     position = np.log(frequency)
     width = np.diff(position)[:, None]

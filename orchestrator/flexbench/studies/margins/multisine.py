@@ -1,4 +1,4 @@
-"""A sum of sines that repeats, whose lines a loop with a slow sensor does not mix up."""
+"""Periodic sums of sines whose lines are not aliased onto each other by a slow sensor in the loop."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from flexsat.arrays import Array, Index
 
-REACH = 0.1  # relative: how far a line may be put from where it was wished
-FILLED = 0.6  # share of all lines that a slow sampler leaves apart which are used unless told otherwise
+REACH = 0.1  # relative: greatest distance of a line from the frequency asked for
+FILLED = 0.6  # share of the lines free of aliasing that are used by default
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,9 +45,9 @@ def design_multisine(
     sample : time between two values [s]: the loop's controller period
     length : of one period [s], a whole number of samples
     band : lowest and highest frequency [Hz], below half the sampling rate
-    lines : how many at most; None for as many as find room. Fewer are found where the lowest ones would coincide.
-    slow_period : period of the slowest sampler in the loop [s]. A line at f comes back at |f + k / slow_period| too;
-        no line is put where another one comes back.
+    lines : how many at most; None for as many as fit. Fewer are found where the lowest ones would coincide.
+    slow_period : period of the slowest sampler in the loop [s]. A line at f has aliases at |f + k / slow_period|;
+        no line is put on an alias of another one.
 
     Raises
     ------
@@ -68,15 +68,15 @@ def design_multisine(
     return multisine_at(sample, length, np.geomspace(low, high, lines), slow_period)
 
 
-def multisine_at(sample: float, length: float, wishes: Array, slow_period: float | None = None) -> Multisine:
-    """Put lines as near as can be to the frequencies wished [Hz]; the rest as in `design_multisine`."""
+def multisine_at(sample: float, length: float, wanted: Array, slow_period: float | None = None) -> Multisine:
+    """Put lines as near as possible to the frequencies asked for [Hz]; the rest as in `design_multisine`."""
     samples = _multiple("length", length, sample)
     fold = None if slow_period is None else _multiple("length", length, slow_period)
-    band = (float(np.min(wishes)) * length, float(np.max(wishes)) * length)
+    band = (float(np.min(wanted)) * length, float(np.max(wanted)) * length)
     taken: set[int] = set()
     chosen: list[int] = []
-    for wish in wishes * length:
-        line = _nearest(float(wish), chosen, taken, fold, samples, band)
+    for target in wanted * length:
+        line = _nearest(float(target), chosen, taken, fold, samples, band)
         if line is not None:
             chosen.append(line)
             taken.add(_folded(line, fold))
@@ -89,7 +89,7 @@ def multisine_at(sample: float, length: float, wishes: Array, slow_period: float
 
 
 def room(sample: float, length: float, slow_period: float | None = None) -> int:
-    """Return how many lines find room with some to spare."""
+    """Return how many lines fit without aliasing, with a reserve."""
     apart = length / sample if slow_period is None else length / slow_period
     return int(FILLED * round(apart) / 2.0)
 
@@ -102,7 +102,7 @@ def _multiple(name: str, long: float, short: float) -> int:
 
 
 def _folded(line: int, fold: int | None) -> int:
-    """Return what all lines share that the slow sampler mixes up; `fold` is its rate in lines."""
+    """Return the alias below half the rate of the slow sampler; `fold` is that rate in lines."""
     if fold is None:
         return line
     rest = line % fold
@@ -110,12 +110,12 @@ def _folded(line: int, fold: int | None) -> int:
 
 
 def _nearest(
-    wish: float, chosen: list[int], taken: set[int], fold: int | None, samples: int, band: tuple[float, float]
+    target: float, chosen: list[int], taken: set[int], fold: int | None, samples: int, band: tuple[float, float]
 ) -> int | None:
-    """Return the free line nearest to the wish, no further off than the spacing of the lines is wide."""
-    reach = max(1, int(REACH * wish))
-    for offset in sorted(range(-reach, reach + 1), key=lambda other: abs(round(wish) + other - wish)):
-        line = round(wish) + offset
+    """Return the free line nearest to the frequency asked for, within REACH of it; None if there is none."""
+    reach = max(1, int(REACH * target))
+    for offset in sorted(range(-reach, reach + 1), key=lambda other: abs(round(target) + other - target)):
+        line = round(target) + offset
         if line in chosen or not band[0] - 0.5 <= line <= band[1] + 0.5 or not 0 < line < samples / 2:
             continue
         folded = _folded(line, fold)

@@ -33,7 +33,9 @@ class Margins:
     delay_at: float
     disk: float
     disk_at: float
-    unresolved: tuple[float, ...] = ()  # Hz: crossings left out, because the loop turns too fast between two lines
+    unresolved: tuple[
+        float, ...
+    ] = ()  # Hz: crossings left out, because the response changes too fast between two lines
 
     @property
     def disk_gain(self) -> float:
@@ -57,8 +59,8 @@ def loop_margins(frequency: Array, loops: Complex, period: float | None = None, 
     straight : join the lines straight, to see what interpolation matters
 
     Between two lines gain and phase are interpolated; a resonance narrower than the spacing of the lines is not seen.
-    A crossing between two lines that differ by more than RESOLVED is not used but told. The disk margin of several
-    channels is that for one factor matrix of any structure, from the largest singular value of S - T.
+    A crossing between two lines that differ by more than RESOLVED is not used but listed as unresolved. The disk margin
+    of several channels is that for one factor matrix of any structure, from the largest singular value of S - T.
     """
     matrices = loops[:, None, None] if loops.ndim == 1 else loops
     loci = characteristic_loci(matrices)

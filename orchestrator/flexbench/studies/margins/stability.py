@@ -1,4 +1,4 @@
-"""Exact margins of a periodic loop: how far all channels together may change before its spectral radius reaches one."""
+"""Exact margins of a periodic loop: the changes of all channels at which its spectral radius reaches one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from .periodic_loop import PeriodicLoop
 
-LONGEST_DELAY = 0.1  # s, up to which a delay margin is looked for
+LONGEST_DELAY = 0.1  # s, up to which a delay margin is searched
 DELAY_STEP = 2.5e-4  # s, between the points of the search: a narrower island of instability would be missed
 LARGEST_GAIN = 100.0
 GAIN_STEP = 1.05

@@ -1,4 +1,4 @@
-"""The study of margins: analysis, measurement and the delay that really counts, kept as one JSON file with figures."""
+"""The study of margins: analysis, measurement and the delay that destabilises the co-simulation, in one JSON file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Log = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """How to measure."""
+    """Settings of a measurement."""
 
     band: tuple[float, float] | None = None  # Hz; None for one period's frequency to nearly half the sampling rate
     length: float = 20.0  # s, of a period of the test signal
@@ -72,9 +72,9 @@ def measure(
     measured, replicas = _estimated(loop, settings, folder, multisine, amplitude, log)
     if settings.zoom:
         length = settings.length * settings.zoom
-        wishes = zoomed_lines(measured, replicas, room(loop.period, length, loop.slow_period))
-        if len(wishes):
-            multisine = multisine_at(loop.period, length, wishes, loop.slow_period)
+        wanted = zoomed_lines(measured, replicas, room(loop.period, length, loop.slow_period))
+        if len(wanted):
+            multisine = multisine_at(loop.period, length, wanted, loop.slow_period)
             again = _estimated(loop, settings, folder / "zoom", multisine, amplitude, log)
             measured, replicas = merged((measured, replicas), again)
     margins: dict[str, Any] = {}
@@ -139,7 +139,7 @@ def run_study(
     find_delay: bool = False,
     log: Log = lambda _: None,
 ) -> Path:
-    """Do what can be done for a loop, and leave margins.json in the folder; return its path."""
+    """Analyse and measure a loop as far as possible; write margins.json to the folder and return its path."""
     folder.mkdir(parents=True, exist_ok=True)
     controller = loop.system.component(loop.controller)
     content: dict[str, Any] = {
@@ -153,7 +153,9 @@ def run_study(
         log("analysis of the designed loop")
         content["analysis"] = _analysis(analyse(loop.designed))
     elif analytic_only:
-        raise InputError(f"{loop.controller}: not a controller of ours, so there is no design to analyse; measure it")
+        raise InputError(
+            f"{loop.controller}: not a controller of flexsat, so there is no design to analyse; measure it"
+        )
     if not analytic_only:
         measured, margins = measure(loop, settings, folder / "experiments", log)
         content["measured"] = _measured(measured, margins, settings)
@@ -166,7 +168,7 @@ def _find_delay(loop: SystemLoop, folder: Path, log: Log) -> UnstableDelay:
     return destabilising_delay(
         loop,
         folder / "delays",
-        told=lambda delay, rate: log(f"delay {delay * 1e3:.1f} ms: fastest growth {rate:+.3f} 1/s"),
+        progress=lambda delay, rate: log(f"delay {delay * 1e3:.1f} ms: fastest growth {rate:+.3f} 1/s"),
     )
 
 

@@ -1,4 +1,4 @@
-"""What a system tells about its loop: is it of our design, with which delays and parameters, and where to push."""
+"""Read the attitude control loop from a system: its design if known, delays, parameters, injection directions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ QUIET: Mapping[str, Value] = {
     "sensors.star_tracker.noise_fine": 0.0,
     "sensors.jitter.enabled": False,
     "plant.initial.attitude_deviation": 0.0,
-}  # what makes a run of our components quiet
+}  # no noise and no disturbance from flexsat's components
 QUIET_CONTROLLER: Mapping[str, Value] = {"controller.jitter.feed_forward": False}
 
 
@@ -41,7 +41,7 @@ class SystemLoop:
     system: System
     controller: str
     plant: str
-    designed: DesignedLoop | None  # None unless the controller is ours
+    designed: DesignedLoop | None  # None unless the controller is one of flexsat
     directions: Array  # (m, d): columns along which to inject
     makes: Array  # (d, m): makes @ directions = 1
     names: tuple[str, ...]  # (d,)
@@ -77,9 +77,9 @@ def read_loop(
     """
     wires = loop_channels(system, controller, plant)
     design = _design(system, plant, overrides)
-    ours = _model(system, controller) == f"controller_{design.config.name}" if design is not None else False
+    own_controller = _model(system, controller) == f"controller_{design.config.name}" if design is not None else False
     designed = None
-    if design is not None and ours:
+    if design is not None and own_controller:
         designed = DesignedLoop(
             design=design,
             delays=_delays(system, controller, plant, design.config.rates.controller),
@@ -101,7 +101,7 @@ def read_loop(
         names=names,
         amplitude=None if design is None else SHARE_OF_LIMIT * design.controller.torque_limit,
         slow_period=None if design is None else design.config.rates.star_tracker,
-        quiet={} if design is None else {**QUIET, **(QUIET_CONTROLLER if ours else {})},
+        quiet={} if design is None else {**QUIET, **(QUIET_CONTROLLER if own_controller else {})},
     )
 
 
@@ -109,7 +109,7 @@ def with_controller(system: System, controller: str, fmu: Path) -> System:
     """Return the system with another FMU as its controller.
 
     Parameters that the FMU does not have are left out, and so are connections to inputs that it does not have: a
-    vendor's controller need not look at everything. Its outputs must be there.
+    vendor's controller need not use every measurement. Its outputs must be there.
     """
     old = system.component(controller)
     new = replace(old, source=fmu.absolute(), archive=None, connectors=None)

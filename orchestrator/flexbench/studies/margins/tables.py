@@ -45,7 +45,7 @@ def margin_rows(content: Mapping[str, Any]) -> Rows:
 
 
 def explanation(content: Mapping[str, Any]) -> str:
-    """Say what the numbers are."""
+    """Return what the numbers mean, as sentences."""
     text = (
         "The loop is opened at the plant's input. Exact margins are those of the periodic loop, slow sensors included: "
         "the factor, phase or further delay on all inputs together at which its spectral radius reaches one. The other "
@@ -60,8 +60,8 @@ def explanation(content: Mapping[str, Any]) -> str:
             f"{settings['settle']} to settle, {'without' if settings['quiet'] else 'with'} noise, "
             f"seed {content['seed']}; lines of a coherence from {COHERENT:g}; {100 * CONFIDENCE:g} % intervals from "
             f"the scatter of the periods; `{TOGETHER}` opens all directions at once. Where crossings are left out, "
-            "because the loop turns too fast between two lines, the margins are upper bounds: --zoom measures again "
-            "there, with longer periods."
+            "because the response changes too fast between two lines, the margins are upper bounds: --zoom measures "
+            "again there, with longer periods."
         )
     return text
 
@@ -71,15 +71,15 @@ def _cells(margins: Mapping[str, Any], uncertainty: Mapping[str, float]) -> Sequ
     left_out = len(margins["unresolved"])
     bound = "<= " if left_out else ""
 
-    def told(name: str, tell: Callable[[float | None, float | None], str]) -> str:
+    def cell(name: str, text_of: Callable[[float | None, float | None], str]) -> str:
         if margins[name] is None:
             return NONE
-        return f"{tell(margins[name], uncertainty.get(name))} at {margins[f'{name}_at']:.3g} Hz"
+        return f"{text_of(margins[name], uncertainty.get(name))} at {margins[f'{name}_at']:.3g} Hz"
 
-    gains = [told(name, _gain) for name in ("gain_down", "gain_up") if margins[name]]
-    found = ", ".join(gains) or NONE, told("phase", _phase), told("delay", _delay)
+    gains = [cell(name, _gain) for name in ("gain_down", "gain_up") if margins[name]]
+    found = ", ".join(gains) or NONE, cell("phase", _phase), cell("delay", _delay)
     disk = f"{margins['disk']:.3f}{_plus(uncertainty.get('disk'), '.3f')} at {margins['disk_at']:.3g} Hz"
-    return *(f"{bound if cell != NONE else ''}{cell}" for cell in found), f"{bound}{disk}", str(left_out or "")
+    return *(f"{bound if text != NONE else ''}{text}" for text in found), f"{bound}{disk}", str(left_out or "")
 
 
 def _gain(factor: float | None, plus: float | None = None) -> str:

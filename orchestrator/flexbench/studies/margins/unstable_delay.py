@@ -1,4 +1,4 @@
-"""Find the delay that really makes a co-simulation unstable: delay the plant's input until a pushed loop rings up."""
+"""Find the delay that makes a co-simulation unstable: delay the plant's input until an excited loop diverges."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from .multisine import Multisine, design_multisine
 from .system_loop import SystemLoop
 
 FINE_TICK = 100_000  # ns: the resolution of the delay
-PUSH = 1.0  # s of test signal
-WINDOW = 2.0  # s: growth is told from two windows after the push, one after the other
+EXCITATION = 1.0  # s of test signal
+WINDOW = 2.0  # s: growth is estimated from two consecutive windows after the excitation
 LOWEST = 4.0  # Hz: slower motion hardly grows or decays within two windows
-FAINT = 1e-4  # of the strongest line: below lies what the windows let through
-SHARE_OF_PUSH = 1e-3  # of the test signal's peak: without noise little is enough, and far from any limit
+FAINT = 1e-4  # of the strongest line: below it is leakage of the windows
+SHARE_OF_AMPLITUDE = 1e-3  # of the test signal's peak: without noise a small excitation suffices, far from any limit
 FIRST_STEP = 20  # ticks, then twice as many
 ALIKE = 0.1  # relative: lines that grow as fast as the fastest; the strongest of them is named
 NEAR = 1.0  # Hz, in which the strongest line is looked for
-Told = Callable[[float, float], None]
+Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +40,7 @@ class UnstableDelay:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """How fast a pushed loop's motion grows, line by line, and the line that grows fastest."""
+    """Growth rate of an excited loop's motion, line by line, and the line that grows fastest."""
 
     rate: float  # 1/s
     frequency: float  # Hz
@@ -59,7 +59,7 @@ def destabilising_delay(
     folder: Path,
     between: tuple[float, float] = (0.0, 0.02),
     amplitude: float | None = None,
-    told: Told | None = None,
+    progress: Progress | None = None,
 ) -> UnstableDelay:
     """Bisect the delay at the plant input in co-simulations of a few seconds, without noise.
 
@@ -68,35 +68,35 @@ def destabilising_delay(
     loop : what `read_loop` returns
     folder : for the runs
     between : delays between which to look [s]: the loop is stable at the first and unstable at the second
-    amplitude : peak of the push in the unit of the plant's inputs; None for a thousandth of the loop's test signal
-    told : called after each run with its delay [s] and the fastest growth rate found [1/s]
+    amplitude : peak of the excitation in the unit of the plant's inputs; None for a thousandth of the test signal's
+    progress : called after each run with its delay [s] and the fastest growth rate found [1/s]
 
     The system runs on a tick of 0.1 ms, with the plant stepped at it, so that the delay can be any number of ticks.
-    A test signal pushes all directions at once for a second. Then the spectra of two windows tell, line by line, what
-    grows.
+    A test signal excites all directions at once for a second. The spectra of two windows after it give the growth rate
+    of each line.
 
     Raises
     ------
     InputError
         If the loop is unstable without a delay, or stable at the longest, or the amplitude is not known.
     """
-    peak = SHARE_OF_PUSH * loop.amplitude if amplitude is None and loop.amplitude is not None else amplitude
+    peak = SHARE_OF_AMPLITUDE * loop.amplitude if amplitude is None and loop.amplitude is not None else amplitude
     if peak is None:
         raise InputError("amplitude: not known for this plant; give one in the unit of its inputs")
-    opened = open_loop_at(fine_system(loop), loop.controller, loop.plant, _push(loop.period), folder)
+    opened = open_loop_at(fine_system(loop), loop.controller, loop.plant, _excitation(loop.period), folder)
     tick = FINE_TICK * 1e-9
     done: dict[int, Growth] = {}
 
     def grows(ticks: int) -> bool:
         if ticks not in done:
-            done[ticks] = _pushed(opened, loop, folder / f"delay{ticks}", ticks, peak)
-            if told is not None:
-                told(ticks * tick, done[ticks].rate)
+            done[ticks] = _growth_with_delay(opened, loop, folder / f"delay{ticks}", ticks, peak)
+            if progress is not None:
+                progress(ticks * tick, done[ticks].rate)
         return done[ticks].rate > 0.0
 
     stable, unstable = (round(delay / tick) for delay in between)
     if grows(stable):
-        raise InputError(f"system {loop.system.name}: unstable with a delay of {stable * tick * 1e3:g} ms; begin lower")
+        raise InputError(f"system {loop.system.name}: unstable with a delay of {stable * tick * 1e3:g} ms; start lower")
     step = FIRST_STEP
     while stable + step < unstable and not grows(stable + step):
         stable, step = stable + step, 2 * step
@@ -141,13 +141,13 @@ def fine_system(loop: SystemLoop) -> System:
 
 
 def growth_of(signals: Array, sample: float, peak: float) -> Growth:
-    """Tell from free motion what grows.
+    """Estimate growth rates from free motion.
 
     Parameters
     ----------
     signals : (2 k, m) two windows long
     sample : [s]
-    peak : of the push; a loop that leaves it a hundredfold behind grows, even if it is at its limits by then
+    peak : of the excitation; a loop that exceeds it a hundredfold grows, even if it is at its limits by then
     """
     count = len(signals) // 2
     taper = np.blackman(count)[:, None]
@@ -156,31 +156,31 @@ def growth_of(signals: Array, sample: float, peak: float) -> Growth:
     frequency: Array = np.fft.rfftfreq(count, sample).astype(np.float64)
     power = np.maximum(early, late)
     rates = np.log((late + 1e-300) / (early + 1e-300)) / (count * sample)
-    heard = np.flatnonzero((frequency >= LOWEST) & (power > FAINT * power.max()))
-    if not len(heard):
+    strong = np.flatnonzero((frequency >= LOWEST) & (power > FAINT * power.max()))
+    if not len(strong):
         return Growth(rate=-np.inf, frequency=np.nan, lines=frequency, rates=rates, power=power)
-    most = float(rates[heard].max())
-    alike = heard[rates[heard] >= most - ALIKE * abs(most)]
+    most = float(rates[strong].max())
+    alike = strong[rates[strong] >= most - ALIKE * abs(most)]
     fastest = alike[np.argmax(power[alike])]
     away = float(np.abs(signals).max() / peak)
     if away > 100.0:
-        fastest = heard[np.argmax(power[heard])]
+        fastest = strong[np.argmax(power[strong])]
     rate = max(float(rates[fastest]), np.log(away) / (2.0 * WINDOW)) if away > 100.0 else float(rates[fastest])
     return Growth(rate=rate, frequency=float(frequency[fastest]), lines=frequency, rates=rates, power=power)
 
 
-def _push(period: float) -> Multisine:
+def _excitation(period: float) -> Multisine:
     """Return a second of all frequencies, and nothing after it."""
-    signal = design_multisine(period, PUSH, (1.0 / PUSH, 0.45 / period), round(0.4 * PUSH / period))
+    signal = design_multisine(period, EXCITATION, (1.0 / EXCITATION, 0.45 / period), round(0.4 * EXCITATION / period))
     silent = np.zeros(round(2.0 * WINDOW / period))
     return replace(signal, values=np.concatenate([signal.values, silent]))
 
 
-def _pushed(opened: Opened, loop: SystemLoop, folder: Path, ticks: int, peak: float) -> Growth:
+def _growth_with_delay(opened: Opened, loop: SystemLoop, folder: Path, ticks: int, peak: float) -> Growth:
     late = tuple(
         replace(c, delay=c.delay + ticks) if c.from_component == NAME else c for c in opened.system.connections
     )
     delayed = replace(opened, system=replace(opened.system, connections=late))
     direction = loop.directions.sum(axis=1)
     before, _ = record_injection(delayed, folder, direction / np.abs(direction).max(), peak, 1, loop.quiet)
-    return growth_of(before[0, round(PUSH / loop.period) :], loop.period, peak)
+    return growth_of(before[0, round(EXCITATION / loop.period) :], loop.period, peak)

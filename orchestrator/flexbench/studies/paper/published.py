@@ -165,7 +165,7 @@ ROWS: tuple[PaperRow, ...] = (
 REMARKS = (
     "Not reproduced by anything tried: both slew control costs, and the distributed total cost with the authors'"
     " own matrices (247).",
-    "Slews are flown without wheel jitter, as in the authors' release.",
+    "Slews are simulated without wheel jitter, as in the authors' release.",
     "As published: order of mode rows, zero wheel phases, smoothed slew reference, 1 arcsec initial error on each"
     " axis, and the definitions above. Corrected: one order, random phases, time-optimal reference.",
     "With random wheel phases the deformation of the centralised spacecraft scatters by a third and more from seed"

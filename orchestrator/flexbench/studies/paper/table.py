@@ -1,4 +1,4 @@
-"""The paper's results table with our numbers beside it: as text, Markdown, CSV and JSON."""
+"""The paper's results table next to the numbers of flexsat: as text, Markdown, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from .published import REMARKS, ROWS, VARIANTS, PaperRow, Variant
 
 Key = tuple[Variant, ConfigurationName, str]  # variant, configuration, scenario
 WITHIN = 0.10  # relative deviation from the reference that counts as met
-ENOUGH = 4  # seeds that tell their own scatter
+ENOUGH = 4  # seeds from which their scatter is estimated
 DEVIATIONS = 3.0  # or this many standard deviations of one seed, where it scatters more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """One of our numbers, in the printed unit, over the seeds."""
+    """A number of flexsat, in the printed unit, over the seeds."""
 
     mean: float
     deviation: float | None  # standard deviation of one seed; None with a single seed
@@ -42,7 +42,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """How one of our numbers compares with our earlier independent simulation."""
+    """A number of flexsat compared with an earlier independent simulation."""
 
     reference: float
     deviation: float  # relative
@@ -59,7 +59,7 @@ class Results:
     duration: float  # s
 
     def cell(self, row: PaperRow, variant: Variant, name: ConfigurationName) -> Cell | None:
-        """Return our number for a cell; None if that variant was not run."""
+        """Return the number of a cell; None if that variant was not run."""
         runs = self.metrics.get((variant, name, row.scenario))
         if not runs:
             return None
@@ -74,7 +74,7 @@ class Results:
 
 
 def number(value: float) -> str:
-    """Print three significant digits, without a needless exponent."""
+    """Format a number with three significant digits, in exponent form only where it is shorter."""
     if value == 0.0:
         return "0"
     if 1e-2 <= abs(value) < 1e4:
@@ -88,7 +88,7 @@ def compare(cell: Cell, reference: float, scatter: float) -> Comparison:
 
     Parameters
     ----------
-    cell : ours
+    cell : of flexsat
     reference : a mean over some six seeds itself
     scatter : standard deviation of one seed, in the printed unit
     """
@@ -128,8 +128,8 @@ def _lines(results: Results, name: ConfigurationName) -> list[list[str]]:
     lines = []
     for row in ROWS:
         cells = [results.cell(row, variant, name) for variant in results.variants]
-        ours = [cell.text if cell else "-" for cell in cells]
-        lines.append([row.label, row.unit, number(row.published_for(name)), *ours])
+        numbers = [cell.text if cell else "-" for cell in cells]
+        lines.append([row.label, row.unit, number(row.published_for(name)), *numbers])
     return lines
 
 
@@ -147,7 +147,7 @@ def as_text(results: Results, width: int = 110) -> str:
     output = io.StringIO()
     console = Console(file=output, width=width)
     for name in CONFIGURATIONS:
-        table = Table(title=f"{name}: the paper's results, and ours", title_justify="left", box=SIMPLE_HEAD)
+        table = Table(title=f"{name}: results of the paper and of flexsat", title_justify="left", box=SIMPLE_HEAD)
         for column in _header(results):
             table.add_column(column, justify="left" if column in ("row", "unit") else "right")
         for line in _lines(results, name):
@@ -159,10 +159,10 @@ def as_text(results: Results, width: int = 110) -> str:
 
 def _comparison(results: Results) -> Table:
     table = Table(
-        title="Against our earlier independent simulation on the same mesh", title_justify="left", box=SIMPLE_HEAD
+        title="Against an earlier independent simulation on the same mesh", title_justify="left", box=SIMPLE_HEAD
     )
-    for column in ("row", "variant", "configuration", "ours", "reference", "deviation", "criterion", ""):
-        table.add_column(column, justify="right" if column in ("ours", "reference", "deviation") else "left")
+    for column in ("row", "variant", "configuration", "flexsat", "reference", "deviation", "criterion", ""):
+        table.add_column(column, justify="right" if column in ("flexsat", "reference", "deviation") else "left")
     for row, variant, name, cell, comparison in comparisons(results):
         deviation = f"{100.0 * comparison.deviation:+.0f} %" if np.isfinite(comparison.deviation) else "-"
         table.add_row(

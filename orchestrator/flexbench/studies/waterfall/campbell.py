@@ -1,7 +1,7 @@
-"""How the free spacecraft answers the imbalance of its wheels over wheel speed: the data of a Campbell diagram.
+"""Response of the free spacecraft to the imbalance of its wheels over wheel speed: data of a Campbell diagram.
 
-Linear, about rest, with no torque commanded. All wheels turn at one common speed for the gyroscopic terms; what
-shakes is one wheel at a time, by the first harmonic of its imbalance.
+Linear, about rest, with no torque commanded. All wheels turn at one common speed for the gyroscopic terms; the
+excitation is the first harmonic of the imbalance of one wheel at a time.
 """
 
 from __future__ import annotations

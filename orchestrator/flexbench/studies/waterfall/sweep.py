@@ -64,11 +64,11 @@ def sweep(
     span: tuple[float, float] | None = None,
     processes: int | None = None,
 ) -> Waterfall:
-    """Run the sweep; leave one folder a speed and waterfall.json.
+    """Run the sweep; write one folder a speed, and waterfall.json.
 
     Parameters
     ----------
-    system : of ours, any scenario
+    system : of flexsat, any scenario
     design : that it was built from
     folder : results folder
     points : number of speeds, evenly spaced
@@ -138,12 +138,12 @@ def _overrides(design: Design, speed: float, seed: int) -> dict[str, Any]:
 
 
 def design_of(system: Path) -> Design:
-    """Return the design behind a system of ours; raise InputError for any other."""
+    """Return the design of a system of flexsat; raise InputError for any other."""
     loaded = load_system(system)
     for name in CONFIGURATIONS:
         if loaded.name.startswith(name):
             return build_designs(name).corrected
-    raise InputError(f"{system}: not one of our systems; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
+    raise InputError(f"{system}: not a system of flexsat; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
 
 
 def measure(folder: Path, design: Design, stop: float) -> tuple[Array, Array, float]:
@@ -165,7 +165,7 @@ def predict(design: Design, speeds: Array) -> Array:
 
 
 def write_waterfall(result: Waterfall, design: Design, folder: Path) -> None:
-    """Leave waterfall.json: the table of speeds, and the crossings."""
+    """Write waterfall.json: the table of speeds, and the crossings."""
     by_wheel = [crossing_deformation(design, crossing) for crossing in result.crossings]
     content = {
         "configuration": result.configuration,

@@ -1,4 +1,4 @@
-"""Pointing error indices against closed forms, requirements, and what a budget tells."""
+"""Pointing error indices against closed forms, requirements, tables and the figure."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from scipy.spatial.transform import Rotation
 from flexbench.figures.budget import budget_figure
 from flexbench.html.text_table import format_table
 from flexbench.runs.run_folder import Run
-from flexbench.studies.budget import ErrorHistory, Windows, compute_budget, judge, read_requirements
-from flexbench.studies.budget import indices as subject
+from flexbench.studies.budget import ErrorHistory, Windows, compute_budget, indices, judge, read_requirements
 from flexbench.studies.budget.evaluate import since_default
 from flexbench.studies.budget.split import OFF, SOURCES, plan_runs
 from flexbench.studies.budget.tables import assessment_rows, notes, rows
@@ -44,13 +43,13 @@ def test_absolute_error_of_a_sine_is_the_arc_sine_law():
     error = np.abs(sine(10.0, 100.0))[:, 0]
     for level in (0.5, 0.95, 0.9973):
         # the share of the time that |sin| stays below sin(pi p / 2) is p; 5 us of phase between neighbouring samples
-        assert_allclose(subject.at_level(error, level), AMPLITUDE * np.sin(0.5 * np.pi * level), rtol=2e-3)
+        assert_allclose(indices.at_level(error, level), AMPLITUDE * np.sin(0.5 * np.pi * level), rtol=2e-3)
 
 
 def test_mean_error_of_a_sine():
     window, period = 2.0, 7.0
     error = sine(period, 70.0)
-    means = subject.window_means(error, round(window / INTERVAL))
+    means = indices.window_means(error, round(window / INTERVAL))
 
     middle = (np.arange(35) + 0.5) * window
     expected = dirichlet(window, period) * AMPLITUDE * np.sin(2.0 * np.pi * middle / period + 0.3)
@@ -59,15 +58,15 @@ def test_mean_error_of_a_sine():
 
 def test_relative_error_of_a_sine_over_whole_periods_is_the_sine():
     error = sine(2.0, 40.0)
-    assert_allclose(subject.window_deviations(error, 400), error, atol=FEW_ULP)  # a window is a period
-    assert_allclose(subject.window_means(error, 400), 0.0, atol=FEW_ULP)
+    assert_allclose(indices.window_deviations(error, 400), error, atol=FEW_ULP)  # a window is a period
+    assert_allclose(indices.window_means(error, 400), 0.0, atol=FEW_ULP)
 
 
 @pytest.mark.parametrize("separation", [3.5, 7.0, 10.5])
 def test_drift_of_a_sine(separation: float):
     """Twice the mean at half a period, nothing at a whole one."""
     window, period = 1.0, 7.0
-    found = subject.drifts(sine(period, 70.0), 200, round(separation / INTERVAL))
+    found = indices.drifts(sine(period, 70.0), 200, round(separation / INTERVAL))
 
     start = np.arange(len(found)) * window
     earlier, later = (
@@ -82,18 +81,18 @@ def test_drift_of_a_sine(separation: float):
 
 def test_reproducibility_of_a_ramp_and_a_periodic_error():
     ramp = np.arange(6000.0)[:, None]
-    found = subject.reproducibility(ramp, 100, 2000)
+    found = indices.reproducibility(ramp, 100, 2000)
     # three observations of twenty windows: pairs one, one and two observations apart
     assert sorted(set(found[:, 0].tolist())) == [2000.0, 4000.0]
     assert len(found) == 60
     assert np.count_nonzero(found == 4000.0) == 20
     periodic = np.tile(np.arange(2000.0), 3)[:, None]
-    assert not subject.reproducibility(periodic, 100, 2000).any()
+    assert not indices.reproducibility(periodic, 100, 2000).any()
 
 
 def test_mean_and_deviation_divide_the_power():
     error = np.random.default_rng(1).standard_normal((9000, 3))
-    means, deviations = subject.window_means(error, 300), subject.window_deviations(error, 300)
+    means, deviations = indices.window_means(error, 300), indices.window_deviations(error, 300)
     assert_allclose(np.mean(means**2) + np.mean(deviations**2), np.mean(error**2), rtol=FEW_ULP)
 
 
@@ -115,18 +114,18 @@ def test_indices_of_band_limited_noise_follow_from_its_density():
         "PDE": np.sum(density * kernel * 4.0 * np.sin(separation * angle) ** 2),
     }
     found = {
-        "MPE": np.mean(subject.window_means(error, window) ** 2),
-        "RPE": np.mean(subject.window_deviations(error, window) ** 2),
-        "PDE": np.mean(subject.drifts(error, window, separation) ** 2),
+        "MPE": np.mean(indices.window_means(error, window) ** 2),
+        "RPE": np.mean(indices.window_deviations(error, window) ** 2),
+        "PDE": np.mean(indices.drifts(error, window, separation) ** 2),
     }
     for name in expected:  # 2000 windows: a variance is known to 1 / sqrt(1000), 3 %, and this is four times that
         assert_allclose(found[name], expected[name], rtol=0.12, err_msg=name)
 
 
-def test_the_level_is_an_order_statistic():
+def test_value_at_a_level_is_an_order_statistic():
     sizes = np.arange(1.0, 101.0)
-    assert subject.at_level(sizes, 0.95) == 95.0
-    assert subject.at_level(sizes, 0.9973) == 100.0  # too few for it: the largest
+    assert indices.at_level(sizes, 0.95) == 95.0
+    assert indices.at_level(sizes, 0.9973) == 100.0  # too few for it: the largest
 
 
 def test_normal_error_stays_within_two_and_three_sigma():
@@ -157,13 +156,13 @@ def test_axes_of_a_constant_error():
     ]
 
 
-def test_a_short_run_says_what_it_is_too_short_for():
+def test_indices_that_a_run_is_too_short_for_are_listed():
     budget = compute_budget(constant_history(40.0), Windows())
     assert budget.entry("PDE", "x") is None
     assert budget.entry("PRE", "x") is None
-    told = "\n".join(notes(budget))
-    assert "Too short for PDE, PRE" in told
-    assert "fewer values" in told  # four windows do not tell 95 %
+    text = "\n".join(notes(budget))
+    assert "Too short for PDE, PRE" in text
+    assert "fewer values" in text  # four windows are too few for 95 %
 
 
 def test_error_rotation_agrees_with_scipy_and_with_the_angle():
@@ -179,7 +178,7 @@ def test_error_rotation_agrees_with_scipy_and_with_the_angle():
     assert_allclose(error_rotation(across[1], across[0]), [[2e-3, 0.0, 0.0]], atol=1e-12)
 
 
-def test_windows_and_start_are_refused_by_name():
+def test_bad_windows_levels_and_starts_are_refused():
     with pytest.raises(InputError, match=r"window 0\.0"):
         Windows(window=0.0)
     with pytest.raises(InputError, match="observation 5 s: must hold a window of 10 s"):
@@ -204,13 +203,13 @@ def test_requirements_pass_and_fail_at_their_limit(tmp_path: Path):
     lines = LINE.replace("RPE", "APE")
     path.write_text(lines.replace("1.0", "3.001") + lines.replace("1.0", "2.999") + lines.replace("arcsec", "urad"))
 
-    verdicts = [judge(constant_history(), requirement) for requirement in read_requirements(path)]
+    assessments = [judge(constant_history(), requirement) for requirement in read_requirements(path)]
 
-    assert [verdict.met for verdict in verdicts] == [True, False, False]
-    assert_allclose([v.value for v in verdicts], [3.0, 3.0, 3e6 * ARCSECOND], rtol=1e-12)
-    told = assessment_rows(verdicts)
-    assert [row[-1] for row in told] == ["pass", "FAIL", "FAIL"]
-    assert len({len(line) for line in format_table(tuple("abcdefghi"), told).splitlines()[1:]}) == 1
+    assert [one.met for one in assessments] == [True, False, False]
+    assert_allclose([one.value for one in assessments], [3.0, 3.0, 3e6 * ARCSECOND], rtol=1e-12)
+    table = assessment_rows(assessments)
+    assert [row[-1] for row in table] == ["pass", "FAIL", "FAIL"]
+    assert len({len(line) for line in format_table(tuple("abcdefghi"), table).splitlines()[1:]}) == 1
 
 
 @pytest.mark.parametrize(
@@ -231,7 +230,7 @@ def test_requirements_pass_and_fail_at_their_limit(tmp_path: Path):
         (("[[requirement]]", "[[requirement"), "no TOML"),
     ],
 )
-def test_a_wrong_requirement_is_refused_by_key_value_and_remedy(tmp_path: Path, change: tuple[str, str], message: str):
+def test_bad_requirement_is_refused_with_key_value_and_remedy(tmp_path: Path, change: tuple[str, str], message: str):
     path = tmp_path / "requirements.toml"
     path.write_text(LINE.replace(*change))
     with pytest.raises(InputError, match=re.escape(message)) as refused:
@@ -240,7 +239,7 @@ def test_a_wrong_requirement_is_refused_by_key_value_and_remedy(tmp_path: Path, 
     assert str(path) in str(refused.value)
 
 
-def test_a_requirement_that_a_run_is_too_short_for_is_refused(tmp_path: Path):
+def test_requirement_that_a_run_is_too_short_for_is_refused(tmp_path: Path):
     path = tmp_path / "requirements.toml"
     path.write_text(LINE.replace("RPE", "PDE"))
     (requirement,) = read_requirements(path)
@@ -248,11 +247,11 @@ def test_a_requirement_that_a_run_is_too_short_for_is_refused(tmp_path: Path):
         judge(constant_history(40.0), requirement)
 
 
-def test_the_example_of_requirements_is_read():
+def test_example_requirements_are_read():
     assert {r.index for r in read_requirements(ROOT / "examples" / "requirements.toml")} == {"APE", "RPE", "PDE", "PRE"}
 
 
-def test_each_source_is_on_in_all_and_in_its_own_run_only():
+def test_each_source_acts_in_all_and_in_its_own_run_only():
     runs = plan_runs()
     for source in SOURCES:
         for name in (*SOURCES, "none"):
@@ -263,7 +262,7 @@ def test_each_source_is_on_in_all_and_in_its_own_run_only():
         assert not set(one) & set(other)
 
 
-def test_the_figure_shows_errors_means_and_indices_in_arcsec():
+def test_figure_shows_errors_means_and_indices_in_arcsec():
     history = constant_history()
     figure = budget_figure(history, compute_budget(history, Windows()))
     time, bars = figure.axes

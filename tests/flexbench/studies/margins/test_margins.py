@@ -51,8 +51,8 @@ def test_complementary_sensitivity_is_that_of_python_control():
     plant = small_plant()
     frequency = np.geomspace(0.01, 4.9, 40)
     found = time_invariant(plant).complementary_sensitivity(frequency)[:, 0, 0]
-    theirs = control.feedback(plant, 1)(np.exp(2j * np.pi * frequency * PERIOD))
-    assert_allclose(found, theirs, rtol=1e-9)  # rounding, near a resonance
+    reference = control.feedback(plant, 1)(np.exp(2j * np.pi * frequency * PERIOD))
+    assert_allclose(found, reference, rtol=1e-9)  # rounding, near a resonance
 
 
 def test_margins_are_those_of_python_control():
@@ -71,7 +71,7 @@ def test_margins_are_those_of_python_control():
     assert found.unresolved == ()
     disk, disk_gain, disk_phase = control.disk_margins(control.ss(plant), omega, skew=0.0)
     assert found.disk == pytest.approx(disk, rel=1e-6)
-    assert found.disk_gain == pytest.approx(10.0 ** (disk_gain / 20.0), rel=1e-6)  # theirs are decibel
+    assert found.disk_gain == pytest.approx(10.0 ** (disk_gain / 20.0), rel=1e-6)  # python-control gives decibel
     assert found.disk_phase == pytest.approx(disk_phase, rel=1e-6)
 
 
@@ -151,7 +151,7 @@ def test_the_delay_margin_from_the_response_counts_the_hold(rate):
     assert_allclose(delayed_hold(0.7, 2.0 * PERIOD, PERIOD), np.exp(-1.4j), rtol=1e-12)  # whole periods: a pure delay
 
 
-def test_a_crossing_between_lines_too_far_apart_is_told_and_not_used():
+def test_crossing_between_lines_too_far_apart_is_listed_and_not_used():
     plant = 3.0 * small_plant()  # its resonance reaches beyond gain one
     dense, sparse = np.geomspace(0.05, 4.0, 3000), np.geomspace(0.05, 4.0, 14)
     found = loop_margins(sparse, plant(np.exp(2j * np.pi * sparse * PERIOD)))
@@ -187,7 +187,7 @@ def random_periodic_loop(seed=5):
     return PeriodicLoop(first=first, rest=rest, b=generator.standard_normal((size, channels)), steps=4, period=0.01)
 
 
-def test_a_periodic_loop_answers_at_the_frequency_of_the_injection_as_simulated():
+def test_response_of_a_periodic_loop_at_the_frequency_of_the_injection_is_as_simulated():
     loop = random_periodic_loop()
     assert loop.radius() < 0.95
     frequency, along = 13.0, np.array([0.3, -1.0])
@@ -220,7 +220,7 @@ def test_one_direction_opened_leaves_the_others_closed():
     assert_allclose(together, opened, rtol=1e-9)
 
 
-def test_an_unstable_loop_is_refused():
+def test_unstable_loop_is_refused():
     with pytest.raises(ValueError, match=r"unstable, spectral radius 1\.5: it has no margins"):
         stability_margins(lambda delay: delayed_integrator(25.0, delay))
 
@@ -236,7 +236,7 @@ def test_matrices_that_do_not_match_are_refused():
 
 @pytest.mark.parametrize(("name", "margin"), [("centralised", 3.783e-3), ("distributed", 4.932e-3)])
 def test_delay_margin_of_the_mesh_of_record(designs, name, margin):
-    # these are also where the co-simulation really turns (tests/system/test_margins.py)
+    # the co-simulation becomes unstable there too (tests/system/test_margins.py)
     loop = DesignedLoop(design=designs[name])
     assert loop.at(margin - 1e-5).radius() < 1.0 < loop.at(margin + 1e-5).radius()
     assert loop.at(0.0).radius() < loop.at(margin - 1e-3).radius() + 1e-6 < 1.0
@@ -251,7 +251,7 @@ def test_delay_margin_with_the_authors_matrices_as_published(monkeypatch, name, 
     monkeypatch.setattr(spacecraft, "build_structure", lambda _mesh, plate: authors_structure(data, plate))
     monkeypatch.setattr(
         Mesh, "node_at", lambda mesh, *site: int(np.argmin(np.linalg.norm(mesh.nodes - polar(*site), axis=1)))
-    )  # their inner sites lie up to 7 cm beside ours
+    )  # the authors' inner sites are up to 7 cm from those of flexsat
     loop = DesignedLoop(design=build_design(configuration(name), as_published=True))
     printed = 5e-5  # PHYSICS section 6 gives a tenth of a millisecond
     assert loop.at(margin - printed).radius() < 1.0 < loop.at(margin + printed).radius()
@@ -276,20 +276,20 @@ def authors_structure(data, plate):
     )
 
 
-def test_a_real_delay_and_a_further_one_are_the_same_to_the_loop(designs):
+def test_delays_of_the_system_and_of_the_margin_act_alike(designs):
     early = DesignedLoop(design=designs["centralised"], delays=Delays(actuation=0.0021)).at(0.0047)
     late = DesignedLoop(design=designs["centralised"]).at(0.0068)
     assert early.b.shape == late.b.shape
     assert_allclose(early.radius(), late.radius(), rtol=1e-9)
 
 
-def test_a_known_delay_costs_little_and_an_unknown_one_the_loop(designs):
+def test_loop_is_stable_with_compensated_delays_and_unstable_without(designs):
     delays = Delays(samples=1, actuation=0.005)
-    told = {"star_tracker.fine": True, "delay.measurement": 0.005, "delay.actuation": 0.005}
+    compensated = {"star_tracker.fine": True, "delay.measurement": 0.005, "delay.actuation": 0.005}
     assert DesignedLoop(design=designs["centralised"], delays=delays).at().radius() > 1.0
-    assert DesignedLoop(design=designs["centralised"], delays=delays, parameters=told).at().radius() < 1.0
-    # told of what is not there, it is as badly off
-    assert DesignedLoop(design=designs["centralised"], parameters=told).at().radius() > 1.0
+    assert DesignedLoop(design=designs["centralised"], delays=delays, parameters=compensated).at().radius() < 1.0
+    # compensation of delays that do not exist destabilises as well
+    assert DesignedLoop(design=designs["centralised"], parameters=compensated).at().radius() > 1.0
 
 
 @pytest.fixture(scope="module")
@@ -307,7 +307,7 @@ def test_the_time_invariant_equivalent_has_the_exact_margins(analysis):
     assert found.delay == pytest.approx(exact.delay, rel=0.005)
 
 
-def test_the_body_axes_are_all_that_six_wheels_on_the_bus_can_move(analysis):
+def test_six_wheels_on_the_bus_have_the_margins_of_the_body_axes(analysis):
     body, everything = analysis.margins["body axes"], analysis.margins["all wheels"]
     for name in ("gain_up", "phase", "delay", "disk"):
         assert getattr(body, name) == pytest.approx(getattr(everything, name), rel=1e-6)

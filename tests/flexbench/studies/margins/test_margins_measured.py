@@ -47,7 +47,7 @@ def test_a_multisine_has_its_lines_and_no_others():
     assert np.sqrt(np.mean(signal.values**2)) > 0.3  # as one sine has .7, and sines in phase .16
 
 
-def test_no_line_comes_back_where_another_stands():
+def test_no_line_is_an_alias_of_another():
     # a sampler of 0.1 s turns a line at f into lines at |f + 10 k| Hz
     signal = design_multisine(0.005, 10.0, (0.1, 95.0), None, 0.1)
     images = {int(line): {abs(int(line) + 100 * k) for k in range(-10, 10)} for line in signal.lines}
@@ -57,7 +57,7 @@ def test_no_line_comes_back_where_another_stands():
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "message"),
     [
         ({"length": 5.003}, "length 5.003 s must be a whole multiple of 0.01 s"),
         ({"slow_period": 0.3}, "length 5 s must be a whole multiple of 0.3 s"),
@@ -66,9 +66,9 @@ def test_no_line_comes_back_where_another_stands():
         ({"lines": 0}, "lines must be >= 1, got 0"),
     ],
 )
-def test_a_multisine_that_does_not_fit_is_refused(changed, told):
+def test_multisine_that_does_not_fit_is_refused(changed, message):
     given = {"length": 5.0, "band": (1.0, 20.0), "lines": 10, "slow_period": None} | changed
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         design_multisine(SAMPLE, given["length"], given["band"], given["lines"], given["slow_period"])
 
 
@@ -95,7 +95,7 @@ def synthetic(noise, periods=6, seed=3):
     return signal, loop, experiments
 
 
-def test_without_noise_the_loop_comes_back_exactly():
+def test_loop_is_estimated_exactly_without_noise():
     signal, loop, experiments = synthetic(0.0)
     found, _ = estimate_loop(experiments, signal, np.eye(2), ("a", "b"))
     assert_allclose(found.together, loop, atol=1e-12)
@@ -115,7 +115,7 @@ def test_the_stated_uncertainty_covers_the_error():
     assert 0.9 < np.mean(inside) < 0.99
 
 
-def test_lines_in_noise_do_not_count():
+def test_incoherent_lines_are_not_used():
     signal, _, experiments = synthetic(2.0)
     found, replicas = estimate_loop(experiments, signal, np.eye(2), ("a", "b"))
     assert np.all(found.coherence < COHERENT)
@@ -161,7 +161,7 @@ def measured_at(frequency):
     return found, [(together, single)] * 3
 
 
-def test_lines_are_put_where_a_mode_is_narrower_than_their_spacing():
+def test_zoom_adds_lines_where_a_mode_is_narrower_than_their_spacing():
     first = measured_at(np.geomspace(0.5, 20.0, 24))
     coarse = measured_margins(*first, "a").value
     assert coarse.unresolved
@@ -195,7 +195,7 @@ def test_a_slow_drift_is_taken_out():
 
 
 @pytest.mark.parametrize("rate", [-0.7, -0.02, 0.05, 1.3])
-def test_growth_of_a_mode_beside_a_strong_one_that_decays(rate):
+def test_growth_of_a_mode_next_to_a_strong_one_that_decays(rate):
     time = np.arange(round(2.0 * WINDOW / 0.005)) * 0.005
     strong = np.exp(-0.9 * time) * np.sin(2.0 * np.pi * 5.5 * time)
     weak = 0.05 * np.exp(rate * time) * np.cos(2.0 * np.pi * 26.7 * time)
@@ -266,7 +266,7 @@ def test_the_nichols_chart_shows_gain_over_phase_and_the_measured_points(content
     assert ring.get_ydata().max() == pytest.approx(20.0 * np.log10(1.25 / 0.75), rel=1e-6)
 
 
-def test_a_nichols_chart_of_nothing_is_refused():
+def test_nichols_chart_without_loops_is_refused():
     with pytest.raises(ValueError, match="one loop at least"):
         nichols_chart([])
 
@@ -279,7 +279,7 @@ def test_a_line_does_not_run_across_the_chart_where_the_phase_wraps():
     assert np.nanmax(np.abs(np.diff(shown))) < 10.0
 
 
-def test_the_sensitivity_figure_tells_its_peaks():
+def test_sensitivity_figure_labels_its_peaks():
     frequency = np.array([1.0, 2.0, 4.0])
     figure = sensitivity_singular_values(frequency, np.array([1.0, 10.0, 1.0]), np.array([1.0, 0.5, 0.1]))
     labels = figure.axes[0].get_legend_handles_labels()[1]
@@ -288,7 +288,7 @@ def test_the_sensitivity_figure_tells_its_peaks():
     assert figure.axes[0].get_xlabel() == "frequency [Hz]"
 
 
-def test_the_tables_tell_margins_with_units_and_uncertainties(content):
+def test_tables_have_margins_with_units_and_uncertainties(content):
     assert exact_rows(content)[0] == ("delay", "3.783 ms")
     assert exact_rows(content)[2] == ("gain down", "none found")
     assert exact_rows(content)[4][1] == "3.784 ms, at 26.6 Hz (stable at 3.7, unstable at 3.8 ms)"
@@ -319,7 +319,7 @@ def test_the_report_shows_the_study_of_a_run(content, tmp_path):
     assert "<?xml" not in page
 
 
-def test_the_report_of_a_run_without_a_study_tells_the_delay_margin(tmp_path):
+def test_report_of_a_run_without_a_study_has_the_delay_margin(tmp_path):
     run = Run(folder=Path(tmp_path), configuration="centralised", as_published=False, slew=False, seed=1)
-    told = section(run)
-    assert "exact: 3.78 ms" in told[1].text
+    blocks = section(run)
+    assert "exact: 3.78 ms" in blocks[1].text

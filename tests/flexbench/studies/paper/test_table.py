@@ -57,7 +57,7 @@ def results(variants=VARIANTS, factors=(1.0,)):
         (-1e-10, "-1.00e-10"),
     ],
 )
-def test_a_number_has_three_digits_and_no_needless_exponent(value, text):
+def test_number_has_three_digits_and_an_exponent_only_where_shorter(value, text):
     assert number(value) == text
 
 
@@ -75,7 +75,7 @@ def test_a_number_has_three_digits_and_no_needless_exponent(value, text):
         (2.0, 0.0, 1.0, "3 standard deviations of one seed", True),
     ],
 )
-def test_the_verdict_is_ten_percent_or_three_deviations(mean, reference, scatter, criterion, met):
+def test_criterion_is_ten_percent_or_three_deviations(mean, reference, scatter, criterion, met):
     comparison = compare(Cell(mean=mean, deviation=None, count=1), reference, scatter)
 
     assert (comparison.criterion, comparison.met, comparison.reference) == (criterion, met, reference)
@@ -147,7 +147,7 @@ def test_json_holds_everything_behind_the_table():
     assert {row["met"] for row in content["rows"] if row["reference"] != 0.0} <= {True, False}
 
 
-def test_text_fits_its_width_and_shows_every_row_and_verdict():
+def test_text_fits_its_width_and_shows_every_row_and_comparison():
     text = as_text(results(), width=110)
     tables = text.partition("Runs of 300 s")[0]
 

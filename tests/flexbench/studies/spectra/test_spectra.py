@@ -45,7 +45,7 @@ def test_band_limited_noise_shows_its_density_and_its_band():
     assert_allclose(cumulative[-1], 3.0 * level, rtol=0.05)
 
 
-def test_a_sine_keeps_its_power_and_its_place():
+def test_sine_keeps_its_power_and_its_frequency():
     time = np.arange(40_000) * INTERVAL
     spectrum = estimate(3.0 * np.sin(2.0 * np.pi * 7.0 * time), INTERVAL, 0.1)
     step = spectrum.frequency[1]
@@ -75,7 +75,7 @@ def test_parseval_the_density_of_one_plain_segment_integrates_to_the_variance():
     assert_allclose(spectrum.mean_square, np.mean(history**2), rtol=1e-12)
 
 
-def test_bounds_cover_the_true_density_as_often_as_they_say():
+def test_bounds_cover_the_true_density_with_their_confidence():
     """Each line of 200 histories of white noise, neighbours of correlated lines left out."""
     rng, true, hits, tries = np.random.default_rng(5), 2.0 * INTERVAL, 0, 0
     for _ in range(200):
@@ -89,7 +89,7 @@ def test_bounds_cover_the_true_density_as_often_as_they_say():
     assert_allclose(hits / tries, 0.95, atol=0.01)
 
 
-def test_overlap_is_paid_for_in_degrees_of_freedom():
+def test_overlap_reduces_the_degrees_of_freedom():
     assert degrees_of_freedom("hann", 1000, 0, 10) == 20.0
     # a Hann window half on: (1/6)^2 of the power (Percival and Walden); 19 segments of half overlap
     expected = 38.0 / (1.0 + 2.0 * (18.0 / 19.0) / 36.0)
@@ -102,7 +102,7 @@ def test_overlap_is_paid_for_in_degrees_of_freedom():
     ("resolution", "message"),
     [(0.0, "resolution 0.0"), (0.001, "simulate longer"), (100.0, "too coarse")],
 )
-def test_a_wrong_resolution_is_refused(resolution: float, message: str):
+def test_bad_resolution_is_refused(resolution: float, message: str):
     with pytest.raises(InputError, match=message):
         estimate(np.zeros(1000), INTERVAL, resolution)
 
@@ -127,7 +127,7 @@ def test_thinning_loses_no_peak_on_a_logarithmic_axis():
     assert np.all(np.diff(short) > 0.0)
 
 
-def test_the_figure_draws_four_quantities_with_units_bounds_and_their_rms():
+def test_figure_draws_four_quantities_with_units_bounds_and_their_rms():
     rng = np.random.default_rng(7)
     spectra = {
         channel.name: estimate(

@@ -88,7 +88,7 @@ def test_deformation_is_that_of_the_linear_model(built, name):
 
 
 def test_deformation_agrees_with_a_stepped_turn_of_one_wheel(built):
-    """Time steps of the sampled linear model, shaken by the run-time jitter: phases and signs of the imbalance."""
+    """Time steps of the sampled linear model, excited by the run-time jitter: phases and signs of the imbalance."""
     from flexsat.runtime.wheel_jitter import harmonic
 
     craft, speed, wheel, period = built["distributed"], 700.0 * RPM, 7, 1e-3
@@ -133,7 +133,7 @@ def test_the_grid_holds_the_first_harmonic(built):
     assert_allclose(np.diag(result.response), harmonic.max(axis=0), rtol=1e-12)
 
 
-def test_a_wheel_at_rest_has_no_place_in_the_diagram(built):
+def test_speed_zero_is_refused(built):
     with pytest.raises(ValueError, match=r"speed must be > 0 throughout, got 0 rad/s"):
         campbell(built["centralised"], np.array([0.0, 1.0]), np.array([1.0]))
 

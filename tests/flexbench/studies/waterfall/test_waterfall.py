@@ -1,4 +1,4 @@
-"""Crossings of harmonic and modes, against closed forms and the real design; what the waterfall draws."""
+"""Crossings of harmonic and modes, against closed forms and the real design; the figure of the waterfall."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_allowed_bands_are_the_union_of_the_wheels(design: Design):
     assert_allclose(np.diff(bands, axis=1), 50.0, rtol=1e-9)
 
 
-def test_the_figure_marks_flagged_crossings_and_draws_measured_over_linear(design: Design):
+def test_figure_marks_flagged_crossings_and_draws_measured_over_linear(design: Design):
     nominal = float(design.response.nominal.min())
     crossings = find_crossings(
         np.array([0.9, 1.1]) * nominal,
@@ -99,7 +99,7 @@ def test_the_figure_marks_flagged_crossings_and_draws_measured_over_linear(desig
     assert_allclose(measured.get_ydata(), 0.2, rtol=1e-12)
 
 
-def test_a_sweep_is_told_beside_its_run(tmp_path: Path, design: Design):
+def test_sweep_is_reported_with_the_run_next_to_it(tmp_path: Path, design: Design):
     assert waterfall_blocks(tmp_path / "run") == []
     nominal = float(design.response.nominal.min())
     grid = np.array([0.9, 1.1]) * nominal
