@@ -70,7 +70,7 @@ class Wheel:
         check_ranges(self)
 
     def scaled(self, factor: float) -> Wheel:
-        """Return a wheel `factor` times as large in inertia, torque and imbalance (P: 5.5 for the bus wheels)."""
+        """Return a wheel with `factor` times the inertia, torque and imbalance (P: 5.5 for the bus wheels)."""
         return Wheel(
             inertia=factor * self.inertia,
             torque_limit=factor * self.torque_limit,

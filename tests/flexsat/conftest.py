@@ -44,7 +44,7 @@ def authors_fem() -> dict[str, np.ndarray]:
 
 @pytest.fixture(scope="session")
 def quiet_run() -> Callable[..., PlantParameters]:
-    """Return a maker of plant parameters: at rest, wheels stopped, nothing dispersed, unless told otherwise."""
+    """Return a maker of plant parameters: at rest, wheels stopped, nothing dispersed, unless changed."""
 
     def make(matrices: PlantMatrices, **changes: object) -> PlantParameters:
         m, n = matrices.modes, matrices.wheels
@@ -68,11 +68,11 @@ def quiet_run() -> Callable[..., PlantParameters]:
 
 @pytest.fixture(scope="session")
 def flight() -> Callable[..., ControllerParameters]:
-    """Return a maker of controller parameters: no delay, no feed-forward of jitter, unless told otherwise."""
+    """Return a maker of controller parameters: no delay, no feed-forward of jitter, unless changed."""
 
     def make(design: Design, **changes: object) -> ControllerParameters:
         wheel = design.config.wheel
-        plain = ControllerParameters(
+        nominal = ControllerParameters(
             period=design.config.rates.controller,
             fine_sensor=False,
             feed_forward_jitter=False,
@@ -86,6 +86,6 @@ def flight() -> Callable[..., ControllerParameters]:
             imbalance_force=wheel.imbalance_force,
             imbalance_torque=wheel.imbalance_torque,
         )
-        return replace(plain, **changes)
+        return replace(nominal, **changes)
 
     return make

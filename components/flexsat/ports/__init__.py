@@ -1,1 +1,1 @@
-"""What the components show the world: ports, units, and the parameters of a run. Free of FMI and of pythonfmu."""
+"""Ports, units, and the parameters of a run of each component. Free of FMI and of pythonfmu."""

@@ -1,4 +1,4 @@
-"""Declare a component's ports once: the shell, the model description and the documentation all read this table."""
+"""Declare a component's ports once, for the shell, the model description and the documentation."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ _TYPES: dict[Kind, tuple[type, ...]] = {"real": (float, int), "integer": (int,),
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Port:
-    """One named quantity at a component's border: a scalar, or an array whose elements are numbered from 1.
+    """One named quantity of a component's interface: a scalar, or an array whose elements are numbered from 1.
 
     Attributes
     ----------
     size : None for a scalar, else the number of elements
     start : value before initialisation, or one per element (inputs and parameters only)
     variability : None chooses fixed for a parameter, continuous for a real, discrete otherwise; a tunable parameter may
-        be set while a run goes on
+        be set during a run
     depends_on : inputs that feed through to this output; "name[i]" when element i depends on element i alone
     initial_depends_on : what an output's initial value depends on; None means all parameters and no input
-    on_demand : an output that is computed only when somebody reads it
-    frame : frame the quantity is expressed in, told in the description
+    on_demand : an output that is computed only when it is read
+    frame : frame the quantity is expressed in, written in the description
     display_unit : unit that tools should show
     period_parameter : the parameter that sets how often an output changes; None for every step of the component
     """
@@ -135,7 +135,7 @@ class Port:
         return self.start if isinstance(self.start, tuple) else (self.start,)
 
     def objection(self, value: object) -> str | None:
-        """Tell why a value is not acceptable here, or None when it is."""
+        """Return why a value is refused, or None if it is accepted."""
         if not isinstance(value, _TYPES[self.kind]) or (isinstance(value, bool) and self.kind != "boolean"):
             return f"must be {self.kind}, got {value!r}"
         if isinstance(value, (float, int)) and not math.isfinite(value):
@@ -211,7 +211,7 @@ class PortTable:
             self._check_dependencies(port)
 
     def _check_names(self) -> None:
-        """Refuse two variables of one name; flat names may fall together where structured ones do not."""
+        """Refuse two variables of one name; flat names may coincide where structured ones do not."""
         seen: dict[str, Variable] = {}
         for variable in self.variables:
             other = seen.setdefault(variable.name, variable)
@@ -284,7 +284,7 @@ class PortTable:
         return tuple(sorted(indices))
 
     def starts_from(self, port: Port) -> bool:
-        """Tell whether the start of a run depends on a port: a parameter, or an input of some initial value."""
+        """Return whether the start of a run depends on a port: a parameter, or an input of some initial value."""
         if port.causality != "input":
             return port.causality == "parameter"
         return any(

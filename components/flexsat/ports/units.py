@@ -1,4 +1,4 @@
-"""Tell every unit of the interfaces in base units, and the units people prefer to read."""
+"""Define every unit of the ports in base units, and the units to display."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")  # in the order of F
 class Unit:
     """An SI unit: exponents of the base units (its factor is one) and display units by name.
 
-    Exponents are None where FMI cannot tell them: they are whole numbers there, and modal coordinates are m kg^0.5.
+    Exponents are None where FMI cannot express them: they are whole numbers there, and modal coordinates are m kg^0.5.
     A display unit's factor multiplies an SI value to give the displayed one.
     """
 
@@ -60,7 +60,7 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
 
 
 def unit_of(name: str) -> Unit:
-    """Look a unit up; an unknown one is refused by name."""
+    """Return a unit by name; raise ValueError for an unknown one."""
     try:
         return UNITS[name]
     except KeyError:

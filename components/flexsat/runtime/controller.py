@@ -1,7 +1,6 @@
 """Run-time LQG flight controller: periodic Kalman filter, slew reference, regulator, saturation, known delays.
 
-numpy alone. One step is one period (5 ms): it takes the measurements that are on its inputs, and its torque holds
-from then on.
+numpy alone. One step is one period (5 ms): it reads the measurements on its inputs, and its torque holds from then on.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the plant needs to know: the matrices of a spacecraft, and the parameters of one run. numpy alone."""
+"""Hold the matrices of a spacecraft that the plant needs, and the parameters of one run. numpy alone."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STREAM = 1  # a component's own random streams: plant and sensors may be given t
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantMatrices:
-    """What the plant needs to know of a spacecraft, as plain arrays. Velocities are ordered (v, w, eta')."""
+    """A spacecraft as arrays and numbers. Velocities are ordered (v, w, eta')."""
 
     mass_matrix: Array  # (6 + m, 6 + m)
     frequency: Array  # (m,) [rad/s]
@@ -46,7 +46,7 @@ class PlantMatrices:
 
     @property
     def mounts(self) -> int:
-        """Number of places that carry wheels."""
+        """Number of mounts that carry wheels."""
         return int(self.wrench_influence.shape[1]) // 6
 
 
@@ -65,7 +65,7 @@ class PlantParameters:
     frequency_dispersion: Array  # (m,) relative error of the frequencies
     damping_dispersion: Array  # (m,) relative error of the modal damping
     inertia_dispersion: Array  # (3,) relative error of the principal inertias
-    gyroscopics: bool = True  # False leaves out the gyroscopic torques of the wheels, for budgets
+    gyroscopics: bool = True  # False leaves out the gyroscopic torques of the wheels
 
     def __post_init__(self) -> None:
         if not np.linalg.norm(self.mrp) <= 1.0:
@@ -99,7 +99,7 @@ def parameters_of_run(
     """Return the parameters of a run, with what is random at its start drawn from the seed.
 
     Wheel phases are uniform over a turn; the attitude error is normal with `attitude_deviation` [rad] about each axis.
-    The two come from separate streams, so that asking for one does not change the other.
+    The two come from separate streams, so that using one does not change the other.
     """
     if seed < 0:
         raise ValueError(f"seed must be >= 0, got {seed}")

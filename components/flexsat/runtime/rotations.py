@@ -1,8 +1,8 @@
 """Rotations: modified Rodrigues parameters, scalar-last quaternions, rotation vectors.
 
-Every rotation here is `body_from_inertial`: it takes the components of a vector in the inertial frame to its
-components in the body frame. This module is the only one that knows attitude conventions. It is plain Python
-floats on purpose: three and four numbers are handled faster that way than as arrays, and it runs at every step.
+Every rotation here is `body_from_inertial`: it maps the components of a vector in the inertial frame to its
+components in the body frame. This module alone defines attitude conventions. It uses Python floats
+on purpose: they are faster than arrays for three or four numbers, and it runs at every step.
 """
 
 from __future__ import annotations

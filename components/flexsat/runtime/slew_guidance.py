@@ -90,7 +90,7 @@ def plan(rotation: Array, start: float, inertia: Array, torque: Array, momentum:
 def shaped_rate_change(profile: Profile, shaper: Shaper, time: float, period: float) -> float:
     """Return the change of rate [rad/s] that the shaped torque makes over [time, time + period) [s].
 
-    Taken as the difference of the rate at both ends, so that no impulse is lost where a pulse begins between samples.
+    The difference of the rate at both ends, so that no impulse is lost where a pulse begins between samples.
     """
     ends = profile.rate(np.concatenate([time + shaper.shifts, time + period + shaper.shifts]))
     return float(shaper.weights @ (ends[3:] - ends[:3]))

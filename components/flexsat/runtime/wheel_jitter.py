@@ -1,4 +1,4 @@
-"""Run-time wheel jitter: first harmonic of the imbalance, and broadband noise that stands for the rest. numpy alone.
+"""Run-time wheel jitter: the first harmonic of the imbalance. numpy alone.
 
 Along the wheel's lateral axes a, b at angle th and speed W: force C_f W^2 (sin th, cos th), torque
 C_t W^2 (-cos th, sin th) (P, section 4). A value that is held over a step is taken at the middle of the step.

@@ -13,8 +13,9 @@ def transition(a: Array, period: float) -> tuple[Array, Array]:
     """Return exp(a t) at t = period and its integral from 0 to the period, (n, n) each.
 
     By scaling, Taylor polynomials, and squaring: both double together. The plant and the controller need it at run
-    time, where scipy is not available; the test compares it with scipy's exponential of the augmented matrix, which
-    it beats by using matrices of the size of a. Relative error a few units of rounding times the number of squarings.
+    time, where scipy is not available; the test compares it with scipy's exponential of the augmented matrix,
+    which is slower, as that matrix is larger than a. Relative error: a few units of rounding times the number of
+    squarings.
     """
     norm = period * float(np.linalg.norm(a, 1))
     squarings = max(0, int(np.ceil(np.log2(norm))) + 1) if norm > 0.0 else 0

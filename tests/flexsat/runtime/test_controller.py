@@ -57,8 +57,8 @@ class Simulation:
         return x
 
 
-def fly(design, given, steps, valid=lambda k: k % 20 == 0, start=0.05):
-    """Run the controller on noisy measurements beside the simulation; return both histories of estimate and torque."""
+def simulate(design, given, steps, valid=lambda k: k % 20 == 0, start=0.05):
+    """Run controller and simulation on the same noisy measurements; return estimates and torques of each."""
     rng = np.random.default_rng(9)
     model = design.model
     noise = design.config.noise
@@ -70,7 +70,7 @@ def fly(design, given, steps, valid=lambda k: k % 20 == 0, start=0.05):
     state = stepper.init(controller, ABOUT_X, controller.shaper.shifts[0] + start)
     sampled, actuation = round(1e3 * given.measurement_delay), round(1e3 * given.actuation_delay)
     simulation = Simulation(design, actuation)
-    x, known, waiting, ours, theirs = np.zeros(model.index.size), 0, 19, [], []
+    x, known, waiting, found, simulated = np.zeros(model.index.size), 0, 19, [], []
     r, n = controller.controlled, design.plant.wheels
     for k in range(steps):
         now = 5 * k
@@ -90,9 +90,9 @@ def fly(design, given, steps, valid=lambda k: k % 20 == 0, start=0.05):
         if given.open_loop:
             torque = np.zeros(n)
         simulation.command(now, torque)
-        ours.append(np.concatenate([out.estimate, out.torque]))
-        theirs.append(np.concatenate([x, torque]))
-    return np.array(ours), np.array(theirs)
+        found.append(np.concatenate([out.estimate, out.torque]))
+        simulated.append(np.concatenate([x, torque]))
+    return np.array(found), np.array(simulated)
 
 
 DELAYS = [(0, 0), (5, 5), (3, 4), (20, 20), (0, 7), (13, 0), (5, 0), (0, 5), (1, 1)]
@@ -101,72 +101,72 @@ DELAYS = [(0, 0), (5, 5), (3, 4), (20, 20), (0, 7), (13, 0), (5, 0), (0, 5), (1,
 @pytest.mark.parametrize(("measurement", "actuation"), DELAYS)
 def test_delayed_torques_are_predicted(centralised, flight, measurement, actuation):
     given = flight(centralised, measurement_delay=1e-3 * measurement, actuation_delay=1e-3 * actuation)
-    ours, theirs = fly(centralised, given, 60)
-    scale = np.abs(theirs).max(axis=0)
+    found, expected = simulate(centralised, given, 60)
+    scale = np.abs(expected).max(axis=0)
     assert np.all(scale[-6:] > 0.1 * given.torque_limit)  # hard torques: a slew, and noise ten times the real one
     # uncoupled states, zero but for rounding, are judged by the largest of all
-    assert np.all(np.abs(ours - theirs) < SAME * scale + 1e-15 * scale.max())
+    assert np.all(np.abs(found - expected) < SAME * scale + 1e-15 * scale.max())
 
 
 def test_a_slew_that_would_begin_before_the_run_is_refused(centralised, flight):
     """The shaped torque leads the slew, and before the first measurement nothing counts it."""
     given = flight(centralised, measurement_delay=0.001, actuation_delay=0.001)
     with pytest.raises(ValueError, match=r"command.start_time = 0\.15 s must be >= 0\.152 s"):
-        fly(centralised, given, 5, start=0.0)
-    fly(centralised, given, 5, start=0.0021)
+        simulate(centralised, given, 5, start=0.0)
+    simulate(centralised, given, 5, start=0.0021)
 
 
-def test_prediction_distributed(distributed, flight):
+def test_delayed_torques_are_predicted_with_33_wheels(distributed, flight):
     given = flight(distributed, measurement_delay=0.008, actuation_delay=0.009)
-    ours, theirs = fly(distributed, given, 40)
-    scale = np.abs(theirs).max(axis=0)
-    assert np.all(np.abs(ours - theirs) < SAME * scale + 1e-15 * scale.max())
+    found, expected = simulate(distributed, given, 40)
+    scale = np.abs(expected).max(axis=0)
+    assert np.all(np.abs(found - expected) < SAME * scale + 1e-15 * scale.max())
 
 
-def test_star_tracker_outage(centralised, flight):
-    """After one fix the star tracker is silent: the gains of the phase without it go on."""
-    ours, theirs = fly(centralised, flight(centralised), 60, valid=lambda k: k == 0)
-    scale = np.abs(theirs).max(axis=0)
-    assert np.all(np.isfinite(ours))
-    assert np.all(np.abs(ours - theirs) < SAME * scale + 1e-15 * scale.max())
+def test_estimation_goes_on_without_star_tracker(centralised, flight):
+    """After one fix the star tracker is silent: the gains of the phase without it are used on."""
+    found, expected = simulate(centralised, flight(centralised), 60, valid=lambda k: k == 0)
+    scale = np.abs(expected).max(axis=0)
+    assert np.all(np.isfinite(found))
+    assert np.all(np.abs(found - expected) < SAME * scale + 1e-15 * scale.max())
 
 
 def test_a_late_star_tracker_shifts_the_phase(centralised, flight):
     """Its gain is used when a sample comes, not by the clock."""
-    ours, theirs = fly(centralised, flight(centralised), 45, valid=lambda k: k in (7, 27))
-    scale = np.abs(theirs).max(axis=0)
-    assert np.all(np.abs(ours - theirs) < SAME * scale + 1e-15 * scale.max())
+    found, expected = simulate(centralised, flight(centralised), 45, valid=lambda k: k in (7, 27))
+    scale = np.abs(expected).max(axis=0)
+    assert np.all(np.abs(found - expected) < SAME * scale + 1e-15 * scale.max())
 
 
 def test_open_loop_estimates_and_commands_nothing(centralised, flight):
-    ours, theirs = fly(centralised, flight(centralised, open_loop=True), 30)
-    assert not ours[:, -6:].any()
-    scale = np.abs(theirs).max(axis=0)
-    assert np.all(np.abs(ours - theirs) < SAME * scale + 1e-15 * scale.max())
-    assert np.abs(ours[-1, :-6]).max() > 0.0
+    found, expected = simulate(centralised, flight(centralised, open_loop=True), 30)
+    assert not found[:, -6:].any()
+    scale = np.abs(expected).max(axis=0)
+    assert np.all(np.abs(found - expected) < SAME * scale + 1e-15 * scale.max())
+    assert np.abs(found[-1, :-6]).max() > 0.0
 
 
 @pytest.mark.parametrize("delays", [(0.0, 0.0), (0.005, 0.012)])
-def test_who_rides_along_and_is_told_what_acts_estimates_as_who_is_in_control(centralised, flight, delays):
+def test_shadow_controller_given_the_applied_torque_estimates_as_the_one_in_control(centralised, flight, delays):
     no_limits = {"torque_limit": 1e9, "speed_band": 1e9}
     given = flight(centralised, measurement_delay=delays[0], actuation_delay=delays[1], **no_limits)
     design = centralised.controller
     softer = stepper.prepare(replace(design, feedback=0.8 * design.feedback), given)
-    flying = stepper.prepare(design, given)
-    rng, acted = np.random.default_rng(4), np.zeros(flying.wheels)
-    states = [stepper.init(c, np.zeros(3), 1.0) for c in (flying, softer, softer)]
+    active = stepper.prepare(design, given)
+    rng, acted = np.random.default_rng(4), np.zeros(active.wheels)
+    states = [stepper.init(c, np.zeros(3), 1.0) for c in (active, softer, softer)]
     for k in range(60):
-        seen = measurements(centralised, 1e-8 * rng.standard_normal(36 + flying.wheels + 3), k % 20 == 0)
-        told = replace(seen, applied_torque=acted, applied_valid=True)
-        in_control = stepper.step(flying, states[0], 5e-3 * k, seen)
-        riding = stepper.step(softer, states[1], 5e-3 * k, told)
-        untold = stepper.step(softer, states[2], 5e-3 * k, replace(told, applied_valid=False))
+        seen = measurements(centralised, 1e-8 * rng.standard_normal(36 + active.wheels + 3), k % 20 == 0)
+        informed = replace(seen, applied_torque=acted, applied_valid=True)
+        in_control = stepper.step(active, states[0], 5e-3 * k, seen)
+        shadow = stepper.step(softer, states[1], 5e-3 * k, informed)
+        uninformed = stepper.step(softer, states[2], 5e-3 * k, replace(informed, applied_valid=False))
         acted = in_control.torque.copy()
-        np.testing.assert_array_equal(riding.estimate, in_control.estimate)
+        np.testing.assert_array_equal(shadow.estimate, in_control.estimate)
         # no slew: feedback alone; sums of 60 terms that cancel to a hundredth of the largest
-        assert_allclose(riding.torque, 0.8 * acted, rtol=1e-12, atol=1e-14 * np.max(np.abs(acted)))
+        assert_allclose(shadow.torque, 0.8 * acted, rtol=1e-12, atol=1e-14 * np.max(np.abs(acted)))
     assert np.max(np.abs(acted)) > 0.0
-    assert np.max(np.abs(untold.torque - riding.torque)) > 1e-3 * np.max(np.abs(acted))
+    assert np.max(np.abs(uninformed.torque - shadow.torque)) > 1e-3 * np.max(np.abs(acted))
 
 
 def test_fine_sensor_uses_its_gain(centralised, flight):
@@ -261,7 +261,7 @@ def test_command_may_change_until_the_slew_begins(centralised, flight):
     stepper.command(controller, state, 6.0, 2.0 * ABOUT_X, 6.0)  # nothing new: accepted at any time
 
 
-def test_no_slew_gives_way_to_a_late_command(centralised, flight):
+def test_a_late_command_is_accepted_without_a_planned_slew(centralised, flight):
     controller = stepper.prepare(centralised.controller, flight(centralised))
     state = stepper.init(controller, np.zeros(3), 0.0)
     stepper.command(controller, state, 50.0, ABOUT_X, 60.0)
@@ -324,7 +324,7 @@ def test_reference_is_taken_when_the_torque_will_act(centralised, flight):
     _, now = references(centralised, flight(centralised, smoothed=True), [k + 2 for k in times])
     _, early = references(centralised, flight(centralised, smoothed=True, actuation_delay=0.010), times)
     for k in times:
-        for ours, expected in zip(early[k], now[k + 2], strict=True):
+        for found, expected in zip(early[k], now[k + 2], strict=True):
             # times as sums of floats: 1e-15 of 6 s, over a period of 5 ms
-            assert_allclose(ours, expected, rtol=1e-9, atol=1e-12)
+            assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
             assert np.abs(expected).max() > 0.0

@@ -15,14 +15,14 @@ def equations(spacecraft, torque, jitter, force, moment):
     """Return the right-hand side of PHYSICS section 2, inputs held; state p, v, w, eta, eta', rho, wheel angle."""
     m, n = spacecraft.mode_count, spacecraft.wheel_count
     lv, lw, axis = spacecraft.translation, spacecraft.rotation, spacecraft.wheels.axis
-    slope, place, lift = spacecraft.wheels.slope, spacecraft.wheels.position, spacecraft.wheels.deflection
+    slope, position, lift = spacecraft.wheels.slope, spacecraft.wheels.position, spacecraft.wheels.deflection
     mass, inertia = spacecraft.mass, spacecraft.inertia
     none = np.zeros((3, 3))
     left = np.block([[mass * np.eye(3), none, lv], [none, inertia, lw], [lv.T, lw.T, np.eye(m)]])
     pushes = jitter[0][:, None] * spacecraft.lateral_a + jitter[1][:, None] * spacecraft.lateral_b
     twists = jitter[2][:, None] * spacecraft.lateral_a + jitter[3][:, None] * spacecraft.lateral_b
     total_force = force + pushes.sum(axis=0)
-    total_moment = moment + np.cross(place, pushes).sum(axis=0) + twists.sum(axis=0) - axis.T @ torque
+    total_moment = moment + np.cross(position, pushes).sum(axis=0) + twists.sum(axis=0) - axis.T @ torque
     modal = np.einsum("nim,ni->m", lift, pushes) + np.einsum("nim,ni->m", slope, twists - torque[:, None] * axis)
 
     def derivative(_time, y):
@@ -261,7 +261,7 @@ def test_inputs_are_left_as_they_were(centralised, quiet_run):
     assert np.all(given == 2.0)
 
 
-def test_refusals(centralised, quiet_run):
+def test_invalid_parameters_are_refused(centralised, quiet_run):
     with pytest.raises(ValueError, match=r"initial.mrp: norm must be <= 1 \(short rotation\), got 1.2"):
         quiet_run(centralised.plant, mrp=np.array([1.2, 0.0, 0.0]))
     with pytest.raises(ValueError, match=r"dispersion\.inertia: every relative error must be > -1"):

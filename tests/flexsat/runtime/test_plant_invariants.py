@@ -23,7 +23,7 @@ def test_angular_momentum_is_kept_to_second_order(distributed, turning):
     """What is not kept is rho w x (N eta x e): half the motion, a quarter of it (PHYSICS section 2)."""
     drift, size = [], []
     for amplitude in (0.2, 0.1, 0.05):
-        # the integrator's own error is proportional to the amplitude; .5 ms makes it small beside the drift
+        # the integrator's own error is proportional to the amplitude; .5 ms makes it small compared with the drift
         momentum = np.array(
             [
                 t.angular_momentum

@@ -1,4 +1,4 @@
-"""Rotations against SciPy. Ours take inertial components to body components, SciPy's turn vectors: the inverse."""
+"""Rotations against SciPy. Those of flexsat map inertial to body components, SciPy's turn vectors: the inverse."""
 
 import numpy as np
 import pytest
@@ -58,10 +58,12 @@ def test_composition_multiplies_matrices():
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 0.99e-4, 1.01e-4, 1e-3, 1.0, 3.0, 6.0])
 def test_quaternion_of_rotation_vector(angle):
     vector = angle * np.array([2.0, -3.0, 6.0]) / 7.0
-    ours = np.array(rotations.quaternion_from_rotation_vector(vector))
-    theirs = Rotation.from_rotvec(vector).as_quat()
-    theirs *= np.sign(ours[3]) * np.sign(theirs[3])
-    assert_allclose(ours, theirs, rtol=1e-13, atol=1e-300)  # relative, on both sides of the change of formula at 1e-4
+    found = np.array(rotations.quaternion_from_rotation_vector(vector))
+    expected = Rotation.from_rotvec(vector).as_quat()
+    expected *= np.sign(found[3]) * np.sign(expected[3])
+    assert_allclose(
+        found, expected, rtol=1e-13, atol=1e-300
+    )  # relative, on both sides of the change of formula at 1e-4
 
 
 def test_turning_further_in_body_axes():

@@ -21,7 +21,7 @@ WRENCH_OF_JITTER = np.eye(4 * WHEELS)
 
 
 def parameters(**changes: object) -> SensorParameters:
-    """Return sensors without any noise or jitter, unless told otherwise."""
+    """Return sensors without any noise or jitter, unless changed."""
     quiet = SensorParameters(
         seed=1,
         gyro_noise=0.0,
@@ -91,7 +91,7 @@ def test_noise_of_each_sample():
     assert np.abs(white).max() < 5.5 / np.sqrt(4000)
 
 
-def test_published_slip_reads_the_gyros_number():
+def test_published_error_uses_the_noise_of_the_gyros():
     given = parameters(gyro_noise=0.5, accelerometer_noise=0.0, accelerometer_noise_is_gyros=True, fast_steps=1)
     check_deviation(np.array([s["accelerometer"] for s in observe(given, 2000)]), 0.5)
 
@@ -137,7 +137,7 @@ def test_before_the_first_sample():
 
 @pytest.mark.parametrize("step", [0.001, 0.005])
 def test_filter_is_the_analogue_butterworth(step):
-    """An input that is linear between steps: SciPy's first-order hold is exact too, and so is ours."""
+    """An input that is linear between steps: SciPy's first-order hold is exact too."""
     rng = np.random.default_rng(3)
     accelerations = rng.standard_normal((400, ACCELEROMETERS))
     accelerations[0] = 0.0  # both start at rest
@@ -149,7 +149,7 @@ def test_filter_is_the_analogue_butterworth(step):
         assert_allclose(np.array(seen)[:, k], exact, atol=1e-10)  # rounding; the companion form spans 2.5e5
 
 
-def test_filter_passes_what_is_constant():
+def test_filter_has_unit_gain_at_rest():
     given = parameters(fast_steps=1)
     *_, last = observe(given, 100, lambda _: {"acceleration": np.array([1.0, -2.0])})
     assert_allclose(last["accelerometer"], [1.0, -2.0], rtol=1e-12)  # exp(-355 x .1 s) of the start is left: 4e-16
@@ -248,6 +248,6 @@ def test_measurement_noise_does_not_depend_on_the_disturbance():
         ("star_tracker_steps", 0, "star_tracker_steps must be >= 1"),
     ],
 )
-def test_refusals(name, value, message):
+def test_invalid_parameters_are_refused(name, value, message):
     with pytest.raises(ValueError, match=message):
         parameters(**{name: value})

@@ -63,7 +63,7 @@ def test_rotation_is_the_integral_of_rate(rotation):
         assert_allclose(profile.rotation(np.array([time]))[0], exact, atol=1e-12)  # the quadrature's tolerance
 
 
-def test_nothing_to_turn():
+def test_a_rotation_of_zero_gives_no_slew():
     profile = planned((0.0, 0.0, 0.0))
     times = np.array([0.0, 5.0, 50.0])
     assert profile.end == 5.0
@@ -72,7 +72,7 @@ def test_nothing_to_turn():
 
 
 def test_slew_of_the_paper(design, flight):
-    """PHYSICS section 6: half a degree about x takes about 100.9 s at .306 deg/min, in both configurations."""
+    """PHYSICS section 6: half a degree about x lasts about 100.9 s at .306 deg/min, in both configurations."""
     controller = prepare(design.controller, flight(design))
     profile = plan_slew(controller, np.array([0.5 * DEGREE, 0.0, 0.0]), 5.0)
     assert_allclose(profile.end - profile.start, 100.9, atol=0.05)  # as printed
@@ -112,22 +112,22 @@ def test_a_shaped_pulse_leaves_no_vibration(rotation, start):
     shaper, profile = guidance.shaper_for_pole(frequency, damping, period), planned(rotation, start)
     mode = np.array([[0.0, 1.0], [-(frequency**2), -2.0 * damping * frequency]])
     a, b = zero_order_hold(mode, np.array([[0.0], [1.0]]), period)
-    plain, shaped, turned, most = np.zeros(2), np.zeros(2), 0.0, 0.0
+    unshaped, shaped, turned, most = np.zeros(2), np.zeros(2), 0.0, 0.0
     for k in range(round((profile.end + shaper.shifts[0]) / period) + 2):
         time = k * period
         change = guidance.shaped_rate_change(profile, shaper, time, period)
         turned += change
         shaped = a @ shaped + b[:, 0] * change / period
         rise = profile.rate(np.array([time, time + period]))
-        plain = a @ plain + b[:, 0] * (rise[1] - rise[0]) / period
+        unshaped = a @ unshaped + b[:, 0] * (rise[1] - rise[0]) / period
         most = max(most, abs(shaped[1]))
     assert_allclose(turned, 0.0, atol=1e-13)  # rest to rest; rounding
     # zero in closed form: the filter's zero is on the pole, and its spacing on the grid. 1e4 roundings remain
     assert np.abs(shaped).max() < 1e-11 * most
-    assert np.abs(plain).max() > 0.01 * most  # unshaped, the same pulse leaves it ringing
+    assert np.abs(unshaped).max() > 0.01 * most  # unshaped, the same pulse leaves it ringing
 
 
-def test_shaper_lags_nothing():
+def test_shaper_has_no_mean_lag():
     """Far into a coast the shaped rate is the rate, and the middle of the pulse stays where it was."""
     shaper, profile = guidance.shaper_for_pole(1.7, 0.0, 0.005), planned(LONG)
     times = 0.005 * np.arange(3000)

@@ -43,10 +43,10 @@ def test_exponential_of_random_matrices(norm):
 def test_exponential_of_the_plant(design, period):
     """Frequencies to 500 rad/s in the filter, couplings over ten orders of magnitude."""
     matrix = period * design.model.a
-    ours, theirs = matrix_exponential(matrix), expm(matrix)
+    found, expected = matrix_exponential(matrix), expm(matrix)
     # squarings amplify rounding by the norm: 1e-16 times |A| h, and both err so
     bound = 1e-15 * (1.0 + np.linalg.norm(matrix, 1))
-    assert np.linalg.norm(ours - theirs, 1) < bound * np.linalg.norm(theirs, 1)
+    assert np.linalg.norm(found - expected, 1) < bound * np.linalg.norm(expected, 1)
 
 
 @pytest.mark.parametrize("exponent", [-0.5, 0.5, 0.4, -1.0, 2.0])
@@ -68,7 +68,7 @@ def test_hold_composes(design):
     assert_allclose(half @ half_input + half_input, whole_input, atol=1e-13 * np.abs(whole_input).max())
 
 
-def test_refusals():
+def test_invalid_arguments_are_refused():
     with pytest.raises(ValueError, match=r"a must be \(3, 3\) to match b \(3, 1\), got \(2, 2\)"):
         zero_order_hold(np.eye(2), np.zeros((3, 1)), 0.1)
     for period in (0.0, -0.1, np.nan):

@@ -14,7 +14,7 @@ GAIN = 2.0  # tests change this line to make another build
 
 @dataclass(slots=True, kw_only=True)
 class State:
-    """Where a run stands."""
+    """State of a run."""
 
     level: np.ndarray
     generator: np.random.Generator
@@ -23,7 +23,7 @@ class State:
 
 
 class Counter(ComponentSlave):
-    """Add noisy torque to levels; break when told to."""
+    """Add noisy torque to levels; fail when asked to."""
 
     description = "Toy component of the tests"
     preferred_step = 1e-2

@@ -11,7 +11,7 @@ FlagKey = tuple[str | int, ...]  # kind, then the references
 
 
 class AccessPlans:
-    """Plans of calls that need no further check while a run goes on.
+    """Plans of calls that need no further check during a run.
 
     Plans of reals are found by first reference and length, and hold the list to compare with; those of booleans are
     found by the whole list.

@@ -43,7 +43,7 @@ class Controller(ComponentSlave):
         self._estimate = reals[span("estimate.mrp").start : span("estimate.wheel.speed").stop]
 
     def advance(self, time: float, _step: float, /) -> None:
-        """Take the measurements at `time`; the torque holds from `time` on."""
+        """Use the measurements at `time`; the torque holds from `time` on."""
         controller.command(self._controller, self.state, time, self._rotation.copy(), float(self._start_time))
         outputs = controller.step(self._controller, self.state, time, self._measured)
         self._torque[:] = outputs.torque

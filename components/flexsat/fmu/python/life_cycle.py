@@ -1,11 +1,11 @@
 """Run a component as an FMI 2.0 co-simulation slave: the one class between pythonfmu and the final shells.
 
-What the wrapper of pythonfmu 0.7 can tell its host decides how errors travel:
+The wrapper of pythonfmu 0.7 limits how errors can be reported to the host:
 
-- `do_step` may return true (fmi2OK) or false (fmi2Discard, and fmi2Terminated becomes true);
-- every other call is fmi2OK, or fmi2Fatal when it raises, and then the instance's memory is freed twice.
+- `do_step` returns true (fmi2OK) or false (fmi2Discard, and fmi2Terminated becomes true);
+- every other call is fmi2OK, or fmi2Fatal if it raises, and then the instance's memory is freed twice.
 
-So nothing raises here. A failed call is logged with status fmi2Error at once; from then on real outputs read
+So no method raises. A failed call is logged with status fmi2Error at once; from then on real outputs read
 not-a-number and each `do_step` returns fmi2Discard without calling the model. `fmi2Reset`, or setting a saved
 state, makes the instance usable again.
 """
@@ -31,7 +31,7 @@ from .access_plans import AccessPlans
 from .host_log import log_text, printf_safe, reason_of
 from .model_description import About, build_date, model_description
 from .port_values import AnyArray, PortValues, Refused
-from .resources import build_facts, find_resource, leave_search_path, let_go_at_exit
+from .resources import build_facts, finalise_at_exit, find_resource, remove_from_search_path
 from .saved_state import pack_state, prefixed, section, unpack_state
 from .shared_buffers import BUFFERS_REFERENCE, SharedBuffers
 
@@ -39,7 +39,7 @@ STEP_TOLERANCE = 1e-6  # relative; a host that subtracts times at t = 1e5 s errs
 
 
 class Phase(Enum):
-    """Where an instance is in the FMI life cycle."""
+    """State of an instance in the FMI life cycle."""
 
     INSTANTIATED = auto()
     INITIALIZING = auto()
@@ -51,7 +51,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     """Give a stepper ports and a life cycle. A final class states its ports and calls its stepper.
 
     A final class implements `ports`, `start` and `advance`, and `evaluate` if it has outputs on demand.
-    All that moves lives in `self.state`; all else is computed by `start` from parameters and resources.
+    `self.state` holds everything that changes in a run; `start` computes the rest from parameters and resources.
     """
 
     description: ClassVar[str] = ""
@@ -62,7 +62,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     stop_time: ClassVar[float | None] = None  # [s] end of the default experiment
     fixed_step: float | None = None  # [s] the only step accepted; None accepts any
     step_parameter: ClassVar[str | None] = None  # parameter that sets it, if one does
-    log_categories: ClassVar[dict[str, str]] = {  # all that is ever logged; the wrapper lets no other through
+    log_categories: ClassVar[dict[str, str]] = {  # the only category that is logged; the wrapper refuses others
         "logStatusError": "why a call failed, with the traceback if the model raised; the instance then stops"
     }
 
@@ -70,12 +70,12 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        if "logger" in kwargs:  # made by the wrapper, not by a build or a test
-            leave_search_path(self.resources)
+        if "logger" in kwargs:  # instantiated by the wrapper, not by a build or a test
+            remove_from_search_path(self.resources)
         build = build_facts(self.resources)
         self.modelName = str(build.get("model_name", type(self).__name__))
         if "logger" in kwargs:
-            let_go_at_exit(self.resources)
+            finalise_at_exit(self.resources)
         self.guid = str(build.get("guid", type(self).__qualname__))
         self._version = str(build.get("version", type(self).version))
         naming: Naming = "flat" if build.get("naming") == "flat" else "structured"
@@ -111,7 +111,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         """Compute the outputs on demand from the present state."""
 
     def tuned(self) -> None:
-        """Take note of tunable parameters, one of which has just changed."""
+        """Use the present values of tunable parameters, one of which has just changed."""
 
     # What a final class uses.
 
@@ -120,7 +120,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         return self.values.view(name)
 
     def value(self, name: str) -> Any:
-        """Return a port's value as plain Python, or as a copy of its array."""
+        """Return a port's value as a Python value, or as a copy of its array."""
         return self.values.value(name)
 
     def resource(self, name: str) -> Path:
@@ -276,11 +276,11 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> bytes:
-        return state  # judged when it is set: raising here would be fatal
+        return state  # checked when it is set: raising here would be fatal
 
     def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
         """Write the model description."""
-        assert not model_options, "options are the shell's own business"
+        assert not model_options, "options are class attributes of the shell"
         kind = type(self)
         about = About(
             model_name=self.modelName,
@@ -370,7 +370,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
             self._fail(f"set{kind.capitalize()}", error)
 
     def _fail(self, call: str, error: BaseException) -> None:
-        """Log an error and stop the instance. Must not raise, whatever happens."""
+        """Log an error and stop the instance. Must not raise."""
         brief = isinstance(error, Refused) or (self._phase is Phase.INITIALIZING and isinstance(error, ValueError))
         if self._failure is None:
             self._failure = reason_of(call, error, brief)

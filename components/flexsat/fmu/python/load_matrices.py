@@ -15,7 +15,7 @@ CORRECTED, AS_PUBLISHED = "corrected", "as_published"
 
 
 def load_matrices(path: Path, kind: type[T], as_published: bool = False) -> T:
-    """Return a frozen set of matrices; scalars come back as plain Python.
+    """Return a frozen set of matrices; scalars are Python numbers.
 
     Raises
     ------

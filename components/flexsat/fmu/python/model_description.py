@@ -16,7 +16,7 @@ _TAGS = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class About:
-    """What a model description says beside the ports.
+    """What a model description contains apart from the ports.
 
     Attributes
     ----------

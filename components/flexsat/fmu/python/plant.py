@@ -30,7 +30,7 @@ class Plant(ComponentSlave):
         return interface.ports(model)
 
     def start(self) -> None:
-        """Draw what is random, and make the state."""
+        """Draw the random initial values, and make the state."""
         path = self.resource(MODEL_FILE)
         self._matrices = load_matrices(path, PlantMatrices, as_published=self.value("as_published"))
         self._parameters = interface.parameters(self._matrices, self.value)

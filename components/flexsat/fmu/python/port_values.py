@@ -1,4 +1,4 @@
-"""Hold the values of all ports in flat buffers, and find the quickest way to read or write a list of references."""
+"""Hold the values of all ports in flat buffers, with the fastest reader and writer of each list of references."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy as np
 from ...ports.table import CAUSALITIES, KINDS, Kind, PortTable, Scalar, Variable
 
 AnyArray = np.ndarray[Any, Any]
-Place = slice | np.ndarray[Any, np.dtype[np.intp]]
+Indices = slice | np.ndarray[Any, np.dtype[np.intp]]
 
 
 class Refused(ValueError):
-    """The host asked for something that is not allowed: one line to the log, no traceback."""
+    """A call that is not allowed: logged in one line, without a traceback."""
 
 
 class PortValues:
@@ -49,7 +49,7 @@ class PortValues:
         return part if port.size is not None else part.reshape(())
 
     def value(self, name: str) -> Any:
-        """Return a port as a plain Python value, or as a copy of its array."""
+        """Return a port as a Python value, or as a copy of its array."""
         port = self.table[name]
         if port.kind == "string":
             texts = self.strings[self.table.span(name)]
@@ -73,7 +73,7 @@ class PortValues:
         return known[reference]
 
     def admit(self, kind: Kind, reference: int, value: Any, *, parameters: bool) -> None:
-        """Refuse a value that may not be set; `parameters` tells whether parameters that are not tunable may be."""
+        """Refuse a value that may not be set; `parameters`: whether fixed parameters may be."""
         variable = self.variable(kind, reference)
         if variable.port.causality == "output":
             raise Refused(f"{variable.name} is an output and cannot be set")
@@ -83,8 +83,8 @@ class PortValues:
         if objection:
             raise Refused(f"{variable.name} {objection}")
 
-    def place(self, kind: Kind, references: Sequence[int]) -> Place:
-        """Return where the references lie in the kind's buffer: a slice when they are one run, which is quicker."""
+    def indices(self, kind: Kind, references: Sequence[int]) -> Indices:
+        """Return the indices of references in the kind's buffer: a slice if they are contiguous, which is faster."""
         for reference in references:
             self.variable(kind, reference)
         first = references[0]
@@ -94,28 +94,28 @@ class PortValues:
 
     def reader(self, kind: Kind, references: Sequence[int]) -> Callable[[], list[Any]]:
         """Return a function that lists the values of the references."""
-        place = self.place(kind, references)
+        indices = self.indices(kind, references)
         if kind == "string":
             chosen = tuple(references)
             return lambda: [self.strings[i] for i in chosen]
         array = self.arrays[kind]
-        if isinstance(place, slice):
-            return array[place].tolist
-        return lambda: array[place].tolist()
+        if isinstance(indices, slice):
+            return array[indices].tolist
+        return lambda: array[indices].tolist()
 
     def writer(self, kind: Kind, references: Sequence[int]) -> Callable[..., None]:
         """Return a function that writes values, given one by one as arguments, to the references.
 
         For a run of reals this is `struct.pack_into`: 130 values take 0.9 us, against 2.2 us for an array assignment.
         """
-        place = self.place(kind, references)
-        if kind == "real" and isinstance(place, slice):
+        indices = self.indices(kind, references)
+        if kind == "real" and isinstance(indices, slice):
             pack = struct.Struct(f"{len(references)}d").pack_into
-            return partial(pack, self.arrays["real"].data.cast("B"), 8 * place.start)
+            return partial(pack, self.arrays["real"].data.cast("B"), 8 * indices.start)
         chosen = tuple(references)
 
         def write_numbers(*values: Scalar) -> None:
-            self.arrays[kind][place] = values
+            self.arrays[kind][indices] = values
 
         def write_strings(*values: str) -> None:
             for i, value in zip(chosen, values, strict=True):

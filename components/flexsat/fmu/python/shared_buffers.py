@@ -18,8 +18,8 @@ READ, WRITE, ON_DEMAND = 1, 2, 4
 class SharedBuffers:
     """Which values a host may read and write without Python, and whether it may now.
 
-    Reals and Booleans may be read, and inputs without declared limits be written, while a run goes on: before it,
-    parameters may change and outputs follow them. Values that are not finite, and inputs that feed outputs on demand,
+    Reals and Booleans may be read, and inputs without declared limits be written, during a run: before it,
+    parameters may change, and outputs with them. Values that are not finite, and inputs that feed outputs on demand,
     always go through Python.
     """
 

@@ -1,6 +1,6 @@
-"""A test signal added to what flows from one component to another: for measuring the response of a loop.
+"""Add a test signal to the signals between two components, to measure the response of a loop.
 
-Not a part of the spacecraft. It sits between a controller and a plant of any maker, and repeats its waveform for ever.
+Not part of the spacecraft. It is connected between any controller and any plant, and repeats its waveform.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ WAVEFORM_FILE = "waveform.npz"  # arrays `waveform`, (k,), `channels`, `period` 
 
 @dataclass(slots=True)
 class InjectorState:
-    """Where in the waveform a run stands."""
+    """Position in the waveform."""
 
     count: int
 
@@ -47,7 +47,7 @@ class Injector(ComponentSlave):
         )  # fmt: skip
 
     def start(self) -> None:
-        """Begin at the first value of the waveform."""
+        """Start at the first value of the waveform."""
         self._signal, self._before, self._after = (self.view(name) for name in ("signal", "before", "after"))
         self._direction = self.value("amplitude") * np.array(self.value("direction"))
         self.state = InjectorState(count=0)

@@ -1,4 +1,4 @@
-"""The base shell as a plain Python class."""
+"""The base shell as a Python class, without an FMU."""
 
 from dataclasses import dataclass
 
@@ -98,7 +98,7 @@ def test_large_finite_values_are_accepted_although_their_sum_is_not_finite(toy):
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
 @pytest.mark.parametrize("warm", [False, True])
-def test_a_non_finite_input_is_refused_by_name_also_on_the_quick_way(toy, value, warm):
+def test_a_non_finite_input_is_refused_by_name_also_by_a_kept_plan(toy, value, warm):
     u = references(toy, "u")
     if warm:
         toy.set_real(u, [0.0] * 130)
@@ -179,7 +179,7 @@ def test_initial_outputs_are_true_during_initialisation():
     assert toy.get_real(y)[0] == 2.0
 
 
-def test_a_bad_parameter_is_told_in_one_line_and_stops_the_instance():
+def test_a_bad_parameter_is_logged_in_one_line_and_stops_the_instance():
     toy = Toy(instance_name="toy")
     toy.set_real(references(toy, "bias"), [10.0])
     toy.enter_initialization_mode()
@@ -190,7 +190,7 @@ def test_a_bad_parameter_is_told_in_one_line_and_stops_the_instance():
     assert np.isnan(toy.get_real(references(toy, "y"))).all()
 
 
-def test_a_model_error_is_logged_with_its_traceback_and_the_model_is_left_alone(toy):
+def test_a_model_error_is_logged_with_its_traceback_and_the_model_is_not_stepped_again(toy):
     toy.stop = True
     assert toy.do_step(0.0, 0.1) is False
     assert messages(toy)[0].startswith("doStep at t = 0.0 s: KeyError: 'model'\nTraceback")
@@ -208,7 +208,7 @@ def test_a_fixed_step_refuses_others_by_name(toy, step):
     assert messages(toy) == [f"doStep at t = 0.0 s: a step of {step!r} s is not accepted; the step is 0.1 s"]
 
 
-def test_a_fixed_step_is_exact_for_the_model_when_the_host_rounds(toy):
+def test_a_step_rounded_by_the_host_is_the_exact_fixed_step_for_the_model(toy):
     toy.fixed_step = 0.1
 
     assert toy.do_step(1e5, 1e5 + 0.1 - 1e5) is True
@@ -216,7 +216,7 @@ def test_a_fixed_step_is_exact_for_the_model_when_the_host_rounds(toy):
 
 
 @pytest.mark.parametrize("step", [0.0, -0.1, float("nan")])
-def test_any_step_must_go_forward(toy, step):
+def test_a_step_that_is_not_positive_is_refused(toy, step):
     assert toy.do_step(0.0, step) is False
 
 
@@ -227,7 +227,7 @@ def test_a_step_before_initialisation_is_refused():
     assert messages(toy) == ["doStep at t = 0.0 s: not initialised"]
 
 
-def test_a_saved_state_is_a_copy_and_also_heals_a_failed_instance(toy):
+def test_a_saved_state_is_a_copy_and_makes_a_failed_instance_usable(toy):
     toy.do_step(0.0, 0.1)
     saved = toy._get_fmu_state()
     toy.set_real(references(toy, "u"), [5.0] * 130)
@@ -258,7 +258,7 @@ def test_a_missing_resource_is_named(tmp_path):
     assert toy.resource("model.npz") == tmp_path / "a b" / "model.npz"
 
 
-def test_the_date_is_told_only_when_the_environment_gives_one(toy, monkeypatch):
+def test_the_date_is_written_only_if_the_environment_gives_one(toy, monkeypatch):
     monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
     assert "generationDateAndTime" not in toy.to_xml().attrib
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")

@@ -1,4 +1,4 @@
-"""Parameters that a host may change while a run goes on."""
+"""Parameters that a host may change during a run."""
 
 import pytest
 
@@ -38,7 +38,7 @@ def running():
     return made
 
 
-def test_a_tunable_parameter_may_be_set_in_a_run_and_the_component_is_told_each_time(running):
+def test_a_tunable_parameter_may_be_set_in_a_run_and_the_component_is_notified_each_time(running):
     assert running.notes == 0
     seen = []
     for gain in (3.0, 4.0, 4.0):
@@ -50,7 +50,7 @@ def test_a_tunable_parameter_may_be_set_in_a_run_and_the_component_is_told_each_
     assert running.notes == 3
 
 
-def test_the_others_stay_fixed(running):
+def test_fixed_parameters_are_refused_in_a_run(running):
     running.set_real([1], [3.0])
 
     assert running.log_queue[0].msg == (
@@ -58,7 +58,7 @@ def test_the_others_stay_fixed(running):
     )
 
 
-def test_the_model_description_tells_which(running):
+def test_the_model_description_marks_tunable_parameters(running):
     variables = running.to_xml().find("ModelVariables")
 
     assert [v.get("variability") for v in variables] == ["continuous", "fixed", "tunable"]
