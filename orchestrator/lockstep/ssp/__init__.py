@@ -1,1 +1,1 @@
-"""System files in SSP 1.0: reading, flattening and writing."""
+"""Read, flatten and write system files in SSP 1.0."""

@@ -1,4 +1,4 @@
-"""Annotations of SSP elements: our own of the type `lockstep`, and the steps that OSP's tools and OMSimulator leave."""
+"""Read annotations of SSP elements: those of type `lockstep`, and the steps that OSP's tools and OMSimulator write."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,19 +10,19 @@ from lockstep.system.component import Kind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Told:
-    """What a file tells of a component's steps; None: nothing. `ours`: in an annotation of ours. Times in ns."""
+class DeclaredSteps:
+    """Hold what a file declares of a component's steps; None: nothing. Times in ns."""
 
     period: int | None = None
     offset: int = 0
     kind: Kind | None = None
     isolated: bool | None = None
-    ours: bool = False
+    annotated: bool = False  # in an annotation of type `lockstep`
     hint: int | None = None  # StepSizeHint of the Open Simulation Platform
 
 
 def annotation(element: Element, tag: str, name: str, attributes: Sequence[str]) -> Element | None:
-    """Return our own element in the annotations of `element`, or None. Raises InputError for what it cannot hold."""
+    """Return the `lockstep` annotation of an element, or None; raise InputError if it is malformed."""
     found = element.findall(f"ssd:Annotations/ssc:Annotation[@type='{ANNOTATION}']/*", NS)
     if not found:
         return None
@@ -34,38 +34,38 @@ def annotation(element: Element, tag: str, name: str, attributes: Sequence[str])
     return found[0]
 
 
-def component_told(element: Element, name: str) -> Told:
-    """Read what the annotations of a component tell, or raise InputError."""
+def declared_steps(element: Element, name: str) -> DeclaredSteps:
+    """Read the steps that the annotations of a component declare, or raise InputError."""
     hints = element.findall("ssd:Annotations/ssc:Annotation/osp:StepSizeHint", NS)
     hint = nanoseconds(hints[0].get("value", ""), f"{name}: StepSizeHint") if hints else None
     own = annotation(element, "Component", name, ("period", "offset", "kind", "isolated"))
     if own is None:
-        return Told(hint=hint)
+        return DeclaredSteps(hint=hint)
     kind = own.get("kind", "sampled")
     if kind not in ("sampled", "continuous"):
         raise InputError(f"{name}: kind {kind!r} must be sampled or continuous")
-    return Told(
+    return DeclaredSteps(
         period=nanoseconds(own.attrib["period"], f"{name}: period") if "period" in own.attrib else None,
         offset=nanoseconds(own.get("offset", "0"), f"{name}: offset"),
         kind="continuous" if kind == "continuous" else "sampled",
         isolated=_flag(own, "isolated", name),
-        ours=True,
+        annotated=True,
         hint=hint,
     )
 
 
 def master_step(root: Element) -> int | None:
-    """Return the step that OMSimulator's or OSP's master is told to make [ns], None if nothing is told."""
-    for place in ("ssd:System", "ssd:DefaultExperiment"):
+    """Return the step size of OMSimulator's or OSP's master in the file [ns], or None."""
+    for holder in ("ssd:System", "ssd:DefaultExperiment"):
         for tag, attribute in (("FixedStepMaster", "stepSize"), ("FixedStepAlgorithm", "baseStepSize")):
-            for found in root.iterfind(f"{place}/ssd:Annotations/ssc:Annotation//{{*}}{tag}", NS):
+            for found in root.iterfind(f"{holder}/ssd:Annotations/ssc:Annotation//{{*}}{tag}", NS):
                 if found.get(attribute):
                     return nanoseconds(found.get(attribute), f"{tag} {attribute}")
     return None
 
 
 def connection_delay(element: Element, name: str) -> int | None:
-    """Return the delay of a connection in ticks, None if nothing is told, or raise InputError."""
+    """Return the declared delay of a connection in ticks, or None; raise InputError if it is malformed."""
     own = annotation(element, "Connection", name, ("delay",))
     text = None if own is None else own.get("delay")
     if text is None:

@@ -1,15 +1,15 @@
-"""Flatten a tree of systems: the ways from component to component, and the values that reach their variables.
+"""Flatten a tree of systems: the paths from component to component, and the values that reach their variables.
 
-Which end of a connection gives follows from the kinds of the connectors, not from the order in the file: outputs of
-elements and inputs of the enclosing system give. A connector of a system passes on what it gets, and so does an entry
-of a signal dictionary to all who refer to it.
+The source of a connection follows from the kinds of its connectors, not from the order in the file: outputs of elements
+and inputs of the enclosing system are sources. A connector of a system passes its value on, and an entry of a signal
+dictionary passes it to all that refer to it.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from lockstep.errors import InputError, compact, suggestion
-from lockstep.ssp.tree import Branch, Bus, End, Leaf, Place, Port, Setting, Wire
+from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, PortPath, Setting, Wire
 from lockstep.system.transformation import Hop
 
 
@@ -17,18 +17,18 @@ from lockstep.system.transformation import Hop
 class Way:
     """All hops from an output of a component, or from a connector of a system that nothing feeds, to an input.
 
-    The hops lead to the places that it passes, and the last one to its end.
+    The hops lead to the connectors that it passes, the last one to its end.
     """
 
-    start: Place
-    end: Place
+    start: PortPath
+    end: PortPath
     hops: tuple[Hop, ...]
-    delay: int | None  # [ticks], summed over the connections that tell one
-    passed: tuple[Place, ...]  # connectors of systems on the way, the nearest to the start first
+    delay: int | None  # [ticks], summed over the connections that declare one
+    passed: tuple[PortPath, ...]  # connectors of systems on the way, the nearest to the start first
 
     @property
     def via(self) -> tuple[Hop, ...]:
-        """All hops but the last, without those at which nothing happens."""
+        """All hops but the last, without those that change nothing."""
         return tuple(hop for hop in self.hops[:-1] if hop != Hop())
 
     def __str__(self) -> str:
@@ -37,7 +37,7 @@ class Way:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Feed:
-    source: Place
+    source: PortPath
     wire: Wire
 
 
@@ -45,22 +45,22 @@ def _key(owner: Leaf | Bus | Branch) -> str:
     return owner.key if isinstance(owner, Bus) else owner.path
 
 
-def _text(place: Place) -> str:
-    return f"{place[0]}.{place[1]}" if place[0] else place[1]
+def _text(path: PortPath) -> str:
+    return f"{path[0]}.{path[1]}" if path[0] else path[1]
 
 
 def ways(tree: Branch) -> tuple[list[Way], list[Way]]:
-    """Return the ways that begin at a component, and those that begin at a connector of a system.
+    """Return the paths that begin at a component, and those that begin at a connector of a system.
 
     Raises
     ------
     InputError
         If two outputs or two inputs are connected, an input is fed twice, or systems' connectors feed each other.
     """
-    feeds: dict[Place, _Feed] = {}
-    ports: dict[Place, Port] = {}
+    feeds: dict[PortPath, _Feed] = {}
+    ports: dict[PortPath, Port] = {}
     owners: dict[str, Leaf | Bus | Branch] = {}
-    inputs: list[Place] = []
+    inputs: list[PortPath] = []
     for branch in tree.branches():
         owners[branch.path] = branch
         owners |= {_key(child): child for child in branch.children.values()}
@@ -83,29 +83,29 @@ def ways(tree: Branch) -> tuple[list[Way], list[Way]]:
     )
 
 
-def _directed(wire: Wire, branch: Branch) -> tuple[Place, Place]:
+def _directed(wire: Wire, branch: Branch) -> tuple[PortPath, PortPath]:
     """Return source and target of a connection inside `branch`."""
 
-    def place(end: End) -> tuple[Place, bool | None]:
+    def path(end: End) -> tuple[PortPath, bool | None]:
         owner = branch if end[0] is None else branch.children[end[0]]
         gives = owner.ports[end[1]].gives
         return (_key(owner), end[1]), (not gives if end[0] is None and gives is not None else gives)
 
-    (start, start_gives), (end, end_gives) = place(wire.start), place(wire.end)
+    (start, start_gives), (end, end_gives) = path(wire.start), path(wire.end)
     if start_gives is None and end_gives is None:
-        raise InputError(f"{wire.what}: both ends may give values; give one of them the kind input or output")
+        raise InputError(f"{wire.what}: both ends may be the source; give one of them the kind input or output")
     start_gives = not end_gives if start_gives is None else start_gives
     end_gives = not start_gives if end_gives is None else end_gives
     if start_gives == end_gives:
-        side = "give" if start_gives else "take"
-        raise InputError(f"{wire.what}: both ends {side} values; connect an output to an input")
+        side = "sources" if start_gives else "inputs"
+        raise InputError(f"{wire.what}: both ends are {side}; connect an output to an input")
     return (start, end) if start_gives else (end, start)
 
 
-def _traced(target: Place, feeds: dict[Place, _Feed], ports: dict[Place, Port]) -> Way:
+def _traced(target: PortPath, feeds: dict[PortPath, _Feed], ports: dict[PortPath, Port]) -> Way:
     hops: list[Hop] = []
     delays: list[int] = []
-    passed: list[Place] = []
+    passed: list[PortPath] = []
     here = target
     while here in feeds:
         if here in passed:
@@ -128,26 +128,26 @@ def _traced(target: Place, feeds: dict[Place, _Feed], ports: dict[Place, Port]) 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settled:
-    """The settings that hold, by variable of a component or connector of a system, and those that nothing took."""
+    """Hold the valid settings, by variable of a component or connector of a system, and those without a variable."""
 
-    values: dict[Place, Setting]
+    values: dict[PortPath, Setting]
     ignored: tuple[Setting, ...]
 
 
 def settle(tree: Branch, has: Callable[[Leaf, str], bool]) -> Settled:
-    """Apply all bindings: those of enclosing systems come after, and win over, those of what they hold.
+    """Apply all bindings: those of enclosing systems override those of the elements inside.
 
-    A name means a connector of the system itself, or `element.name` what `name` means in that element; if it means
-    several things, all are set. `has` tells whether a component has a variable.
+    A name is that of a connector of the system itself, or `element.name` what `name` stands for in that element; if it
+    stands for several, all are set. `has` returns whether a component has a variable.
     """
-    values: dict[Place, Setting] = {}
+    values: dict[PortPath, Setting] = {}
     ignored: list[Setting] = []
     _settle(tree, values, ignored, has)
     return Settled(values=values, ignored=tuple(ignored))
 
 
 def _settle(
-    node: Leaf | Bus | Branch, values: dict[Place, Setting], ignored: list[Setting], has: Callable[[Leaf, str], bool]
+    node: Leaf | Bus | Branch, values: dict[PortPath, Setting], ignored: list[Setting], has: Callable[[Leaf, str], bool]
 ) -> None:
     if isinstance(node, Bus):
         return
@@ -155,13 +155,13 @@ def _settle(
         for child in node.children.values():
             _settle(child, values, ignored, has)
     for setting in node.settings:
-        places = list(_meant(node, setting.name, has))
-        values |= dict.fromkeys(places, setting)
-        if not places:
+        targets = list(_meant(node, setting.name, has))
+        values |= dict.fromkeys(targets, setting)
+        if not targets:
             ignored.append(setting)
 
 
-def _meant(node: Leaf | Bus | Branch, name: str, has: Callable[[Leaf, str], bool]) -> Iterator[Place]:
+def _meant(node: Leaf | Bus | Branch, name: str, has: Callable[[Leaf, str], bool]) -> Iterator[PortPath]:
     if isinstance(node, Leaf):
         if has(node, name):
             yield node.path, name
@@ -176,7 +176,7 @@ def _meant(node: Leaf | Bus | Branch, name: str, has: Callable[[Leaf, str], bool
 
 
 def refuse_ignored(settled: Settled, tree: Branch) -> None:
-    """Raise InputError for a value that nothing takes: in a file of ours that is a slip."""
+    """Raise InputError for a value without a variable: in a file with `lockstep` annotations that is an error."""
     for setting in settled.ignored:
         element = setting.name.partition(".")[0]
         names = list(tree.children)

@@ -1,11 +1,11 @@
 """Read SSP 1.0 system files: a .ssd file, an unpacked SSP folder, or a .ssp archive.
 
 Periods, offsets, kinds, delays, the tick and what to record are no part of SSP. They stand in annotations of the type
-`lockstep`, in a namespace of our own; `lockstep.ssp.write` writes them, and `lockstep.ssp.step_times` says what is done
-without. Systems in systems are flattened; a component of one has its path as its name: `aocs/controller`.
+`lockstep`, in a namespace of its own; `lockstep.ssp.write` writes them, and `lockstep.ssp.step_times` resolves them in
+files without. Systems in systems are flattened; a component of one has its path as its name: `aocs/controller`.
 
-In a file of others, one whose system has no annotation of ours, a value that no variable takes is left out, as SSP
-has it, and listed by `System.ignored`; in one of ours it is refused.
+In a file whose system has no such annotation, a value without a variable is left out, as SSP defines, and listed in
+`System.ignored`; in one with annotations it is refused.
 """
 
 import hashlib
@@ -18,10 +18,10 @@ from lockstep.fmi.model_description import Description, Variable, read_descripti
 from lockstep.fmi.safe_zip import open_file
 from lockstep.ssp.annotations import annotation, master_step
 from lockstep.ssp.flatten import Settled, Way, refuse_ignored, settle, ways
-from lockstep.ssp.location import place_of
+from lockstep.ssp.location import location_of
 from lockstep.ssp.read_tree import open_description, read_tree
 from lockstep.ssp.step_times import Timing
-from lockstep.ssp.tree import Branch, Leaf, Place, Setting
+from lockstep.ssp.tree import Branch, Leaf, PortPath, Setting
 from lockstep.ssp.xml import MAIN, NS, Element, unique
 from lockstep.system.clock import nanoseconds
 from lockstep.system.component import Component, Connector, Kind, Value
@@ -36,22 +36,22 @@ def load_system(path: Path | str, timing: Timing | None = None) -> System:
     Parameters
     ----------
     path : a .ssd, the folder of an unpacked package, a .ssp, or one variant in it: `package.ssp#Variant.ssd`
-    timing : what the command line says of periods, kinds and delays; for the rest see `lockstep.ssp.step_times`
+    timing : periods, kinds and delays of the command line; for the rest see `lockstep.ssp.step_times`
 
-    FMUs stay unread unless they have to be asked for steps, variables or units; `simulate` checks against all.
+    FMUs are read only where their steps, variables or units are needed; `simulate` checks against all.
     """
-    place = place_of(Path(path))
-    document = open_description(place)
+    location = location_of(Path(path))
+    document = open_description(location)
     tree = read_tree(document)
-    file = place.archive or place.document
+    file = location.archive or location.document
     with open_file(file, None, str(file)) as stream:
         digest = hashlib.sha256(stream.read()).hexdigest()
-    named = file if place.archive is None or place.document == Path(MAIN) else Path(f"{file}#{place.document}")
+    named = file if location.archive is None or location.document == Path(MAIN) else Path(f"{file}#{location.document}")
     return _Assembly(named, document.root, tree, timing or Timing()).system(digest)
 
 
 class _Assembly:
-    """Holds the tree, and what is asked of the FMUs in it, while the system is put together."""
+    """Assemble a system from a tree, and read the descriptions of its FMUs where they are needed."""
 
     def __init__(self, path: Path, root: Element, tree: Branch, timing: Timing) -> None:
         self.path, self.root, self.tree, self.timing = path, root, tree, timing
@@ -59,7 +59,7 @@ class _Assembly:
         self.leaves = {leaf.path: leaf for leaf in tree.leaves()}
         self.own = annotation(root.find("ssd:System", NS), "System", "the system", ("tick", "recordPeriod"))
         self.step = master_step(root)
-        self.asked: dict[str, Description] = {}
+        self.descriptions: dict[str, Description] = {}
 
     def system(self, digest: str) -> System:
         name = str(self.root.get("name"))
@@ -93,13 +93,13 @@ class _Assembly:
 
     def describe(self, leaf: Leaf) -> Description:
         """Read the FMU of a component, once."""
-        if leaf.path not in self.asked:
+        if leaf.path not in self.descriptions:
             component = Component(name=leaf.path, source=leaf.source, archive=leaf.archive, period=1)
-            self.asked[leaf.path] = read_description(component)
-        return self.asked[leaf.path]
+            self.descriptions[leaf.path] = read_description(component)
+        return self.descriptions[leaf.path]
 
     def _has(self, leaf: Leaf, name: str) -> bool:
-        """Tell whether a value is for this component; in a file of ours a wrong name is told when all are checked."""
+        """Return whether a value is for this component; in an annotated file a wrong name is found by `simulate`."""
         if self.own is not None:
             return True
         variable = self.describe(leaf).variables.get(name)
@@ -125,15 +125,15 @@ class _Assembly:
 
     def _component(self, leaf: Leaf, values: Mapping[str, tuple[Value, Unit | None]]) -> Component:
         name = leaf.path
-        told = leaf.told if leaf.told.hint is not None else replace(leaf.told, hint=self.step)
-        asked = self.describe(leaf) if self.timing.needs_description(name, told) else None
+        steps = leaf.steps if leaf.steps.hint is not None else replace(leaf.steps, hint=self.step)
+        description = self.describe(leaf) if self.timing.needs_description(name, steps) else None
         declared = {port.name: port.unit for port in leaf.ports.values() if port.unit is not None}
         return Component(
             name=name,
             source=leaf.source,
-            period=self.timing.period_of(name, told, asked),
-            offset=told.offset,
-            kind=self.timing.kind_of(name, told, asked),
+            period=self.timing.period_of(name, steps, description),
+            offset=steps.offset,
+            kind=self.timing.kind_of(name, steps, description),
             parameters={key: value for key, (value, _) in values.items()},
             units=declared | {key: unit for key, (_, unit) in values.items() if unit is not None},
             connectors=tuple(
@@ -142,7 +142,7 @@ class _Assembly:
                 if port.type != "Binary"  # one that is connected has been refused
             ),
             archive=leaf.archive,
-            isolated=told.isolated,
+            isolated=steps.isolated,
         )
 
     def _connection(self, way: Way, kinds: Mapping[str, Kind]) -> Connection:
@@ -161,26 +161,27 @@ class _Assembly:
         )
 
     def _values(self, settled: Settled, found: list[Way]) -> dict[str, dict[str, tuple[Value, Unit | None]]]:
-        """Return the values of the components' variables, those of connectors sent along their ways."""
-        chosen: dict[Place, tuple[Setting, tuple[Hop, ...]]] = {
-            place: (setting, setting.hops) for place, setting in settled.values.items() if place[0] in self.leaves
+        """Return the values of the components' variables, with those of connectors converted along their paths."""
+        chosen: dict[PortPath, tuple[Setting, tuple[Hop, ...]]] = {
+            port: (setting, setting.hops) for port, setting in settled.values.items() if port[0] in self.leaves
         }
         for way in found:
-            for number, place in enumerate((way.start, *way.passed)):
-                setting = settled.values.get(place)
-                if setting is None or place[0] in self.leaves:
+            for number, port in enumerate((way.start, *way.passed)):
+                setting = settled.values.get(port)
+                if setting is None or port[0] in self.leaves:
                     continue
                 other = chosen.get(way.end)
                 if other is None or setting.level < other[0].level:  # a higher binding wins
-                    chosen[way.end] = (setting, (*self._into(place, setting), *way.hops[number:]))
+                    chosen[way.end] = (setting, (*self._into(port, setting), *way.hops[number:]))
         values: dict[str, dict[str, tuple[Value, Unit | None]]] = {}
         for (path, name), (setting, hops) in chosen.items():
             values.setdefault(path, {})[name] = self._sent(self.leaves[path], name, setting, hops)
         return values
 
-    def _into(self, place: Place, setting: Setting) -> tuple[Hop, ...]:
+    def _into(self, connector: PortPath, setting: Setting) -> tuple[Hop, ...]:
         """Return the hops of a value into a connector of a system."""
-        port = next(branch for branch in self.tree.branches() if branch.path == place[0]).ports[place[1]]
+        path, name = connector
+        port = next(branch for branch in self.tree.branches() if branch.path == path).ports[name]
         hops = setting.hops or (Hop(),)
         return (*hops[:-1], replace(hops[-1], type=port.type, unit=port.unit, items=port.items))
 
@@ -194,7 +195,7 @@ class _Assembly:
                 return value, unit
             if declared == unit:
                 return value, unit
-            hops = (Hop(),)  # `Component.units` would take it for the unit of the connector
+            hops = (Hop(),)  # in `Component.units` it would be the unit of the connector
         variable = self.describe(leaf).variables.get(name)
         if variable is None:
             raise InputError(self.describe(leaf).lacks(leaf.path, name, "parameter"))

@@ -1,4 +1,4 @@
-"""Where a document of SSP lies, and what its relative sources mean: nothing may lie outside its package."""
+"""Locate documents of SSP and resolve their relative sources: nothing may lie outside its package."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -11,13 +11,13 @@ from lockstep.ssp.xml import MAIN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
-    """A document.
+class Location:
+    """A document on disk or in an archive.
 
     Attributes
     ----------
     document : inside `archive`, if there is one; else on disk
-    archive : the .ssp that holds it; of one in another the path goes on inside: `outer.ssp/resources/inner.ssp`
+    archive : the .ssp that holds it; nested ones are `outer.ssp/resources/inner.ssp`
     root : the unpacked package, below which its sources have to lie; None: a .ssd alone, which may name any file
     """
 
@@ -33,11 +33,11 @@ class Place:
         with open_file(self.document, self.archive, name) as stream:
             return stream.read()
 
-    def resolve(self, source: str, name: str) -> tuple["Place", str]:
-        """Return what a source of this document means, and its fragment. Raises InputError."""
+    def resolve(self, source: str, name: str) -> tuple["Location", str]:
+        """Return the file that a source of this document refers to, and its fragment. Raises InputError."""
         parts = urlsplit(source)
         if parts.scheme not in ("", "file") or parts.netloc:
-            raise InputError(f"{name}: source {source} is not a file; copy it beside the system file")
+            raise InputError(f"{name}: source {source} is not a file; copy it into the folder of the system file")
         path, fragment = unquote(parts.path), unquote(parts.fragment)
         if not path or "\0" in path:
             raise InputError(f"{name}: source {source!r} names no file; give the path of one")
@@ -52,13 +52,13 @@ class Place:
             raise InputError(f"{name}: source {source} lies outside {self.root}; put the file into that folder")
         return replace(self, document=file), fragment
 
-    def inner(self, member: str) -> "Place":
+    def inner(self, member: str) -> "Location":
         """Return a document inside this file, which is an archive."""
         archive = Path(self.archive, self.document) if self.archive else self.document
-        return Place(document=Path(member), archive=archive)
+        return Location(document=Path(member), archive=archive)
 
-    def member(self, source: str, name: str) -> "Place":
-        """Return what a source means that is relative to this file, an archive, as its base. Raises InputError."""
+    def member(self, source: str, name: str) -> "Location":
+        """Return the file that a source relative to this file, an archive, refers to. Raises InputError."""
         parts = urlsplit(source)
         inside = normpath(unquote(parts.path))
         if parts.scheme or parts.netloc or not parts.path or not is_inside(inside):
@@ -66,14 +66,14 @@ class Place:
         return self.inner(inside)
 
 
-def place_of(path: Path) -> Place:
-    """Return the document that a user means: a .ssd, the folder of a package, a .ssp, or `package.ssp#Variant.ssd`."""
+def location_of(path: Path) -> Location:
+    """Return the document of a path: a .ssd, a package's folder, a .ssp, or `package.ssp#Variant.ssd`."""
     path = path.absolute()
     file, hash_, variant = path.name.partition("#")
     if hash_ and not path.exists() and file.lower().endswith(".ssp"):
-        return Place(document=path.with_name(file)).inner(variant)
+        return Location(document=path.with_name(file)).inner(variant)
     if path.is_dir():
-        return Place(document=path / MAIN, root=path)
+        return Location(document=path / MAIN, root=path)
     if path.suffix.lower() == ".ssp" and path.is_file():
-        return Place(document=path).inner(MAIN)
-    return Place(document=path, root=path.parent if path.name == MAIN else None)
+        return Location(document=path).inner(MAIN)
+    return Location(document=path, root=path.parent if path.name == MAIN else None)

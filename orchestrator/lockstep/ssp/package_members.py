@@ -1,4 +1,4 @@
-"""Gather a system description and every file that it names into what an SSP package holds."""
+"""Collect a system description and every file that it names as the members of an SSP package."""
 
 from pathlib import Path
 from urllib.parse import quote, unquote
@@ -24,7 +24,7 @@ def package_entries(path: Path) -> dict[str, bytes]:
     except OSError as error:
         raise InputError(f"{path}: cannot read the system description ({error.strerror})") from None
     root = parse(text, str(path), DESCRIPTION)
-    places: dict[Path, str] = {}
+    members: dict[Path, str] = {}
     for element in root.xpath(_NAMED, namespaces=NS):
         source = element.get("source")
         if source is None or ":" in source.partition("/")[0]:  # inline, or a URI with a scheme
@@ -32,15 +32,17 @@ def package_entries(path: Path) -> dict[str, bytes]:
         if element.get("sourceBase", "SSD") != "SSD":  # inside a component
             continue
         if element.get("type") in ("application/x-ssp-definition", "application/x-ssp-package"):
-            raise InputError(f"{path}: {element.get('name')}: refers to another system; pack it by hand, or flatten it")
+            raise InputError(
+                f"{path}: {element.get('name')}: refers to another system; package it by hand, or flatten it"
+            )
         file = (path.parent / unquote(source)).resolve()
-        if file not in places:
-            places[file] = _free_name(file.name, set(places.values()))
-        element.set("source", quote(places[file]))
+        if file not in members:
+            members[file] = _free_name(file.name, set(members.values()))
+        element.set("source", quote(members[file]))
     entries = {}
-    for file, place in places.items():
+    for file, member in members.items():
         try:
-            entries[place] = file.read_bytes()
+            entries[member] = file.read_bytes()
         except OSError as error:
             raise InputError(f"{path}: cannot read {file}, which it names ({error.strerror})") from None
     entries[MAIN] = document_bytes(root)
@@ -49,8 +51,8 @@ def package_entries(path: Path) -> dict[str, bytes]:
 
 def _free_name(name: str, taken: set[str]) -> str:
     stem, dot, suffix = name.partition(".")
-    place, number = f"resources/{name}", 1
-    while place in taken:
+    member, number = f"resources/{name}", 1
+    while member in taken:
         number += 1
-        place = f"resources/{stem}_{number}{dot}{suffix}"
-    return place
+        member = f"resources/{stem}_{number}{dot}{suffix}"
+    return member

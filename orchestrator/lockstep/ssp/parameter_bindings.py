@@ -1,10 +1,10 @@
-"""Parameter bindings of one element: values inline and from files, prefixes, and parameter mappings."""
+"""Read the parameter bindings of one element: values inline and from files, prefixes, and parameter mappings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lockstep.errors import InputError
-from lockstep.ssp.location import Place
+from lockstep.ssp.location import Location
 from lockstep.ssp.tree import Setting
 from lockstep.ssp.typed_values import read_enumerations, read_hop, read_units, read_value
 from lockstep.ssp.xml import MAPPING, NS, PARAMETERS, Element, parse, unique, validate
@@ -12,28 +12,28 @@ from lockstep.system.component import Value
 from lockstep.system.units import Unit
 
 _SET, _MAPPING = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mapping"
-Values = Mapping[str, tuple[Value, Unit | None]]
+UnitValues = Mapping[str, tuple[Value, Unit | None]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Base:
-    """Against what the sources of an element's bindings are resolved, and what inline values may refer to.
+    """Hold the base of the sources in an element's bindings, and the units and enumerations of inline values.
 
-    `component` is the file behind a component; `inside` tells that it is an archive, so that its files lie inside.
+    `component` is the file of a component; with `inside` it is an archive that holds the files.
     """
 
-    document: Place
-    component: Place | None
+    document: Location
+    component: Location | None
     inside: bool
     units: Mapping[str, Unit]
     enumerations: Mapping[str, Mapping[str, int]]
 
 
 def read_bindings(element: Element, base: Base, name: str, level: int) -> tuple[Setting, ...]:
-    """Return what the bindings of a system or component set, later ones after earlier ones.
+    """Return the settings of the bindings of a system or component, in the order of the file.
 
-    A prefix goes before the names of the values; a mapping refers to the names with it, and what it does not map is
-    not set. Raises InputError.
+    A prefix is put before the names of the values; a mapping refers to the names with the prefix, and values that it
+    does not map are not set. Raises InputError.
     """
     found: list[Setting] = []
     for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NS):
@@ -53,7 +53,7 @@ def read_bindings(element: Element, base: Base, name: str, level: int) -> tuple[
     return tuple(found)
 
 
-def _values(binding: Element, base: Base, name: str) -> tuple[Values, str]:
+def _values(binding: Element, base: Base, name: str) -> tuple[UnitValues, str]:
     inline = binding.find("ssd:ParameterValues", NS)
     source = binding.get("source")
     if (inline is None) == (source is None):
@@ -61,12 +61,12 @@ def _values(binding: Element, base: Base, name: str) -> tuple[Values, str]:
         raise InputError(f"{name}: a ParameterBinding has {both} source and ParameterValues; give one of them")
     if inline is not None:
         (found,) = _one(inline, name, "ParameterSet")
-        validate(found, str(base.document), PARAMETERS)  # the schema of the system lets anything pass here
+        validate(found, str(base.document), PARAMETERS)  # the schema of the system allows anything here
         origin, units, enumerations = "inline", dict(base.units), dict(base.enumerations)
     else:
-        place = _file(binding, base, name)
-        found = parse(place.read(name), str(place), PARAMETERS)
-        origin, units, enumerations = place.document.name, {}, {}
+        location = _file(binding, base, name)
+        found = parse(location.read(name), str(location), PARAMETERS)
+        origin, units, enumerations = location.document.name, {}, {}
     units |= read_units(found, origin)
     enumerations |= read_enumerations(found, origin)
     parameters = found.findall("ssv:Parameters/ssv:Parameter", NS)
@@ -76,7 +76,7 @@ def _values(binding: Element, base: Base, name: str) -> tuple[Values, str]:
     }, origin
 
 
-def _mapped(mapping: Element, values: Values, base: Base, name: str, level: int) -> list[Setting]:
+def _mapped(mapping: Element, values: UnitValues, base: Base, name: str, level: int) -> list[Setting]:
     if mapping.get("type", _MAPPING) != _MAPPING:
         raise InputError(f"{name}: parameter mapping of type {mapping.get('type')} is not supported; use {_MAPPING}")
     if mapping.get("source") is None:
@@ -84,15 +84,15 @@ def _mapped(mapping: Element, values: Values, base: Base, name: str, level: int)
         validate(found, str(base.document), MAPPING)
         origin = "inline mapping"
     else:
-        place = _file(mapping, base, name)
-        found = parse(place.read(name), str(place), MAPPING)
-        origin = place.document.name
+        location = _file(mapping, base, name)
+        found = parse(location.read(name), str(location), MAPPING)
+        origin = location.document.name
     entries = found.findall("ssm:MappingEntry", NS)
     unique((str(entry.get("target")) for entry in entries), f"{name}: {origin}: target ")
     settings = []
     for entry in entries:
         source, target = str(entry.get("source")), str(entry.get("target"))
-        if source in values:  # of a large mapping, a set may serve a part
+        if source in values:  # a set may have a part of the values of a large mapping
             value, unit = values[source]
             hop = read_hop(entry)
             hops = () if hop.plain and hop.convert_units else (hop,)
@@ -107,7 +107,7 @@ def _one(holder: Element, name: str, tag: str) -> list[Element]:
     return found
 
 
-def _file(element: Element, base: Base, name: str) -> Place:
+def _file(element: Element, base: Base, name: str) -> Location:
     source = str(element.get("source"))
     if element.get("sourceBase", "SSD") == "SSD":
         return base.document.resolve(source, name)[0]

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from itertools import count
 
 from lockstep.errors import InputError, compact, suggestion
-from lockstep.ssp.annotations import annotation, component_told, connection_delay
-from lockstep.ssp.location import Place
+from lockstep.ssp.annotations import annotation, connection_delay, declared_steps
+from lockstep.ssp.location import Location
 from lockstep.ssp.parameter_bindings import Base, read_bindings
 from lockstep.ssp.signal_dictionary import Dictionary, bus, read_dictionaries
 from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
@@ -22,33 +22,33 @@ _SSD, _SSP = "application/x-ssp-definition", "application/x-ssp-package"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Document:
-    """A parsed SSD and what its elements may refer to."""
+    """A parsed SSD, with the units, enumerations and dictionaries that its elements may refer to."""
 
-    place: Place
+    location: Location
     root: Element
     units: Mapping[str, Unit]
     enumerations: Mapping[str, Mapping[str, int]]
-    opened: tuple[str, ...]  # this document and those that lead to it: none of them may come again
+    opened: tuple[str, ...]  # this document and those that refer to it: none may be opened again
     elements: Iterator[int]  # counts those of all documents
     dictionaries: Mapping[str, Dictionary] = field(default_factory=dict)  # of the system at hand and those around it
 
 
-def open_description(place: Place, outer: Document | None = None, name: str = "") -> Document:
+def open_description(location: Location, outer: Document | None = None, name: str = "") -> Document:
     """Parse and validate an SSD, that of the component `name` of another document if given, or raise InputError."""
-    root = parse(place.read(name or str(place)), str(place), DESCRIPTION)
-    units, enumerations = read_units(root, str(place)), read_enumerations(root, str(place))
+    root = parse(location.read(name or str(location)), str(location), DESCRIPTION)
+    units, enumerations = read_units(root, str(location)), read_enumerations(root, str(location))
     return Document(
-        place=place,
+        location=location,
         root=root,
         units=units,
         enumerations=enumerations,
-        opened=(*(outer.opened if outer else ()), str(place)),
+        opened=(*(outer.opened if outer else ()), str(location)),
         elements=outer.elements if outer else count(1),
     )
 
 
 def read_tree(document: Document) -> Branch:
-    """Return the system of a document with all that it holds and refers to, or raise InputError."""
+    """Return the system of a document with all systems inside and referred to, or raise InputError."""
     system = document.root.find("ssd:System", NS)
     assert system is not None  # the schema demands it
     return _system(system, document, "", 0)
@@ -57,7 +57,7 @@ def read_tree(document: Document) -> Branch:
 def _system(element: Element, document: Document, path: str, level: int) -> Branch:
     name = path or "the system"
     own = annotation(element, "System", name, ("tick", "recordPeriod"))
-    defined = read_dictionaries(element, document.place, path, _port)
+    defined = read_dictionaries(element, document.location, path, _port)
     document = replace(document, dictionaries={**document.dictionaries, **defined})
     elements = element.findall("ssd:Elements/*", NS)
     unique((str(child.get("name")) for child in elements), f"{name}: element ")
@@ -80,7 +80,7 @@ def _system(element: Element, document: Document, path: str, level: int) -> Bran
 def _element(element: Element, document: Document, path: str, level: int) -> Leaf | Bus | Branch:
     if next(document.elements) > _MOST or level > _DEEPEST:
         limits = f"more than {_MOST} elements or {_DEEPEST} levels"
-        raise InputError(f"{path[:60]}: {limits}; systems that refer to systems may multiply without end")
+        raise InputError(f"{path[:60]}: {limits}; systems that refer to each other may have no end")
     match local_name(element):
         case "System":
             return _system(element, document, path, level)
@@ -97,14 +97,14 @@ def _element(element: Element, document: Document, path: str, level: int) -> Lea
 def _fmu(element: Element, document: Document, path: str, level: int) -> Leaf:
     if element.get("implementation") == "ModelExchange":
         raise InputError(f"{path}: implementation ModelExchange is not supported; use CoSimulation")
-    place, _ = document.place.resolve(str(element.get("source")), path)
+    location, _ = document.location.resolve(str(element.get("source")), path)
     return Leaf(
         path=path,
-        source=place.document,
-        archive=place.archive,
+        source=location.document,
+        archive=location.archive,
         ports=_ports(element, document, path),
-        told=component_told(element, path),
-        settings=read_bindings(element, _base(document, place, inside=True), path, level),
+        steps=declared_steps(element, path),
+        settings=read_bindings(element, _base(document, location, inside=True), path, level),
     )
 
 
@@ -112,45 +112,45 @@ def _referred(element: Element, document: Document, path: str, level: int) -> Br
     """Read the system that a component refers to: another SSD, one in an SSP, or one of this document by its id."""
     source = str(element.get("source"))
     if source.startswith("#"):
-        place = document.place
+        location = document.location
         found = [e for e in document.root.iter("{*}System") if e.get("id") == source[1:]]
         if not found:
             raise InputError(f"{path}: source {source}: the file has no System with this id")
-        key = f"{document.place}{source}"
+        key = f"{document.location}{source}"
         _refuse_again(key, document.opened, path)
         branch = _system(found[0], replace(document, opened=(*document.opened, key)), path, level)
     else:
-        file, fragment = document.place.resolve(source, path)
+        file, fragment = document.location.resolve(source, path)
         if element.get("type") == _SSP:
-            place = file.inner(fragment or MAIN)
+            location = file.inner(fragment or MAIN)
         elif fragment:
             raise InputError(f"{path}: source {source}: a part of another file is not supported; name the file alone")
         else:
-            place = file
-        _refuse_again(str(place), document.opened, path)
-        inner = open_description(place, document, path)
+            location = file
+        _refuse_again(str(location), document.opened, path)
+        inner = open_description(location, document, path)
         system = inner.root.find("ssd:System", NS)
         branch = _system(system, inner, path, level)
-        place = file
+        location = file
     for name, port in _ports(element, document, path).items():
         there = branch.ports.get(name)
         if there is None:
             raise InputError(f"{path}.{name}: no such connector; {source} has {compact(branch.ports)}")
         same_unit = port.unit is None or there.unit is None or replace(port.unit, name=there.unit.name) == there.unit
         if (port.kind, port.type or there.type) != (there.kind, there.type or port.type) or not same_unit:
-            raise InputError(f"{path}.{name}: declared otherwise than in {source}; correct kind, type or unit")
-    base = _base(document, place, inside=element.get("type") == _SSP)
+            raise InputError(f"{path}.{name}: declared differently in {source}; correct kind, type or unit")
+    base = _base(document, location, inside=element.get("type") == _SSP)
     return with_more(branch, read_bindings(element, base, path, level))
 
 
 def _refuse_again(key: str, opened: tuple[str, ...], path: str) -> None:
     if key in opened:
-        raise InputError(f"{path}: {key} holds itself: it is one of the systems that lead here")
+        raise InputError(f"{path}: {key} contains itself: it is one of the systems that refer to this one")
 
 
-def _base(document: Document, component: Place | None, inside: bool) -> Base:
+def _base(document: Document, component: Location | None, inside: bool) -> Base:
     return Base(
-        document=document.place,
+        document=document.location,
         component=component,
         inside=inside,
         units=document.units,

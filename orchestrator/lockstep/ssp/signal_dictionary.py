@@ -1,10 +1,10 @@
-"""Signal dictionaries of a system: named buses, of which every entry has one source and any number of readers."""
+"""Read the signal dictionaries of a system: named buses whose entries have one source and any number of readers."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from lockstep.errors import InputError, compact, suggestion
-from lockstep.ssp.location import Place
+from lockstep.ssp.location import Location
 from lockstep.ssp.tree import Bus, Port
 from lockstep.ssp.typed_values import read_enumerations, read_units
 from lockstep.ssp.xml import DICTIONARY, NS, Element, parse, unique, validate
@@ -14,14 +14,14 @@ _TYPE = "application/x-ssp-signal-dictionary"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dictionary:
-    """A dictionary; its key tells it from those of other systems with the same name."""
+    """A dictionary; its key differs from those of dictionaries of the same name in other systems."""
 
     key: str
     entries: Mapping[str, Port]
 
 
 def read_dictionaries(
-    system: Element, document: Place, path: str, read_port: Callable[..., Port]
+    system: Element, document: Location, path: str, read_port: Callable[..., Port]
 ) -> dict[str, Dictionary]:
     """Read the dictionaries that a system defines, by name, or raise InputError.
 
@@ -39,7 +39,7 @@ def read_dictionaries(
     }
 
 
-def _entries(element: Element, document: Place, what: str, read_port: Callable[..., Port]) -> dict[str, Port]:
+def _entries(element: Element, document: Location, what: str, read_port: Callable[..., Port]) -> dict[str, Port]:
     if element.get("type", _TYPE) != _TYPE:
         raise InputError(f"{what}: signal dictionary of type {element.get('type')} is not supported; use {_TYPE}")
     source = element.get("source")
@@ -49,9 +49,9 @@ def _entries(element: Element, document: Place, what: str, read_port: Callable[.
         root, where = element[0], str(document)
         validate(root, where, DICTIONARY)
     else:
-        place, _ = document.resolve(source, what)
-        where = str(place)
-        root = parse(place.read(what), where, DICTIONARY)
+        location, _ = document.resolve(source, what)
+        where = str(location)
+        root = parse(location.read(what), where, DICTIONARY)
     units, enumerations = read_units(root, where), read_enumerations(root, where)
     entries = root.findall("ssb:DictionaryEntry", NS)
     unique((str(entry.get("name")) for entry in entries), f"{what}: entry ")
@@ -71,5 +71,5 @@ def bus(path: str, name: str, ports: Mapping[str, Port], dictionaries: Mapping[s
             raise InputError(f"{path}.{port.name}: signal dictionary {name} has no such entry; it has {near}")
         types = port.type in (None, entry.type) and (port.unit is None or port.unit == entry.unit)
         if not types or (port.items and port.items != entry.items):
-            raise InputError(f"{path}.{port.name}: declared otherwise than in signal dictionary {name}; correct one")
+            raise InputError(f"{path}.{port.name}: declared differently in signal dictionary {name}; correct one")
     return Bus(path=path, key=dictionaries[name].key, ports=ports, entries=entries)

@@ -1,4 +1,4 @@
-"""Write simulation resource meta data (SSP Traceability 1.0): what a file is, where it comes from, and its checksum."""
+"""Write simulation resource meta data (SSP Traceability 1.0): kind, origin and checksum of a file."""
 
 import hashlib
 from collections.abc import Mapping
@@ -16,13 +16,13 @@ def srmd_bytes(
     classifications: Mapping[str, Mapping[str, str]],
     head: Mapping[str, str] | None = None,
 ) -> bytes:
-    """Describe one file.
+    """Return the meta data of one file.
 
     Parameters
     ----------
-    name : shown to people
-    data : URI of the file, relative to where the meta data will lie
-    content : the file's bytes; their SHA3-256, the one checksum that the standard allows, is written down
+    name : for display
+    data : URI of the file, relative to the folder of the meta data
+    content : the file's bytes; their SHA3-256, the one checksum that the standard allows, is included
     classifications : keyword to text, by the reverse domain name of each classification
     head : attributes such as `description`, `license`, `generationTool`
     """

@@ -1,16 +1,16 @@
-"""What an SSD says, as a tree of systems and components, before it is flattened."""
+"""Represent an SSD as a tree of systems and components, before it is flattened."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from lockstep.ssp.annotations import Told
+from lockstep.ssp.annotations import DeclaredSteps
 from lockstep.system.component import Value
 from lockstep.system.transformation import Hop
 from lockstep.system.units import Unit
 
 End = tuple[str | None, str]  # element of a system, None for the system itself, and its connector
-Place = tuple[str, str]  # path of a component or system, and its connector
+PortPath = tuple[str, str]  # path of a component or system, and its connector
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +25,7 @@ class Port:
 
     @property
     def gives(self) -> bool | None:
-        """Tell whether values leave an element through it; None: both may be."""
+        """Whether values leave an element through it; None: both directions are possible."""
         return None if self.kind == "inout" else self.kind in ("output", "calculatedParameter")
 
 
@@ -43,7 +43,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wire:
-    """A connection of a system, in the order of the file: which end gives follows from the kinds."""
+    """A connection of a system, in the order of the file: the source follows from the kinds."""
 
     start: End
     end: End
@@ -60,7 +60,7 @@ class Leaf:
     source: Path
     archive: Path | None
     ports: Mapping[str, Port]
-    told: Told
+    steps: DeclaredSteps
     settings: tuple[Setting, ...] = ()
 
 
@@ -76,7 +76,7 @@ class Bus:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Branch:
-    """A system, or a component that refers to one. `tick` is what an annotation of ours tells [ns]."""
+    """A system, or a component that refers to one. `tick` is that of a `lockstep` annotation [ns]."""
 
     path: str
     ports: Mapping[str, Port]
@@ -102,7 +102,7 @@ class Branch:
 
 
 def with_more(branch: Branch, settings: tuple[Setting, ...]) -> Branch:
-    """Return a system with the bindings of the component that refers to it, which come after its own."""
+    """Return a system with the bindings of the component that refers to it after its own."""
     return replace(branch, settings=branch.settings + settings)
 
 

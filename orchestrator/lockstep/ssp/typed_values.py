@@ -121,7 +121,7 @@ def _number(text: str) -> float:
 
 
 def write_transformation(element: Element, factor: float, offset: float, table: Table | None) -> None:
-    """Write what happens on a connection or at an entry of a parameter mapping, if anything does."""
+    """Write the transformation of a connection or of an entry of a parameter mapping, if there is one."""
     if (factor, offset) != (1.0, 0.0):
         add(element, SSC, "LinearTransformation", factor=repr(factor), offset=repr(offset))
     if table is not None:
@@ -146,7 +146,7 @@ def write_units(parent: Element | None, namespace: str, units: Mapping[str, Unit
 
 
 def literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
-    """Return type and text of a value; `items` are those of its type, if that is an Enumeration."""
+    """Return type and text of a value; `items` are those of its Enumeration."""
     for item, number in items.items():
         if number == value:
             return "Enumeration", item

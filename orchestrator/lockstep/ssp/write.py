@@ -1,4 +1,4 @@
-"""Write a system as an SSP 1.0 system structure description, schedule and delays in annotations."""
+"""Write a system as an SSP 1.0 system structure description, with schedule and delays in annotations."""
 
 import os
 from collections.abc import Iterable
@@ -17,7 +17,7 @@ from lockstep.system.system import Connection, System
 from lockstep.system.transformation import End, convert
 from lockstep.system.units import known_unit
 
-PARAMETER_SET = "initialValues"  # of every component: ecos applies the sets of one name, which its user gives
+PARAMETER_SET = "initialValues"  # for every component: ecos applies the sets of one name, which its user gives
 
 
 def write_ssd(system: System, path: Path | str) -> None:
@@ -29,7 +29,7 @@ def write_ssd(system: System, path: Path | str) -> None:
     Raises
     ------
     InputError
-        If an FMU cannot be read, lacks what is set, or a way of several mapping transformations is none connection.
+        If an FMU cannot be read, lacks a variable that is set, or a path has several mapping transformations.
     """
     path = Path(path).absolute()
     prefixes = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP, "osp": OSP}
@@ -96,7 +96,7 @@ def _write_component(
         bindings = add(element, SSD, "ParameterBindings")
         values = add(add(bindings, SSD, "ParameterBinding"), SSD, "ParameterValues")
         parameters = add(add(values, SSV, "ParameterSet", version="1.0", name=PARAMETER_SET), SSV, "Parameters")
-        description = read_description(component)  # a value is written in its declared type, whatever it was given as
+        description = read_description(component)  # a value is written in the declared type of its variable
         for name, value in component.parameters.items():
             what = f"{component.name}.{name}"
             variable = replace(settable(component.name, name, description), minimum=None, maximum=None)
@@ -110,7 +110,7 @@ def _write_component(
     if component.isolated is not None:
         timing["isolated"] = str(component.isolated).lower()
     own = _annotate(element, "Component", **timing, kind=component.kind)
-    # how libcosim and ecos are told of a component's own step
+    # the step size of a component for libcosim and ecos
     other = add(own.getparent().getparent(), SSC, "Annotation", type="com.opensimulationplatform")
     add(other, OSP, "StepSizeHint", value=seconds_text(component.period))
 
@@ -132,7 +132,7 @@ def _connectors(component: Component, connections: Iterable[Connection]) -> list
 
 
 def _at_once(connection: Connection, system: System) -> Connection:
-    """Return a connection through connectors of systems as one that does the same without them, or raise InputError."""
+    """Return one direct connection equal to a path through connectors of systems, or raise InputError."""
     ends = []
     for name, port in (
         (connection.from_component, connection.output),
@@ -146,12 +146,12 @@ def _at_once(connection: Connection, system: System) -> Connection:
         unit = known_unit(variable.unit, component.units.get(port))
         ends.append(End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items))
     conversion = convert(ends[0], ends[1], connection.hops, str(connection))
-    if conversion.function is None:  # of Reals, or nothing happens at all
+    if conversion.function is None:  # of Reals, or without any change
         return replace(connection, via=(), factor=conversion.gain, offset=conversion.bias, convert_units=False)
     acting = [hop for hop in connection.hops if not hop.plain]
     if len(acting) != 1:
         raise InputError(
-            f"{connection}: {len(acting)} transformations of a {ends[0].type} are not one; leave one of them"
+            f"{connection}: {len(acting)} transformations of a {ends[0].type} cannot be combined; keep one of them"
         )
     one = acting[0]
     return replace(connection, via=(), factor=one.factor, offset=one.offset, table=one.table)

@@ -1,4 +1,4 @@
-"""Write a system as a .ssp, with values of components in files of their own: `.ssv`, and `.ssm` where names differ."""
+"""Write a system as a .ssp with values of components in separate files: `.ssv`, and `.ssm` where names differ."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from lockstep.system.units import Unit
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MappingEntry:
-    """What a value becomes on its way to a parameter of another name."""
+    """Map a value to a parameter of another name, with a transformation."""
 
     source: str
     target: str
@@ -33,7 +33,7 @@ class MappingEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterFile:
-    """Values of a component, by name with their units; with a mapping, if the names are not its own."""
+    """Values of a component, by name with their units; with a mapping if the names are not those of its parameters."""
 
     component: str
     name: str  # of the files, without suffix
@@ -73,15 +73,15 @@ def package(system: System, files: Sequence[ParameterFile]) -> bytes:
 
 
 def _unpacked(system: System, folder: Path) -> System:
-    """Return the system with FMUs that lie in an archive as files of their own."""
+    """Return the system with the FMUs of an archive extracted to files."""
     components = []
     for number, component in enumerate(system.components):
         if component.archive is not None:
-            place = folder / str(number) / component.source.name
-            place.parent.mkdir(parents=True)
+            file = folder / str(number) / component.source.name
+            file.parent.mkdir(parents=True)
             with open_file(component.source, component.archive, component.name) as stream:
-                place.write_bytes(stream.read())
-            component = replace(component, source=place, archive=None)
+                file.write_bytes(stream.read())
+            component = replace(component, source=file, archive=None)
         components.append(component)
     return replace(system, components=tuple(components))
 
@@ -103,8 +103,8 @@ def _values(file: ParameterFile) -> bytes:
     parameters = add(root, SSV, "Parameters")
     for name, (value, unit) in file.values.items():
         kind, text = literal(value, {})
-        told = {"unit": unit.name} if kind == "Real" and unit is not None else {}
-        add(add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text, **told)
+        attributes = {"unit": unit.name} if kind == "Real" and unit is not None else {}
+        add(add(parameters, SSV, "Parameter", name=name), SSV, kind, value=text, **attributes)
     reals = (unit for value, unit in file.values.values() if isinstance(value, float) and unit is not None)
     write_units(root, SSV, {unit.name: unit for unit in reals})
     return document_bytes(root)
@@ -113,7 +113,7 @@ def _values(file: ParameterFile) -> bytes:
 def _mapping(file: ParameterFile) -> bytes:
     root = new_root(SSM, "ParameterMapping", {"ssm": SSM, "ssc": SSC}, version="1.0")
     for entry in file.mapping:
-        # the factor converts units too, so that nobody has to know them
+        # the factor includes the conversion of units, so that the reader needs none
         element = add(root, SSM, "MappingEntry", source=entry.source, target=entry.target,
                       suppressUnitConversion="true")  # fmt: skip
         write_transformation(element, entry.factor, entry.offset, entry.table)

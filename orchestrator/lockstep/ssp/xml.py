@@ -72,7 +72,7 @@ class _DocumentType(Exception):  # no error: it stops the parser
 
 
 def _refuse_entities(text: bytes, where: str) -> None:
-    """Refuse a document type: SSP has none, and entities in attributes would be expanded, a billion laughs included."""
+    """Refuse a document type: SSP has none, and entities in attributes would be expanded without limit."""
     scan = expat.ParserCreate()
 
     def found(*_: object) -> None:

@@ -1,4 +1,4 @@
-"""Write system structure descriptions as other tools do: no annotations of ours, connectors of systems, mappings."""
+"""Write system structure descriptions as other tools do: no `lockstep` annotations, connectors of systems, mappings."""
 
 import os
 import zipfile
@@ -145,7 +145,7 @@ def fmus(toys: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path
 
 @pytest.fixture
 def load(tmp_path, ssd):
-    """Return a function that reads a system of others, stepped every millisecond."""
+    """Return a function that reads a system without annotations, stepped every millisecond."""
 
     def load_text(system, timing=EACH_MS, **options):
         path = tmp_path / "foreign.ssd"

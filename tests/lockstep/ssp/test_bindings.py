@@ -36,7 +36,7 @@ def test_a_higher_level_wins_and_a_later_binding_wins_at_one_level(load, ssd, ec
     assert parameters(system, "sub/echo") == {"u[1]": 2.0, "number": 3, "u[2]": 4.0}
 
 
-def test_a_prefix_goes_before_the_names_of_the_values(load, ssd, echo):
+def test_prefix_is_put_before_the_names_of_the_values(load, ssd, echo):
     values = ssd.values(("u[1]", "Real", 5))
     system = load(ssd.system("top", echo(), bindings=ssd.bindings(ssd.binding(values, prefix="echo."))))
     assert parameters(system) == {"u[1]": 5.0}
@@ -52,10 +52,10 @@ def test_a_dot_in_a_name_becomes_a_slash(load, ssd, fmus):
     assert [c.name for c in system.components] == ["a/b/one", "a/one"]
     assert parameters(system, "a/one") == {"u[1]": 5.0}
     with pytest.raises(InputError, match="element a/one: declared twice; names must be unique"):
-        load(ssd.system("top", both + dotted, bindings=values))  # --set and --record could not tell them apart
+        load(ssd.system("top", both + dotted, bindings=values))  # --set and --record could not distinguish them
 
 
-def test_a_mapping_renames_transforms_and_leaves_out_the_rest(load, ssd, echo, run):
+def test_mapping_renames_and_transforms_and_omits_the_rest(load, ssd, echo, run):
     values = ssd.values(
         ("a", "Real", 2.5), ("n", "Integer", 3), ("flag", "Boolean", "true"), ("u[2]", "Real", 9), ("u[1]", "Real", 9)
     )
@@ -107,7 +107,7 @@ def test_a_radian_may_be_written_as_1_but_only_under_its_own_name(tmp_path, load
         run(load(system))
 
 
-def test_a_value_for_a_connector_of_a_system_goes_its_ways(load, ssd, fmus, run):
+def test_value_of_a_system_connector_reaches_all_its_inputs(load, ssd, fmus, run):
     angle = ssd.component("angle", fmus["angle"], "radians input", "kelvin input", "free input")
     link = ssd.connection
     sub = ssd.system(
@@ -127,7 +127,7 @@ def test_a_value_for_a_connector_of_a_system_goes_its_ways(load, ssd, fmus, run)
     assert seen["sub/angle.kelvin_seen"][-1] == pytest.approx(283.15, rel=1e-15)
 
 
-def test_inputs_of_the_whole_system_need_a_value_and_take_one(load, ssd, fmus, run):
+def test_inputs_of_the_whole_system_need_a_value(load, ssd, fmus, run):
     angles = "".join(ssd.component(name, fmus["angle"], "radians input", "free input") for name in ("one", "two"))
     link = ssd.connection
     wires = link(".turn[1]", "one.radians") + link(".turn[1]", "two.radians", ssd.linear(-1.0))
@@ -153,7 +153,7 @@ def test_inputs_of_the_whole_system_need_a_value_and_take_one(load, ssd, fmus, r
         run(system, overrides={**loose, "turn": "1,2,3"})
 
 
-def test_files_lie_beside_the_system_or_inside_the_component(tmp_path, load, ssd, fmus):
+def test_files_are_next_to_the_system_or_inside_the_component(tmp_path, load, ssd, fmus):
     inside = tmp_path / "with values.fmu"
     shutil.copy(fmus["echo"], inside)
     with zipfile.ZipFile(inside, "a") as archive:
@@ -196,7 +196,7 @@ def test_initial_values_of_outputs_can_be_set_where_the_fmu_allows_it(tmp_path, 
         run(system, overrides={"plant.u": 0, "plant.x": 2})
 
 
-def test_values_that_nothing_takes_are_left_out_and_listed(load, ssd, echo):
+def test_values_without_a_variable_are_left_out_and_listed(load, ssd, echo):
     values = ssd.values(("u[1]", "Real", 1), ("u[7]", "Real", 1), ("y[1]", "Real", 1))
     system = load(ssd.system("top", echo(ssd.binding(values))))
     assert parameters(system) == {"u[1]": 1.0}
@@ -279,7 +279,7 @@ def test_bindings_of_a_component_that_is_a_system_come_after_its_own(tmp_path, l
     assert parameters(load(ssd.system("top", part)), "part/echo") == {"u[1]": 1.0, "u[2]": 2.0}
 
 
-def test_in_a_file_of_ours_a_wrong_name_is_refused(tmp_path, load, ssd, echo):
+def test_wrong_name_in_an_annotated_file_is_refused(tmp_path, load, ssd, echo):
     load(ssd.system("top", echo()))
     path = tmp_path / "foreign.ssd"
     own = '<ssd:Annotations><ssc:Annotation type="lockstep"><x:System xmlns:x="urn:lockstep:1"/></ssc:Annotation>'

@@ -32,7 +32,7 @@ LOOSE = {"source.radians": 0, "source.kelvin": 0, "source.free": 0, "one/sink.ke
 
 
 @pytest.mark.parametrize("inline", [True, False])
-def test_readers_at_any_level_get_what_one_writes(tmp_path, load, ssd, bus, run, inline):
+def test_readers_at_any_level_get_the_value_of_an_entry(tmp_path, load, ssd, bus, run, inline):
     dictionary = ssd.dictionary("angle Real unit=rad", "spare Integer")
     (tmp_path / "bus.ssb").write_text(dictionary)
     given = f'<ssd:SignalDictionary name="bus">{dictionary}</ssd:SignalDictionary>'
@@ -50,18 +50,18 @@ INLINE = '<ssd:SignalDictionary name="bus">{}</ssd:SignalDictionary>'
 REFUSED = [  # entries, or the whole text; what is connected to the entry beside the source; message
     ("", "", r"^to: no signal dictionary bus in this system or around it; there are none"),
     (("angel Real",), "", r"^to\.angle: signal dictionary bus has no such entry; it has angel; did you mean angel\?"),
-    (("angle Integer",), "", r"^to\.angle: declared otherwise than in signal dictionary bus; correct one"),
+    (("angle Integer",), "", r"^to\.angle: declared differently in signal dictionary bus; correct one"),
     (INLINE.format(""), "", r"^the system: bus: holds 0 elements; give one SignalDictionary, or a source"),
     ('<ssd:SignalDictionary name="bus" source="no.ssb"/>', "", r"^the system: bus: no such file .*no\.ssb"),
     (("angle Real", "angle Real"), "", r"bus: entry angle: declared twice"),
     (("angle Real unit=mile",), "", r"bus\.angle: unit 'mile' is not defined"),
     (("angle Real",), "source.degrees", r"to\.angle: the input is already connected to source"),
-    (("angle Real",), "to.angle", r"both ends may give values; give one of them the kind input or output"),
+    (("angle Real",), "to.angle", r"both ends may be the source; give one of them the kind input or output"),
 ]
 
 
 @pytest.mark.parametrize(("entries", "start", "message"), REFUSED)
-def test_what_is_wrong_with_a_dictionary_is_refused_in_one_line(load, ssd, bus, entries, start, message):
+def test_bad_dictionary_is_refused_in_one_line(load, ssd, bus, entries, start, message):
     more = ssd.connection(start, "to.angle") if start else ""
     dictionary = entries if isinstance(entries, str) else INLINE.format(ssd.dictionary(*entries))
     with pytest.raises(InputError, match=message) as caught:
@@ -69,7 +69,7 @@ def test_what_is_wrong_with_a_dictionary_is_refused_in_one_line(load, ssd, bus, 
     assert "\n" not in str(caught.value)
 
 
-def test_an_entry_that_nobody_writes_leaves_its_readers_without_a_value(load, ssd, fmus, run):
+def test_entry_without_a_source_leaves_its_readers_without_a_value(load, ssd, fmus, run):
     echo = ssd.component("echo", fmus["echo"], "u[1] input")
     text = ssd.system("top", echo + ssd.reference("bus", "bus", "a output"), ssd.connection("bus.a", "echo.u[1]"))
     given = f"<ssd:SignalDictionaries>{INLINE.format(ssd.dictionary('a Real'))}</ssd:SignalDictionaries></ssd:System>"

@@ -159,7 +159,7 @@ REFUSALS = [
 
 
 @pytest.mark.parametrize(("old", "new", "message"), REFUSALS)
-def test_what_is_wrong_in_a_file_is_refused_in_one_line(loop_ssd, old, new, message):
+def test_bad_file_is_refused_in_one_line(loop_ssd, old, new, message):
     with pytest.raises(InputError, match=message) as caught:
         load_system(edited(loop_ssd, old, new))
     assert "\n" not in str(caught.value)
@@ -186,7 +186,7 @@ SSV = """<?xml version="1.0"?>
 </ssv:ParameterSet>"""
 
 
-def test_parameters_come_from_a_file_beside_the_system(loop_ssd):
+def test_parameters_come_from_a_file_next_to_the_system(loop_ssd):
     (loop_ssd.parent / "p.ssv").write_text(SSV)
     text = loop_ssd.read_text()
     start, end = text.index("<ssd:ParameterBinding>"), text.index("</ssd:ParameterBinding>")
@@ -230,7 +230,7 @@ def test_delays_and_periods_can_be_changed(loop):
         loop.with_period("plan", MS)
 
 
-def test_a_connection_and_a_component_check_themselves(loop):
+def test_bad_connection_or_component_is_refused(loop):
     with pytest.raises(InputError, match=r"a\.y -> b\.u: delay -1 must be >= 0 ticks"):
         Connection(from_component="a", output="y", to_component="b", input="u", delay=-1)
     with pytest.raises(InputError, match="must not be empty nor hold a dot"):

@@ -70,15 +70,16 @@ def test_a_nested_system_runs_like_the_same_system_written_flat(load, nested, fm
             connect("outer/inner/echo.y[1]", "plant.u", offset=100.0),
         ),
     )
-    ours, theirs = run(system), run(flat)
-    assert list(ours) == list(theirs)
-    assert all((ours[name] == theirs[name]).all() for name in ours)
-    # the counter says k from k ms on, as others read it; the echo puts out 2 (k - 1 + 0.5) a step later
-    assert ours["outer/inner/echo.y[1]"][5] == 2 * (4 + 0.5)
-    assert ours["plant.x"][6] == pytest.approx(sum(100 + 2 * (k + 0.5) if k >= 0 else 100 for k in range(-1, 5)) * 1e-3)
+    nested_run, flat_run = run(system), run(flat)
+    assert list(nested_run) == list(flat_run)
+    assert all((nested_run[name] == flat_run[name]).all() for name in nested_run)
+    # the counter's output is k from k ms on, as others read it; the echo's output is 2 (k - 1 + 0.5) a step later
+    assert nested_run["outer/inner/echo.y[1]"][5] == 2 * (4 + 0.5)
+    expected = sum(100 + 2 * (k + 0.5) if k >= 0 else 100 for k in range(-1, 5)) * 1e-3
+    assert nested_run["plant.x"][6] == pytest.approx(expected)
 
 
-def test_units_and_transformations_are_composed_along_the_way(load, ssd, fmus, run):
+def test_units_and_transformations_are_composed_along_a_path(load, ssd, fmus, run):
     angle = ssd.component("source", fmus["angle"], "degrees output Real unit=deg", "celsius output")
     sink = ssd.component("sink", fmus["angle"], "radians input", "kelvin input", "free input")
     link = ssd.connection
@@ -113,7 +114,7 @@ ENUMERATIONS = """<ssd:Enumerations><ssc:Enumeration name="Mode">
 </ssc:Enumeration></ssd:Enumerations>"""
 
 
-def test_mapping_transformations_ask_for_and_do_the_conversion(load, ssd, fmus, run):
+def test_mapping_transformations_convert_types(load, ssd, fmus, run):
     steps = [f"{name} {kind}" for name, kind in (("steps output", "Integer"), ("even output", "Boolean"))]
     ports = ("number input Integer", "flag input Boolean")
     parts = ssd.component("counter", fmus["counter"], *steps)
@@ -205,9 +206,9 @@ def test_a_number_too_large_for_an_integer_ends_the_run_by_name(load, ssd, fmus,
 
 
 WRONG_ENDS = [
-    ("counter.count", "plant.x", r"counter\.count -> plant\.x: both ends give values; connect an output to an input"),
-    ("plant.u", "echo.u[1]", r"both ends take values"),
-    (".drive", ".bias", r"drive -> bias: both ends give values"),
+    ("counter.count", "plant.x", r"counter\.count -> plant\.x: both ends are sources; connect an output to an input"),
+    ("plant.u", "echo.u[1]", r"both ends are inputs"),
+    (".drive", ".bias", r"drive -> bias: both ends are sources"),
     ("counter.count", "plant.v", r"plant declares no connector v; it declares u, x"),
     ("counter.count", "plan.u", r"plan: no such component; .*did you mean plant\?"),
     ("counter.count", ".shwon", r"the system declares no connector shwon; .*did you mean shown\?"),
@@ -234,7 +235,7 @@ def test_connectors_that_feed_each_other_are_refused(load, ssd, fmus):
         load(ssd.system("top", loop + echo, wires))
 
 
-def test_what_was_flattened_can_be_written_and_is_valid(load, ssd, fmus, run, tmp_path):
+def test_flattened_system_is_written_as_a_valid_file(load, ssd, fmus, run, tmp_path):
     mode = "Enumeration name=Mode"
     parts = ssd.component("a", fmus["angle"], "degrees output")
     parts += ssd.component("b", fmus["modes"], f"number input {mode}", "y[1] output")
@@ -254,9 +255,9 @@ def test_what_was_flattened_can_be_written_and_is_valid(load, ssd, fmus, run, tm
     system = load(top, enumerations=ENUMERATIONS)
     write_ssd(system, tmp_path / "written.ssd")
     etree.XMLSchema(etree.parse(SCHEMA)).assertValid(etree.parse(tmp_path / "written.ssd"))
-    with SSD(tmp_path / "written.ssd") as theirs:  # an independent reader
-        assert not theirs.check_connections()
-        assert sorted(c.end_element for c in theirs.connections()) == ["b", "sub/c"]
+    with SSD(tmp_path / "written.ssd") as read:  # an independent reader
+        assert not read.check_connections()
+        assert sorted(c.end_element for c in read.connections()) == ["b", "sub/c"]
     again = load_system(tmp_path / "written.ssd")
     assert [c.name for c in again.components] == ["a", "b", "sub/c", "sub/d"]
     assert not any(c.via for c in again.connections)

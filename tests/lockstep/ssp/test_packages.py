@@ -1,4 +1,4 @@
-"""Descriptions that refer to others: files, folders, packages in packages, variants; and what must not be opened."""
+"""Descriptions that refer to others: files, folders, nested packages, variants; and files that must not be opened."""
 
 import zipfile
 
@@ -74,7 +74,7 @@ def test_systems_in_other_files_run_from_an_archive_and_from_a_folder(tmp_path, 
         assert [signals[f"{name}/echo.y[1]"][6] for name in "abc"] == [5.0, 10.0, 15.0]
 
 
-def test_a_variant_of_a_package_is_named_behind_a_hash(tmp_path, files, pack, run):
+def test_variant_of_a_package_is_named_after_a_hash(tmp_path, files, pack, run):
     (tmp_path / "p").mkdir()
     with zipfile.ZipFile(unpacked(tmp_path / "x", files) / "resources/inner.ssp") as archive:
         content = {name: archive.read(name) for name in archive.namelist()}
@@ -100,7 +100,7 @@ def test_a_system_is_used_twice_by_its_id(load, ssd, fmus, run):
     itself = top.replace('name="second" source="#stage"', 'name="second" source="#outer"').replace(
         'name="top"', 'name="top" id="outer"'
     )
-    with pytest.raises(InputError, match=r"second/second: .*foreign\.ssd#outer holds itself"):
+    with pytest.raises(InputError, match=r"second/second: .*foreign\.ssd#outer contains itself"):
         load(itself)
     with pytest.raises(InputError, match="second: source #stag: the file has no System with this id"):
         load(top.replace('source="#stage"', 'source="#stag"'))
@@ -118,12 +118,12 @@ REFUSED = [
         r"^a/echo: source .* lies outside outer\.ssp",
     ),
     ({"one/inner.ssd": ('unit="rad"', 'unit="Nm"')}, r"^a/?.*in: unit 'Nm' is not defined; the file defines rad, deg"),
-    ({"SystemStructure.ssd": ("one/inner.ssd", "SystemStructure.ssd")}, r"^a: .*SystemStructure\.ssd holds itself"),
+    ({"SystemStructure.ssd": ("one/inner.ssd", "SystemStructure.ssd")}, r"^a: .*SystemStructure\.ssd contains itself"),
     ({"SystemStructure.ssd": ("#VarB.ssd", "#VarC.ssd")}, r"^c: no such file VarC\.ssd in .*inner\.ssp"),
     ({"SystemStructure.ssd": ("one/inner.ssd", "one/inner.ssd#x")}, r"^a: .* a part of another file is not supported"),
     (
         {"SystemStructure.ssd": ('"in" kind="input"', '"in" kind="output"')},
-        r"^a\.in: declared otherwise than in one/inn",
+        r"^a\.in: declared differently in one/inn",
     ),
     (
         {"SystemStructure.ssd": ('"out" kind', '"result" kind')},
@@ -166,7 +166,7 @@ def test_nothing_outside_an_unpacked_package_is_opened(tmp_path, files):
         load_system(description, EACH_MS)
 
 
-def test_systems_that_multiply_are_refused(tmp_path, ssd, fmus):
+def test_systems_that_refer_to_each_other_without_end_are_refused(tmp_path, ssd, fmus):
     """Each system holds the next one ten times: 10^8 components in a file of some kilobytes."""
     text = ssd.system("last", ssd.component("echo", fmus["echo"]), id_="s8")
     for level in range(7, 0, -1):

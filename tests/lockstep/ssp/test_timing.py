@@ -1,4 +1,4 @@
-"""When components of files of others are stepped: what decides, what is refused, and the command line."""
+"""Step sizes, kinds and delays of files without annotations: their sources, refusals, and the command line."""
 
 import zipfile
 
@@ -17,8 +17,8 @@ from lockstep.ssp.step_times import Timing
 MS = 1_000_000
 
 
-def told(*words):
-    """Return what the options of a command line say."""
+def timing_of(*words):
+    """Return the times of a command line."""
     parse = command("parse", "")(timing_options(lambda timing: timing.timing()))
     return parse.main(words, standalone_mode=False)
 
@@ -54,8 +54,8 @@ def facts(system):
     return {c.name: (c.period, c.kind) for c in system.components}, [c.delay for c in system.connections], system.tick
 
 
-def test_what_the_command_line_does_not_say_the_fmus_do(load, top):
-    parts, delays, tick = facts(load(top, told("--step-size", "counter=0.002", "--step-size", "plant=0.003")))
+def test_fmus_decide_what_the_command_line_leaves_open(load, top):
+    parts, delays, tick = facts(load(top, timing_of("--step-size", "counter=0.002", "--step-size", "plant=0.003")))
     assert parts == {
         "counter": (2 * MS, "continuous"),
         "sub/eager": (5 * MS, "sampled"),
@@ -65,11 +65,11 @@ def test_what_the_command_line_does_not_say_the_fmus_do(load, top):
     assert tick == MS  # the greatest of which all periods are multiples
 
 
-def test_the_command_line_goes_before_the_fmus(load, top):
+def test_command_line_overrides_the_fmus(load, top):
     words = (
         "--step-size 0.002 --step-size sub/eager=0.004 --tick 0.001 --continuous sub/eager --sampled counter --delay 3"
     )
-    parts, delays, tick = facts(load(top, told(*words.split())))
+    parts, delays, tick = facts(load(top, timing_of(*words.split())))
     assert parts == {
         "counter": (2 * MS, "sampled"),
         "sub/eager": (4 * MS, "continuous"),
@@ -78,7 +78,7 @@ def test_the_command_line_goes_before_the_fmus(load, top):
     assert (delays, tick) == ([3, 3], MS)
 
 
-def test_annotations_go_before_the_fmus_and_hints_of_osp_before_their_steps(load, top):
+def test_annotations_override_the_fmus_and_hints_of_osp_their_steps(load, top):
     own = 'ssc:Annotation type="lockstep"><x:{} xmlns:x="urn:lockstep:1" {}/></ssc:Annotation>'
     hint = (
         'ssc:Annotation type="com.opensimulationplatform"><o:StepSizeHint value="0.02" '
@@ -95,7 +95,7 @@ def test_annotations_go_before_the_fmus_and_hints_of_osp_before_their_steps(load
     text = annotated(top, 'Connector name="count"', own.format("Component", 'period="0.01" offset="0.005"'), hint)
     text = annotated(text, 'Connector name="u[1]"', hint)
     text = annotated(text, 'startElement="counter"', own.format("Connection", 'delay="7"'))
-    parts, delays, tick = facts(load(text, told("--step-size", "plant=0.01")))
+    parts, delays, tick = facts(load(text, timing_of("--step-size", "plant=0.01")))
     assert parts == {
         "counter": (10 * MS, "sampled"),
         "sub/eager": (20 * MS, "sampled"),
@@ -112,10 +112,10 @@ def test_annotations_go_before_the_fmus_and_hints_of_osp_before_their_steps(load
         '<Algorithm xmlns="urn:o"><FixedStepAlgorithm baseStepSize="8e-3"/></Algorithm>',  # OSP
     ],
 )
-def test_the_step_of_another_master_goes_before_those_of_the_fmus(load, top, step):
+def test_step_of_another_master_overrides_those_of_the_fmus(load, top, step):
     note = f'<ssd:Annotations><ssc:Annotation type="other">{step}</ssc:Annotation></ssd:Annotations>'
     text = top.replace("</ssd:System>", f"{note}</ssd:System>")
-    parts, _, tick = facts(load(text, told("--step-size", "plant=0.004")))
+    parts, _, tick = facts(load(text, timing_of("--step-size", "plant=0.004")))
     assert [period for period, _ in parts.values()] == [8 * MS, 8 * MS, 4 * MS]
     assert tick == 4 * MS
 
@@ -143,7 +143,7 @@ REFUSED = [
 @pytest.mark.parametrize(("words", "message"), REFUSED)
 def test_wrong_times_are_refused_in_one_line(load, top, words, message):
     with pytest.raises(InputError, match=message):
-        load(top, told(*words))
+        load(top, timing_of(*words))
 
 
 def test_an_odd_step_of_an_fmu_is_refused_with_the_remedy(tmp_path, ssd, load, eager):
@@ -163,8 +163,8 @@ def test_a_cycle_of_sampled_components_is_printed_with_its_members(ssd, load, ea
     text = ssd.system("top", parts, wires)
     with pytest.raises(InputError, match=r"cycle: one -> two -> one; .* such as --delay one:two=1$"):
         build_schedule(load(text, Timing()))
-    build_schedule(load(text, told("--delay", "1")))
-    build_schedule(load(text, told("--continuous", "one")))
+    build_schedule(load(text, timing_of("--delay", "1")))
+    build_schedule(load(text, timing_of("--continuous", "one")))
 
 
 @pytest.mark.parametrize(
@@ -177,11 +177,11 @@ def test_a_cycle_of_sampled_components_is_printed_with_its_members(ssd, load, ea
         ("Übung 3", "Übung 3"),
     ],
 )
-def test_results_stay_below_their_folder_whatever_a_system_is_called(name, folder):
+def test_results_stay_below_their_folder_for_any_system_name(name, folder):
     assert folder_name(name) == folder
 
 
-def test_the_command_line_shows_and_runs_a_system_of_others(tmp_path, ssd, top, cli):
+def test_command_line_shows_and_runs_a_system_without_annotations(tmp_path, ssd, top, cli):
     path = tmp_path / "foreign.ssd"
     path.write_text(ssd.document(top))
     words = ("--step-size", "0.001", "--delay", "2", "--delay", "counter:sub/eager=5")
@@ -224,13 +224,13 @@ def test_without_annotations_the_values_are_those_of_fmpys_master(tmp_path, ssd,
     members = {f"resources/{name}.fmu": fmus[name].read_bytes() for name in ("counter", "echo", "integrator")}
     package = pack(tmp_path / "p.ssp", {"SystemStructure.ssd": ssd.document(text), **members})
     step = 2.0**-9  # s: sums of it are exact, as FMPy adds them up; and it is a whole number of ns
-    theirs = simulate_ssp(str(package), stop_time=32 * step, step_size=step)
+    fmpys = simulate_ssp(str(package), stop_time=32 * step, step_size=step)
     for name in ("counter", "echo", "integrator"):
         text = text.replace(f"resources/{name}.fmu", str(fmus[name]))
-    system = load(text, told("--step-size", str(step)), stop=33 * step)
-    ours = run(system, overrides={"sub/echo.u[2]": 0, "sub/echo.flag": False})
+    system = load(text, timing_of("--step-size", str(step)), stop=33 * step)
+    found = run(system, overrides={"sub/echo.u[2]": 0, "sub/echo.flag": False})
     for name, other in (("counter.count", "counter.count"), ("sub/echo.y[1]", "sub.echo.y[1]"),
                         ("sub/echo.number_out", "sub.echo.number_out"), ("plant.x", "plant.x")):  # fmt: skip
-        assert len(theirs[other]) == 32
-        assert (ours[name][1:] == theirs[other]).all()  # FMPy notes what is true at the end of a step at its start
-    assert ours["plant.x"][-1] > 0
+        assert len(fmpys[other]) == 32
+        assert (found[name][1:] == fmpys[other]).all()  # FMPy records the values of the end of a step at its start
+    assert found["plant.x"][-1] > 0

@@ -51,7 +51,7 @@ def chain(load, ssd, reference_fmu):
 
 
 @pytest.mark.parametrize(("first", "second"), [("1.0", "2.0"), ("2.0", "3.0"), ("3.0", "2.0")])
-def test_every_type_travels_between_versions_of_fmi(chain, run, ssd, first, second):
+def test_every_type_is_exchanged_between_versions_of_fmi(chain, run, ssd, first, second):
     same = ssd.mapping("Enumeration", *((item, item) for item in ("off", "coarse", "fine")))
     system = chain(first, second, mapping=same if first == "1.0" else "")
     loose = {}
@@ -65,7 +65,7 @@ def test_every_type_travels_between_versions_of_fmi(chain, run, ssd, first, seco
         assert signals[f"sub/two.{port(type_, second)}_out"][-1] == value, type_
 
 
-def test_an_enumeration_numbered_otherwise_is_refused(chain, run):
+def test_enumeration_with_other_numbers_is_refused(chain, run):
     message = r"one\.Enumeration_out: the file numbers the items of its Enumeration otherwise than the FMU"
     with pytest.raises(InputError, match=message):
         run(chain("2.0", "2.0", coarse=4))

@@ -22,7 +22,7 @@ def pack(entries, path):
             archive.writestr(name, content)
 
 
-def test_a_package_runs_like_the_file_it_was_made_from(loop_ssd, tmp_path):
+def test_package_runs_like_its_system_file(loop_ssd, tmp_path):
     entries = package_entries(loop_ssd)
     assert sorted(entries) == [
         "SystemStructure.ssd",
@@ -41,7 +41,7 @@ def test_a_package_runs_like_the_file_it_was_made_from(loop_ssd, tmp_path):
     assert all((a[name] == b[name]).all() for name in a)
 
 
-def test_two_files_of_one_name_stay_two(loop, tmp_path):
+def test_two_files_of_one_name_are_kept_apart(loop, tmp_path):
     parts = []
     for number, component in enumerate(loop.components):
         (tmp_path / str(number)).mkdir()
@@ -58,7 +58,7 @@ def test_two_files_of_one_name_stay_two(loop, tmp_path):
     assert entries["resources/model_3.fmu"] == loop.components[2].source.read_bytes()
 
 
-def test_what_cannot_be_read_is_named(loop_ssd, tmp_path):
+def test_unreadable_file_is_named(loop_ssd, tmp_path):
     with pytest.raises(InputError, match=r"none\.ssd: cannot read the system description"):
         package_entries(tmp_path / "none.ssd")
     (tmp_path / "moved").mkdir()
@@ -68,16 +68,18 @@ def test_what_cannot_be_read_is_named(loop_ssd, tmp_path):
         package_entries(tmp_path / "moved" / "s.ssd")
 
 
-def test_a_system_that_refers_to_another_is_not_packed_without_it(loop_ssd):
+def test_system_that_refers_to_another_is_not_packaged_alone(loop_ssd):
     text = loop_ssd.read_text()
     loop_ssd.write_text(
         text.replace('type="application/x-fmu-sharedlibrary"', 'type="application/x-ssp-definition"', 1)
     )
-    with pytest.raises(InputError, match=r"loop\.ssd: counter: refers to another system; pack it by hand, or flatten"):
+    with pytest.raises(
+        InputError, match=r"loop\.ssd: counter: refers to another system; package it by hand, or flatten"
+    ):
         package_entries(loop_ssd)
 
 
-def test_meta_data_is_valid_and_names_the_bytes():
+def test_meta_data_is_valid_and_has_the_checksum():
     content = b"the package"
     written = srmd_bytes(
         "loop", "loop.ssp", content, {"org.example.versions": {"numpy": "2.0"}}, {"description": "a <loop>"}
