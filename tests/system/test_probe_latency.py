@@ -33,7 +33,7 @@ def probed(fmus):
         )  # one by one, also on a busy machine
         assert not report.of("contradicted")
         assert not report.of("no claim")
-        assert not report.restless
+        assert not report.unrepeatable
         assert not report.refused
         return report
 

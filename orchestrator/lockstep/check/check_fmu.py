@@ -55,13 +55,13 @@ def check_fmu(
     compared = _contract(fmu, contracts, like)
     for finding in compared:
         report(finding)
-    said = {} if fmu.model is None else fmu.model.attributes
+    attributes = {} if fmu.model is None else fmu.model.attributes
     return CheckReport(
         file=str(path),
         sha256=fmu.sha256,
-        model=said.get("modelName", ""),
-        guid=said.get("guid") or said.get("instantiationToken", ""),
-        tool=said.get("generationTool", ""),
+        model=attributes.get("modelName", ""),
+        guid=attributes.get("guid") or attributes.get("instantiationToken", ""),
+        tool=attributes.get("generationTool", ""),
         checked=datetime.now(UTC).isoformat(timespec="seconds"),
         host=f"{PLATFORM}, Python {platform.python_version()}, FMPy {VERSION}",
         seconds=perf_counter() - started,

@@ -1,6 +1,6 @@
 """Check FMUs of FMI 1.0 and 3.0: FMPy's validation, and a few steps in a process of their own.
 
-The detailed checks of the rules of FMI 2.0 are for that version only, and the report says so.
+The detailed checks of the rules of FMI 2.0 are for that version only, which the report states.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ Report = Callable[[Finding], None]
 
 def version_of(fmu: FmuArchive) -> str:
     """Return the version of FMI, if it is one of those that are checked here; else nothing."""
-    said = "" if fmu.model is None else fmu.model.attributes.get("fmiVersion", "")[:3]
-    return said if said in PLATFORMS and said != "2.0" else ""
+    version = "" if fmu.model is None else fmu.model.attributes.get("fmiVersion", "")[:3]
+    return version if version in PLATFORMS and version != "2.0" else ""
 
 
 def other_version_checks(fmu: FmuArchive, dynamic: bool, report: Report) -> list[Finding]:
@@ -56,9 +56,9 @@ def other_version_checks(fmu: FmuArchive, dynamic: bool, report: Report) -> list
     if description is not None:
         note("static.kind", kind, "pass", f"{description.model}, {len(description.variables)} scalars")
         problems = [" ".join(problem.split()) for problem in validation_problems(fmu.path)]
-        said = problems[0] if problems else "no objection"
+        message = problems[0] if problems else "no objection"
         fmpy = "FMPy's validate_fmu, schema included, has no objection"
-        note("static.fmpy", fmpy, "error" if problems else "pass", said, tuple(problems[1:]))
+        note("static.fmpy", fmpy, "error" if problems else "pass", message, tuple(problems[1:]))
         if dynamic:
             note("dynamic.run", "it instantiates, initialises, steps and terminates", *_run(component, description))
     for check in (documentation, licence):

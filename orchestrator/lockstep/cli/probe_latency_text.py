@@ -44,8 +44,8 @@ def as_lines(report: LatencyReport, width: int) -> list[str]:
         lines.append(f"Strings are not changed: {compact(report.texts)}")
     if report.unmoved:
         lines.append(f"nothing answered to: {compact(report.unmoved)}; other values (--set, --amplitude) may excite it")
-    if report.restless:
-        lines.append(f"differ between two equal runs, so that no delay can be given: {compact(report.restless)}")
+    if report.unrepeatable:
+        lines.append(f"differ between two equal runs, so that no delay can be given: {compact(report.unrepeatable)}")
     return lines
 
 

@@ -25,7 +25,7 @@ def instantiate(
 def instantiate_unpacked(
     fmu: UnpackedFmu, version: str, variables: Iterable[Variable], hooks: Hooks
 ) -> Fmi1Slave | Fmi2Slave | Fmi3Slave:
-    """Load and instantiate an FMU that lies in a folder; FMI 3.0 needs the variables that it declares."""
+    """Load and instantiate an unpacked FMU; FMI 3.0 needs the variables that it declares."""
     match version:
         case "1.0":
             return Fmi1Slave(fmu, hooks)

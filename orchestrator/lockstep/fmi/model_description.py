@@ -51,7 +51,7 @@ _BOUNDS = ("min", "max")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Variable:
-    """What a model description says about one variable, or about one element of an array of FMI 3.0.
+    """The declaration of one variable, or of one element of an array of FMI 3.0.
 
     `reference` identifies it among those that travel in the same way: the value reference, or, with FMI 3.0, a
     number given here, since there all elements of an array share the value reference `array`.

@@ -97,7 +97,7 @@ def main(arguments: list[str]) -> int:
             instance.close()
     except RunError as error:
         result = ProbeResult(status="error", message=str(error).removeprefix(f"{NAME}: "))
-    except Exception as error:  # of the check itself: reported as such, and the other checks go on
+    except Exception as error:  # of the check itself: reported as such; the other checks follow
         lines = traceback.format_exc().splitlines()
         reason = f"the check could not be carried out: {type(error).__name__}: {error}"
         result = ProbeResult(status="error", message=reason, details=tuple(lines[-6:]))

@@ -32,7 +32,7 @@ def refuses_step(task: ProbeTask) -> ProbeResult:
             except RunError as error:
                 raise RunError(f"claims variable steps, but refuses one of {factor * h:g} s: {error}") from None
             instance.close()
-    # FMI 2.0 asks for steps > 0; hosts err, and an FMU that goes on silently hides it
+    # FMI 2.0 asks for steps > 0; hosts make errors, and an FMU that accepts them silently hides them
     odd = {"zero": 0.0, "negative": -h, "not-a-number": math.nan}
     others = {f"{factor * h:g} s": factor * h for factor in (FRACTION, 0.5)} if fixed else {}
     details, accepted = [], []
@@ -58,7 +58,7 @@ def refuses_step(task: ProbeTask) -> ProbeResult:
 
 def invalid_reference(task: ProbeTask) -> ProbeResult:
     """Read and write a value reference that no variable has."""
-    details, silent = [], []
+    details, unnoticed = [], []
     for kind, ctype in (("Real", c_double), ("Integer", c_int), ("Boolean", c_int), ("String", c_char_p)):
         for verb in ("Get", "Set"):
             instance = _after_a_step(task)
@@ -71,14 +71,14 @@ def invalid_reference(task: ProbeTask) -> ProbeResult:
             logged = [text for level, _, _, text in instance.messages if level != OK]
             details.append(f"fmi2{name}: {_name(status)}{', logged' if logged else ''}")
             if status in (OK, WARNING) and not logged:
-                silent.append(f"fmi2{name}")
+                unnoticed.append(f"fmi2{name}")
             _close_quietly(instance)
             if status >= FATAL:
                 text = f"fmi2{name} answers a bad reference with {_name(status)}"
                 text += ", which ends every instance in the process"
                 return ProbeResult(status="warning", message=text, details=tuple(details))
-    if silent:
-        message = f"accepted without a message by {', '.join(silent)}"
+    if unnoticed:
+        message = f"accepted without a message by {', '.join(unnoticed)}"
         return ProbeResult(status="info", message=message, details=tuple(details))
     return ProbeResult(message="each is refused or logged", details=tuple(details))
 
@@ -100,10 +100,10 @@ def logging(task: ProbeTask) -> ProbeResult:
     if induced is None:
         return ProbeResult(status="skipped", message="no error could be induced: it accepts bad steps and references")
     words, status = induced
-    said = [message for message in instance.messages if message[0] != OK]
-    if not said:
+    logged = [message for message in instance.messages if message[0] != OK]
+    if not logged:
         return ProbeResult(status="warning", message=f"{words} is answered with {_name(status)}, but nothing is logged")
-    level, category, name, text = said[0]
+    level, category, name, text = logged[0]
     details = (f"{words}: {_name(status)}, logged {_name(level)}, category {category or '(empty)'}: {text}",)
     if category not in categories:
         listed = ", ".join(categories) or "none"

@@ -33,7 +33,7 @@ def roll_back(task: ProbeTask) -> ProbeResult:
 
 
 def restore(task: ProbeTask) -> ProbeResult:
-    """Go on from the serialised state in this new process."""
+    """Continue from the serialised state in this new process."""
     base = Trajectory.load(task.work / "base.npz")
     saved = saved_at(len(base))
     instance = task.open()

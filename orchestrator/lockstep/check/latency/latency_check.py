@@ -140,16 +140,16 @@ def latency_result(
     for (output, _), answers in pairs.items():
         named = f"{output} [steps]"
         numbers[named] = min(numbers.get(named, float(answers[0])), *map(float, answers))
-    silent = [pair for pair in promised if pair not in pairs]
+    unanswered = [pair for pair in promised if pair not in pairs]
     vanishing = [pair for pair in promised if pair in pairs and pair not in fed]
     details = list(broken)
-    details += [f"{output} <- {source}: declared, but no answer within {window} steps" for output, source in silent]
+    details += [f"{output} <- {source}: declared, but no answer within {window} steps" for output, source in unanswered]
     details += [f"{output} <- {source}: declared, but not seen as feedthrough" for output, source in vanishing]
     details += _lines(pairs, fed)
     shown = tuple(details[:LINES]) + ((f"and {len(details) - LINES} lines more",) if len(details) > LINES else ())
     summary = _summary(pairs, fed, broken, late)
-    if silent:
-        summary += f", {len(silent)} declared without an answer within {window} steps"
+    if unanswered:
+        summary += f", {len(unanswered)} declared without an answer within {window} steps"
     if vanishing:
         summary += f", {len(vanishing)} declared that are no feedthrough here"
     if hidden:

@@ -90,7 +90,7 @@ class Measurement:
 
 def measure(task: ProbeTask) -> ProbeResult:
     """Measure, and write what was found."""
-    bench, restless = _bench(task)
+    bench, unrepeatable = _bench(task)
     began = time.monotonic()
     unchanged = bases(bench, [])
     each = 2.0 * (time.monotonic() - began)
@@ -112,7 +112,7 @@ def measure(task: ProbeTask) -> ProbeResult:
         },
         "refused": broken,
         "untried": late,
-        "restless": [name for name, moves in zip(names, restless, strict=True) if moves],
+        "unrepeatable": [name for name, moves in zip(names, unrepeatable, strict=True) if moves],
         "answers": [
             {
                 "inputs": list(inputs),
@@ -125,7 +125,7 @@ def measure(task: ProbeTask) -> ProbeResult:
                 "feedthrough": answer.direct or 2 * answer.lasting > answer.within,
             }
             for (inputs, column), answer in measurement.answers.items()
-            if not restless[column]
+            if not unrepeatable[column]
         ],
     }
     (task.work / RESULT).write_text(json.dumps(found), encoding="utf-8")
@@ -153,11 +153,11 @@ def _bench(task: ProbeTask) -> tuple[Bench, NDArray[np.bool_]]:
             if not resets or bench.instance.worst >= FATAL:
                 raise
         else:
-            restless: NDArray[np.bool_] = np.asarray(unlike(first, second).any(axis=0))
-            if not restless.any() or not resets:
+            unrepeatable: NDArray[np.bool_] = np.asarray(unlike(first, second).any(axis=0))
+            if not unrepeatable.any() or not resets:
                 break
         bench.instance.close()
-    return bench, restless
+    return bench, unrepeatable
 
 
 def _at_all_moments(

@@ -85,7 +85,7 @@ class LatencyReport:
     unmoved: tuple[str, ...]  # inputs that nothing answered to
     refused: tuple[str, ...]  # lines
     untried: int  # inputs, for lack of time
-    restless: tuple[str, ...]  # outputs that differ in two runs alike: nothing can be said of them
+    unrepeatable: tuple[str, ...]  # outputs that differ between two equal runs, which are left out
     together: bool  # whether arrays were changed as a whole, for lack of time
 
     def of(self, agreement: Agreement) -> tuple[Pair, ...]:
@@ -229,7 +229,7 @@ def _report(
         unmoved=tuple(name for name in tried if name not in moved),
         refused=tuple(found["refused"]),
         untried=found["untried"],
-        restless=tuple(found["restless"]),
+        unrepeatable=tuple(found["unrepeatable"]),
         together=found["together"],
     )
 
@@ -241,15 +241,15 @@ def _named(inputs: list[str]) -> str:
 def _pairs(experiment: Experiment, settings: ProbeSettings, found: Mapping[str, Any]) -> tuple[Pair, ...]:
     """Return the pairs that answer, or claim to."""
     seen = {(answer["output"], _named(answer["inputs"])): answer for answer in found["answers"]}
-    silent = {"least": None, "most": None, "direct": False, "feedthrough": False, "clear": False}
+    no_answer = {"least": None, "most": None, "direct": False, "feedthrough": False, "clear": False}
     pairs = []
     for port in experiment.outputs:
-        if port.name in found["restless"]:
+        if port.name in found["unrepeatable"]:
             continue
         for inputs in found["tried"]:
             claimed = None if port.feeds is None else not set(port.feeds).isdisjoint(inputs)
-            answer = seen.get((port.name, _named(inputs)), silent)
-            if answer is silent and not claimed:
+            answer = seen.get((port.name, _named(inputs)), no_answer)
+            if answer is no_answer and not claimed:
                 continue
             feedthrough = answer["feedthrough"]
             if settings.kind == "continuous" and not experiment.any_step:  # after such a step it answers anyhow

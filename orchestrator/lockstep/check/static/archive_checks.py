@@ -102,10 +102,12 @@ def licence(fmu: FmuArchive) -> CheckOutcome:
     if fmu.members is None:
         return CheckOutcome(status="skipped", message=fmu.problem)
     files = sorted(name for name in fmu.names if _LICENCE.match(name))
-    said = "" if fmu.model is None else fmu.model.attributes.get("license", "")
-    if len(said) > _SHORT:  # some files carry the whole text
-        said = f"{said[:_SHORT]}..."
-    declared = f"license={said!r} in the model description" if said else "the model description names none"
+    licence_name = "" if fmu.model is None else fmu.model.attributes.get("license", "")
+    if len(licence_name) > _SHORT:  # some files contain the whole text
+        licence_name = f"{licence_name[:_SHORT]}..."
+    declared = (
+        f"license={licence_name!r} in the model description" if licence_name else "the model description names none"
+    )
     if files:
         return CheckOutcome(status="pass", message=f"{', '.join(files[:4])}; {declared}")
     return CheckOutcome(status="warning", message=f"no text in documentation/licenses/; {declared}")

@@ -29,14 +29,16 @@ def kind(fmu: FmuArchive) -> CheckOutcome:
     reason = unreadable(fmu)
     if reason or fmu.model is None:
         return CheckOutcome(status="error", message=reason)
-    model, said = fmu.model, fmu.model.attributes
+    model, attributes = fmu.model, fmu.model.attributes
     if model.capabilities is None:
         return CheckOutcome(status="error", message="no CoSimulation element: the FMU is for model exchange only")
     also = ", also for model exchange" if model.root.find("ModelExchange") is not None else ""
-    made_by = said.get("generationTool", "an unnamed tool")
+    made_by = attributes.get("generationTool", "an unnamed tool")
     return CheckOutcome(
         status="pass",
-        message=f"{said.get('modelName', '?')} {said.get('version', '')}, made by {made_by}{also}".replace(" ,", ","),
+        message=f"{attributes.get('modelName', '?')} {attributes.get('version', '')}, made by {made_by}{also}".replace(
+            " ,", ","
+        ),
         numbers=(("variables", len(model.variables)),),
     )
 
@@ -95,10 +97,10 @@ def names(model: Model) -> CheckOutcome:
 def descriptions(model: Model) -> CheckOutcome:
     """Look for ports without a description."""
     ports = [v for v in model.variables if v.causality in ("input", "output", "parameter")]
-    silent = [v.name for v in ports if not v.description.strip()]
+    without = [v.name for v in ports if not v.description.strip()]
     notes = Notes()
-    if silent:
-        notes.warning(f"{len(silent)} of {len(ports)} ports have no description: {compact(silent)}")
+    if without:
+        notes.warning(f"{len(without)} of {len(ports)} ports have no description: {compact(without)}")
     if not model.attributes.get("description", "").strip():
         notes.warning("the model has no description")
     return notes.outcome(f"{len(ports)} ports described")
@@ -193,28 +195,28 @@ def aliases(model: Model) -> CheckOutcome:
 def experiment(model: Model) -> CheckOutcome:
     """Look at start, stop and step."""
     fixed = not model.can("canHandleVariableCommunicationStepSize")
-    said = model.experiment or {}
+    declared = model.experiment or {}
     notes = Notes()
     if model.experiment is None:
         notes.info("no DefaultExperiment: users have to guess step and stop time")
-    if "stepSize" not in said and fixed:
+    if "stepSize" not in declared and fixed:
         notes.warning(
             "the step cannot vary (canHandleVariableCommunicationStepSize is false), but stepSize is not declared"
         )
-    start, stop, step = (number(said.get(name, "0")) for name in ("startTime", "stopTime", "stepSize"))
-    if "stepSize" in said:
+    start, stop, step = (number(declared.get(name, "0")) for name in ("startTime", "stopTime", "stepSize"))
+    if "stepSize" in declared:
         if not (step > 0.0 and math.isfinite(step)):
-            notes.error(f"stepSize={said['stepSize']} is not above zero")
+            notes.error(f"stepSize={declared['stepSize']} is not above zero")
         elif abs(step - round(step / NANOSECOND) * NANOSECOND) > 1e-9 * step:
             notes.info(
-                f"stepSize={said['stepSize']} s is not a whole number of nanoseconds, the time unit of this master"
+                f"stepSize={declared['stepSize']} s is not a whole number of nanoseconds, the time unit of this master"
             )
-    if "stopTime" in said:
+    if "stopTime" in declared:
         if not stop > start:
             notes.error(f"stopTime={stop:g} is not after startTime={start:g}")
-        elif "stepSize" in said and step > stop - start:
+        elif "stepSize" in declared and step > stop - start:
             notes.warning(f"stepSize={step:g} is longer than the experiment of {stop - start:g} s")
-    if "tolerance" in said and not number(said["tolerance"]) > 0.0:
-        notes.error(f"tolerance={said['tolerance']} is not above zero")
+    if "tolerance" in declared and not number(declared["tolerance"]) > 0.0:
+        notes.error(f"tolerance={declared['tolerance']} is not above zero")
     steps = f"step {step:g} s, {'fixed' if fixed else 'may vary'}" if step else "no preferred step"
     return notes.outcome(f"{start:g} to {stop:g} s, {steps}" if stop else steps)

@@ -27,7 +27,7 @@ def unknowns(model: Model) -> CheckOutcome:
     order = [int(entry.index) for entry in model.initial_unknowns if entry.index.isdecimal()]
     if order != sorted(order):
         notes.error("InitialUnknowns are not in the order of their index")
-    _silence(model, notes)
+    _undeclared_dependencies(model, notes)
     message = f"{len(model.outputs)} outputs, {len(model.initial_unknowns)} initial unknowns"
     return notes.outcome(message, (("outputs", len(model.outputs)), ("initial_unknowns", len(model.initial_unknowns))))
 
@@ -110,10 +110,12 @@ def _known(variable: ScalarVariable, tag: str, model: Model) -> bool:
     return str(variable.index) in states
 
 
-def _silence(model: Model, notes: Notes) -> None:
-    silent = [v.name for e in model.outputs if e.dependencies is None and (v := _variable(e.index, model)) is not None]
+def _undeclared_dependencies(model: Model, notes: Notes) -> None:
+    undeclared = [
+        v.name for e in model.outputs if e.dependencies is None and (v := _variable(e.index, model)) is not None
+    ]
     inputs = any(v.causality == "input" for v in model.variables)
-    if silent and inputs:
+    if undeclared and inputs:
         notes.info(
-            f"no dependencies declared for {compact(silent, 4)}: importers must assume feedthrough from every input"
+            f"no dependencies declared for {compact(undeclared, 4)}: importers must assume feedthrough from every input"
         )

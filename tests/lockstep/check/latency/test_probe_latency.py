@@ -157,7 +157,7 @@ def test_vendor_fmu_answers_while_flag_and_mode_allow_it(tmp_path, build):
 def test_outputs_that_do_not_repeat_are_listed(tmp_path):
     report = probe_latency(build_delays(tmp_path, feeds=TRUE, flags=ANY_STEP, outputs=OUTPUTS), WATCHED)
 
-    assert report.restless == ("noise",)
+    assert report.unrepeatable == ("noise",)
     assert delays(report) == DELAYS
 
 
