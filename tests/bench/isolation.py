@@ -172,7 +172,7 @@ def runs(system: System, out: Path) -> None:
     alone = replace(system, components=tuple(replace(part, isolated=True) for part in system.components))
     count = sum(round(DURATION * 1e9) // part.period for part in system.components)
     for _ in range(ROUNDS):
-        times = [simulate(way, out, DURATION, overwrite=True).wall_time for way in (system, alone)]
+        times = [simulate(way, out, stop_time=DURATION, overwrite=True).wall_time for way in (system, alone)]
         print(f"a run of {DURATION:g} s with {count} steps: {times[0]:.2f} s, all isolated {times[1]:.2f} s, "
               f"{(times[1] - times[0]) / count * 1e6:.1f} us more a step", flush=True)  # fmt: skip
 
