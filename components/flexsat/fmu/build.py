@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from ..design.chain import Designs, as_arrays
@@ -53,7 +54,9 @@ def build_configuration(
         path.parent.mkdir(parents=True, exist_ok=True)
         model_name = f"{component}_{config.name}{'_flat' if flat else ''}"
         resources = component_resources(designs, component)
-        table, runs = run_experiments(shell, resources, EXPERIMENTS[component])
+        step = getattr(config.rates, component)
+        experiments = tuple(replace(experiment, step=step) for experiment in EXPERIMENTS[component])
+        table, runs = run_experiments(shell, resources, experiments)
         content = travelling(
             component,
             table.renamed(naming),
@@ -62,7 +65,7 @@ def build_configuration(
             config=config,
             model_name=model_name,
             version=importlib.metadata.version("flexsat"),
-            step=getattr(config.rates, component),
+            step=step,
             stop=shell.stop_time,
         )
         built[component] = build_fmu(
