@@ -211,7 +211,7 @@ class _Translation:
         source = self._end(old.from_component, old.output)
         new = replace(old, input=variable.name)
         if pair.table is not None or source.type not in ("Real", "Float64", "Float32"):
-            if any(not hop.plain for hop in old.hops):
+            if any(not hop.converts_units_only for hop in old.hops):
                 self.result.problems.append(f"{location}: {old} {_TWICE}")
                 return
             self.connections.append(replace(new, factor=pair.factor, offset=pair.offset, table=pair.table, via=()))
@@ -240,7 +240,7 @@ class _Translation:
             for old in self.made.get(port.name, ()):
                 new = replace(old, output=variable.name)
                 if pair.table is not None or variable.scalar != "Real":
-                    if any(not hop.plain for hop in old.hops):
+                    if any(not hop.converts_units_only for hop in old.hops):
                         self.result.problems.append(f"{location}: {old} {_TWICE}")
                         continue
                     changed = replace(new, factor=pair.factor, offset=pair.offset, table=pair.table, via=())

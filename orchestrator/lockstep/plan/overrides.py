@@ -41,7 +41,7 @@ def resolve_overrides(
 
 
 def unfed(component: str, names: Sequence[str], system: System) -> str:
-    """Say that inputs of a component are neither connected nor given a value, and what to do."""
+    """Return a message for inputs of a component that are neither connected nor have a value."""
     what = f"{component}.{compact(names)}: not connected and without a value"
     feeding = {one.name for one in system.inputs for f in one.feeds if f.component == component and f.input in names}
     if feeding:

@@ -1,4 +1,4 @@
-"""Everything about a run that is known before any FMU is started."""
+"""Plan a run: everything that is known before any FMU is started."""
 
 from collections.abc import Mapping, Sequence
 
@@ -61,7 +61,7 @@ class Plan:
         starts: dict[Scalar, dict[int, Value]] = {}
         for key, value in self.wiring.parameters[name].items():
             variable = self.descriptions[name].variables[key]
-            if variable.scalar is not None:  # a value of another type has been refused
+            if variable.scalar is not None:  # a value of another type is refused before
                 starts.setdefault(variable.scalar, {})[variable.reference] = value
         return starts
 

@@ -1,4 +1,4 @@
-"""Who is stepped when, in which order, and which of a producer's values a reader sees. Pure integers.
+"""Compute when and in which order components are stepped, and which version of an output a reader sees, in ticks.
 
 Let a component with period P and offset O (in ticks) begin its steps at ticks O, O + P, ... and call the
 outputs of its v-th step version v; version 0 is its initial outputs. A step begun at tick j produces its
@@ -34,7 +34,7 @@ class Task:
     continuous: bool = False
 
     def steps_at(self, tick: int) -> bool:
-        """Tell whether a step begins at this tick."""
+        """Return whether a step begins at this tick."""
         return (tick - self.offset) % self.period == 0
 
     def begun(self, tick: int) -> int:
@@ -130,7 +130,7 @@ def ring_size(lags: Iterable[int]) -> int:
 
 
 def cycle_length(hyperperiod: int, rings: Mapping[str, int], tasks: Sequence[Task]) -> int:
-    """Return the ticks after which the schedule and every ring of versions are back where they began."""
+    """Return the number of ticks after which the schedule and every ring of versions repeat."""
     turns = 1
     for task in tasks:
         steps = hyperperiod // task.period
@@ -159,7 +159,7 @@ def _before(tasks: Mapping[str, Task], connections: Sequence[Connection]) -> dic
     before: dict[str, set[str]] = {name: set() for name in tasks}
     for pair in {(c.from_component, c.to_component) for c in connections if c.delay == 0}:
         producer, consumer = tasks[pair[0]], tasks[pair[1]]
-        if (producer.offset - consumer.offset) % gcd(producer.period, consumer.period) == 0:  # they do meet
+        if (producer.offset - consumer.offset) % gcd(producer.period, consumer.period) == 0:  # they have common steps
             before[pair[1]].add(pair[0])
     return before
 

@@ -1,4 +1,4 @@
-"""Who runs when, and which value travels where: the schedule of a system, tick by tick, from its file alone."""
+"""List the schedule of a system tick by tick: steps, and the values that they read, from the system file alone."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class Read:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
+class TimelineStep:
     """One doStep: its tick, the time it starts and ends [ns], and what it reads before."""
 
     tick: int
@@ -43,7 +43,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Route:
-    """What one component hands to another through connections of one delay.
+    """The ports of one component that another reads through connections of one delay.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Route:
 
 
 def routes(system: System) -> list[Route]:
-    """Return what travels between the components of a system."""
+    """Return the routes between the components of a system."""
     found: dict[tuple[str, str, int], dict[tuple[str, str], tuple[set[str], set[str]]]] = {}
     for c in system.connections:
         arrays = array_of(c.output), array_of(c.input)
@@ -89,8 +89,8 @@ def _port(arrays: tuple[str, str], outputs: int, inputs: int) -> str:
     return output if output == entry else f"{output} -> {entry}"
 
 
-def timeline(system: System, ticks: int) -> list[Step]:
-    """Return every step of the first `ticks` ticks in the order in which the master does them.
+def timeline(system: System, ticks: int) -> list[TimelineStep]:
+    """Return every step of the first `ticks` ticks in the order of the master.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def timeline(system: System, ticks: int) -> list[Step]:
                 )
                 start = tick * schedule.tick
                 steps.append(
-                    Step(
+                    TimelineStep(
                         tick=tick,
                         component=task.name,
                         start=start,
@@ -130,7 +130,7 @@ def _read(producer: Task, tick: int, delay: int, count: int, length: int) -> Rea
 
 
 def timeline_lines(system: System, ticks: int) -> list[str]:
-    """Return the timeline as text: a line a step, with what it reads and of which time; then which ports travel."""
+    """Return the timeline as text: a line for each step with the values that it reads; then the routes."""
     lines = [f"{system.name}: the first {ticks} ticks of {seconds_text(system.tick)} s, in the order of the master"]
     width = max(len(component.name) for component in system.components)
     steps = timeline(system, ticks)
@@ -139,15 +139,15 @@ def timeline_lines(system: System, ticks: int) -> list[str]:
         time = f"t = {seconds_text(step.start)} s" if first else ""
         kind = "true at" if step.continuous else "hold from"
         when = step.end if step.continuous else step.start
-        reads = "; ".join(_told(read) for read in step.reads) or "nothing"
+        reads = "; ".join(_read_text(read) for read in step.reads) or "nothing"
         lines.append(
             f"  {time:14}{step.component:{width}}  reads {reads}; outputs {kind} {seconds_text(when)} s".rstrip()
         )
-    travelling = routes(system)
-    return [*lines, "what travels:" * bool(travelling), *(f"  {route}" for route in travelling)]
+    between = routes(system)
+    return [*lines, "connections:" * bool(between), *(f"  {route}" for route in between)]
 
 
-def _told(read: Read) -> str:
+def _read_text(read: Read) -> str:
     contract = "same tick" if read.delay == 0 else f"delay {read.delay}"
     age = "initial" if read.initial else f"of {seconds_text(read.since)} s"
     return f"{read.count} from {read.producer} {age} ({contract})"

@@ -1,4 +1,4 @@
-"""Values on their way from outputs to inputs, as arrays: transformed, and converted from type to type."""
+"""Convert arrays of values between outputs and inputs: transformations, and changes of type."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -11,39 +11,39 @@ from lockstep.errors import RunError
 from lockstep.fmi.slave import DTYPES, Scalar
 from lockstep.system.transformation import Function
 
-Values = NDArray[Any]
-Convert = Callable[[Values], Values]
+ValueArray = NDArray[Any]  # of any type that is exchanged
+Convert = Callable[[ValueArray], ValueArray]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Way:
-    """What becomes of one value: the target receives gain * source + bias (Reals), or what the function makes of it."""
+    """The conversion of one value: gain * source + bias for Reals, or a function."""
 
     source: Scalar
     gain: float = 1.0
     bias: float = 0.0
     function: Function | None = None
 
-    def plain(self, target: Scalar) -> bool:
-        """Tell whether the value arrives as it is."""
+    def is_identity(self, target: Scalar) -> bool:
+        """Return whether the value is unchanged."""
         return self.source == target and (self.gain, self.bias, self.function) == (1.0, 0.0, None)
 
 
 def linear(ways: Iterable[Way], target: Scalar) -> bool:
-    """Tell whether one product and one sum of Reals do for all of them."""
+    """Return whether one product and one sum of Reals convert all of them."""
     return target == "Real" and all(way.source == "Real" and way.function is None for way in ways)
 
 
 def converter(target: Scalar, ways: Sequence[Way], names: Sequence[str]) -> Convert:
-    """Return what turns values of any type, (n,), into those of another. `names` are the n targets, for errors.
+    """Return the conversion of values, (n,), to another type. `names` are the n targets, for errors.
 
-    An integer out of the range of its new type is a RunError.
+    An integer outside the range of its new type is a RunError.
     """
     functions = [(k, way.function) for k, way in enumerate(ways) if way.function is not None]
     gain, bias = np.array([way.gain for way in ways]), np.array([way.bias for way in ways])
     scaled = target == "Real" and (bool(np.any(gain != 1.0)) or bool(np.any(bias)))
 
-    def convert(values: Values) -> Values:
+    def convert(values: ValueArray) -> ValueArray:
         if functions:
             found = values.tolist()  # Python's integers: exact at any width
             for k, function in functions:
@@ -61,7 +61,7 @@ def converter(target: Scalar, ways: Sequence[Way], names: Sequence[str]) -> Conv
     return convert
 
 
-def _whole(values: Values, target: Scalar, names: Sequence[str]) -> Values:
+def _whole(values: ValueArray, target: Scalar, names: Sequence[str]) -> ValueArray:
     limits = np.iinfo(DTYPES[target])
     for name, value in zip(names, values.tolist(), strict=True):
         if not limits.min <= value <= limits.max:

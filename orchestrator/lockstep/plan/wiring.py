@@ -19,8 +19,8 @@ from lockstep.system.units import checked_conversion, known_unit
 class Link:
     """All scalars of one type from one producer to one consumer with one delay, by reference.
 
-    A target receives gain * source + bias; only Reals have other gains and biases than 1 and 0. Where there is a
-    function it receives what that makes of the value.
+    A target receives gain * source + bias, where only Reals have other gains and biases than 1 and 0, or the result of
+    a function.
     """
 
     producer: str
@@ -36,7 +36,7 @@ class Link:
 
     @property
     def ways(self) -> list[Way]:
-        """What becomes of each value."""
+        """The conversion of each value."""
         functions = self.functions or (None,) * len(self.sources)
         rows = zip(self.gains, self.biases, functions, strict=True)
         return [Way(source=self.scalar, gain=gain, bias=bias, function=function) for gain, bias, function in rows]
@@ -78,11 +78,11 @@ def _check_connectors(component: Component, description: Description) -> None:
             raise InputError(f"{what}: declared as {port.type}, but the FMU says {variable.type}")
         declared = component.units.get(port.name)
         if any(variable.items.get(item, number) != number for item, number in port.items.items()):
-            raise InputError(f"{what}: the file numbers the items of its Enumeration otherwise than the FMU")
+            raise InputError(f"{what}: the file numbers the items of its Enumeration differently from the FMU")
         if declared is None or variable.unit is None or declared.name == variable.unit.name:
             continue
         if variable.unit.exponents is None:
-            continue  # its name is all that the FMU tells: the file says what it is
+            continue  # the FMU gives a name only: the file defines the unit
         if checked_conversion(declared, variable.unit, False, what) != (1.0, 0.0):
             raise InputError(f"{what}: declared in '{declared.name}', but the FMU's unit is '{variable.unit.name}'")
 
@@ -152,7 +152,8 @@ def _check_fed(
     fed = {(connection.to_component, connection.input) for connection in system.connections}
     for component in system.components:
         variables = descriptions[component.name].variables.values()
-        inputs = [v.name for v in variables if v.causality == "input" and v.scalar is not None]  # the others stay
+        # variables without a scalar type are not exchanged
+        inputs = [v.name for v in variables if v.causality == "input" and v.scalar is not None]
         loose = [n for n in inputs if (component.name, n) not in fed and n not in parameters[component.name]]
         if loose:
             raise InputError(unfed(component.name, loose, system))

@@ -216,7 +216,7 @@ class Exchange:
             if status:
                 check(name, function, time, status)
 
-        if all(way.plain(scalar) for way in ways):
+        if all(way.is_identity(scalar) for way in ways):
             return plain
         if not linear(ways, scalar):
             return self._mixed_set(name, scalar, entries, buffer, call)

@@ -95,7 +95,7 @@ def _mapped(mapping: Element, values: UnitValues, base: Base, name: str, level: 
         if source in values:  # a set may have a part of the values of a large mapping
             value, unit = values[source]
             hop = read_hop(entry)
-            hops = () if hop.plain and hop.convert_units else (hop,)
+            hops = () if hop.converts_units_only and hop.convert_units else (hop,)
             settings.append(Setting(name=target, value=value, unit=unit, hops=hops, level=level, origin=origin))
     return settings
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.ssp.xml import NS, SSC, Element, add, local_name, namespace_of, unique
 from lockstep.system.component import Value
-from lockstep.system.transformation import Entry, Hop, Table
+from lockstep.system.transformation import Hop, MapValue, Table
 from lockstep.system.units import BASES, Unit
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
@@ -102,7 +102,7 @@ def read_hop(element: Element) -> Hop:
     return Hop(convert_units=converts)
 
 
-def _entry(kind: str, text: str) -> Entry:
+def _entry(kind: str, text: str) -> MapValue:
     match kind:
         case "Boolean":
             return boolean(text)
@@ -160,5 +160,5 @@ def literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
     return "String", value
 
 
-def _entry_text(entry: Entry) -> str:
+def _entry_text(entry: MapValue) -> str:
     return str(entry).lower() if isinstance(entry, bool) else str(entry)

@@ -148,7 +148,7 @@ def _at_once(connection: Connection, system: System) -> Connection:
     conversion = convert(ends[0], ends[1], connection.hops, str(connection))
     if conversion.function is None:  # of Reals, or without any change
         return replace(connection, via=(), factor=conversion.gain, offset=conversion.bias, convert_units=False)
-    acting = [hop for hop in connection.hops if not hop.plain]
+    acting = [hop for hop in connection.hops if not hop.converts_units_only]
     if len(acting) != 1:
         raise InputError(
             f"{connection}: {len(acting)} transformations of a {ends[0].type} cannot be combined; keep one of them"

@@ -1,1 +1,1 @@
-"""Systems of components and connections, as values."""
+"""Describe systems of components and connections as frozen values."""

@@ -1,4 +1,4 @@
-"""What is simulated: components, their parameters, and who is connected to whom, as frozen values."""
+"""Describe a system: components and the connections between them, as frozen values."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,8 +14,8 @@ from lockstep.system.units import Unit
 class Connection:
     """One scalar from an output to an input; the consumer sees the value of `delay` ticks ago (0: this tick).
 
-    The consumer receives factor * value + offset, or what the table maps the value to, after the conversion of
-    units. `via` is what happens before that, on the way through connectors of systems.
+    The consumer receives factor * value + offset, or the value of the table, after the conversion of units. `via` are
+    the transformations before that, along connectors of systems.
     """
 
     from_component: str
@@ -35,7 +35,7 @@ class Connection:
 
     @property
     def hops(self) -> tuple[Hop, ...]:
-        """The whole way, for `lockstep.system.transformation.convert`."""
+        """All transformations in order, for `lockstep.system.transformation.convert`."""
         last = Hop(factor=self.factor, offset=self.offset, table=self.table, convert_units=self.convert_units)
         return (*self.via, last)
 
@@ -45,7 +45,7 @@ class Connection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feed:
-    """An input that a connector of the whole system feeds, and the way there."""
+    """An input fed by a connector of the whole system, and the transformations between them."""
 
     component: str
     input: str
@@ -54,7 +54,7 @@ class Feed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SystemInput:
-    """A connector of the whole system that nothing feeds, so that it needs a value; `unit` if one is declared."""
+    """An unconnected connector of the whole system, which needs a value; `unit` if one is declared."""
 
     name: str
     unit: Unit | None
@@ -65,7 +65,7 @@ class SystemInput:
 class System:
     """A whole system. Times are integer nanoseconds; `record` holds patterns on `component.variable`.
 
-    `ignored` are the values of a file of others that no variable takes, for its user to see.
+    `ignored` are the values of a system file that have no variable, for display.
     """
 
     name: str

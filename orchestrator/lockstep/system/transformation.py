@@ -1,6 +1,6 @@
-"""What happens to a value on its way from one port to another: units, linear transformations, mapping tables.
+"""Compose the transformations between two ports: conversion of units, linear transformations, mapping tables.
 
-A way is a sequence of hops; one hop is one connection of SSP, or one entry of a parameter mapping. A hop converts
+A path is a sequence of hops; one hop is one connection of SSP, or one entry of a parameter mapping. A hop converts
 units first, then applies at most one transformation. Connections through connectors of systems have several hops.
 """
 
@@ -12,25 +12,25 @@ from typing import Literal
 from lockstep.errors import InputError, RunError, compact, suggestion
 from lockstep.system.units import Unit, checked_conversion
 
-Entry = str | int | bool
+MapValue = str | int | bool
 Function = Callable[[int], int]
 _LIMITS = {32: (-(2**31), 2**31 - 1), 64: (-(2**63), 2**64 - 1)}  # by the bits in which Integers are exchanged
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """A mapping transformation of SSP. Values without an entry stay as they are; Enumerations map item names."""
+    """A mapping transformation of SSP. Values without an entry are unchanged; Enumerations map item names."""
 
     kind: Literal["Boolean", "Integer", "Enumeration"]
-    entries: tuple[tuple[Entry, Entry], ...]
+    entries: tuple[tuple[MapValue, MapValue], ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hop:
     """One connection: the units are converted, then factor * value + offset or the table is applied.
 
-    `type`, `unit` and `items` are those that the system file declares for the connector it leads to; a unit that is
-    not declared is that of the value as it arrives.
+    `type`, `unit` and `items` are those that the system file declares for the connector at its end; an undeclared unit
+    is that of the value before the hop.
     """
 
     factor: float = 1.0
@@ -42,14 +42,14 @@ class Hop:
     items: Mapping[str, int] = field(default_factory=dict)
 
     @property
-    def plain(self) -> bool:
-        """Tell whether nothing happens but a conversion of units."""
+    def converts_units_only(self) -> bool:
+        """Whether it does nothing but convert units."""
         return self.table is None and (self.factor, self.offset) == (1.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class End:
-    """Where a way begins or ends: a variable's type (of FMI 2.0 or 3.0), unit, and items if it is an Enumeration."""
+    """An end of a path: a variable's type (of FMI 2.0 or 3.0), unit, and items if it is an Enumeration."""
 
     type: str
     unit: Unit | None = None
@@ -70,7 +70,7 @@ class Conversion:
 
 
 def family(type_name: str) -> str:
-    """Return as what a type is exchanged: Real, Integer (Enumerations too), Boolean or String."""
+    """Return the family in which a type is exchanged: Real, Integer (Enumerations too), Boolean or String."""
     if type_name.startswith("Float"):
         return "Real"
     return "Integer" if type_name.startswith(("Int", "UInt", "Enumeration")) else type_name
@@ -79,13 +79,13 @@ def family(type_name: str) -> str:
 def convert(source: End, target: End, hops: Sequence[Hop], what: str) -> Conversion:
     """Compose the hops between two variables.
 
-    Integer and Boolean may be connected where a mapping transformation stands on the way: it is what asks for it. 0
-    is false, every other number true; false is 0, true is 1.
+    Integer and Boolean may be connected if a mapping transformation lies between them. 0 is false, every other number
+    true; false is 0, true is 1.
 
     Raises
     ------
     InputError
-        If types or units do not fit, or a transformation is none of the type. `what` names the way.
+        If types or units do not fit, or a transformation does not apply to the type. `what` names the path.
     """
     start, end = family(source.type), family(target.type)
     if start == end == "Real":
@@ -95,7 +95,7 @@ def convert(source: End, target: End, hops: Sequence[Hop], what: str) -> Convers
         return Conversion(function=_discrete(source, target, hops, what))
     if start != end:
         raise InputError(f"{what}: connects {source.type} to {target.type}; types must be equal")
-    if not all(hop.plain for hop in hops):
+    if not all(hop.converts_units_only for hop in hops):
         raise InputError(f"{what}: no transformation is defined for {source.type}; remove it")
     return Conversion()
 
@@ -117,7 +117,7 @@ def _linear(source: End, target: End, hops: Sequence[Hop], what: str) -> tuple[f
 
 
 def _discrete(source: End, target: End, hops: Sequence[Hop], what: str) -> Function | None:
-    steps: list[Function] = []
+    functions: list[Function] = []
     kind, items = family(source.type), source.items
     wide = any(end.type in ("Int64", "UInt64", "UInt32") for end in (source, target))
     bits = 64 if wide else 32
@@ -126,30 +126,30 @@ def _discrete(source: End, target: End, hops: Sequence[Hop], what: str) -> Funct
         following = target.type if last else hop.type or kind
         leads_to = target.items if last and target.items else hop.items or items
         if hop.table is not None:
-            steps += [_as("Boolean")] if hop.table.kind == "Boolean" else []
-            steps.append(_lookup(hop.table, items, leads_to, what))
-        elif not hop.plain:
-            steps.append(_whole(hop, kind, following, what, bits))
+            functions += [_as("Boolean")] if hop.table.kind == "Boolean" else []
+            functions.append(_lookup(hop.table, items, leads_to, what))
+        elif not hop.converts_units_only:
+            functions.append(_whole(hop, kind, following, what, bits))
         elif items and leads_to and dict(items) != dict(leads_to):
             raise InputError(
                 f"{what}: connects Enumerations of {_items(items)} and of {_items(leads_to)}; "
-                "an EnumerationMappingTransformation says how they map"
+                "an EnumerationMappingTransformation has to map them"
             )
         if family(following) != kind:
             if hop.table is None:
                 raise InputError(
                     f"{what}: connects {kind} to {family(following)}; types must be equal, or a "
-                    "BooleanMappingTransformation or IntegerMappingTransformation say how they map"
+                    "BooleanMappingTransformation or IntegerMappingTransformation has to map them"
                 )
             kind = family(following)
-            steps.append(_as(kind))
+            functions.append(_as(kind))
         items = leads_to
-    if not steps:
+    if not functions:
         return None
 
     def composed(value: int) -> int:
-        for step in steps:
-            value = step(value)
+        for function in functions:
+            value = function(value)
         return value
 
     return composed
@@ -173,7 +173,7 @@ def _lookup(table: Table, source: Mapping[str, int], target: Mapping[str, int], 
     return lambda value: found.get(value, value)
 
 
-def _number(entry: Entry, items: Mapping[str, int], what: str) -> int:
+def _number(entry: MapValue, items: Mapping[str, int], what: str) -> int:
     if not isinstance(entry, str):
         return int(entry)
     if entry not in items:
@@ -201,9 +201,9 @@ def _whole(hop: Hop, kind: str, following: str, what: str, bits: int) -> Functio
 
 
 def transferred(
-    value: Entry | float, unit: Unit | None, hops: Sequence[Hop], target: End, what: str
-) -> tuple[Entry | float, bool]:
-    """Send one value of a parameter along hops; tell also whether it is in the target's unit now.
+    value: MapValue | float, unit: Unit | None, hops: Sequence[Hop], target: End, what: str
+) -> tuple[MapValue | float, bool]:
+    """Apply hops to one value of a parameter; return also whether it is then in the target's unit.
 
     Names of Enumeration items stay names.
 
@@ -218,7 +218,7 @@ def transferred(
         for hop in hops:
             if hop.table is not None and hop.table.kind == "Enumeration":
                 value = dict(hop.table.entries).get(value, value)
-            elif not hop.plain:
+            elif not hop.converts_units_only:
                 raise InputError(f"{what}: a transformation of the text {value!r} is not defined; remove it")
         return value, False
     if isinstance(value, float) or family(target.type) == "Real":

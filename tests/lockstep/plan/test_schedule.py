@@ -49,7 +49,7 @@ def test_a_cycle_is_refused_with_the_cycle_printed():
         (["ab", "ba", "bc", "cd", "dc"], ["ab", "cd"]),  # one after the other
     ],
 )
-def test_what_is_printed_is_a_cycle_however_they_are_nested(wires, members):
+def test_printed_members_form_a_cycle_among_nested_ones(wires, members):
     parts = [component(name) for name in "zyxdcba"]
     connections = [connection(*ends) for ends in wires]
     with pytest.raises(InputError) as refused:
@@ -66,7 +66,7 @@ def test_one_delay_breaks_a_cycle():
     assert names(schedule) == ["b", "a"]
 
 
-def test_components_that_never_meet_do_not_wait_for_each_other():
+def test_components_without_common_steps_are_not_ordered():
     parts = [component("a", 2, 0), component("b", 2, 1)]
     schedule = build_schedule(system(parts, [connection("a", "b"), connection("b", "a")]))
     assert names(schedule) == ["a", "b"]
@@ -95,7 +95,7 @@ def test_a_same_tick_value_of_a_continuous_component_is_refused():
         (5 * MS, 1_500_000, r"a: offset 0\.0015 s is not a whole multiple"),
     ],
 )
-def test_what_is_no_multiple_of_the_tick_is_refused(period, offset, message):
+def test_period_or_offset_between_ticks_is_refused(period, offset, message):
     part = Component(name="a", source=Path("none.fmu"), period=period, offset=offset)
     with pytest.raises(InputError, match=message):
         build_schedule(system([part]))
@@ -140,7 +140,7 @@ def test_rings_are_powers_of_two_that_hold_the_lag():
     assert ring_size([]) == 1
 
 
-def test_the_cycle_brings_every_ring_back():
+def test_every_ring_repeats_after_the_cycle():
     tasks = [Task(name="a", period=1), Task(name="b", period=5)]
     assert cycle_length(5, {"a": 1, "b": 1}, tasks) == 5
     assert cycle_length(5, {"a": 8, "b": 2}, tasks) == 40
@@ -156,7 +156,7 @@ def test_periods_without_a_small_common_multiple_are_refused():
         build_schedule(system([component("a")])).hyperperiod(60_000)
 
 
-def test_a_stop_time_must_be_some_ticks():
+def test_stop_time_must_be_positive_and_whole_ticks():
     assert whole_ticks(3 * MS, MS, "stop time") == 3
     with pytest.raises(InputError, match=r"stop time 0 s must be > 0"):
         whole_ticks(0, MS, "stop time")

@@ -22,14 +22,14 @@ def of(steps, component, tick):
     return next(step for step in steps if (step.component, step.tick) == (component, tick))
 
 
-def test_every_component_steps_when_it_is_due_and_producers_first(steps):
+def test_components_step_at_their_periods_producers_first(steps):
     assert [s.component for s in steps if s.tick == 0] == ["counter", "echo", "plant"]
     assert [s.component for s in steps if s.tick == 4] == ["counter", "plant"]
     assert [s.tick for s in steps if s.component == "echo"] == [0, 5]
     assert {s.end - s.start for s in steps if s.component == "echo"} == {5 * MS}
 
 
-def test_a_same_tick_read_is_of_now_and_a_delayed_one_of_then(steps):
+def test_reads_have_the_time_of_their_delay(steps):
     (now,) = of(steps, "echo", 5).reads
     assert (now.producer, now.count, now.delay, now.since, now.initial) == ("counter", 3, 0, 5 * MS, False)
     (then,) = of(steps, "plant", 6).reads
@@ -50,7 +50,7 @@ def test_offsets_shift_the_first_step(loop):
     assert [s.tick for s in timeline(system, 8) if s.component == "echo"] == [2, 7]
 
 
-def test_what_a_run_delivers_is_of_the_time_that_is_told(loop, tmp_path):
+def test_values_of_a_run_have_the_times_of_the_timeline(loop, tmp_path):
     """The counter counts its steps from 1, so a count tells the time from which it held."""
     simulate(loop, tmp_path / "run", record=("echo.y[1]", "counter.count"), record_period="0.001")
     signals = read_signals(tmp_path / "run")
@@ -63,7 +63,7 @@ def test_what_a_run_delivers_is_of_the_time_that_is_told(loop, tmp_path):
             assert echoed[step.start / 1e9] == by_time[step.reads[0].since / 1e9]
 
 
-def test_the_lines_tell_component_source_and_time(loop):
+def test_lines_name_component_source_and_time(loop):
     text = "\n".join(timeline_lines(loop, 3))
     assert "loop: the first 3 ticks of 0.001 s" in text
     assert "3 from counter of 0 s (same tick)" in text
@@ -71,20 +71,20 @@ def test_the_lines_tell_component_source_and_time(loop):
     assert "outputs true at 0.003 s" in text
 
 
-def test_the_ports_that_travel_are_named_with_their_contract(loop):
+def test_connected_ports_are_listed_with_their_latency(loop):
     twice = replace(loop.connections[0], output="steps", input="u[2]")
     system = replace(loop, connections=(*loop.connections, twice, replace(twice, output="steps", input="u[3]")))
 
     lines = timeline_lines(system, 2)
 
-    assert lines[lines.index("what travels:") + 1 :] == [
+    assert lines[lines.index("connections:") + 1 :] == [
         "  counter -> echo (same tick): count -> u, even -> flag, steps -> number, steps -> u[2]",
         "  counter -> plant (delay 2 ticks): count -> u",
     ]
     assert all(f"{escape(str(route))}</title>" in timeline_svg(system, 2) for route in routes(system))
 
 
-def test_the_picture_has_a_box_a_step_and_an_arrow_a_read(loop):
+def test_figure_has_a_box_for_each_step_and_an_arrow_for_each_read(loop):
     steps = timeline(loop, 6)
     root = ElementTree.fromstring(timeline_svg(loop, 6))
     space = "{http://www.w3.org/2000/svg}"
@@ -93,6 +93,6 @@ def test_the_picture_has_a_box_a_step_and_an_arrow_a_read(loop):
     assert len(arrows) == sum(len(step.reads) for step in steps)
 
 
-def test_a_system_that_cannot_run_has_no_timeline(loop):
+def test_system_that_cannot_run_has_no_timeline(loop):
     with pytest.raises(InputError, match="not a whole multiple"):
         timeline(replace(loop, components=(replace(loop.components[0], period=1_500_000),), connections=()), 3)

@@ -54,7 +54,7 @@ def test_a_wrong_connection_is_refused(loop, wire_, message):
         check(replace(loop, connections=(*loop.connections, wire_)))
 
 
-def test_an_integer_is_not_made_a_fraction(loop):
+def test_integers_take_whole_factors_only(loop):
     wires = (*loop.connections[:2], replace(loop.connections[2], factor=0.5), loop.connections[3])
     with pytest.raises(InputError, match=r"factor 0\.5 and offset 0 of an Integer must be whole numbers"):
         check(replace(loop, connections=wires))
@@ -102,7 +102,7 @@ def test_one_value_is_for_all_elements_of_an_array(loop, value):
     assert {name: parameters["echo"][name] for name in ("u[1]", "u[2]")} == {"u[1]": 2.5, "u[2]": 2.5}
 
 
-def test_values_and_texts_take_the_declared_type(loop):
+def test_values_and_texts_are_converted_to_the_declared_type(loop):
     given = {"counter.gain": "1e-6", "counter.fail_at": "12", "echo.flag": "true", "echo.u": "3,4", "plant.x0": 2}
     parameters = check(loop, given).parameters
     assert parameters["counter"] == {"gain": 1e-6, "fail_at": 12}
@@ -118,7 +118,7 @@ def test_a_value_outside_its_declared_range_is_refused():
         parse_value(2, variable, "c.k")
 
 
-def test_a_declared_connector_must_be_what_the_fmu_says(loop):
+def test_declared_connector_must_match_the_fmu(loop):
     def declare(**fields):
         counter = replace(loop.components[0], connectors=(Connector(**fields),))
         return replace(loop, components=(counter, *loop.components[1:]))
@@ -139,7 +139,7 @@ def units_system(toys, *wires, **fields):
 ALL = {"radians": 0.0, "kelvin": 0.0, "free": 0.0}
 
 
-def test_units_are_converted_and_an_undeclared_one_is_the_other_ends(toys):
+def test_units_are_converted_and_an_undeclared_unit_is_that_of_the_other_end(toys):
     wires = (
         connect("a.degrees", "b.radians"),
         connect("a.celsius", "b.kelvin"),
@@ -161,12 +161,12 @@ def test_units_are_converted_and_an_undeclared_one_is_the_other_ends(toys):
     assert gains["a", angle["kelvin"].reference] == (1.0, 0.0)
 
 
-def test_units_of_different_things_are_refused_with_both_ends(toys):
+def test_units_of_different_dimensions_are_refused_with_both_ends(toys):
     with pytest.raises(InputError, match=r"a\.mass -> b\.radians: unit 'kg' \[kg\] does not convert to 'rad' \[rad\]"):
         check(units_system(toys, connect("a.mass", "b.radians"), parameters=ALL))
 
 
-def test_a_unit_of_the_system_file_counts_where_the_fmu_has_none(toys):
+def test_unit_of_the_system_file_is_used_where_the_fmu_has_none(toys):
     with pytest.raises(InputError, match=r"a\.bare -> b\.kelvin: unit 'deg' \[rad\] does not convert to 'K' \[K\]"):
         check(units_system(toys, connect("a.bare", "b.kelvin"), parameters=ALL, units={"bare": DEG}))
 

@@ -66,7 +66,7 @@ def test_every_type_is_exchanged_between_versions_of_fmi(chain, run, ssd, first,
 
 
 def test_enumeration_with_other_numbers_is_refused(chain, run):
-    message = r"one\.Enumeration_out: the file numbers the items of its Enumeration otherwise than the FMU"
+    message = r"one\.Enumeration_out: the file numbers the items of its Enumeration differently from the FMU"
     with pytest.raises(InputError, match=message):
         run(chain("2.0", "2.0", coarse=4))
 
@@ -74,7 +74,7 @@ def test_enumeration_with_other_numbers_is_refused(chain, run):
 def test_enumerations_with_other_items_are_not_connected_by_number(chain, run):
     message = (
         r"one\.Enumeration_out -> sub/two\.Enumeration_in: connects Enumerations of off = 1, coarse = 2, fine = 3 "
-        r"and of off = 0, coarse = 3, fine = 7; an EnumerationMappingTransformation says how they map"
+        r"and of off = 0, coarse = 3, fine = 7; an EnumerationMappingTransformation has to map them"
     )
     with pytest.raises(InputError, match=message):
         run(chain("1.0", "2.0"))
