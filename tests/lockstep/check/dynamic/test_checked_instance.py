@@ -1,0 +1,75 @@
+"""An instance under check: values of every type, the record of the last call, and failures as RunError."""
+
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lockstep.check.dynamic.checked_instance import CheckedInstance
+from lockstep.check.dynamic.experiment import read_experiment, read_other_experiment
+from lockstep.check.dynamic.trajectory import output_names
+from lockstep.errors import RunError
+from lockstep.fmi.model_description import read_description
+from lockstep.processes.last_call import last_call_in, read_last_call
+from lockstep.system.component import Component
+
+
+@pytest.fixture
+def opened(reference_fmu, tmp_path):
+    """Return a function that instantiates a reference FMU of a version; instances are closed at the end."""
+    instances = []
+
+    def open_fmu(model, version, **starts):
+        source = reference_fmu(model, version)
+        with zipfile.ZipFile(source) as archive:
+            archive.extractall(tmp_path / model)
+        description = read_description(Component(name="part", source=source, period=1))
+        folder = tmp_path / model
+        experiment = read_experiment(folder) if version == "2.0" else read_other_experiment(folder, description)
+        given = tuple(("Integer", description.variables[name].reference, value) for name, value in starts.items())
+        experiment = replace(experiment, starts=given)
+        last_call, variables = last_call_in(tmp_path / "last_call"), description.variables.values()
+        instances.append(CheckedInstance(experiment, folder, last_call, variables=variables))
+        return instances[-1]
+
+    yield open_fmu
+    for instance in instances:
+        instance.close()
+
+
+@pytest.mark.parametrize("version", ["1.0", "2.0", "3.0"])
+def test_values_of_every_type_reach_the_output_of_their_name(opened, version):
+    instance = opened("feedthrough", version)
+    instance.initialise()
+    values = {}
+    for port_call in instance.write:
+        count = np.arange(len(port_call.ports))
+        row = count % 2 if port_call.scalar == "Boolean" else count + 2
+        values |= {port.name.replace("_in", "_out"): value for port, value in zip(port_call.ports, row, strict=True)}
+    instance.put([[values[port.name.replace("_in", "_out")] for port in call.ports] for call in instance.write])
+    instance.step(0.0, instance.experiment.step)
+    reals, integers, _ = instance.row()
+
+    numbers = dict(zip(output_names(instance.experiment), [*reals, *integers], strict=False))
+    assert numbers == values
+
+
+@pytest.mark.parametrize(("version", "prefix"), [("1.0", "fmi"), ("2.0", "fmi2"), ("3.0", "fmi3")])
+def test_failure_names_call_status_time_and_message(opened, version, prefix, tmp_path):
+    instance = opened("stair", version, mode=4, at=3)  # its third step fails
+    instance.initialise()
+    time, step = instance.experiment.time, instance.experiment.step
+    for k in range(2):
+        instance.step(time(k), step)
+    with pytest.raises(RunError) as caught:
+        instance.step(time(2), step)
+
+    error = f"{prefix}DoStep returned {prefix}Error at t = {time(2):.9g} s: the stair has a broken step"
+    assert str(caught.value) == error
+    assert read_last_call(tmp_path / "last_call") == ""  # every call has returned
+
+
+def test_only_fmi_2_is_reset(opened):
+    with pytest.raises(RunError, match=r"^reset is used with FMI 2.0 only, and this is FMI 3.0$"):
+        opened("stair", "3.0").reset()
