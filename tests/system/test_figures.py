@@ -76,6 +76,7 @@ def test_the_design_is_drawn_without_results(flexsat, tmp_path):
         "structure",
         "mode-shapes",
         "campbell",
+        "software",
         "wheel-responses-centralised",
         "architecture-centralised",
     ]

@@ -119,8 +119,8 @@ def budget(
 
 def _evaluate(results: Sequence[Path], file: Path | None, evaluation: EvaluationOptions) -> int:
     """Print and write the budget of each run; return 1 if a requirement fails."""
-    from ..figures import save_figure
     from ..figures.budget import budget_figure
+    from ..figures.drawing import save_figure
     from ..html.text_table import format_table
     from ..runs.run_folder import read_run
     from ..studies.budget import tables

@@ -120,7 +120,7 @@ def margins(
     from lockstep.adapter.component import replacements
     from lockstep.ssp.load import load_system
 
-    from ..figures import save_figure
+    from ..figures.drawing import save_figure
     from ..figures.margins import margin_figures
     from ..studies.margins.estimate import COHERENT
     from ..studies.margins.study import read_study, run_study

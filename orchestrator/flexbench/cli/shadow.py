@@ -27,7 +27,7 @@ example:
               help="length of the compared parts: before the switchover, and at the end (default: all)")  # fmt: skip
 def shadow(results: tuple[Path, ...], start: float | None, window: float | None) -> int:
     """Evaluate a shadow controller: residual of each wheel, the closed loop before and after the switchover."""
-    from ..figures import save_figure
+    from ..figures.drawing import save_figure
     from ..figures.shadow import shadow_figure
     from ..html.text_table import format_table
     from ..runs.run_folder import read_run

@@ -40,7 +40,7 @@ def waterfall(
     """Draw the deformation against wheel speed, from a sweep of short runs, over the Campbell diagram."""
     from flexsat.parameters import RPM
 
-    from ..figures import save_figure
+    from ..figures.drawing import save_figure
     from ..figures.waterfall import waterfall_figure
     from ..html.text_table import format_table
     from ..studies.waterfall.sweep import RESULT, design_of, read_waterfall, sweep

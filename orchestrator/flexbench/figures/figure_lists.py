@@ -24,6 +24,7 @@ from .faults import shade_faults
 from .fine_pointing import fine_pointing_comparison
 from .modes import mode_shapes
 from .slew import slew_comparison
+from .software import software_diagram
 from .structure import structure_layout
 from .wheels import wheel_responses
 
@@ -42,6 +43,7 @@ def design_figures(designs: Mapping[ConfigurationName, Designs]) -> Drawn:
         "structure": lambda: structure_layout(corrected),
         "mode-shapes": lambda: mode_shapes(next(iter(corrected.values()))),  # one structure
         "campbell": lambda: campbell_diagram(corrected),
+        "software": software_diagram,
     }
     for name, both in designs.items():
         drawn[f"wheel-responses-{name}"] = partial(wheel_responses, both.corrected)

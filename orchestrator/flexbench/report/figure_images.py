@@ -52,10 +52,10 @@ def stored_images(folder: Path) -> list[Image]:
 
 def drawn_images(results: Sequence[Result]) -> list[Image]:
     """Draw the paper's figures of the runs of flexsat systems, configurations overlaid."""
-    from flexbench import figures  # matplotlib takes a second to import
+    from flexbench.figures.figure_lists import result_figures  # matplotlib takes a second to import
 
     images = []
-    for name, draw in figures.result_figures([result.run for result in results if result.run is not None]).items():
+    for name, draw in result_figures([result.run for result in results if result.run is not None]).items():
         with suppress(ValueError):  # a signal that the figure needs was not recorded, or in part
             images.append(_image(name.replace("-", " "), draw()))
     return images

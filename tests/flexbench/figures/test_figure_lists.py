@@ -12,8 +12,8 @@ from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 
 def test_figures_of_a_design_are_listed_without_being_drawn(built: Any):
     assert set(design_figures(built)) == {
-        "structure", "mode-shapes", "campbell", "wheel-responses-centralised", "wheel-responses-distributed",
-        "architecture-centralised", "architecture-distributed",
+        "structure", "software", "mode-shapes", "campbell", "wheel-responses-centralised",
+        "wheel-responses-distributed", "architecture-centralised", "architecture-distributed",
     }  # fmt: skip
 
 

@@ -56,21 +56,21 @@ def _windows(found: Study) -> list[tuple[str, Window]]:
 def summary(found: Study) -> list[str]:
     """Return what a reader wants first, as sentences."""
     recorded, unit = found.recorded, found.residuals[0].unit
-    told = [
+    sentences = [
         f"{Path(recorded.about['source']).name} ran in shadow of {recorded.component} until"
         f" {recorded.end if recorded.switchover is None else recorded.switchover:g} s:"
         f" residual RMS over {len(found.residuals)} outputs {total_rms(found.residuals):.4g} {unit}."
     ]
     if found.jump is not None:
-        told.append(
+        sentences.append(
             f"It took over at {recorded.switchover:g} s with a jump of {found.jump.acting:.3g} {unit}; a hard switch"
             f" would have jumped by {found.jump.at_once:.4g} {unit}, and this difference decayed within"
             f" {recorded.blend:g} s. The step to the switchover is {found.jump.step:.4g} {unit}, those within 1 s of it"
             f" are up to {found.jump.neighbours:.4g}."
         )
     if recorded.switchover is not None and found.after is None:
-        told.append("The run ends before the difference has passed: nothing to compare with.")
-    return told
+        sentences.append("The run ends before the difference has passed: nothing to compare with.")
+    return sentences
 
 
 def write_study(found: Study, run: Run) -> Path:
