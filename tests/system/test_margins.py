@@ -86,8 +86,8 @@ def test_the_known_loop_lies_within_the_stated_uncertainty(known):
 
 def test_margins_of_the_known_loop_are_those_of_python_control(known):
     frequency = np.geomspace(0.1, 49.0, 4000)
-    known = control.FrequencyResponseData(known_response(frequency), 2.0 * np.pi * frequency, smooth=True)
-    gain, phase, _, _, _, _ = control.stability_margins(known)
+    reference = control.FrequencyResponseData(known_response(frequency), 2.0 * np.pi * frequency, smooth=True)
+    gain, phase, _, _, _, _ = control.stability_margins(reference)
     margins = known["margins"]["input"]
     value, uncertainty = margins["value"], margins["uncertainty"]
     for name, expected in (("gain_up", gain), ("phase", phase)):
