@@ -19,7 +19,7 @@ result = [[difference.port, difference.scalars, difference.relative, difference.
 EVERYTHING = """
 from flexbench.loop.equivalence import relative_difference
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
-from flexsat.design import build_designs
+from flexsat.design.chain import build_designs
 from flexsat.closed_loop import PORTS, ClosedLoop
 from lockstep import load_system, read_signals, simulate
 fmus, folder, name, cases = given
