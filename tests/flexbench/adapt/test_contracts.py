@@ -27,7 +27,7 @@ def description(path: Path) -> Model:
         return read_model(parse_xml(archive.read("modelDescription.xml")))
 
 
-def test_there_is_a_contract_for_each_component_and_configuration() -> None:
+def test_each_component_and_configuration_has_a_contract() -> None:
     names = [contract.name for contract in contracts()]
 
     assert len(names) == len(set(names)) == 6
@@ -35,7 +35,7 @@ def test_there_is_a_contract_for_each_component_and_configuration() -> None:
 
 
 @pytest.mark.parametrize("component", ["plant", "sensors", "controller"])
-def test_our_fmu_serves_its_own_contract_completely(models: dict[str, Model], component: str) -> None:
+def test_fmu_serves_its_own_contract_completely(models: dict[str, Model], component: str) -> None:
     comparison = choose(contracts(), models[component], None)
 
     assert comparison is not None
@@ -57,14 +57,14 @@ def test_the_loop_needs_the_torques_of_a_controller_and_the_measurements_of_sens
     assert "energy" not in needed["plant"]
 
 
-def test_a_flat_variant_needs_an_adapter_for_its_names_only(models: dict[str, Model]) -> None:
+def test_flat_variant_needs_an_adapter_for_its_names_only(models: dict[str, Model]) -> None:
     """As an exporter without structured names would write them: wheel_torque_1."""
     (contract,) = [c for c in contracts_of("centralised") if c.component == "controller"]
-    ours = models["controller"]
+    controller = models["controller"]
     flat = replace(
-        ours,
+        controller,
         variables=tuple(
-            replace(v, name=v.name.replace(".", "_").replace("[", "_").replace("]", "")) for v in ours.variables
+            replace(v, name=v.name.replace(".", "_").replace("[", "_").replace("]", "")) for v in controller.variables
         ),
     )
     comparison = compare(contract, flat)

@@ -308,7 +308,7 @@ to = 0.025
 def test_faults_on_an_adapted_component_name_its_ports_and_the_parameters_of_the_fmu(
     bench_ssd, toys, scenario, cli, tmp_path
 ):
-    (tmp_path / "theirs.toml").write_text(
+    (tmp_path / "foreign.toml").write_text(
         '[[input]]\nport = "u"\nvariable = "u"\nsign = -1\n\n[[output]]\nport = "y"\nvariable = "y"\n\n'
         '[[output]]\nport = "bad"\nvariable = "bad"\n\n[parameters]\nshift = 5\n'
     )
@@ -327,7 +327,7 @@ factor = -1.0
 from = 0.015
 to = 0.025
 """
-    replaced = ("--replace", f"gain={toys / 'toy_gain.fmu'}", "--adapter", tmp_path / "theirs.toml")
+    replaced = ("--replace", f"gain={toys / 'toy_gain.fmu'}", "--adapter", tmp_path / "foreign.toml")
     signals = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--stop-time", "0.03", *replaced)
     expected = 5.0 - 2.0 * CLEAN[:30]
     expected[10:20] -= 200.0

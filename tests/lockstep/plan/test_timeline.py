@@ -51,7 +51,7 @@ def test_offsets_shift_the_first_step(loop):
 
 
 def test_values_of_a_run_have_the_times_of_the_timeline(loop, tmp_path):
-    """The counter counts its steps from 1, so a count tells the time from which it held."""
+    """The counter counts its steps from 1, so a count gives the time from which it was held."""
     simulate(loop, tmp_path / "run", record=("echo.y[1]", "counter.count"), record_period="0.001")
     signals = read_signals(tmp_path / "run")
     times = signals.time.round(9)

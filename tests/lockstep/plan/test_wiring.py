@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 from lockstep import Component, Connection, Connector, InputError, System, Unit
-from lockstep.fmi.model_description import Variable, read_description
-from lockstep.fmi.parameter_values import parse_value
+from lockstep.fmi.model_description import read_description
 from lockstep.plan.wiring import wire
 from lockstep.results.signal_patterns import select
 from lockstep.system.units import conversion
@@ -109,13 +108,6 @@ def test_values_and_texts_are_converted_to_the_declared_type(loop):
     assert parameters["echo"] == {"u[1]": 3.0, "u[2]": 4.0, "flag": True}
     assert parameters["plant"] == {"x0": 2.0}
     assert isinstance(parameters["plant"]["x0"], float)
-
-
-def test_a_value_outside_its_declared_range_is_refused():
-    variable = Variable(name="k", reference=0, type="Real", causality="parameter", minimum=0.0, maximum=1.0)
-    assert parse_value("1", variable, "c.k") == 1.0
-    with pytest.raises(InputError, match=r"c\.k: 2 is outside \[0\.0, 1\.0\], which the FMU declares"):
-        parse_value(2, variable, "c.k")
 
 
 def test_declared_connector_must_match_the_fmu(loop):

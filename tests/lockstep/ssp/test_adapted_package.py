@@ -92,7 +92,7 @@ def array(name, unit, base=1):
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory):
+def folder(tmp_path_factory):
     """Return a folder with a closed loop, a foreign FMU, and its adapter."""
     folder = tmp_path_factory.mktemp("write")
     body = fmu(folder, "body", [*array("torque", "N.m"), ("health", "")], array("rate", "rad/s"))
@@ -123,25 +123,25 @@ def place(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def package(place):
+def package(folder):
     """Return the written package."""
-    given = ("--replace", f"controller={place / 'foreign.fmu'}", "--adapter", place / "foreign.toml")
-    command = ["write-ssp", place / "loop.ssd", *given, "--out", place / "out" / "loop.ssp"]
+    given = ("--replace", f"controller={folder / 'foreign.fmu'}", "--adapter", folder / "foreign.toml")
+    command = ["write-ssp", folder / "loop.ssd", *given, "--out", folder / "out" / "loop.ssp"]
     assert main([str(part) for part in command]) == 0
-    return place / "out" / "loop.ssp"
+    return folder / "out" / "loop.ssp"
 
 
-def adapted(place, text=None):
-    """Return the system with the adapter in place."""
-    adapter = place / "foreign.toml"
+def adapted(folder, text=None):
+    """Return the system with the adapter in folder."""
+    adapter = folder / "foreign.toml"
     if text is not None:
-        adapter = place / "other.toml"
+        adapter = folder / "other.toml"
         adapter.write_text(text)
-    return with_replacements(load_system(place / "loop.ssd"), [f"controller={place / 'foreign.fmu'}"], [str(adapter)])
+    return with_replacements(load_system(folder / "loop.ssd"), [f"controller={folder / 'foreign.fmu'}"], [str(adapter)])
 
 
-def test_the_run_is_that_with_the_adapter(place, package, tmp_path):
-    simulate(adapted(place), tmp_path / "adapter")
+def test_package_gives_the_run_of_the_adapter(folder, package, tmp_path):
+    simulate(adapted(folder), tmp_path / "adapter")
     simulate(load_system(package), tmp_path / "plain")
     one, two = read_signals(tmp_path / "adapter"), read_signals(tmp_path / "plain")
 
@@ -154,7 +154,7 @@ def test_the_run_is_that_with_the_adapter(place, package, tmp_path):
     np.testing.assert_allclose(two["controller.T"], expected, rtol=1e-12)
 
 
-def test_every_value_has_its_place(package):
+def test_values_are_in_the_files_of_ports_and_variables(package):
     system = load_system(package)
     controller, body = system.component("controller"), system.component("body")
     degrees = 180.0 / np.pi
@@ -169,7 +169,7 @@ def test_every_value_has_its_place(package):
     assert len(ways) == 6
 
 
-def test_it_is_standard_ssp_in_other_hands(package, tmp_path):
+def test_package_is_standard_ssp_to_other_readers(package, tmp_path):
     with zipfile.ZipFile(package) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
     assert {Path(name).name for name in files} == {
@@ -200,11 +200,11 @@ def test_it_is_standard_ssp_in_other_hands(package, tmp_path):
     ]  # fmt: skip
 
 
-def test_the_same_system_gives_the_same_bytes(place, package):
-    assert standard_package(adapted(place), {})[0] == package.read_bytes()
+def test_same_system_gives_the_same_bytes(folder, package):
+    assert standard_package(adapted(folder), {})[0] == package.read_bytes()
 
 
-def test_a_written_package_can_be_written_again(package, tmp_path):
+def test_written_package_can_be_written_again(package, tmp_path):
     again = tmp_path / "again.ssp"
     assert main(["write-ssp", str(package), "--step-size", "controller=0.004", "--out", str(again)]) == 0
     one, two = load_system(package), load_system(again)
@@ -220,10 +220,10 @@ def test_a_written_package_can_be_written_again(package, tmp_path):
 HELD = ADAPTER.replace("order = [2, 3, 1]", "frame = [[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]]")
 
 
-def test_entry_without_a_connection_is_listed_and_refused_or_left_out(place, tmp_path, capsys):
+def test_entry_without_a_connection_is_listed_and_refused_or_left_out(folder, tmp_path, capsys):
     path, out = tmp_path / "a.toml", tmp_path / "loop.ssp"
     path.write_text(HELD)
-    command = ["write-ssp", place / "loop.ssd", "--replace", f"controller={place / 'foreign.fmu'}", "--adapter", path,
+    command = ["write-ssp", folder / "loop.ssd", "--replace", f"controller={folder / 'foreign.fmu'}", "--adapter", path,
                "--out", out]  # fmt: skip
     command = [str(part) for part in command]
 
@@ -294,18 +294,18 @@ def test_other_masters_apply_transformations_and_values(package, name, require_m
         (["rate"], "--source rate: write ARRAY=COMPONENT.ARRAY"),
     ],
 )
-def test_a_source_that_fits_nothing_is_refused_in_one_line(place, tmp_path, capsys, sources, message):
-    given = ["--replace", f"controller={place / 'foreign.fmu'}", "--adapter", str(place / "foreign.toml")]
+def test_source_without_an_attitude_port_is_refused_in_one_line(folder, tmp_path, capsys, sources, message):
+    given = ["--replace", f"controller={folder / 'foreign.fmu'}", "--adapter", str(folder / "foreign.toml")]
     options = [part for source in sources for part in ("--source", source)]
-    command = ["write-ssp", str(place / "loop.ssd"), *given, *options, "--out", str(tmp_path / "loop.ssp")]
+    command = ["write-ssp", str(folder / "loop.ssd"), *given, *options, "--out", str(tmp_path / "loop.ssp")]
     assert main(command) == 2
     printed = capsys.readouterr().err
     assert message in printed
     assert printed.count("\n") == 1
     with pytest.raises(InputError, match="needs --replace and --adapter"):
-        standard_package(load_system(place / "loop.ssd"), {"rate": ("body", "rate")})
+        standard_package(load_system(folder / "loop.ssd"), {"rate": ("body", "rate")})
 
 
-def test_a_package_ends_with_ssp(place, tmp_path, capsys):
-    assert main(["write-ssp", str(place / "loop.ssd"), "--out", str(tmp_path / "loop.zip")]) == 2
+def test_package_must_end_with_ssp(folder, tmp_path, capsys):
+    assert main(["write-ssp", str(folder / "loop.ssd"), "--out", str(tmp_path / "loop.zip")]) == 2
     assert "a system package ends with .ssp" in capsys.readouterr().err
