@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..parameters import Slew, Wheel
-from ..runtime.controller_parameters import ControllerMatrices, ControllerParameters
+from ..runtime.controller_parameters import LONGEST_DELAY, ControllerMatrices, ControllerParameters
 from .declared import parameter_port
 from .table import Port
 
@@ -87,9 +87,9 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
                        description="torque limit of one wheel"),
         parameter_port(Wheel, "speed_band", name="wheel.speed_band", start=model.speed_band, display_unit="rpm",
                        description="allowed wheel speed either side of nominal"),
-        Port(name="delay.measurement", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=0.02,
+        Port(name="delay.measurement", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=LONGEST_DELAY,
              display_unit="ms", description="known delay from sampling to the step that uses it, whole milliseconds"),
-        Port(name="delay.actuation", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=0.02,
+        Port(name="delay.actuation", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=LONGEST_DELAY,
              display_unit="ms", description="known delay from the torque output to the wheels, whole milliseconds"),
     )  # fmt: skip
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from ..arrays import Array
 
+LONGEST_DELAY = 0.02  # s, of measurement and of actuation, each
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerMatrices:
@@ -50,7 +52,7 @@ class ControllerParameters:
     torque_limit: float  # N.m
     speed_band: float  # rad/s either side of nominal
     authority: float  # share of torque and speed band that the slew may use
-    measurement_delay: float  # s, from sampling to the call that uses it; known, whole milliseconds up to 20 ms
+    measurement_delay: float  # s, from sampling to the call that uses it; known, whole milliseconds
     actuation_delay: float  # s, from the call to when the torque acts
     imbalance_force: float  # N.s2/rad2
     imbalance_torque: float  # N.m.s2/rad2
@@ -63,5 +65,5 @@ class ControllerParameters:
         if not 0.0 < self.authority <= 1.0:
             raise ValueError(f"slew.authority must be in (0, 1], got {self.authority!r}")
         for name, value in (("delay.measurement", self.measurement_delay), ("delay.actuation", self.actuation_delay)):
-            if not 0.0 <= value <= 0.020 or abs(value * 1e3 - round(value * 1e3)) > 1e-6:
-                raise ValueError(f"{name} must be whole milliseconds from 0 to 0.020 s, got {value!r}")
+            if not 0.0 <= value <= LONGEST_DELAY or abs(value * 1e3 - round(value * 1e3)) > 1e-6:
+                raise ValueError(f"{name} must be whole milliseconds from 0 to {LONGEST_DELAY:.3f} s, got {value!r}")
