@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..design.chain import Designs, as_arrays
 from ..ports.table import Naming
-from .documentation.content import draw, travelling
+from .documentation.content import accompanying_files, draw
 from .documentation.experiments import EXPERIMENTS
 from .documentation.reference_results import run_experiments
 from .export import BuiltFmu, build_fmu
@@ -57,7 +57,7 @@ def build_configuration(
         step = getattr(config.rates, component)
         experiments = tuple(replace(experiment, step=step) for experiment in EXPERIMENTS[component])
         table, runs = run_experiments(shell, resources, experiments)
-        content = travelling(
+        content = accompanying_files(
             component,
             table.renamed(naming),
             runs,

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time a zip can tell
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip can hold
 _MODE = 0o100644 << 16  # a plain file, readable by all
 
 

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-ALLOWED = frozenset({"numpy", "pythonfmu"})  # beside the standard library: all that a built FMU may need
+ALLOWED = frozenset({"numpy", "pythonfmu"})  # with the standard library, all that a built FMU may need
 
 
 def collect(module: str) -> dict[str, bytes]:

@@ -148,7 +148,7 @@ def _counter_clockwise(nodes: Array, triangles: Index) -> Index:
 
 
 def _in_some_tile(points: Array, centres: Array, side: float) -> NDArray[np.bool_]:
-    """Tell which points lie in a tile: within the apothem along the three normals of its edges."""
+    """Return which points lie in a tile: within the apothem along the three normals of its edges."""
     apothem = 0.5 * np.sqrt(3.0) * side
     normals = np.array([polar(1.0, 60.0 * k) for k in range(3)])
     reach = np.abs((points[:, None, :] - centres[None, :, :]) @ normals.T).max(axis=2)

@@ -200,7 +200,7 @@ def test_kalman_filter_repeats_over_the_star_trackers_period(variant, sensor):
         rows = len(c) if phase == 0 else len(c) - 3
         h, r = c[:rows], np.diag(variance[:rows])
         gain = np.linalg.solve(h @ p @ h.T + r, h @ p).T
-        # states in their own deviation, measurements in theirs: 2e-10 seen, largest entry .4
+        # states in their own deviation, measurements likewise: 2e-10 seen, largest entry .4
         unit = np.sqrt(variance[:rows]) / np.sqrt(np.diag(p))[:, None]
         assert (np.abs(estimator.gain[phase][:, :rows] - gain) * unit).max() < 1e-8, f"phase {phase}"
         correction = identity - gain @ h

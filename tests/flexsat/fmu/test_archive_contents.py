@@ -1,4 +1,4 @@
-"""What a stranger finds in an FMU: documentation, licences, pictures, terminals, experiments that replay."""
+"""Files of an FMU other than its code: documentation, licences, pictures, terminals, experiments that replay."""
 
 import hashlib
 import os
@@ -124,11 +124,11 @@ def test_the_manifest_of_the_experiments_is_true_and_small(fmu):
         if related.get("checksum"):
             assert hashlib.sha3_256(files[path]).hexdigest() == related.get("checksum")
 
-    ours = {name for name in files if name.startswith(LAYER)} - {f"{LAYER}/fmi-ls-manifest.xml"}
-    assert ours <= set(listed)
-    assert set(listed) - ours == {"documentation/fmi-ls-ref.txt"}
+    inside = {name for name in files if name.startswith(LAYER)} - {f"{LAYER}/fmi-ls-manifest.xml"}
+    assert inside <= set(listed)
+    assert set(listed) - inside == {"documentation/fmi-ls-ref.txt"}
     with zipfile.ZipFile(fmu) as archive:
-        assert sum(archive.getinfo(name).compress_size for name in ours) < MEGABYTE
+        assert sum(archive.getinfo(name).compress_size for name in inside) < MEGABYTE
 
 
 REPLAY = """

@@ -241,17 +241,17 @@ def morley(mesh: Mesh, plate: Plate, count: int) -> np.ndarray:
 
 def test_another_element_agrees():
     plate, count = Plate(), 12
-    ours, theirs = [], []
+    kirchhoff, morley_frequencies = [], []
     for refinements in (0, 1, 2):
         mesh = refinable_mesh(Aperture(), refinements)
-        ours.append(solve_modes(assemble(mesh, plate), clamped_dofs(mesh, "edge"), count)[0])
-        theirs.append(morley(mesh, plate, count))
-    gaps = [np.abs(b / a - 1.0) for a, b in zip(ours, theirs, strict=True)]
+        kirchhoff.append(solve_modes(assemble(mesh, plate), clamped_dofs(mesh, "edge"), count)[0])
+        morley_frequencies.append(morley(mesh, plate, count))
+    gaps = [np.abs(b / a - 1.0) for a, b in zip(kirchhoff, morley_frequencies, strict=True)]
     # both converge to one limit; at the clamped corners the exact bending moment is infinite, which holds the order
     # near 1.5 to 2, so that the gap falls by 2.5 to 3 (seen: 9.8, 3.7, 1.4 % in mode 1)
     assert np.all(gaps[0] > 2.2 * gaps[1])
     assert np.all(gaps[1] > 2.2 * gaps[2])
-    coarse, middle, fine = theirs
+    coarse, middle, fine = morley_frequencies
     limit = fine - (fine - middle) ** 2 / (fine - 2.0 * middle + coarse)  # Aitken, for an unknown order
-    # .30 % seen: ours still falls by .27 % (mode 1) in its last refinement, and Aitken's own error is of that size
-    assert_allclose(ours[-1], limit, rtol=0.005)
+    # .30 % seen: Kirchhoff still falls by .27 % (mode 1) in its last refinement, and Aitken's own error is of that size
+    assert_allclose(kirchhoff[-1], limit, rtol=0.005)

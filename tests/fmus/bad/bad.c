@@ -35,7 +35,7 @@ typedef struct {
     char *name;
     fmi2CallbackFunctions callbacks;
     int logging;
-    double *array; /* beside the state where DEFECT_HIDDEN_ARRAY asks for that */
+    double *array; /* outside the state with DEFECT_HIDDEN_ARRAY */
 } Instance;
 
 #ifdef DEFECT_SHARED_BETWEEN_INSTANCES

@@ -1,6 +1,6 @@
 """Small FMUs of the kind of the Modelica Reference FMUs, compiled: the same models in FMI 1.0, 2.0 and 3.0.
 
-Each model is a table of variables here and a few lines of C beside this file; the model description and the struct
+Each model is a table of variables here and a few lines of C next to this file; the model description and the struct
 that the C code works on come from the same table.
 """
 
@@ -233,7 +233,7 @@ def _description1(model: str, variables: list[Variable], more: str) -> str:
         kind = _OLDER.get(v.kind, v.kind)
         text = "1" if kind == "Enumeration" else _text(v)  # items count from 1
         start = f" start={quoteattr(text)}" if parameter or v.causality == "input" else ""
-        told = _attributes(declaredType="Mode") if kind == "Enumeration" else ""
+        declared = _attributes(declaredType="Mode") if kind == "Enumeration" else ""
         rows.append(
             "<ScalarVariable"
             + _attributes(
@@ -242,7 +242,7 @@ def _description1(model: str, variables: list[Variable], more: str) -> str:
                 causality="internal" if parameter or v.causality == "local" else v.causality,
                 variability="parameter" if parameter else _variability(v),
             )
-            + f"><{kind}{told}{start}/></ScalarVariable>"
+            + f"><{kind}{declared}{start}/></ScalarVariable>"
         )
     items = "".join(f'<Item name="{name}"/>' for name in ITEMS)
     return (

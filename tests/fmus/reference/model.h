@@ -32,7 +32,7 @@ typedef struct {
     int steps;
 } State; /* plain memory: saving it is copying it */
 
-/* What a step may come to, beside success. */
+/* Results of a step other than success. */
 typedef enum { DONE, END, EARLY, EVENT, FAILED, BROKEN } Outcome;
 
 const char *model_open(State *state, const char *resources); /* a path; returns what went wrong, or NULL */

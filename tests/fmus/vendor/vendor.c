@@ -1,4 +1,4 @@
-/* A foreign attitude controller (FMI 2.0 co-simulation), in conventions that are not ours.
+/* A foreign attitude controller (FMI 2.0 co-simulation), in other conventions than those of flexsat.
 
    Inputs: scalar-first quaternion that takes body to inertial components, rate in deg/s, an integer validity flag
    (3 is valid), a mode (it commands nothing but in mode 2), wheel speeds in rpm, which it only reports on.

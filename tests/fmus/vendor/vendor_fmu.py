@@ -94,12 +94,12 @@ def _description(units: bool) -> str:
 
 
 def _variable(name: str, reference: int, causality: str, kind: str, start: float, unit: str) -> str:
-    told = "" if causality == "output" else f' start="{start}"'
+    given = "" if causality == "output" else f' start="{start}"'
     variability = "fixed" if causality == "parameter" else "discrete"
     unit = f' unit="{unit}"' if unit else ""
     return (
         f'    <ScalarVariable name="{name}" valueReference="{reference}" causality="{causality}" '
-        f'variability="{variability}"><{kind}{told}{unit}/></ScalarVariable>'
+        f'variability="{variability}"><{kind}{given}{unit}/></ScalarVariable>'
     )
 
 
@@ -135,8 +135,8 @@ sign = -1
 [parameters]
 "star_tracker.fine" = true
 """ + "".join(
-    f'\n[[input]]\nport = "{name}"\nvariable = "{theirs}"\n'
-    for name, theirs in (
+    f'\n[[input]]\nport = "{name}"\nvariable = "{variable}"\n'
+    for name, variable in (
         ("accelerometer.acceleration", "accelerometer.acceleration[*]"),
         ("encoder.speed", "encoder.speed[*]"),
         ("encoder.angle", "encoder.angle[*]"),
@@ -148,12 +148,12 @@ sign = -1
 )
 
 
-def foreign_fmu(path: Path, ours: Path) -> None:
+def foreign_fmu(path: Path, controller: Path) -> None:
     """Build our controller in foreign conventions, with the design of the given one."""
     import flexsat
     from flexsat.fmu.export import build_fmu
 
-    with zipfile.ZipFile(ours) as archive:
+    with zipfile.ZipFile(controller) as archive:
         model = archive.read("resources/model.npz")
     flexsat.__path__.append(str(HERE))
     try:

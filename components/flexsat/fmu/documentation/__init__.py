@@ -1,1 +1,1 @@
-"""What travels in an FMU beside its code: documentation, licences, drawings, terminals, reference results."""
+"""Files of an FMU other than its code: documentation, licences, drawings, terminals, reference results."""

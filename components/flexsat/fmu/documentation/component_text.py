@@ -1,4 +1,4 @@
-"""What a component's documentation says in words; the tables beside it come from the ports."""
+"""The text parts of a component's documentation; its tables are made from the ports."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class Equation:
     Attributes
     ----------
     formula : HTML, with `<i>`, `<b>`, `<sub>` and `<sup>` alone
-    meaning : plain text: what it says, and what its letters stand for
+    meaning : plain text: what it describes, and the meaning of its symbols
     source : where it comes from; P is the paper
     """
 
@@ -23,7 +23,7 @@ class Equation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComponentText:
-    """All words about one component that its ports do not say. Every string is plain text but the formulas.
+    """The text on one component that its ports do not contain. Every string is plain text but the formulas.
 
     Attributes
     ----------
@@ -52,6 +52,6 @@ FRAMES = (
     "Attitudes are “body from inertial”: they take components in inertial axes to components in body axes."
     " Quaternions are scalar-last. Modified Rodrigues parameters (MRP) are the rotation axis times the tangent of a"
     " quarter of the angle, short rotation.",
-    "Everything is SI with radians. Display units in the model description are for tools to show; values that are"
-    " set and read are always in the unit.",
+    "Everything is SI with radians. Display units in the model description are for display in tools; values are always"
+    " set and read in the unit itself.",
 )

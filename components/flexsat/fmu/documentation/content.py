@@ -1,4 +1,4 @@
-"""Gather what travels in an FMU beside its code."""
+"""Make the files of an FMU other than its code: documentation, pictures, terminals, reference results."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ TEXTS: dict[str, ComponentText] = {"plant": PLANT, "sensors": SENSORS, "controll
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Travelling:
-    """Files of an FMU: below documentation/, and at other places in the archive."""
+class AccompanyingFiles:
+    """Files of an FMU other than its code: below documentation/, and elsewhere in the archive."""
 
     documentation: dict[str, bytes]
     extra: dict[str, bytes]
 
 
-def travelling(
+def accompanying_files(
     component: str,
     table: PortTable,
     runs: Sequence[Run],
@@ -40,8 +40,8 @@ def travelling(
     version: str,
     step: float,
     stop: float,
-) -> Travelling:
-    """Return what travels in one FMU, with names in the naming of the table.
+) -> AccompanyingFiles:
+    """Return the files of one FMU other than its code, with names in the naming of the table.
 
     Parameters
     ----------
@@ -68,11 +68,13 @@ def travelling(
         **{f"licenses/{name}": content for name, content in licence_files().items()},
     }
     terminals = {"terminalsAndIcons/terminalsAndIcons.xml": terminals_xml(table)}
-    return Travelling(documentation=documentation, extra={**pictures, **terminals, **reference_files(table, runs)})
+    return AccompanyingFiles(
+        documentation=documentation, extra={**pictures, **terminals, **reference_files(table, runs)}
+    )
 
 
 def draw(spacecraft: Spacecraft, config: Configuration, component: str) -> dict[str, bytes]:
-    """Return the pictures of an FMU by their place in the archive."""
+    """Return the pictures of an FMU by their path in the archive."""
     return {
         "model.png": model_picture(spacecraft, component, config.aperture),
         "terminalsAndIcons/icon.png": icon(spacecraft, component, config.aperture),

@@ -1,4 +1,4 @@
-"""What the documentation says of the controller."""
+"""The documentation text of the controller."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ CONTROLLER = ComponentText(
         " with zeros at the dominant mode. The shaped torque leads the start time by about 0.15 s, so the command"
         " must come before; it may change until the slew begins. A rotation of zero is no slew.",
         "The filter predicts with the torque it commanded itself, unless applied.valid is true: then with"
-        " applied.wheel.torque, what whoever was in control commanded in the step before. So it may ride along beside"
-        " another controller, and its torque differs by the control law alone.",
+        " applied.wheel.torque, the torque that the controller in command applied in the step before. This controller"
+        " can therefore run in shadow of another one, and its torque then differs by the control law alone.",
         "Known delays of measurement and actuation, whole milliseconds up to 20, are bridged by propagating the"
         " estimate with the torques already commanded. It carries a model of one spacecraft: a controller for the"
         " other layout of wheels is another FMU.",
@@ -28,7 +28,7 @@ CONTROLLER = ComponentText(
             formula="<b>x̂</b><sub>k</sub><sup>−</sup> = <b>A</b> <b>x̂</b><sub>k−1</sub> + <b>B</b>"
             " <b>τ</b><sub>k−1</sub> + <b>B</b><sub>j</sub> <b>j</b><sub>k−1</sub>",
             meaning="prediction over a period with the torques at work and the expected harmonic jitter j",
-            source="P, section 6; delays are ours",
+            source="P, section 6; delays are an addition of flexsat",
         ),
         Equation(
             formula="<b>x̂</b><sub>k</sub> = <b>x̂</b><sub>k</sub><sup>−</sup> + <b>K</b><sub>φ</sub>"
@@ -54,13 +54,13 @@ CONTROLLER = ComponentText(
         "doStep(t, h) reads the inputs at t; its outputs hold from t on. wheel.torque depends on the measurements of"
         " the same t (feedthrough). For a loop without delay, step it after the sensors and before the plant in the"
         " same instant.",
-        "If measurements arrive late or torques act late, tell it with delay.measurement and delay.actuation; one"
-        " sample of delay that it does not know leads to a limit cycle.",
+        "If measurements arrive late or torques act late, set delay.measurement and delay.actuation; one sample of"
+        " delay that is not compensated leads to a limit cycle.",
         "After initialisation, before the first step, all outputs are zero.",
     ),
     state=(
-        "The state is complete: estimate, commanded torques, phase, reference, plan. It can be got, set, serialised,"
-        " and deserialised in another process, and the run continues with the same bits.",
+        "The state is complete: estimate, commanded torques, phase, reference, plan. It can be saved, restored,"
+        " serialised, and deserialised in another process, and the run continues bitwise.",
         "Nothing in it is random.",
     ),
 )

@@ -19,9 +19,9 @@ from ...structure.mesh import polar, record_mesh, tile_centres, tile_vertices
 SIZE, ICON_SIZE = 480, 128  # pixels
 RESOLUTION = 120  # pixels an inch
 ARROW = 1.9  # m, of a wheel's axis
-TRACKER = (0.85, 1.0)  # m; it sits on the bus, drawn beside the gyros there
+TRACKER = (0.85, 1.0)  # m; it sits on the bus, drawn next to the gyros there
 
-# Okabe and Ito (2008), colours for the colour-blind; told apart by shape too
+# Okabe and Ito (2008), colours for the colour-blind; shapes differ too
 WHEEL, GYRO, ACCELEROMETER = "#D55E00", "#0072B2", "#F0E442"
 FAINT = "0.72"
 _STYLE: dict[Any, Any] = {  # any: the type of a key is the list of all of them
@@ -33,7 +33,7 @@ _STYLE: dict[Any, Any] = {  # any: the type of a key is the list of all of them
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Emphasis:
-    """What a component's drawing puts in colour; the rest of the devices stays grey."""
+    """The parts that a component's drawing shows in colour; all other devices are grey."""
 
     structure: bool
     wheels: bool

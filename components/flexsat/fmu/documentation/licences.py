@@ -1,4 +1,4 @@
-"""Licences of what travels in an FMU: our own sources, and the wrapper with its Python module."""
+"""Licences of an FMU's content: the sources of flexsat, and the wrapper with its Python module."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def licence_files() -> dict[str, bytes]:
 
 
 def _own_licence() -> bytes:
-    """Return ours: beside the sources in a checkout, else as installed."""
+    """Return the licence of flexsat: next to the sources in a checkout, else as installed."""
     path = Path(__file__).parents[4] / "LICENSE"
     return path.read_bytes() if path.is_file() else _installed_licence("flexsat")
 

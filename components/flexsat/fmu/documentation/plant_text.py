@@ -1,4 +1,4 @@
-"""What the documentation says of the plant."""
+"""The documentation text of the plant."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ PLANT = ComponentText(
         " wheel spin, fully coupled through the mass matrix. The structure is 60 hexagonal tiles of 2 m side in four"
         " rings around a hexagonal hole whose six corners are fixed to the bus: a Kirchhoff plate in bending,"
         " discrete Kirchhoff triangles on a mesh of 138 nodes and 216 triangles, mass 4200 kg.",
-        "Each wheel spins about its own axis on a bearing without friction, unless wheel.friction_torque gives it some:"
-        " dry friction of at most that torque, which brakes the wheel against its mount and then holds it. A large one"
-        " is a wheel that seizes. It may change at any time in a run. The motor torque acts on the wheel and"
+        "Each wheel spins about its own axis on a bearing without friction, unless wheel.friction_torque is set:"
+        " dry friction of at most that torque, which brakes the wheel against its mount and then holds it. A large"
+        " value models a seized wheel. It may change at any time in a run. The motor torque acts on the wheel and"
         " back on the structure at its mount, limited to wheel.torque_limit. Gyroscopic torques of the wheels act on"
         " body and modes. Motor torque is the input; the wheels do not saturate in speed.",
         "Left out: gravity gradient and other environment (external.force and external.torque are there for it),"
@@ -85,8 +85,8 @@ PLANT = ComponentText(
         " to body rates of 0.2 rad/s, at 1 ms up to 0.5 rad/s. A motion that diverges is an error, not a number.",
     ),
     state=(
-        "The state is complete: attitude, structure, wheel momenta and angles. It can be got, set, serialised, and"
-        " deserialised in another process, and the run continues with the same bits.",
+        "The state is complete: attitude, structure, wheel momenta and angles. It can be saved, restored, serialised,"
+        " and deserialised in another process, and the run continues bitwise.",
         "What is random is drawn from seed during initialisation: initial wheel angles and the initial attitude"
         " error. Nothing random happens afterwards.",
     ),

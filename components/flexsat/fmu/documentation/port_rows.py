@@ -58,7 +58,9 @@ def unit_rows(table: PortTable) -> list[tuple[str, str, str]]:
     for name, unit in UNITS.items():
         if name in used:
             exponents = unit.exponents
-            base = "not in whole powers of base units; FMI cannot tell them" if exponents is None else _base(exponents)
+            base = (
+                "not in whole powers of base units, which FMI cannot express" if exponents is None else _base(exponents)
+            )
             shown = ", ".join(f"1 {name} = {factor:.10g} {other}" for other, factor in unit.display.items())
             rows.append((name, base, shown))
     return rows
@@ -75,7 +77,7 @@ def _cells(table: PortTable, port: Port) -> dict[str, str]:
     size = "" if port.size is None else f"[{port.size}]"
     description = port.description
     if port.on_demand:
-        description += "; computed when it is read"
+        description += "; computed when read"
     if port.period_parameter is not None:
         description += f"; changes every {port_name(table, port.period_parameter)}"
     variability = "" if port.variability == "fixed" else f", {port.variability}"
@@ -126,5 +128,5 @@ def _dependencies(table: PortTable, port: Port) -> str:
     parts = []
     for name in port.depends_on:
         source = table[name.removesuffix(ELEMENTWISE)]
-        parts.append(port_name(table, source.name) + (" of the same number" if name.endswith(ELEMENTWISE) else ""))
+        parts.append(port_name(table, source.name) + (" of the same index" if name.endswith(ELEMENTWISE) else ""))
     return ", ".join(parts)

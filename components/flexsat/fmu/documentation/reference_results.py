@@ -38,12 +38,12 @@ EXPERIMENTS_TYPE, PARAMETERS_TYPE, CSV_TYPE = (
 )
 _TAGS = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "String"}
 
-Row = list[Any]
+ResultRow = list[Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """What an experiment set and what came out, in the order of the component's variables.
+    """The inputs and outputs of an experiment, in the order of the component's variables.
 
     Attributes
     ----------
@@ -52,8 +52,8 @@ class Run:
     """
 
     experiment: Experiment
-    inputs: list[Row]
-    outputs: list[Row]
+    inputs: list[ResultRow]
+    outputs: list[ResultRow]
 
 
 def run_experiments(
@@ -63,7 +63,7 @@ def run_experiments(
 
     Parameters
     ----------
-    shell : the class, a stranger to whoever runs it but for the calls that the wrapper makes
+    shell : the class, of which only the calls that the wrapper makes are used
     resources : files it reads
 
     Raises
@@ -82,7 +82,7 @@ def run_experiments(
 
 
 def reference_files(table: PortTable, runs: Sequence[Run]) -> dict[str, bytes]:
-    """Return the files of all experiments by their place in the archive, with the names of the table's naming."""
+    """Return the files of all experiments by their path in the archive, with the names of the table's naming."""
     files = {}
     for run in runs:
         name = run.experiment.name
@@ -131,7 +131,7 @@ def _run(slave: Any, experiment: Experiment) -> Run:
     return Run(experiment=experiment, inputs=rows, outputs=recorded)
 
 
-def _input_rows(table: PortTable, experiment: Experiment) -> list[Row]:
+def _input_rows(table: PortTable, experiment: Experiment) -> list[ResultRow]:
     if experiment.stimuli is None:
         return []
     time = np.array([experiment.time(k) for k in range(experiment.steps)])
@@ -145,7 +145,7 @@ def _input_rows(table: PortTable, experiment: Experiment) -> list[Row]:
             columns.append(np.broadcast_to(still, shape) if values is None else values.reshape(shape))
     if given:
         raise ValueError(f"experiment {experiment.name}: no such inputs: {', '.join(given)}")
-    rows: list[Row] = (np.hstack(columns) + 0.0).tolist()  # no negative zeros
+    rows: list[ResultRow] = (np.hstack(columns) + 0.0).tolist()  # no negative zeros
     flags = [1 + i for i, variable in enumerate(_of_causality(table, "input")) if variable.port.kind == "boolean"]
     for row in rows:
         for place in flags:
@@ -157,14 +157,14 @@ def _of_causality(table: PortTable, causality: str) -> list[Variable]:
     return [variable for variable in table.variables if variable.port.causality == causality]
 
 
-def _set(slave: Any, variables: Sequence[Variable], values: Row) -> None:
+def _set(slave: Any, variables: Sequence[Variable], values: ResultRow) -> None:
     for kind in KINDS:
         chosen = [(v.value_reference, x) for v, x in zip(variables, values, strict=True) if v.port.kind == kind]
         if chosen:
             getattr(slave, f"set_{kind}")([i for i, _ in chosen], [x for _, x in chosen])
 
 
-def _get(slave: Any, variables: Sequence[Variable]) -> Row:
+def _get(slave: Any, variables: Sequence[Variable]) -> ResultRow:
     values = {}
     for kind in KINDS:
         references = [v.value_reference for v in variables if v.port.kind == kind]
@@ -173,7 +173,7 @@ def _get(slave: Any, variables: Sequence[Variable]) -> Row:
     return [values[v.port.kind][v.value_reference] for v in variables]
 
 
-def _csv(variables: Sequence[Variable], rows: Sequence[Row]) -> bytes:
+def _csv(variables: Sequence[Variable], rows: Sequence[ResultRow]) -> bytes:
     """Write numbers so that reading them gives the same bits; booleans are 0 and 1."""
     head = ",".join(f'"{name}"' for name in ("time", *(v.name for v in variables)))
     lines = [",".join(repr(int(x)) if isinstance(x, bool) else repr(x) for x in row) for row in rows]

@@ -1,4 +1,4 @@
-"""What the documentation says of the sensors."""
+"""The documentation text of the sensors."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ SENSORS = ComponentText(
         " and given as the standard deviation of a sample. Accelerometers sense through a second-order Butterworth"
         " low-pass, which is stepped at every step.",
         "The jitter of the wheels: the first harmonic of static and dynamic imbalance from each wheel's true angle"
-        " and speed, and broadband noise that stands for all other harmonics, held over fast_period. What the wheels"
-        " of one mount do together is given as a force and a torque on that mount, in body axes, ready for the"
+        " and speed, and broadband noise that stands for all other harmonics, held over fast_period. The sum over the"
+        " wheels of one mount is given as a force and a torque on that mount, in body axes, to connect to the"
         " plant's inputs of the same names.",
         "Gyros: bus x, y, z, then x, y at each of the ten sites (23). Accelerometers: bus x, y, z, then z at each"
         " site (13). One encoder a wheel. Left out: bias, drift, scale factor, misalignment, quantisation, latency,"
@@ -50,7 +50,8 @@ SENSORS = ComponentText(
         " star_tracker.period are whole multiples of it.",
         "doStep(t, h) reads the inputs at t; its outputs hold from t on. A host that reads them after the step, at"
         " t+h, sees what was measured at t. To close a loop without delay, step the sensors first, then the"
-        " controller, then the plant, and hand the plant's outputs, true at t, to the sensors before doStep(t, h).",
+        " controller, then the plant, and set the plant's outputs, true at t, as the sensors' inputs before"
+        " doStep(t, h).",
         "After initialisation, before the first step, the instruments show rest: attitude zero, encoders the nominal"
         " speeds, star_tracker.valid false.",
     ),

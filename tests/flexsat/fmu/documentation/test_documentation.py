@@ -104,14 +104,14 @@ def test_markup_in_texts_is_shown_and_not_obeyed():
     assert shown.count(markup) == 2 * 2 + 3 + 3 + 2 + 3 + 2 + 1  # title, head, texts, equation, ports, experiment, file
 
 
-def test_the_page_tells_which_parameters_may_change_in_a_run(centralised):
+def test_the_page_states_which_parameters_may_change_in_a_run(centralised):
     plant, controller = (page_of(centralised, name).decode() for name in ("plant", "controller"))
     assert "Real[6], tunable" in plant
-    assert "Those that are tunable may be set at any time" in plant
+    assert "Tunable parameters may be set at any time" in plant
     assert "All are fixed: set them before initialisation ends." in controller
 
 
-def test_pictures_repeat_and_tell_components_and_layouts_apart(centralised, distributed, component):
+def test_pictures_repeat_and_differ_between_components_and_layouts(centralised, distributed, component):
     pictures = draw(centralised.spacecraft, centralised.config, component)
 
     assert pictures == draw(centralised.spacecraft, centralised.config, component)

@@ -41,7 +41,7 @@ class ForeignController(Controller):
         return replace(port, **changes)
 
     def view(self, name):
-        """Return the array that the controller works on: for a foreign port one beside it."""
+        """Return the array that the controller works on: for a foreign port a separate one."""
         return self._inner[name] if name in self._inner else super().view(name)
 
     def advance(self, time, step, /):
