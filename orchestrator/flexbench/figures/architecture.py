@@ -18,9 +18,8 @@ from lockstep.plan.schedule import Schedule, build_schedule
 from lockstep.plan.timeline import timeline
 
 from .drawing import STYLE, WIDTH
+from .palette import PALETTE
 
-# Okabe and Ito (2008); a component and what it sends, as in the timeline of `lockstep`
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MILLISECOND = 1_000_000  # ns
 BOX, HEIGHT = 1.62, 1.7  # inch, of a component
 LINE = 0.155  # inch, of text
@@ -125,7 +124,7 @@ def _milliseconds(nanoseconds: int) -> str:
 
 
 def _colour(names: Sequence[str], name: str) -> str:
-    return COLOURS[names.index(name) % len(COLOURS)]
+    return PALETTE[names.index(name) % len(PALETTE)]
 
 
 def _centres(names: Sequence[str]) -> dict[str, float]:

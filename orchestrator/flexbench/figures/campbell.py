@@ -28,6 +28,7 @@ from flexsat.parameters import RPM, ConfigurationName
 from flexsat.spacecraft.assembly import Spacecraft
 
 from .drawing import AXES, STYLE, WIDTH, axis_name
+from .palette import PURPLE
 
 HERTZ = 2.0 * np.pi  # rad/s
 MICROMETRE = 1e-6  # m
@@ -39,7 +40,7 @@ COLOURS = "cividis"  # for the colour-blind; lightness grows with the value
 DECADES = 5.0  # of the colours
 LEAST = 3e-4  # µm, at the first harmonic
 SAME = 0.002  # of a decade: wheels whose responses differ by less are drawn once
-FIRST: dict[str, Any] = {"color": "#CC79A7", "linewidth": 1.8}  # Okabe and Ito: reddish purple
+FIRST: dict[str, Any] = {"color": PURPLE, "linewidth": 1.8}
 MODE: dict[str, Any] = {"color": "white", "linewidth": 0.45, "alpha": 0.7}
 SIZES = {"x": 8.5, "y": 6.5, "z": 5.5}  # points: wheels about different axes have chosen the same speed
 MARK: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.6}

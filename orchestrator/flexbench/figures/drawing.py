@@ -21,6 +21,8 @@ from flexsat.arrays import Array
 from flexsat.parameters import ConfigurationName
 from lockstep import Signals
 
+from .palette import BLUE, GREEN, VERMILLION
+
 Dashes = tuple[float, Sequence[float]]
 
 WIDTH = 9.6  # inch: as wide as a page of a README, so that a point of type is about a point on the screen
@@ -61,10 +63,9 @@ class Look:
         return {"color": self.colour, "linestyle": self.dashes, "linewidth": self.width}
 
 
-# Okabe and Ito (2008), colours for the colour-blind: blue, vermillion
 LOOKS: dict[ConfigurationName, Look] = {
-    "centralised": Look(colour="#0072B2", dashes=SOLID, width=1.9),
-    "distributed": Look(colour="#D55E00", dashes=DASHED, width=1.1),
+    "centralised": Look(colour=BLUE, dashes=SOLID, width=1.9),
+    "distributed": Look(colour=VERMILLION, dashes=DASHED, width=1.1),
 }
 PUBLISHED: dict[str, Any] = {
     "linestyle": (0.0, (1.0, 1.2)), "linewidth": 1.3, "marker": "D", "markersize": 4.2, "markerfacecolor": "white",
@@ -80,11 +81,10 @@ class AxisLook:
     marker: str
 
 
-# vermillion, bluish green, blue, from the same
 AXES: dict[str, AxisLook] = {
-    "x": AxisLook(colour="#D55E00", marker=">"),
-    "y": AxisLook(colour="#009E73", marker="^"),
-    "z": AxisLook(colour="#0072B2", marker="o"),
+    "x": AxisLook(colour=VERMILLION, marker=">"),
+    "y": AxisLook(colour=GREEN, marker="^"),
+    "z": AxisLook(colour=BLUE, marker="o"),
 }
 
 

@@ -9,7 +9,9 @@ from matplotlib.figure import Figure
 
 from lockstep.faults.windows import FaultWindow
 
-SHADE: dict[str, Any] = {"color": "#CC79A7", "alpha": 0.18, "linewidth": 0.0, "zorder": 0.5}  # Okabe and Ito: purple
+from .palette import PURPLE
+
+SHADE: dict[str, Any] = {"color": PURPLE, "alpha": 0.18, "linewidth": 0.0, "zorder": 0.5}
 
 
 def shade_faults(figure: Figure, windows: Iterable[FaultWindow]) -> Figure:

@@ -32,14 +32,15 @@ from .drawing import (  # fmt: skip
     make_logarithmic,
     span_runs,
 )
+from .palette import ORANGE, SKY_BLUE
 
 MICROMETRE = 1e-6  # m
 MILLI = "to reference [$10^{-3}$ arcsec]"
 ZOOM = 2.0  # s, at the end of the run: some turns of the slowest wheel
-# lighter than with the loop closed, after Okabe and Ito (2008): sky blue, orange
+# lighter than with the loop closed
 OPEN_LOOKS: dict[ConfigurationName, Look] = {
-    "centralised": Look(colour="#56B4E9", dashes=DASHED, width=1.3),
-    "distributed": Look(colour="#E69F00", dashes=DASHED, width=1.3),
+    "centralised": Look(colour=SKY_BLUE, dashes=DASHED, width=1.3),
+    "distributed": Look(colour=ORANGE, dashes=DASHED, width=1.3),
 }
 CLOSED_LOOKS: dict[ConfigurationName, Look] = {
     name: Look(colour=look.colour, dashes=SOLID, width=1.3) for name, look in LOOKS.items()

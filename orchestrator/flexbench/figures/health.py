@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 from ..studies.health.analysis import Health
 from ..studies.health.statistics import Average
 from .drawing import STYLE, WIDTH, envelope
+from .palette import BLUE, VERMILLION
 
 LEAST = 1e-3  # of the logarithmic axis: what lies below is drawn at its edge, with its value next to it
-BLUE, VERMILLION, GREY = "#0072B2", "#D55E00", "0.55"
+GREY = "0.55"
 
 
 def estimator_health(health: Health) -> Figure:

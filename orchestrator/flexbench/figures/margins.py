@@ -14,9 +14,8 @@ from flexsat.arrays import Array
 
 from ..studies.margins.study import Curve, curves
 from .drawing import STYLE, WIDTH
+from .palette import PALETTE
 
-# Okabe and Ito (2008): blue, vermillion, green, purple, orange, sky blue
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 GAIN_SHOWN = 40.0  # dB either side of one
 
 
@@ -78,7 +77,7 @@ def sensitivity_singular_values(frequency: Array, largest_s: Array, largest_t: A
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
         axes = figure.subplots()
-        for values, colour, name in ((largest_s, COLOURS[0], "S"), (largest_t, COLOURS[1], "T")):
+        for values, colour, name in ((largest_s, PALETTE[0], "S"), (largest_t, PALETTE[1], "T")):
             decibel = 20.0 * np.log10(values)
             peak = int(np.argmax(values))
             label = f"largest singular value of {name}, peak {decibel[peak]:.1f} dB at {frequency[peak]:.2f} Hz"
@@ -96,7 +95,7 @@ def measurement_coherence(frequency: Array, coherence: Mapping[str, Array], leas
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")
         axes = figure.subplots()
-        for (name, values), colour in zip(coherence.items(), COLOURS * len(coherence), strict=False):
+        for (name, values), colour in zip(coherence.items(), PALETTE * len(coherence), strict=False):
             axes.loglog(frequency, np.maximum(1.0 - np.asarray(values), 1e-12), "o-", color=colour, markersize=2.5,
                         linewidth=0.8, label=name)  # fmt: skip
         axes.axhline(1.0 - least, color="black", linewidth=0.8, label="lines below count")
@@ -126,7 +125,7 @@ def margin_figures(content: Mapping[str, Any], least: float) -> dict[str, Figure
 def _colours(loops: Sequence[Curve]) -> list[str]:
     """Return a colour for each loop, the same for the computed and the measured loop of a name."""
     names = [loop.name.partition(": ")[2].removeprefix("axis ") for loop in loops]
-    known = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(dict.fromkeys(names))}
+    known = {name: PALETTE[k % len(PALETTE)] for k, name in enumerate(dict.fromkeys(names))}
     return [known[name] for name in names]
 
 

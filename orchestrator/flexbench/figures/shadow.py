@@ -14,10 +14,11 @@ from lockstep import Signals
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW
 
 from .drawing import STYLE, WIDTH, draw_line, draw_noisy, span_runs
+from .palette import BLUE, GREEN, VERMILLION
 
 CLOSE = 0.5  # s either side of the switchover
 # Okabe and Ito (2008): blue, vermillion, bluish green, black
-LINES = {"original": "#0072B2", "shadow": "#D55E00", "acting": "#000000", "residual": "#009E73"}
+LINES = {"original": BLUE, "shadow": VERMILLION, "acting": "#000000", "residual": GREEN}
 
 
 def shadow_figure(signals: Signals, found: Study) -> Figure:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 from .drawing import STYLE, WIDTH
+from .palette import BLUE, GREEN, VERMILLION
 
 Position = tuple[float, float]  # inch, of a box's middle
 BOX, HEIGHT = 1.02, 0.36  # inch
@@ -17,11 +18,10 @@ COLUMN, ROW, LEFT = 1.29, 0.62, 1.62  # inch
 BAND_LEFT, BETWEEN = 0.08, 0.3  # inch
 ARROW: dict[str, Any] = {"arrowstyle": "-|>,head_length=5,head_width=2.2", "mutation_scale": 1.0, "shrinkA": 0.0,
                          "shrinkB": 0.0, "linewidth": 1.1, "color": "0.35"}  # fmt: skip
-# Okabe and Ito (2008): blue, bluish green, vermillion
 PACKAGES = {
-    "flexsat": ("#0072B2", "spacecraft: physics,\ncontrol design, FMUs"),
-    "lockstep": ("#009E73", "co-simulation of\nany FMUs"),
-    "flexbench": ("#D55E00", "studies of runs"),
+    "flexsat": (BLUE, "spacecraft: physics,\ncontrol design, FMUs"),
+    "lockstep": (GREEN, "co-simulation of\nany FMUs"),
+    "flexbench": (VERMILLION, "studies of runs"),
 }
 # folder: column and row; the rows of a package are neighbours
 BOXES: dict[str, Position] = {

@@ -15,11 +15,12 @@ from flexsat.arrays import Array
 from flexsat.design.chain import Design
 
 from .drawing import AXES, STYLE, WIDTH
+from .palette import PURPLE
 
 POINTS = 500  # across a panel
 DECADES = 10.0  # of a density axis, at most
 TOTAL = "0.15"
-MODE, WHEEL = "0.75", "#CC79A7"  # marks on the frequency axis; Okabe and Ito: reddish purple
+MODE, WHEEL = "0.75", PURPLE  # marks on the frequency axis
 
 
 def spectra_figure(result: RunSpectra, design: Design) -> Figure:

@@ -19,10 +19,11 @@ from flexsat.design.chain import Design
 from flexsat.parameters import RPM
 
 from .drawing import LOOKS, STYLE, WIDTH
+from .palette import PURPLE, SKY_BLUE, VERMILLION
 
 COLOURS = "cividis"
 DECADES = 6.0  # of the density's root, below its peak: 3 decades
-HARMONIC, FLAGGED, BAND = "#CC79A7", "#D55E00", "#56B4E9"  # Okabe and Ito
+HARMONIC, FLAGGED, BAND = PURPLE, VERMILLION, SKY_BLUE
 FINE = 600  # speeds of the linear prediction
 ABOVE = 1.15  # of the highest harmonic: the frequencies shown
 
