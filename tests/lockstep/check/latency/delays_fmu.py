@@ -49,8 +49,8 @@ def _description(feeds: Mapping[str, tuple[str, ...]] | None, flags: str, output
     index = {name: str(i) for i, name in enumerate((*INPUTS, "gate", "scale", *outputs), start=1)}
     unknowns = ""
     for name in outputs:
-        told = "" if feeds is None else ' dependencies="' + " ".join(index[fed] for fed in feeds[name]) + '"'
-        unknowns += f'<Unknown index="{index[name]}"{told}/>'
+        declared = "" if feeds is None else ' dependencies="' + " ".join(index[fed] for fed in feeds[name]) + '"'
+        unknowns += f'<Unknown index="{index[name]}"{declared}/>'
     return (
         f'<fmiModelDescription fmiVersion="2.0" modelName="delays" guid="{GUID}">'
         f'<CoSimulation modelIdentifier="delays" {flags}/><DefaultExperiment stepSize="0.01"/>'
