@@ -41,7 +41,7 @@ def _binding(component: Component, fmu: Description) -> Binding:
 
 
 def replace_component(system: System, name: str, fmu: Path, adapter: Adapter | None) -> System:
-    """Return the system with another FMU in the place of a component.
+    """Return the system in which another FMU replaces a component.
 
     Without an adapter the FMU needs the same ports. With one, connections to inputs, start values and recordings that
     the adapter does not serve are left out, and the adapter's step becomes the component's period.

@@ -49,7 +49,7 @@ class Component:
     isolated: bool | None = None  # in a process of its own; None: `lockstep.processes.isolation_policy` decides
     adapter: Adapter | None = None  # from the FMU to the ports of `stands_for`
     stands_for: "Component | None" = None
-    shadow: "Shadow | None" = None  # runs in shadow beside it
+    shadow: "Shadow | None" = None  # runs in shadow of it
 
     def __post_init__(self) -> None:
         if not self.name or "." in self.name:
