@@ -87,6 +87,6 @@ def test_an_interrupted_check_ends_with_one_line(
     assert "checks done, last" in first
     assert process.returncode == 130
     assert out == ""
-    assert err.splitlines()[-1] == "flexsat: interrupted; the reports tell of the FMUs that were done"
+    assert err.splitlines()[-1] == "flexsat: interrupted; the reports hold the FMUs that were checked"
     assert "Traceback" not in err
     assert list(tmp_path.iterdir()) == []

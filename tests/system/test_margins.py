@@ -188,7 +188,7 @@ def test_the_command_measures_a_vendors_controller(flexsat, known_system, tmp_pa
     [
         ((), "--amplitude: not known for this plant"),
         (("--amplitude", 1, "--controller", "nobody"), "nobody: no such component; there are controller, plant"),
-        (("--analytic-only",), "controller: not a controller of ours"),
+        (("--analytic-only",), "controller: not a controller of flexsat"),
     ],
 )
 def test_bad_input_gets_one_line(flexsat, known_system, tmp_path, options, message):
