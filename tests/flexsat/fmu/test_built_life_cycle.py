@@ -10,14 +10,6 @@ OPEN = "from session import *; from session import argument; import json; from p
 
 
 @pytest.fixture(scope="module")
-def toy(tmp_path_factory):
-    """A built toy."""
-    path = tmp_path_factory.mktemp("fmus") / "toy.fmu"
-    build(path)
-    return path
-
-
-@pytest.fixture(scope="module")
 def other_toy(tmp_path_factory):
     """The same toy from sources that differ in one line, with the same model name."""
     folder = tmp_path_factory.mktemp("other")
@@ -93,64 +85,64 @@ with Session(argument(0), "a") as a, Session(argument(0), "b") as b:
     )
 
 
-@pytest.mark.parametrize("formatted", [True, False])
-def test_an_exception_is_a_logged_error_and_no_crash(toy, formatted):
+def test_exception_of_the_model_is_a_logged_error(toy):
     python(
         OPEN
-        + f"""
-with Session(argument(0), formatted={formatted}) as one:
-    one.initialize(); one.run(0, 3)
-    one.set("explode", True)
-    for _ in range(3):
-        try:
-            one.fmu.doStep(0.03, 0.01)
-        except FMICallException as error:
-            assert error.status == 2, error.status  # fmi2Discard, and never fmi2Fatal
-        else:
-            raise AssertionError("the step was accepted")
-    assert one.fmu.getBooleanStatus(3)  # fmi2Terminated
-    assert one.get("level") != one.get("level")  # not a number
-    percent = "100%" if {formatted} else "100%%"
-    status, category, text = one.messages[0]
-    assert (status, category) == (3, b"logStatusError"), one.messages
-    assert f"RuntimeError: asked to at {{percent}} of 0.03 s" in text and "Traceback" in text and "in advance" in text
-    assert "not stepped since: doStep at t = 0.03 s: RuntimeError" in one.messages[1][2]
-    one.fmu.reset(); one.initialize(); one.run(0, 3)
+        + """
+for formatted in (True, False):
+    with Session(argument(0), formatted=formatted) as one:
+        one.initialize(); one.run(0, 3)
+        one.set("explode", True)
+        for _ in range(3):
+            try:
+                one.fmu.doStep(0.03, 0.01)
+            except FMICallException as error:
+                assert error.status == 2, error.status  # fmi2Discard, and never fmi2Fatal
+            else:
+                raise AssertionError("the step was accepted")
+        assert one.fmu.getBooleanStatus(3)  # fmi2Terminated
+        assert one.get("level") != one.get("level")  # not a number
+        percent = "100%" if formatted else "100%%"
+        status, category, text = one.messages[0]
+        assert (status, category) == (3, b"logStatusError"), one.messages
+        assert f"RuntimeError: asked to at {percent} of 0.03 s" in text and "Traceback" in text and "in advance" in text
+        assert "not stepped since: doStep at t = 0.03 s: RuntimeError" in one.messages[1][2]
+        one.fmu.reset(); one.initialize(); one.run(0, 3)
 """,
         toy,
     )
 
 
-@pytest.mark.parametrize(
-    ("action", "message"),
-    [
-        ("one.set('wheel.torque', 1.0, float('nan'), 0.0)", "wheel.torque[2] must be finite, got nan"),
-        ("one.set('gain', 2.0)", "gain is a fixed parameter and cannot be set after initialisation, got 2.0"),
-        ("one.set('level', 2.0)", "level[1] is an output and cannot be set"),
-        ("one.fmu.setReal([77], [1.0])", "real value reference 77: no such variable"),
-        ("one.fmu.getReal([77])", "real value reference 77: no such variable"),
-        ("one.fmu.setInteger([3, 9], [1, 2])", "integer value reference 3: no such variable"),
-        ("one.set('poison', 1.0)", "output angle = nan is not finite"),
-    ],
-)
-def test_what_is_not_allowed_is_named_and_stops_the_run(toy, action, message):
+REFUSED = [
+    ("one.set('wheel.torque', 1.0, float('nan'), 0.0)", "wheel.torque[2] must be finite, got nan"),
+    ("one.set('gain', 2.0)", "gain is a fixed parameter and cannot be set after initialisation, got 2.0"),
+    ("one.set('level', 2.0)", "level[1] is an output and cannot be set"),
+    ("one.fmu.setReal([77], [1.0])", "real value reference 77: no such variable"),
+    ("one.fmu.getReal([77])", "real value reference 77: no such variable"),
+    ("one.fmu.setInteger([3, 9], [1, 2])", "integer value reference 3: no such variable"),
+    ("one.set('poison', 1.0)", "output angle = nan is not finite"),
+]
+
+
+def test_refused_calls_are_named_and_stop_the_run(toy):
     python(
         OPEN
-        + f"""
-with Session(argument(0)) as one:
-    one.initialize(); one.run(0, 3)
-    {action}
-    try:
-        one.fmu.doStep(0.03, 0.01)
-    except FMICallException as error:
-        assert error.status == 2
-    else:
-        raise AssertionError("the step was accepted")
-    assert argument(1) in one.messages[0][2], one.messages
-    assert "Traceback" not in one.messages[0][2], one.messages
+        + """
+for action, message in json.loads(argument(1)):
+    with Session(argument(0)) as one:
+        one.initialize(); one.run(0, 3)
+        exec(action)
+        try:
+            one.fmu.doStep(0.03, 0.01)
+        except FMICallException as error:
+            assert error.status == 2, action
+        else:
+            raise AssertionError(f"{action}: the step was accepted")
+        assert message in one.messages[0][2], (action, one.messages)
+        assert "Traceback" not in one.messages[0][2], (action, one.messages)
 """,
         toy,
-        message,
+        json.dumps(REFUSED),
     )
 
 
@@ -243,10 +235,17 @@ with Session(argument(0)) as one:
 )
 
 
-def test_a_saved_state_continues_bitwise_in_another_process(toy, tmp_path):
-    rest = json.loads(python(SAVE, toy, tmp_path / "state"))
+@pytest.fixture(scope="module")
+def saved(toy, tmp_path_factory):
+    """Return the file of a state that was saved in the middle of a run, and the rest of the run."""
+    path = tmp_path_factory.mktemp("saved") / "state"
+    return path, json.loads(python(SAVE, toy, path))
 
-    assert json.loads(python(RESUME, toy, tmp_path / "state")) == rest
+
+def test_saved_state_continues_bitwise_in_another_process(toy, saved):
+    path, rest = saved
+
+    assert json.loads(python(RESUME, toy, path)) == rest
 
 
 def test_that_test_notices_a_generator_left_out_of_the_state(tmp_path):
@@ -264,27 +263,27 @@ def test_that_test_notices_a_generator_left_out_of_the_state(tmp_path):
     assert "rolled back in the same instance" in failed.stderr
 
 
-@pytest.mark.parametrize("damage", ["data[:-9]", "b'nonsense'", "b''", "data.replace(b'state.level', b'state.lever')"])
-def test_damaged_state_is_refused(toy, tmp_path, damage):
-    python(SAVE, toy, tmp_path / "state")
+def test_damaged_state_is_refused(toy, saved):
     python(
         OPEN
-        + f"""
+        + """
 data = Path(argument(1)).read_bytes()
-with Session(argument(0)) as one:
-    one.initialize(); one.run(0, 3)
-    state = one.fmu.deSerializeFMUstate({damage})
-    one.fmu.setFMUState(state)
-    assert one.messages and one.messages[0][0] == 3
-    one.fmu.freeFMUState(state)
+replaced = data.replace(b'state.level', b'state.lever')
+assert replaced != data
+for damaged in (data[:-9], b"nonsense", b"", replaced):
+    with Session(argument(0)) as one:
+        one.initialize(); one.run(0, 3)
+        state = one.fmu.deSerializeFMUstate(damaged)
+        one.fmu.setFMUState(state)
+        assert one.messages and one.messages[0][0] == 3, damaged[:20]
+        one.fmu.freeFMUState(state)
 """,
         toy,
-        tmp_path / "state",
+        saved[0],
     )
 
 
-def test_the_state_of_another_build_is_refused(toy, other_toy, tmp_path):
-    python(SAVE, toy, tmp_path / "state")
+def test_state_of_another_build_is_refused(other_toy, saved):
     python(
         OPEN
         + """
@@ -295,5 +294,5 @@ with Session(argument(0)) as one:
     one.fmu.freeFMUState(state)
 """,
         other_toy,
-        tmp_path / "state",
+        saved[0],
     )
