@@ -62,12 +62,12 @@ def test_members_of_terminals_match_those_of_the_structured_names(pair):
 BOTH = """
 from replay import *
 from session import argument
-one, other = (Archive(argument(k)) for k in (0, 1))
-for a, b in zip(one.experiments(), other.experiments(), strict=True):
-    first, second = replay(one.path, a, one), replay(other.path, b, other)
-    assert [[x.hex() for x in row] for row in first] == [[x.hex() for x in row] for row in second]
-# what an instance says uses its own names
-with Session(other.path) as session:
+path, other = argument(0), argument(1)
+first, second = check_experiments(path), check_experiments(other)
+bits = lambda runs: [[[x.hex() for x in row] for row in rows] for rows in runs]
+assert bits(first) == bits(second)
+# messages of an instance have its own names
+with Session(other) as session:
     write(session, ["as_published"], [True])
     session.initialize()
     parameter = next(v for v in session.description.modelVariables if v.causality == "parameter" and "_" in v.name
@@ -77,5 +77,6 @@ with Session(other.path) as session:
 """
 
 
-def test_both_give_the_same_bits_side_by_side_in_one_process(pair):
+def test_both_replay_the_reference_results_bitwise_in_one_process(pair):
+    """Bitwise: the results were made by the same sources, with the same numpy, on this machine."""
     python(BOTH, *pair)

@@ -98,3 +98,46 @@ def replay(path, experiment, archive, **changes):
                 rows.append([end, *read(session, outputs)])
         assert not session.messages, session.messages
     return rows
+
+
+def differences(names, rows, references, relative):
+    """Return the names whose values differ, by row: in any bit, or by more than `relative` of the array's largest."""
+    arrays = {}
+    for k, name in enumerate(names, start=1):
+        arrays.setdefault(name.partition("[")[0], []).append(k)
+    largest = {}
+    for columns in arrays.values():
+        size = max(abs(row[k]) for row in references for k in columns)
+        largest |= dict.fromkeys(columns, size)
+    found = []
+    for row, reference in zip(rows, references, strict=True):
+        for k, (a, b) in enumerate(zip(row, reference, strict=True)):
+            bound = relative * largest[k] if k else relative  # column 0 is the time
+            if a.hex() != b.hex() if relative == 0.0 else abs(a - b) > bound:
+                found.append((row[0], ["time", *names][k]))
+    return found
+
+
+def check_experiments(path, relative=0.0):
+    """Replay all experiments of an FMU against its reference results; return the rows of each."""
+    archive = Archive(path)
+    experiments = archive.experiments()
+    assert len(experiments) >= 2
+    results = []
+    for experiment in experiments:
+        names, references = archive.series(experiment, "References")
+        rows = replay(path, experiment, archive)
+        assert len(rows) == len(references) > 20
+        wrong = differences(names, rows, references, relative)
+        assert not wrong, (experiment.get("name"), wrong[:5])
+        series = [row[1:] for row in references]
+        moved = {name for name, *values in zip(names, *series, strict=True) if len(set(values)) > 1}
+        assert len(moved) > 5
+        results.append(rows)
+    # a changed parameter is noticed
+    change = {"seed": 9} if "seed" in archive.parameters(experiments[-1]) else {"delay.measurement": 0.0}
+    if archive.naming == "flat":
+        change = {name.replace(".", "_"): value for name, value in change.items()}
+    changed = replay(path, experiments[-1], archive, **change)
+    assert differences(names, changed, references, relative)
+    return results
