@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from filelock import FileLock
 from matplotlib.axis import Tick
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -37,25 +36,24 @@ def designs(built: dict[ConfigurationName, Designs]) -> dict[ConfigurationName, 
 
 
 @pytest.fixture(scope="session")
-def recorded_runs(delivered: Path) -> Path:
+def recorded_runs(delivered: Path, once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
     """Return a folder with centralised fine pointing of seeds 1 and 2, measurements recorded: run once for all workers.
 
     For reading only. Results are in the folders `1` and `2`.
     """
-    folder, done = delivered.parent / "recorded", delivered.parent / "recorded.done"
-    with FileLock(delivered.parent / "recorded.lock"):
-        if not done.exists():
-            system = load_system(delivered / "centralised" / "fine_pointing.ssd")
-            for seed, stop_time in RECORDED.items():
-                simulate(
-                    system,
-                    folder / str(seed),
-                    stop_time=stop_time,
-                    record=(*system.record, *MEASURED),
-                    overrides=scalar_overrides(scenario_parameters("fine_pointing", seed=seed)),
-                )
-            done.touch()
-    return folder
+
+    def record(folder: Path) -> None:
+        system = load_system(delivered / "centralised" / "fine_pointing.ssd")
+        for seed, stop_time in RECORDED.items():
+            simulate(
+                system,
+                folder / str(seed),
+                stop_time=stop_time,
+                record=(*system.record, *MEASURED),
+                overrides=scalar_overrides(scenario_parameters("fine_pointing", seed=seed)),
+            )
+
+    return once("recorded", record)
 
 
 def _words(figure: Figure) -> list[tuple[str, Bbox]]:
