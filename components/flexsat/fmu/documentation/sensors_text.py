@@ -46,7 +46,7 @@ SENSORS = ComponentText(
         ),
     ),
     timing=(
-        "The step is fixed: step_size, a parameter, 1 ms unless set. Any other step is refused. fast_period and"
+        "The step is fixed: step_size, a parameter. Any other step is refused. fast_period and"
         " star_tracker.period are whole multiples of it.",
         "doStep(t, h) reads the inputs at t; its outputs hold from t on. A host that reads them after the step, at"
         " t+h, sees what was measured at t. To close a loop without delay, step the sensors first, then the"
