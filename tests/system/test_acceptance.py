@@ -70,7 +70,7 @@ def test_bad_input_gets_one_line(
 def test_help_has_an_example_and_the_exit_codes(flexsat: RunCli) -> None:
     done = flexsat("check", "--help")
 
-    assert "flexsat check --like controller" in done.stdout
+    assert "flexsat check vendor.fmu --like controller" in done.stdout
     assert "exit code: 0 no error" in done.stdout
 
 

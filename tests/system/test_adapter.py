@@ -100,7 +100,7 @@ def test_what_does_not_fit_is_refused_in_one_line(vendor, fmus, tmp_path, capsys
     assert "needs wheel.torque[1..6] of controller; add an [[output]], or [substitutes]" in refused(
         ADAPTER.partition("[[output]]")[0].replace('["StatusWord"]', '["*"]') + "[constants]\nMode = 2\n", *given
     )
-    assert "needs --replace COMPONENT=FMU beside it" in refused(ADAPTER)
+    assert "needs --replace COMPONENT=FMU as well" in refused(ADAPTER)
     assert "control: no such component; there are" in refused(ADAPTER, "--replace", "control=x.fmu")
 
 

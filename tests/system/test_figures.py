@@ -65,7 +65,7 @@ def test_a_figure_that_lacks_a_signal_is_refused_by_name(fmus, flexsat, tmp_path
     done = flexsat("figures", run, "--out", tmp_path / "drawn")
 
     assert done.returncode == 2
-    assert done.stderr.startswith("flexsat: figure slew-seed0: controller.wheel.torque: not recorded")
+    assert done.stderr.startswith("flexsat: figure slew-seed1: controller.wheel.torque: not recorded")
     assert done.stderr.count("\n") == 1
 
 

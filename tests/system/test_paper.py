@@ -15,7 +15,7 @@ import pytest
 
 from lockstep import read_signals
 
-SCATTER = Path(__file__).parents[2] / "orchestrator" / "flexbench" / "scatter.json"
+SCATTER = Path(__file__).parents[2] / "orchestrator" / "flexbench" / "studies" / "paper" / "scatter.json"
 VARIANTS, CONFIGURATIONS = ("as_published", "corrected"), ("centralised", "distributed")
 SCENARIOS = ("slew", "fine-pointing", "fine-pointing-open-loop")
 REFERENCE_SEEDS = 5  # four to six

@@ -16,7 +16,7 @@ SMALL = 1e-6  # perturbation: products of two are 1e-12, a millionth of it
 @pytest.fixture(scope="module")
 def nominal_plant(design, quiet_run):
     parameters = quiet_run(design.plant, wheel_speed=design.model.nominal_speed)
-    return nonlinear.Plant(design.plant, parameters, STEP)
+    return nonlinear.prepare(design.plant, parameters, STEP)
 
 
 def stepped(design, plant, x, inputs):
@@ -29,8 +29,8 @@ def stepped(design, plant, x, inputs):
     state.structure[:] = np.concatenate([x[index.modal_displacement], drift, x[index.rate], x[index.modal_velocity]])
     state.momentum[:] = inertia * (design.model.nominal_speed + x[index.wheel_speed])
     now = plant.momentum_map @ state.structure[modes:]  # the terms of the step before: those of the present state
-    state.drive[plant.input_count : -6] = now[9:] * np.tile(state.momentum, 2)
-    state, outputs = nonlinear.step(plant, state, inputs)
+    state.held[plant.input_count : -6] = now[9:] * np.tile(state.momentum, 2)
+    outputs = nonlinear.step(plant, state, inputs)
     end = np.zeros(index.unfiltered)
     end[index.mrp], end[index.rate] = outputs.mrp, outputs.rate
     end[index.modal_displacement], end[index.modal_velocity] = outputs.modal_displacement, outputs.modal_velocity
