@@ -11,6 +11,17 @@ from ..runtime.sensor_parameters import SensorMatrices, SensorParameters
 from .declared import parameter_port
 from .table import Port
 
+# Ports that the sensors read of the plant, and those that the controller reads of the sensors; arrays by name.
+TRUTH = ("attitude.quaternion", "wheel.speed", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.angle")
+MEASUREMENTS = (
+    "gyro.rate",
+    "accelerometer.acceleration",
+    "encoder.speed",
+    "encoder.angle",
+    "star_tracker.mrp",
+    "star_tracker.valid",
+)
+
 
 def ports(model: SensorMatrices) -> tuple[Port, ...]:
     """Return the ports of sensors of these sizes."""

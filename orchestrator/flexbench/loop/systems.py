@@ -10,6 +10,7 @@ from flexsat.closed_loop import PORTS
 from flexsat.design.chain import Designs
 from flexsat.parameters import ConfigurationName
 from flexsat.ports.plant import JITTER
+from flexsat.ports.sensors import MEASUREMENTS, TRUTH
 from flexsat.ports.table import Port
 from lockstep import Component, Connection, System, write_ssd
 
@@ -29,15 +30,6 @@ RECORD = (
     "controller.reference.*",
 )
 
-TRUTH = ("attitude.quaternion", "wheel.speed", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.angle")
-MEASUREMENTS = (
-    "gyro.rate",
-    "accelerometer.acceleration",
-    "encoder.speed",
-    "encoder.angle",
-    "star_tracker.mrp",
-    "star_tracker.valid",
-)
 # (from, to, ports of the same name at both ends, delay in steps of the producer, which are ticks with the stock rates).
 # The plant is stepped last in a tick and its outputs are true at the end of its step, so that one step of delay means:
 # the value that is true now.

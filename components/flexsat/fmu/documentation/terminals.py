@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement
 
 from ...ports.plant import JITTER
+from ...ports.sensors import MEASUREMENTS, TRUTH
 from ...ports.table import Port, PortTable
 from .xml_text import xml_bytes
 
@@ -27,16 +28,6 @@ class Terminal:
     ports: tuple[str, ...]
 
 
-_TRUTH = ("attitude.quaternion", "wheel.speed", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.angle")
-_MEASUREMENTS = (
-    "gyro.rate",
-    "accelerometer.acceleration",
-    "encoder.speed",
-    "encoder.angle",
-    "star_tracker.mrp",
-    "star_tracker.valid",
-)
-
 # In the order of drawing. A component has those whose ports it has, all of them.
 TERMINALS = (
     Terminal(name="wheels", description="torque of every wheel, from the controller to the plant", matching="plug",
@@ -44,9 +35,9 @@ TERMINALS = (
     Terminal(name="jitter", description="jitter of the wheels on their mounts, from the sensors to the plant",
              matching="plug", ports=JITTER),
     Terminal(name="truth", description="what the sensors sense, from the plant to the sensors", matching="plug",
-             ports=_TRUTH),
+             ports=TRUTH),
     Terminal(name="measurements", description="measurements, from the sensors to the controller",
-             matching="plug", ports=_MEASUREMENTS),
+             matching="plug", ports=MEASUREMENTS),
     Terminal(name="external", description="external force and torque on the spacecraft", matching="bus",
              ports=("external.force", "external.torque")),
     Terminal(name="command", description="slew command to the controller", matching="bus",
