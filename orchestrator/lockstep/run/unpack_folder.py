@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import psutil
+
 from lockstep.fmi.safe_zip import unpacking_folder
 from lockstep.operating_system import lock_file
 
@@ -34,6 +36,13 @@ def run_folder(removed: Callable[[Path], None] = lambda _: None) -> Iterator[Pat
                 release()
 
 
+def _runs(lock: Path, written: float) -> bool:
+    """Return whether the process named in a lock lives; where it has no `fcntl`, others do not see its lock."""
+    with suppress(ValueError, psutil.Error):
+        return psutil.Process(int(lock.read_text())).create_time() <= written  # later: another process, same number
+    return False
+
+
 def remove_abandoned(parent: Path) -> list[Path]:
     """Remove and return the folders of runs whose processes have ended, so that their locks are free."""
     removed = []
@@ -42,7 +51,7 @@ def remove_abandoned(parent: Path) -> list[Path]:
             state = path.stat()
             if state.st_size == 0 and time.time() - state.st_mtime < _YOUNG:
                 continue
-            release = lock_file(path)
+            release = None if _runs(path, state.st_mtime) else lock_file(path)
             if release is not None:
                 shutil.rmtree(path.parent, ignore_errors=True)
                 removed.append(path.parent)

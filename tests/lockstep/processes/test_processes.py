@@ -170,6 +170,17 @@ def test_a_young_folder_is_not_removed(tmp_path):
     assert (tmp_path / "lockstep-x").exists()
 
 
+def test_a_folder_whose_process_lives_is_not_removed_though_its_lock_is_unseen(tmp_path):
+    lock = tmp_path / "lockstep-x" / ".lock"
+    lock.parent.mkdir()
+    lock.write_text(f"{os.getpid()}\n")  # as where `fcntl` is missing
+    remove_abandoned(tmp_path)
+    assert lock.exists()
+    os.utime(lock, (0.0, 0.0))  # written before this process began: by another one of that number
+    remove_abandoned(tmp_path)
+    assert not lock.exists()
+
+
 @pytest.fixture
 def fmu(tmp_path):
     """Return a function that makes an FMU with some files, as far as a master reads it before it starts any."""
