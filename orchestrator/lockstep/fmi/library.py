@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable
-from ctypes import c_int
+from ctypes import c_uint
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -50,8 +50,11 @@ class Library:
         finally:
             os.chdir(directory)
 
-    def function(self, name: str, *argument_types: type, returns: type = c_int) -> Callable[..., Any]:
-        """Return a function, which returns a status unless another type is given."""
+    def function(self, name: str, *argument_types: type, returns: type = c_uint) -> Callable[..., Any]:
+        """Return a function, which returns a status unless another type is given.
+
+        A status is unsigned: one below 0, which FMI does not know, becomes a large number, worse than all others.
+        """
         # indexing makes a new function object: fmpy's keeps its argument types, which copy buffers
         function = self.fmu.dll[name]
         function.argtypes, function.restype = argument_types, returns

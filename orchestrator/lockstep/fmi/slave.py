@@ -22,11 +22,11 @@ DTYPES: Mapping[str, type] = {
 Buffer = NDArray[np.float64] | NDArray[np.int32] | NDArray[np.int64] | NDArray[np.uint64] | NDArray[np.object_]
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
-_STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
+_STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")  # FMI 3.0 has no fmi3Pending
 
 
 class Slave(Protocol):
-    """One instance. Every call returns an FMI status; above WARNING the run is over."""
+    """One instance. Every call returns an FMI status, which is never below 0; above WARNING the run is over."""
 
     @property
     def do_step(self) -> Callable[[float, float, int], int]:
@@ -89,7 +89,9 @@ class Stateful(Protocol):
 
 def status_name(prefix: str, status: int) -> str:
     """Return the name of a status in a version of FMI, such as `fmi2Error`; prefix is `fmi2`."""
-    return f"{prefix}{_STATUS[status]}" if 0 <= status < len(_STATUS) else f"the unknown status {status}"
+    if 0 <= status < (PENDING if prefix == "fmi3" else len(_STATUS)):
+        return f"{prefix}{_STATUS[status]}"
+    return f"the unknown status {status - 2**32 if status >= 2**31 else status}"  # as the FMU meant it: an int of C
 
 
 def returned(prefix: str, call: str, status: int) -> str:

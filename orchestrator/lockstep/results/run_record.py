@@ -20,6 +20,7 @@ from lockstep.system.system import System
 RUN = "run.toml"
 EVENTS = "events.jsonl"
 _PACKAGES = ("numpy", "fmpy", "lxml", "pyarrow")
+_LEVELS = ("ok", "warning", "discard", "error", "fatal", "pending")  # by status of FMI
 _MOST_MESSAGES = 1000  # of one component in the events: a slave that logs at each step must not fill the disk
 
 Table = dict[str, object]
@@ -203,7 +204,7 @@ class Events:
             return
         self._counts[component] += 1
         if self._counts[component] <= _MOST_MESSAGES:
-            level = ("ok", "warning", "discard", "error", "fatal", "pending")[min(status, 5)]
+            level = _LEVELS[status] if 0 <= status < len(_LEVELS) else "unknown"
             self.add("log", component=component, level=level, category=category, message=message)
         elif self._counts[component] == _MOST_MESSAGES + 1:
             self.add("log", component=component, level="warning", message="further messages are not listed")

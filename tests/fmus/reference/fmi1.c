@@ -56,6 +56,7 @@ fmi1Status F(DoStep)(fmi1Component c, fmi1Real time, fmi1Real step, fmi1Boolean 
     Instance *it = c;
     const char *message = "";
     Outcome outcome = model_advance(&it->state, time, step, &message);
+    if (outcome >= RAW - 10) return (fmi1Status)(outcome - RAW);
     if (outcome == FAILED) return say(it, fmi1Error, message);
     if (outcome == BROKEN) return say(it, fmi1Fatal, message);
     return outcome == DONE ? fmi1OK : fmi1Discard;

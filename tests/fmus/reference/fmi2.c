@@ -74,6 +74,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
     Instance *it = c;
     const char *message = "";
     Outcome outcome = model_advance(&it->state, time, step, &message);
+    if (outcome >= RAW - 10) return (fmi2Status)(outcome - RAW);
     if (outcome == FAILED) return say(it, fmi2Error, message);
     if (outcome == BROKEN) return say(it, fmi2Fatal, message);
     it->ended = outcome == END;

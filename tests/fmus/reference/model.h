@@ -33,7 +33,7 @@ typedef struct {
 } State; /* plain memory: saving it is copying it */
 
 /* Results of a step other than success. */
-typedef enum { DONE, END, EARLY, EVENT, FAILED, BROKEN } Outcome;
+typedef enum { DONE, END, EARLY, EVENT, FAILED, BROKEN, RAW = 1000 } Outcome; /* RAW + s: the status s itself */
 
 const char *model_open(State *state, const char *resources); /* a path; returns what went wrong, or NULL */
 void model_initialise(State *state);

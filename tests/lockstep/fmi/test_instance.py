@@ -3,6 +3,7 @@
 import shutil
 
 import fmpy
+import numpy as np
 import pytest
 
 from fmus.c_fmu import compile_library
@@ -43,6 +44,11 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     (void)c;
     *value = kind == fmi2Terminated && ended;
     return fmi2OK;
+}
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[])
+{
+    (void)c, (void)v;
+    return n && r[0] == 6 ? (fmi2Status)-1 : fmi2OK;
 }
 fmi2Status fmi2Terminate(fmi2Component c) { (void)c; return fmi2Error; }
 """
@@ -121,6 +127,14 @@ def test_discarded_step_is_described(opened):
     slave.do_step(1.0, 0.1, 1)
     assert slave.outcome("DoStep", DISCARD) == "fmi2DoStep returned fmi2Discard, asking for the end,"
     assert slave.outcome("DoStep", 17) == "fmi2DoStep returned the unknown status 17"
+
+
+def test_status_below_zero_is_worse_than_all_others(opened):
+    slave = started(opened())
+    status = slave.getter("Real", np.array([6], np.uint32), np.zeros(1))()
+
+    assert status > FATAL
+    assert slave.outcome("GetReal", status) == "fmi2GetReal returned the unknown status -1"
 
 
 def test_refused_reset_leaves_the_instance_as_it_is(opened):

@@ -153,11 +153,19 @@ MESSAGES = {
     ("3.0", 5): "stair: fmi3DoStep returned fmi3Fatal at 0.03125 s: the stair fell down",
     ("3.0", 6): "stair: crashed with SIGSEGV in fmi3DoStep at 0.03125 s",
     ("2.0", 5): "stair: fmi2DoStep returned fmi2Fatal at 0.03125 s: the stair fell down",
+    # statuses that no version knows, or not this one; below 0 too
+    ("1.0", 109): "stair: fmiDoStep returned the unknown status -1 at 0.03125 s",
+    ("1.0", 115): "stair: fmiDoStep returned fmiPending at 0.03125 s",
+    ("2.0", 109): "stair: fmi2DoStep returned the unknown status -1 at 0.03125 s",
+    ("2.0", 115): "stair: fmi2DoStep returned fmi2Pending at 0.03125 s",
+    ("2.0", 117): "stair: fmi2DoStep returned the unknown status 7 at 0.03125 s",
+    ("3.0", 109): "stair: fmi3DoStep returned the unknown status -1 at 0.03125 s",
+    ("3.0", 115): "stair: fmi3DoStep returned the unknown status 5 at 0.03125 s",
 }
 
 
 BROKEN = [(*key, False) for key in MESSAGES if key[1] != 6]  # which would end this process
-BROKEN += [("1.0", 0, True), *(("3.0", mode, True) for mode in (0, 1, 5, 6))]
+BROKEN += [("1.0", 0, True), *(("3.0", mode, True) for mode in (0, 1, 5, 6)), ("2.0", 109, True)]
 
 
 @pytest.mark.parametrize(("version", "mode", "isolated"), BROKEN)

@@ -79,6 +79,16 @@ def test_events_wait_for_their_file_and_are_limited_in_number(tmp_path):
     assert (lines[-1]["component"], lines[-1]["level"]) == ("d", "error")
 
 
+def test_event_of_a_message_names_the_status_only_if_fmi_does(tmp_path):
+    events = Events()
+    events.open(tmp_path)
+    for status in (5, 6, -1):
+        events.log("c", status, "", "text")
+    events.close()
+    lines = [json.loads(line) for line in (tmp_path / "events.jsonl").read_text().splitlines()]
+    assert [line["level"] for line in lines] == ["pending", "unknown", "unknown"]
+
+
 def test_progress_is_plain_lines_without_a_terminal():
     stream = io.StringIO()
     with show_progress("orbit", stream) as report:
