@@ -3,11 +3,13 @@
 import dataclasses
 import subprocess
 import sys
+import tomllib
 from typing import get_type_hints
 
+import numpy as np
 import pytest
 
-from lockstep import RunOptions, read_signals, simulate
+from lockstep import InputError, RunOptions, read_signals, simulate
 from lockstep.simulation import _Named
 
 
@@ -29,6 +31,48 @@ def test_options_by_name_replace_those_of_the_object(loop, tmp_path):
 
     assert (one.simulated_time, two.simulated_time) == (0.005, 0.003)
     assert list(read_signals(tmp_path / "two").columns) == ["plant.x", "plant.clock"]
+
+
+def test_numbers_of_numpy_are_the_same_run_as_plain_ones(loop, tmp_path):
+    """The record is TOML, which knows no np.float64(0.003)."""
+    plain = {"plant.x0": 4.0, "echo.u[2]": 1.5}
+    simulate(loop, tmp_path / "plain", stop_time=0.003, overrides=plain, record_period=0.001)
+    given = {"plant.x0": np.float32(4.0), "echo.u[2]": np.array(1.5)}
+    simulate(
+        loop, tmp_path / "numpy", stop_time=np.float64(0.003), overrides=given, record_period=np.array(0.001),
+        pace=np.float64(0.0), step_limit=np.int64(60),
+    )  # fmt: skip
+
+    records = [tomllib.loads((tmp_path / name / "run.toml").read_text()) for name in ("plain", "numpy")]
+    assert records[1]["overrides"] == plain
+    assert records[1]["component"] == records[0]["component"]
+    assert (tmp_path / "numpy/signals.parquet").read_bytes() == (tmp_path / "plain/signals.parquet").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"overrides": {"plant.x0": None}}, r"plant\.x0: None cannot be kept; give a number"),
+        ({"overrides": {"plant.x0": [np.float64(0.0)]}}, r"plant\.x0: got 1 values for one parameter"),
+        ({"overrides": {"plant.x0": 1j}}, r"plant\.x0: 1j of type complex cannot be kept"),
+        ({"overrides": {"plant.x0": {"a": 1.0}}}, r"plant\.x0: \{'a': 1\.0\} is not of its type Real"),
+        ({"overrides": {"plant.x0": 10**400}}, r"plant\.x0: 1000.* is not of its type Real"),
+        ({"record": [None]}, r"record: None cannot be kept"),
+        ({"record": 1}, r"record = 1 must be a list of texts"),
+        ({"stop_time": [0.1]}, r"stop time: \[0\.1\] is not a number of seconds"),
+        ({"step_limit": [1]}, r"step limit \[1\] must be a number of seconds"),
+        ({"pace": [1]}, r"pace \[1\] must be a factor of real time"),
+    ],
+)
+def test_values_of_another_kind_are_refused_before_anything_is_written(loop, tmp_path, options, message):
+    with pytest.raises(InputError, match=message):
+        simulate(loop, tmp_path / "out", **options)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_single_pattern_to_record_is_a_text(loop, tmp_path):
+    simulate(loop, tmp_path / "out", stop_time=0.002, record="plant.x")
+    assert list(read_signals(tmp_path / "out").columns) == ["plant.x"]
 
 
 def test_an_unknown_option_is_refused_before_anything_is_written(loop, tmp_path):

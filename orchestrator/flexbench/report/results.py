@@ -13,8 +13,9 @@ import numpy as np
 from flexbench.runs.metrics import SETTLED_FROM
 from flexbench.runs.run_folder import METRICS, Run, read_run
 from lockstep import InputError, Signals, read_signals
+from lockstep.results.read_events import read_events
 from lockstep.results.read_run_record import read_run_record
-from lockstep.results.run_record import EVENTS, RUN
+from lockstep.results.run_record import RUN
 
 MOST_RUNS = 24  # on a page: more colours cannot be distinguished
 
@@ -89,20 +90,4 @@ def _read(folder: Path, name: str) -> Result:
         run = read_run(folder)
     except (InputError, KeyError):  # another system: the page shows its signals
         run = None
-    return Result(folder=folder, name=name, record=record, text=text, events=_events(folder), run=run)
-
-
-def _events(folder: Path) -> list[Mapping[str, Any]]:
-    path = folder / EVENTS
-    if not path.is_file():
-        return []
-    events: list[Mapping[str, Any]] = []
-    with path.open(encoding="utf-8", errors="replace") as lines:
-        for line in lines:
-            try:
-                event = json.loads(line)
-            except json.JSONDecodeError:  # a killed run leaves half a line at the end
-                continue
-            if isinstance(event, dict):
-                events.append(event)
-    return events
+    return Result(folder=folder, name=name, record=record, text=text, events=read_events(folder), run=run)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lockstep.results.run_record import EVENTS
+from lockstep.errors import InputError
+from lockstep.results.read_events import read_events
+
+_KEYS = ("state", "name", "kind", "component", "variables", "values")  # of every event of a fault
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,17 +28,12 @@ class FaultWindow:
 
 def fault_windows(folder: Path) -> list[FaultWindow]:
     """Return the faults of a run in the order in which they began; none for a folder without events."""
-    path = folder / EVENTS
-    if not path.is_file():
-        return []
     begun: list[dict[str, Any]] = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        try:
-            event = json.loads(line)
-        except ValueError:  # a killed run may leave half a line at the end
+    for event in read_events(folder):
+        if event["event"] != "fault":
             continue
-        if event.get("event") != "fault":
-            continue
+        if lacking := [key for key in _KEYS if key not in event]:
+            raise InputError(f"{folder}: a fault among its events has no {lacking[0]}; restore events.jsonl")
         if event["state"] == "begin":
             begun.append(event)
             continue

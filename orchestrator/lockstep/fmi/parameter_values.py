@@ -6,6 +6,7 @@ from typing import cast
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
+from lockstep.plain_values import plain_value
 from lockstep.system.component import Component, Value
 from lockstep.system.units import checked_conversion
 
@@ -37,14 +38,17 @@ def settable(component: str, name: str, description: Description) -> Variable:
 
 def parse_value(value: Value, variable: Variable, what: str) -> Value:
     """Convert a value or its text to the declared type of a variable, or raise InputError."""
-    if hasattr(value, "item"):
-        value = cast(Value, value.item())  # a numpy scalar
+    value = cast(Value, plain_value(value, what))
     wrong = InputError(f"{what}: {value!r} is not of its type {variable.native or variable.type}")
     parsed: Value
+    if isinstance(value, list | dict):
+        raise wrong
     match variable.type:
         case "String":
             if not isinstance(value, str):
                 raise wrong
+            if "\0" in value:
+                raise InputError(f"{what}: {value!r} holds a null character, at which FMI ends a text; remove it")
             return value
         case "Boolean":
             if isinstance(value, str) and value.strip().lower() in ("true", "false", "1", "0"):
@@ -59,7 +63,7 @@ def parse_value(value: Value, variable: Variable, what: str) -> Value:
                 raise wrong
             try:
                 parsed = float(value) if variable.type == "Real" else _whole(value, variable)
-            except ValueError:
+            except (ValueError, OverflowError):
                 raise wrong from None
         case _:
             raise InputError(f"{what}: values of type {variable.type} cannot be set; remove it")

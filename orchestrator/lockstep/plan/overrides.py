@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any, cast
 
 from lockstep.array_names import elements_of
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.parameter_values import parse_value, settable
+from lockstep.plain_values import plain_value
 from lockstep.system.component import Value
 from lockstep.system.system import System
 from lockstep.system.transformation import End, transferred
@@ -22,6 +24,7 @@ def resolve_overrides(
     The key is `component.variable`, or the name of a connector of the whole system that nothing feeds; its value is
     in the connector's unit. Raises InputError.
     """
+    value = plain_value(value, key)
     inputs = {one.name: one for one in system.inputs}
     chosen = [inputs[name] for name in ([key] if key in inputs else elements_of(key, inputs))]
     if not chosen:
@@ -73,14 +76,19 @@ def resolve_override(
 def _spread(key: str, value: Override, elements: Sequence[str], single: bool) -> list[Value]:
     """Return a value for each element of an array, or the one of a `single` variable."""
     if single:
-        if not isinstance(value, str) and hasattr(value, "__len__"):
+        if isinstance(value, list):
             raise InputError(f"{key}: got {len(value)} values for one parameter")
-        return [value]
+        return [cast(Value, value)]
     if isinstance(value, str):
         value = value.split(",")
-    values: list[Value] = [*value] if hasattr(value, "__iter__") else [value]
+    values: list[Value] = _flat(value) if isinstance(value, list) else [cast(Value, value)]
     if len(values) == 1:
         values *= len(elements)
     if len(values) != len(elements):
         raise InputError(f"{key}: got {len(values)} values for {compact(elements)}")
     return values
+
+
+def _flat(values: Sequence[Any]) -> list[Value]:
+    """Return the elements of lists in lists, the last index running fastest."""
+    return [item for value in values for item in (_flat(value) if isinstance(value, list) else [value])]

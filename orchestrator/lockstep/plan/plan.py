@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from lockstep.errors import InputError
 from lockstep.fmi.slave import Scalar
+from lockstep.plain_values import plain_value
 from lockstep.plan.bus_layout import Layout, Reference
 from lockstep.plan.overrides import Override
 from lockstep.plan.schedule import Schedule, build_schedule, whole_ticks
@@ -39,7 +40,7 @@ class Plan:
         check_before(system, stop)
         self.system = system = settle(system, {**self.descriptions, **self.shadows})
         self.wiring: Wiring = wire(system, self.descriptions, overrides)
-        self.record = tuple(system.record if record is None else record)
+        self.record = _patterns(system.record if record is None else record)
         self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)
         period = system.record_period if record_period is None else nanoseconds(record_period, "record period")
         self.layout = Layout(
@@ -64,6 +65,14 @@ class Plan:
             if variable.scalar is not None:  # a value of another type is refused before
                 starts.setdefault(variable.scalar, {})[variable.reference] = value
         return starts
+
+
+def _patterns(record: Sequence[str]) -> tuple[str, ...]:
+    """Return what to record: one pattern, or several."""
+    patterns = [record] if isinstance(record, str) else plain_value(record, "record")
+    if not (isinstance(patterns, list) and all(isinstance(pattern, str) for pattern in patterns)):
+        raise InputError(f"record = {record!r} must be a list of texts, for example ['plant.rate']")
+    return tuple(patterns)
 
 
 def _by_component(signals: Sequence[Signal]) -> dict[str, tuple[Reference, ...]]:

@@ -38,7 +38,7 @@ def limits_given(step: float | str | None) -> Limits:
         return Limits()
     try:
         limit = float(step)
-    except ValueError:
+    except (TypeError, ValueError):
         limit = math.nan
     if not 0.0 < limit < math.inf:
         raise InputError(f"step limit {step!r} must be a number of seconds > 0, for example 60")

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from lockstep.array_names import elements_of, in_order
 from lockstep.errors import InputError, compact, suggestion
+from lockstep.results.stream import STREAM, read_batches
 
 PARQUET = "signals.parquet"  # of a run that ended
-STREAM = "signals.arrows"  # of one that runs or was killed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,14 +54,15 @@ def read_signals(folder: Path | str, columns: Sequence[str] | None = None) -> Si
     Raises
     ------
     InputError
-        If the folder holds no signals or a column was not recorded.
+        If the folder holds no signals, their file is damaged, or a column was not recorded.
     """
     folder = Path(folder)
     if (folder / PARQUET).exists():
-        with pq.ParquetFile(folder / PARQUET) as file:  # pq.read_table takes half a second to import what it needs
+        with _open_parquet(folder / PARQUET) as file:
             schema = file.schema_arrow
             names = _chosen(schema, columns)
-            table = file.read(columns=["time", *names])
+            with _refusing(folder / PARQUET):
+                table = file.read(columns=["time", *names])
     elif (folder / STREAM).exists():
         with read_batches(folder / STREAM) as (schema, batches):
             names = _chosen(schema, columns)
@@ -79,25 +80,14 @@ def read_signals(folder: Path | str, columns: Sequence[str] | None = None) -> Si
 
 
 @contextmanager
-def read_batches(path: Path) -> Iterator[tuple[pa.Schema, Iterator[pa.RecordBatch]]]:
-    """Open a stream; its batches end where the file was cut off."""
-    with pa.OSFile(str(path), "rb") as source:
-        try:
-            reader = pa.ipc.open_stream(source)
-        except (pa.ArrowInvalid, OSError):
-            raise InputError(f"{path}: was cut off before its first row") from None
-        yield reader.schema, _batches(reader)
-
-
-@contextmanager
 def open_batches(folder: Path) -> Iterator[tuple[pa.Schema, Iterator[pa.RecordBatch]]]:
     """Open the signals of a run, a bounded number of rows at a time, whether it ended or not."""
     if (folder / STREAM).exists() or not (folder / PARQUET).exists():
         with read_batches(folder / STREAM) as opened:
             yield opened
         return
-    with pq.ParquetFile(folder / PARQUET) as file:
-        yield file.schema_arrow, file.iter_batches()
+    with _open_parquet(folder / PARQUET) as file:
+        yield file.schema_arrow, _parquet_batches(folder / PARQUET, file)
 
 
 def recorded_rows(folder: Path, enough: int) -> int:
@@ -113,11 +103,30 @@ def recorded_rows(folder: Path, enough: int) -> int:
     return count
 
 
-def _batches(reader: pa.RecordBatchStreamReader) -> Iterator[pa.RecordBatch]:
+@contextmanager
+def _open_parquet(path: Path) -> Iterator[pq.ParquetFile]:
+    """Open the file of a run that ended; a page that differs from its checksum is refused when it is read."""
+    with _refusing(path):
+        file = pq.ParquetFile(path, page_checksum_verification=True)  # pq.read_table imports for half a second
+    with file:
+        yield file
+
+
+@contextmanager
+def _refusing(path: Path) -> Iterator[None]:
+    """Raise InputError where the file cannot be read."""
+    try:
+        yield
+    except (pa.ArrowException, OSError) as error:
+        raise InputError(f"{path}: cannot be read ({error}); restore the file, or run again") from None
+
+
+def _parquet_batches(path: Path, file: pq.ParquetFile) -> Iterator[pa.RecordBatch]:
+    batches = file.iter_batches()
     while True:
-        try:
-            batch = reader.read_next_batch()
-        except (StopIteration, pa.ArrowInvalid, OSError):  # a killed run leaves half a batch at the end
+        with _refusing(path):
+            batch = next(batches, None)
+        if batch is None:
             return
         yield batch
 

@@ -12,9 +12,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from lockstep.errors import InputError
 from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
-from lockstep.results.read import PARQUET, STREAM, open_batches, read_batches
+from lockstep.results.read import PARQUET, open_batches
 from lockstep.results.signal_patterns import Signal
+from lockstep.results.stream import STREAM, read_batches
 
 _BLOCK_BYTES = 4_000_000  # of one batch on disk, when a simulated second is larger
 _GROUP_BYTES = 16_000_000  # of one row group of the final file; bounds the memory of the conversion
@@ -61,9 +63,9 @@ class Recorder:
         self.schema = _schema(signals)
         self._columns = [part[:, k] for part in parts for k in range(part.shape[1])]
         self._written = 0  # rows
-        self._file = pa.OSFile(
-            str(folder / (STREAM if saved is None else _CONTINUED)), "wb"
-        )  # unbuffered: survives a kill
+        self._whole = True  # the stream: no write has failed
+        path = folder / (STREAM if saved is None else _CONTINUED)
+        self._file = pa.OSFile(str(path), "wb")  # unbuffered: survives a kill
         self._writer = pa.ipc.new_stream(self._file, self.schema)
         if saved is not None:
             self._continue(saved)
@@ -73,16 +75,24 @@ class Recorder:
         waiting = pa.BufferOutputStream()
         with pa.ipc.new_stream(waiting, self.schema) as stream:
             stream.write_batch(self._batch(self._count))
-        with (self._folder / STREAM).open("rb") as file:
-            os.fsync(file.fileno())
+        _write_through(self._folder / STREAM)
         return SavedRows(written=self._written, waiting=waiting.getvalue().to_pybytes())
 
     def _continue(self, saved: SavedRows) -> None:
         """Copy rows of the earlier file in the batches that they came in, and put the new file in its place."""
-        for batch in first_rows(self._folder, saved.written, self._size):
-            self._writer.write_batch(batch)
-        self._written = saved.written
-        (self._folder / _CONTINUED).replace(self._folder / STREAM)
+        continued = self._folder / _CONTINUED
+        try:
+            for batch in first_rows(self._folder, saved.written, self._size):
+                self._writer.write_batch(batch)
+                self._written += len(batch)
+            if self._written != saved.written:
+                raise OSError(f"{self._written} of {saved.written} rows of the earlier part could be read")
+            _write_through(continued)
+        except BaseException:
+            self._file.close()
+            continued.unlink(missing_ok=True)
+            raise
+        continued.replace(self._folder / STREAM)
         (self._folder / PARQUET).unlink(missing_ok=True)
         (batch,) = pa.ipc.open_stream(saved.waiting)
         self._count = len(batch)
@@ -102,7 +112,14 @@ class Recorder:
 
     def _flush(self) -> None:
         count, self._count = self._count, 0  # first of all: a failed write must not be repeated by close
-        self._writer.write_batch(self._batch(count))
+        end = self._file.tell()
+        try:
+            self._writer.write_batch(self._batch(count))
+        except BaseException:
+            self._whole = False
+            self._file.close()
+            os.truncate(self._folder / STREAM, end)  # no part of a batch stays, which readers could not tell from one
+            raise
         self._written += count
 
     def _batch(self, count: int) -> pa.RecordBatch:
@@ -113,14 +130,18 @@ class Recorder:
         return pa.RecordBatch.from_arrays(arrays, schema=self.schema)
 
     def close(self) -> None:
-        """Write the last rows, convert the stream, remove it. When that fails the stream stays readable."""
+        """Write the last rows, convert the stream, remove it. When that fails the stream stays readable.
+
+        Raises OSError, also for a stream that does not give back every row that was written.
+        """
         try:
-            if self._count:
-                self._flush()
-            self._writer.close()
+            if self._whole:
+                if self._count:
+                    self._flush()
+                self._writer.close()
         finally:
             self._file.close()
-        convert(self._folder)
+        convert(self._folder, self._written)
 
 
 def _array(values: NDArray[Any]) -> pa.Array:
@@ -149,26 +170,46 @@ def first_rows(folder: Path, count: int, size: int) -> Iterator[pa.RecordBatch]:
                 return
 
 
-def convert(folder: Path) -> None:
-    """Convert the stream of a run to its compressed file, a bounded number of rows at a time."""
+def convert(folder: Path, rows: int) -> None:
+    """Convert the stream of a run to its compressed file, a bounded number of rows at a time.
+
+    The stream is removed once that file is on disk with so many rows; otherwise OSError is raised, and it stays.
+    """
     partial = folder / f".{PARQUET}.partial"
     try:
-        with read_batches(folder / STREAM) as (schema, batches):
-            rows_per_group = max(1, _GROUP_BYTES // (8 * len(schema)))
-            with pq.ParquetWriter(partial, schema, compression="zstd") as writer:
-                waiting: list[pa.RecordBatch] = []
-                for batch in batches:
-                    waiting.append(batch)
-                    if sum(map(len, waiting)) >= rows_per_group:
-                        writer.write_table(pa.Table.from_batches(waiting), row_group_size=rows_per_group)
-                        waiting = []
-                if waiting:
-                    writer.write_table(pa.Table.from_batches(waiting), row_group_size=rows_per_group)
+        _write_parquet(folder / STREAM, partial)
+        with pq.ParquetFile(partial) as file:
+            found = file.metadata.num_rows
+        if found != rows:
+            raise OSError(f"{STREAM} gives back {found} of {rows} rows; it is kept")
+        _write_through(partial)
         partial.replace(folder / PARQUET)
-    except BaseException:
+    except BaseException as error:
         partial.unlink(missing_ok=True)
+        if isinstance(error, InputError):  # of the stream, which this run wrote
+            raise OSError(f"{error}; it is kept") from None
         raise
     (folder / STREAM).unlink()
+
+
+def _write_parquet(stream: Path, path: Path) -> None:
+    with read_batches(stream) as (schema, batches):
+        rows_per_group = max(1, _GROUP_BYTES // (8 * len(schema)))
+        with pq.ParquetWriter(path, schema, compression="zstd", write_page_checksum=True) as writer:
+            waiting: list[pa.RecordBatch] = []
+            for batch in batches:
+                waiting.append(batch)
+                if sum(map(len, waiting)) >= rows_per_group:
+                    writer.write_table(pa.Table.from_batches(waiting), row_group_size=rows_per_group)
+                    waiting = []
+            if waiting:
+                writer.write_table(pa.Table.from_batches(waiting), row_group_size=rows_per_group)
+
+
+def _write_through(path: Path) -> None:
+    """Wait until a file is on disk for good."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
 
 
 def _schema(signals: Sequence[Signal]) -> pa.Schema:

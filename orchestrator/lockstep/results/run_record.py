@@ -13,6 +13,7 @@ from typing import Any
 
 from lockstep.fmi.model_description import Description
 from lockstep.operating_system import Release, is_locked, lock_file
+from lockstep.plain_values import plain_value
 from lockstep.system.clock import seconds
 from lockstep.system.component import Component, Value
 from lockstep.system.system import System
@@ -49,7 +50,7 @@ def describe_run(
         "record_period": seconds(record_period),
         "system": {"name": system.name, "path": str(system.path or ""), "sha256": system.sha256 or ""},
         "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
-        "overrides": {key: _plain(value) for key, value in overrides.items()},
+        "overrides": {key: plain_value(value, key) for key, value in overrides.items()},
         "component": [
             {
                 "name": c.name,
@@ -112,8 +113,9 @@ def write_run_record(folder: Path, content: Mapping[str, object]) -> None:
 
 
 def to_toml(content: Mapping[str, object]) -> str:
-    """Write scalars, then tables, then arrays of tables, as TOML 1.0."""
-    return "\n".join(_lines(content, "")) + "\n"
+    """Write scalars, then tables, then arrays of tables, as TOML 1.0; raise InputError for what it cannot keep."""
+    plain = {key: plain_value(value, key) for key, value in content.items()}
+    return "\n".join(_lines(plain, "")) + "\n"
 
 
 def _lines(content: Mapping[str, object], prefix: str) -> list[str]:
@@ -145,15 +147,9 @@ def _literal(value: object) -> str:
             return "true" if value else "false"
         case int() | float():
             return repr(value)
-        case list() | tuple():
+        case list():
             return f"[{', '.join(map(_literal, value))}]"
     return _text(str(value))
-
-
-def _plain(value: object) -> object:
-    if hasattr(value, "tolist"):
-        return value.tolist()  # numpy's scalars and arrays
-    return list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
 
 
 def is_running(folder: Path) -> bool:
@@ -222,4 +218,15 @@ class Events:
         if self._file is None:
             self._waiting.append(line)
         else:
-            os.write(self._file, line.encode("utf-8", "replace"))  # unbuffered: it survives a kill
+            _write_whole(self._file, line.encode("utf-8", "replace"))  # unbuffered: it survives a kill
+
+
+def _write_whole(file: int, data: bytes) -> None:
+    """Append data wholly or not at all: half a line on a full disk would spoil the next one."""
+    written = 0
+    try:
+        while written < len(data):
+            written += os.write(file, data[written:])
+    except OSError:
+        os.ftruncate(file, os.fstat(file).st_size - written)
+        raise

@@ -78,7 +78,7 @@ def pacer_given(pace: float | str | Pacer | None) -> Pacer | None:
         return pace
     try:
         factor = float(pace)
-    except ValueError:
+    except (TypeError, ValueError):
         factor = math.nan
     if not 0.0 <= factor < math.inf:
         raise InputError(f"pace {pace!r} must be a factor of real time > 0, for example 1.0, or 0 for no pacing")

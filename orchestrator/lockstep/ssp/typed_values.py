@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from lockstep.errors import InputError, compact, suggestion
+from lockstep.plain_values import plain_value
 from lockstep.ssp.xml import NS, SSC, Element, add, local_name, namespace_of, unique
 from lockstep.system.component import Value
 from lockstep.system.transformation import Hop, MapValue, Table
@@ -147,6 +148,7 @@ def write_units(parent: Element | None, namespace: str, units: Mapping[str, Unit
 
 def literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
     """Return type and text of a value; `items` are those of its Enumeration."""
+    value = plain_value(value, "parameter")
     for item, number in items.items():
         if number == value:
             return "Enumeration", item
@@ -157,7 +159,9 @@ def literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
             return "Integer", str(value)
         case float():
             return "Real", repr(value)
-    return "String", value
+        case str():
+            return "String", value
+    raise InputError(f"parameter: {value!r} must be a number, a text, True or False")
 
 
 def _entry_text(entry: MapValue) -> str:

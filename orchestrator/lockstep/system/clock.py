@@ -16,7 +16,7 @@ def nanoseconds(seconds: str | float | int | Decimal, what: str) -> int:
         If `seconds` is not a finite number or not a whole number of nanoseconds; `what` names it.
     """
     try:
-        exact = Decimal(repr(seconds) if isinstance(seconds, float) else str(seconds).strip()) * _NANOSECONDS
+        exact = Decimal(float.__repr__(seconds) if isinstance(seconds, float) else str(seconds).strip()) * _NANOSECONDS
         whole = int(exact)
     except (InvalidOperation, ValueError, OverflowError):
         raise InputError(f"{what}: {seconds!r} is not a number of seconds; write for example 0.001") from None

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from lockstep.errors import InputError
+from lockstep.plain_values import plain_whole
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds_text
 from lockstep.system.units import Unit
@@ -54,6 +55,8 @@ class Component:
     def __post_init__(self) -> None:
         if not self.name or "." in self.name:
             raise InputError(f"component name {self.name!r}: must not be empty nor hold a dot")
+        for key in ("period", "offset"):
+            object.__setattr__(self, key, plain_whole(getattr(self, key), f"{self.name}: {key} [ns]"))
         if self.period <= 0:
             raise InputError(f"{self.name}: period {seconds_text(self.period)} s must be > 0")
         if not 0 <= self.offset < self.period:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lockstep.errors import InputError, compact, suggestion
+from lockstep.plain_values import plain_number, plain_whole
 from lockstep.system.clock import seconds_text
 from lockstep.system.component import Component
 from lockstep.system.transformation import Hop, Table
@@ -30,6 +31,9 @@ class Connection:
     via: tuple[Hop, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "delay", plain_whole(self.delay, f"{self}: delay [ticks]"))
+        for key in ("factor", "offset"):
+            object.__setattr__(self, key, plain_number(getattr(self, key), f"{self}: {key}"))
         if self.delay < 0:
             raise InputError(f"{self}: delay {self.delay} must be >= 0 ticks")
 
@@ -81,6 +85,9 @@ class System:
     ignored: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        for key in ("tick", "stop_time", "record_period"):
+            if (value := getattr(self, key)) is not None:
+                object.__setattr__(self, key, plain_whole(value, f"system {self.name}: {key} [ns]"))
         if self.tick <= 0:
             raise InputError(f"system {self.name}: tick {seconds_text(self.tick)} s must be > 0")
         if not self.components:

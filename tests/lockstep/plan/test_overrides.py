@@ -3,6 +3,7 @@
 import random
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from lockstep import Component, InputError, System
@@ -38,6 +39,12 @@ def test_list_is_given_in_numeric_row_major_order(descriptions, array, elements,
     found = resolve_overrides(f"c.{array}", given, SYSTEM, descriptions)
 
     assert [(variable.name, value) for _, variable, value in found] == list(zip(elements, values, strict=True))
+
+
+def test_a_matrix_of_numpy_is_given_by_its_rows(descriptions):
+    values = np.arange(20.0).reshape(2, 10)
+    found = resolve_overrides("c.a", values, SYSTEM, descriptions)
+    assert [(variable.name, value) for _, variable, value in found] == list(zip(MATRIX, values.ravel(), strict=True))
 
 
 def test_list_of_another_length_is_refused(descriptions):
