@@ -1,5 +1,6 @@
 """Every parameter reaches what is built: each field of each class is changed in turn, and the change is found."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
@@ -152,10 +153,21 @@ def test_both_variants_travel_with_the_changed_parameters():
         assert component_resources(designs, component) != component_resources(stock, component)
 
 
-def test_a_star_tracker_between_steps_of_the_controller_is_refused():
-    config = replace(STOCK, rates=Rates(star_tracker=0.1024))
-    with pytest.raises(ValueError, match=r"Rates\.star_tracker = 0\.1024 s must be a whole multiple of the step of"):
-        build_design(config)
+@pytest.mark.parametrize(
+    ("rates", "message"),
+    [
+        (Rates(star_tracker=0.1024), "Rates.star_tracker = 0.1024 s must be a whole multiple of the step of 0.005 s"),
+        (Rates(plant=2e-3), "Rates.controller = 0.005 s must be a whole multiple of the step of 0.002 s"),
+        (Rates(sensors=2e-3), "Rates.controller = 0.005 s must be a whole multiple of the step of 0.002 s"),
+        (
+            Rates(plant=2e-3, sensors=3e-3, controller=6e-3, star_tracker=0.12),
+            "Rates.sensors = 0.003 s must be a whole multiple of the step of 0.002 s",
+        ),
+    ],
+)
+def test_periods_between_which_samples_would_be_missed_or_late_are_refused(rates, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        build_design(replace(STOCK, rates=rates))
 
 
 def test_every_unit_is_known():

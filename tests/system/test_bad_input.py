@@ -82,6 +82,10 @@ REFUSED = {
     "delay to nobody": (("--delay", "sensors:control=5"), ("control:", "did you mean controller?")),
     "delay without wire": (("--delay", "controller:sensors=5"), ("controller -> sensors", "no such connection")),
     "delay no number": (("--delay", "sensors:controller=5ms"), ("sensors:controller=5ms", "sensors:controller=5")),
+    "missed samples": (
+        ("--set", "sensors.fast_period=0.001", "--set", "sensors.star_tracker.period=0.101"),
+        ("controller: would miss 4 of 5 star tracker samples", "sensors.star_tracker.valid", "multiple of 0.005 s"),
+    ),
     "stop time": (("--stop-time", "0.1005"), ("stop time", "0.1005 s", "0.1 s or 0.101 s")),
     "stop time zero": (("--stop-time", "0"), ("stop time", "0 s", "> 0")),
     "stop time text": (("--stop-time", "soon"), ("stop", "'soon'", "0.001")),
@@ -118,6 +122,10 @@ BY_COMPONENT = {
     "frequency": ("plant.dispersion.frequency[3]=-1", ("plant", "frequency", "must be > -1", "-1.0")),
     "torque limit": ("plant.wheel.torque_limit=0", ("plant", "wheel.torque_limit", "must be > 0", "0.0")),
     "sampling": ("sensors.fast_period=0.0015", ("sensors", "fast_period = 0.0015 s", "whole multiple", "0.001 s")),
+    "star tracker": (
+        "sensors.star_tracker.period=0.101",
+        ("sensors", "star_tracker.period = 0.101 s", "whole multiple of fast_period = 0.005 s"),
+    ),
 }
 
 

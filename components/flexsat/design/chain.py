@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from ..arrays import Array
-from ..parameters import Configuration, ConfigurationName, configuration
+from ..parameters import Configuration, ConfigurationName, Rates, configuration
 from ..runtime.controller_parameters import ControllerMatrices
 from ..runtime.periods import whole_multiple
 from ..runtime.plant_parameters import PlantMatrices
@@ -90,6 +90,21 @@ def plant_matrices(
     )
 
 
+def check_rates(rates: Rates) -> None:
+    """Refuse periods between which samples would be missed, or be used later than the design assumes.
+
+    Raises
+    ------
+    ValueError
+        If the controller's period is no whole multiple of the plant's and the sensors', if neither of these two is one
+        of the other, or if the star tracker's is none of the controller's.
+    """
+    quick, slow = sorted(("plant", "sensors"), key=lambda name: float(getattr(rates, name)))
+    for period, step in ((slow, quick), ("controller", "plant"), ("controller", "sensors"),
+                         ("star_tracker", "controller")):  # fmt: skip
+        whole_multiple(f"Rates.{period}", getattr(rates, period), getattr(rates, step))
+
+
 def build_design(config: Configuration, as_published: bool = False) -> Design:
     """Run the whole design chain of one configuration.
 
@@ -97,7 +112,13 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     ----------
     config : all parameters
     as_published : with the slips of the authors' release that belong to the design (PHYSICS section 7)
+
+    Raises
+    ------
+    ValueError
+        For periods that do not fit together, or weights without a stabilising gain.
     """
+    check_rates(config.rates)
     spacecraft = build_spacecraft(config, as_published)
     response = select_speeds(spacecraft, config.speeds)
     noise, period = config.noise, config.rates.controller

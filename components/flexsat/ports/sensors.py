@@ -82,7 +82,7 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
         parameter_port(Rates, "controller", name="fast_period", start=model.fast_period, display_unit="ms",
                        description="period of gyros, accelerometers and encoders; a whole multiple of step_size"),
         parameter_port(Rates, "star_tracker", name="star_tracker.period", start=model.star_tracker_period,
-                       display_unit="ms", description="period of the star tracker; a whole multiple of step_size"),
+                       display_unit="ms", description="period of the star tracker; a whole multiple of fast_period"),
         Port(name="star_tracker.fine", causality="parameter", kind="boolean",
              description="true for the fine guidance sensor, false for the coarse star tracker"),
         parameter_port(SensorNoise, "star_tracker_coarse", name="star_tracker.noise_coarse", display_unit="arcsec",

@@ -66,3 +66,11 @@ class SensorParameters:
         for name in ("fast_steps", "star_tracker_steps"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be >= 1, got {getattr(self, name)}")
+        if self.star_tracker_steps % self.fast_steps:
+            # named as the ports are: the message reaches those who set them
+            fast, slow = (steps * self.step for steps in (self.fast_steps, self.star_tracker_steps))
+            raise ValueError(
+                f"star_tracker.period = {slow:g} s must be a whole multiple of fast_period = {fast:g} s: a sample is"
+                " flagged until the next one of the gyros, and one in between would be missed by a controller that"
+                " reads as often as these are taken"
+            )

@@ -122,6 +122,7 @@ def margins(
 
     from ..figures.drawing import save_figure
     from ..figures.margins import margin_figures
+    from ..loop.missed_samples import refuse_missed_samples
     from ..studies.margins.estimate import COHERENT
     from ..studies.margins.study import read_study, run_study
     from ..studies.margins.system_loop import read_loop, with_controller
@@ -131,6 +132,7 @@ def margins(
     for name, fmu in replacements(replace, loaded).items():
         loaded = with_controller(loaded, name, fmu)
     overrides = {**seed_overrides(loaded, seed), **assignments(settings)}
+    refuse_missed_samples(loaded, overrides)
     loop = read_loop(loaded, overrides, controller, plant, directions == "channels")
     if slow_period is not None:
         loop = dataclasses.replace(loop, slow_period=slow_period)

@@ -10,6 +10,7 @@ import click
 
 from lockstep.cli.checkpoint_options import resume_run
 from lockstep.cli.command import command
+from lockstep.cli.options import assignments
 from lockstep.cli.run_options import RunRequest, run_options, run_system
 from lockstep.errors import InputError
 from lockstep.faults import HELP
@@ -56,6 +57,8 @@ def run(request: RunRequest, seed: int | None, as_published: bool) -> int:
 
 
 def _run_new(request: RunRequest, seed: int | None, as_published: bool) -> RunSummary:
+    from ..loop.missed_samples import refuse_missed_samples
+
     def load(path: Path) -> System:
         from lockstep.ssp.load import load_system
 
@@ -67,6 +70,7 @@ def _run_new(request: RunRequest, seed: int | None, as_published: bool) -> RunSu
         values: dict[str, Value] = dict(_published(system)) if as_published else {}
         if seed is not None or request.checkpoints.restart_from is None:  # a restart keeps the seed of its run
             values |= seed_overrides(system, seed)
+        refuse_missed_samples(system, {**values, **assignments(request.settings)})
         return values
 
     return run_system(request, request.checkpoints.system(request.system, load), overrides)

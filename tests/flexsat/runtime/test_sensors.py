@@ -99,7 +99,7 @@ def test_published_error_uses_the_noise_of_the_gyros():
 def test_star_tracker_error_is_in_body_axes():
     """The measured attitude is the true one turned further by the error, alike about each axis."""
     truth = Rotation.from_rotvec([1.0, -2.0, 0.5])
-    given = parameters(star_tracker_noise=1e-3, star_tracker_steps=1)
+    given = parameters(star_tracker_noise=1e-3, fast_steps=1, star_tracker_steps=1)
     errors = []
     for out in observe(given, 2000, lambda _: {"quaternion": truth.as_quat()}):
         measured = Rotation.from_quat(out["star_tracker_quaternion"])
@@ -246,6 +246,11 @@ def test_measurement_noise_does_not_depend_on_the_disturbance():
         ("filter_frequency", 0.0, "filter_frequency must be > 0 Hz"),
         ("fast_steps", 0, "fast_steps must be >= 1"),
         ("star_tracker_steps", 0, "star_tracker_steps must be >= 1"),
+        (
+            "star_tracker_steps",
+            101,
+            r"star_tracker\.period = 0\.101 s must be a whole multiple of fast_period = 0\.005",
+        ),
     ],
 )
 def test_invalid_parameters_are_refused(name, value, message):
