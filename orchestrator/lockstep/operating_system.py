@@ -23,6 +23,8 @@ import psutil
 _CURRENT_PERSONALITY, _SAME_LAYOUT = 0xFFFFFFFF, 0x0040000  # linux/personality.h: ADDR_NO_RANDOMIZE
 _PARENT_DEATH_SIGNAL = 1  # linux/prctl.h: PR_SET_PDEATHSIG
 
+LOCK = ".lock"  # file in a locked folder, where a folder itself cannot be locked
+
 Release = Callable[[], None]
 
 
@@ -49,41 +51,44 @@ def lock_file(path: Path) -> Release | None:
     """
     if _fcntl is None:
         return _lock_beside(path)
-    file = os.open(path, os.O_CREAT | os.O_RDWR, 0o644)
+    return _lock_descriptor(os.open(path, os.O_CREAT | os.O_RDWR, 0o666))
+
+
+def lock_folder(folder: Path) -> Release | None:
+    """Lock a folder until the returned function is called or this process ends; None if another holds the lock.
+
+    The folder itself is locked where the system can do that, so that nothing is left in it by a process that is
+    killed; elsewhere a file in it. Raises OSError where the folder cannot be opened or locked at all.
+    """
+    if _fcntl is not None:
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        with suppress(OSError):  # NFS locks only what is open for writing
+            return _lock_descriptor(descriptor)
+    return lock_file(folder / LOCK)
+
+
+def _lock_descriptor(descriptor: int) -> Release | None:
+    """Lock what is open, or close it: None if another process holds the lock, OSError where there are no locks."""
     try:
-        _fcntl.flock(file, _fcntl.LOCK_EX | _fcntl.LOCK_NB)
+        _fcntl.flock(descriptor, _fcntl.LOCK_EX | _fcntl.LOCK_NB)
     except BlockingIOError:
-        os.close(file)
+        os.close(descriptor)
         return None
     except BaseException:
-        os.close(file)
+        os.close(descriptor)
         raise
-    return lambda: os.close(file)
+
+    def release() -> None:
+        _fcntl.flock(descriptor, _fcntl.LOCK_UN)  # a process that an FMU has forked may still have it open
+        os.close(descriptor)
+
+    return release
 
 
-def is_locked(path: Path) -> bool:
-    """Return whether a process holds the lock of a file; False where there is no file, or no locks."""
-    if _fcntl is None:
-        release = None
-        if path.exists():
-            with suppress(OSError):
-                release = _lock_beside(path)
-                if release is None:
-                    return True
-                release()
-        return False
-    try:
-        file = os.open(path, os.O_RDONLY)
-    except OSError:
-        return False
-    try:
-        _fcntl.flock(file, _fcntl.LOCK_SH | _fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:  # a file system without locks
-        return False
-    finally:
-        os.close(file)
+def names_living_process(lock: Path, written: float) -> bool:
+    """Return whether the process whose number stands in a file, written at that time, still lives."""
+    with suppress(ValueError, psutil.Error):
+        return bool(psutil.Process(int(lock.read_text())).create_time() <= written)  # later: another, same number
     return False
 
 
@@ -192,24 +197,24 @@ def session_of(process: int) -> int:
 
 
 @contextmanager
-def interrupts_held_back() -> Iterator[None]:
-    """Hold Ctrl-C back in this block; processes started in it hold it back until `accept_interrupts`."""
+def interrupts_held_back(signals: Collection[int]) -> Iterator[None]:
+    """Hold signals back in this block; processes started in it do so until `accept_interrupts`."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def accept_interrupts() -> None:
-    """Accept Ctrl-C in a process that was started in `interrupts_held_back`, even if a parent ignores it."""
+def accept_interrupts(signals: Collection[int]) -> None:
+    """Accept signals in a process that was started in `interrupts_held_back`; Ctrl-C even if a parent ignores it."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a background job of a shell
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
 
 
 @cache

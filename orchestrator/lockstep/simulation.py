@@ -26,7 +26,7 @@ from lockstep.plan.plan import Plan
 from lockstep.processes.start_slave import limits_given, start_slave, wait_until_ready
 from lockstep.processes.watched_process import Limits
 from lockstep.results.recorder import Recorder
-from lockstep.results.results_folder import check_folder, make_folder
+from lockstep.results.results_folder import ResultsFolder, claim_earlier, held
 from lockstep.results.run_record import Events, describe_run
 from lockstep.run.exchange import Exchange
 from lockstep.run.initialise import initialise
@@ -88,14 +88,15 @@ class RunSummary:
 
 
 def simulate(
-    system: System, folder: Path | str, options: RunOptions | None = None, **named: Unpack[_Named]
+    system: System, folder: Path | str | ResultsFolder, options: RunOptions | None = None, **named: Unpack[_Named]
 ) -> RunSummary:
     """Simulate a system from 0, or from a checkpoint, to the stop time and leave a results folder.
 
     Parameters
     ----------
     system : what `load_system` returns
-    folder : results folder to make; it must not exist, or be a run and `overwrite` given
+    folder : results folder to make or to fill; it must be empty, or hold a run and `overwrite` be given. Or what
+        `claim` of `lockstep.results.results_folder` returned, which the caller then holds beyond the end of the run
     options : what the run is to do, see `RunOptions`
     named : fields of `RunOptions` by name, which replace those of `options`: `simulate(system, "out", stop_time=10.0)`
 
@@ -109,10 +110,9 @@ def simulate(
     RunError
         If a component, a value or the disk ends the run. What was simulated stays readable.
     KeyboardInterrupt
-        After Ctrl-C, with the folder closed in the same way.
+        After Ctrl-C, SIGTERM or SIGHUP, with the folder closed in the same way.
     """
     chosen = replace(options or RunOptions(), **named)
-    folder = Path(folder).absolute()
     restart = chosen.restart
     limits, pacer = limits_given(chosen.step_limit), pacer_given(chosen.pace)
     plan, overrides = _plan(system, chosen)
@@ -121,10 +121,9 @@ def simulate(
     saves = chosen.checkpoints.ticks(plan, first + 1 if restart else 0)
     if restart is not None:
         restart.check(plan)
-    if restart is None or not restart.same_run:
-        check_folder(folder, chosen.overwrite)
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
+        results = stack.enter_context(held(folder, overwrite=chosen.overwrite))  # before anything that takes long
         events = Events(seconds(first * plan.system.tick))
         temporary = stack.enter_context(run_folder(lambda path: events.add("cleaned", folder=str(path))))
         stack.callback(events.close)
@@ -138,11 +137,11 @@ def simulate(
         _initialise(plan, slaves, exchange, interrupt, restart, temporary)
         record = _describe(plan, overrides, chosen.faults)
         if restart is None:
-            make_folder(folder, record)
+            results.fill(record)
         else:
-            restart.prepare_folder(folder, record)
+            restart.prepare_folder(results, record)
         run = RecordedRun(
-            folder=folder,
+            folder=results.path,
             record=record,
             events=events,
             loop=Loop(tick=plan.system.tick, first=first, last=plan.ticks, clock=events),
@@ -151,11 +150,11 @@ def simulate(
             wall_time_before=restart.wall_time_before if restart else 0.0,
         )
         wall_time = run.execute(
-            partial(_open_files, plan, events, folder, restart),
+            partial(_open_files, plan, events, results.path, restart),
             partial(_run_loop, run, saver, interrupt, chosen.progress),
         )
     return RunSummary(
-        folder=folder,
+        folder=results.path,
         simulated_time=run.loop.time,
         wall_time=wall_time,
         ticks=run.loop.done,
@@ -166,7 +165,7 @@ def simulate(
 
 
 def resume(
-    folder: Path | str,
+    folder: Path | str | ResultsFolder,
     system: System | None = None,
     progress: Progress | None = None,
     step_limit: float | str | None = None,
@@ -178,7 +177,7 @@ def resume(
 
     Parameters
     ----------
-    folder : results folder of a run that did not complete
+    folder : results folder of a run that did not complete, or what `claim_earlier` returned for it
     system : None: loaded from where the run had it
     progress, step_limit, pace : as in `RunOptions`
 
@@ -189,8 +188,11 @@ def resume(
     RunError, KeyboardInterrupt
         As `simulate`.
     """
-    checkpoint = resumable(folder)
-    refuse_missing_rows(Path(folder), checkpoint)
+    if not isinstance(folder, ResultsFolder):
+        with claim_earlier(folder) as claimed:
+            return resume(claimed, system, progress, step_limit, pace)
+    checkpoint = resumable(folder.path)
+    refuse_missing_rows(folder.path, checkpoint)
     options = RunOptions(progress=progress, step_limit=step_limit, pace=pace, **earlier_options(checkpoint))
     return simulate(system or system_of(checkpoint.run), folder, options)
 

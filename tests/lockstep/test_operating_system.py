@@ -12,7 +12,7 @@ import pytest
 
 from bare_system import run_without
 from lockstep import read_signals, simulate, write_ssd
-from lockstep.operating_system import is_locked, lock_file
+from lockstep.operating_system import lock_file, lock_folder
 
 ORCHESTRATOR = Path(__file__).parents[2] / "orchestrator"
 SEAM = ORCHESTRATOR / "lockstep/operating_system.py"
@@ -105,38 +105,34 @@ def test_every_module_is_imported_without_it():
 
 LOCKS = """
 from pathlib import Path
-from lockstep.operating_system import is_locked, lock_file
-path = Path(sys.argv[3])
-print(is_locked(path))
-release = lock_file(path)
-print(is_locked(path), lock_file(path) is None)
-release()
-print(is_locked(path), list(map(str, path.parent.glob("*.lock"))))
+from lockstep.operating_system import lock_file, lock_folder
+folder = Path(sys.argv[3])
+for lock, path in ((lock_file, folder / "events"), (lock_folder, folder)):
+    release = lock(path)
+    print(lock(path) is None)
+    release()
+    lock(path)()
+    print(list(map(str, folder.glob("*.lock"))))
 """
 
 
-def test_files_are_locked_without_it(tmp_path):
-    path = tmp_path / "events"
-    path.touch()
+def test_files_and_folders_are_locked_without_it(tmp_path):
+    done = run_without(LOCKS, tmp_path)
 
-    done = run_without(LOCKS, path)
-
-    assert done.stdout.split() == ["False", "True", "True", "False", "[]"], done.stderr
+    assert done.stdout.split() == ["True", "[]"] * 2, done.stderr
 
 
-def test_a_lock_ends_with_its_release_or_its_process(tmp_path):
-    path = tmp_path / "events"
-    assert not is_locked(path)
-    release = lock_file(path)
-    assert is_locked(path)
-    assert lock_file(path) is None
+@pytest.mark.parametrize("lock", [lock_file, lock_folder])
+def test_a_lock_ends_with_its_release_or_its_process(tmp_path, lock):
+    path = tmp_path / "events" if lock is lock_file else tmp_path
+    release = lock(path)
+    assert lock(path) is None
     release()
-    assert not is_locked(path)
-    source = (
-        f"from lockstep.operating_system import lock_file; from pathlib import Path; lock_file(Path({str(path)!r}))"
-    )
-    subprocess.run([sys.executable, "-c", source + "; import os; os._exit(1)"], check=False)
-    assert not is_locked(path)
+    source = f"from lockstep.operating_system import {lock.__name__} as lock; from pathlib import Path"
+    source += f"; import os; lock(Path({str(path)!r})); os._exit(1)"
+    assert subprocess.run([sys.executable, "-c", source], check=False).returncode == 1
+    lock(path)()
+    assert lock is lock_file or list(path.iterdir()) == []
 
 
 def test_a_file_that_cannot_be_made_is_an_error(tmp_path):

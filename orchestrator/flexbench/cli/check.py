@@ -8,6 +8,7 @@ import click
 
 from lockstep.cli.check import EXIT_CODES, CheckOptions, check_fmus, check_options
 from lockstep.cli.command import command
+from lockstep.interrupt import exit_code
 
 _EXAMPLES = f"""
 {EXIT_CODES}
@@ -28,6 +29,6 @@ def check(options: CheckOptions, like: str | None) -> int:
 
     try:
         return check_fmus(options, contracts, like)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         print("flexsat: interrupted; the reports hold the FMUs that were checked", file=sys.stderr)
-        return 130
+        return exit_code(error)

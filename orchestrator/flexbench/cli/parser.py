@@ -46,7 +46,7 @@ PROGRAM = Program(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit code: 0, 1 failed run, 2 bad input, 130 Ctrl-C."""
+    """Run the command line and return the exit code, as `Program.run`: 130 after Ctrl-C, 143 after SIGTERM."""
     return PROGRAM.run(arguments)
 
 

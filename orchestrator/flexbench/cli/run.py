@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,22 +41,24 @@ def run(request: RunRequest, seed: int | None, as_published: bool) -> int:
     """Simulate a system and leave its signals, events and metrics in a results folder."""
     from ..runs.run_folder import read_run, write_metrics
 
+    def add_metrics(folder: Path) -> None:
+        try:
+            metrics = write_metrics(read_run(folder))
+        except InputError as error:
+            print(f"no metrics.json: {error}")
+            return
+        for key, value in metrics.items():
+            print(f"  {key:16} {value:.4g}")
+
     resumed = request.checkpoints.resume
     if resumed is not None:
-        folder = resume_run(resumed, pace=request.pace, step_limit=request.step_limit).folder
+        resume_run(resumed, pace=request.pace, step_limit=request.step_limit, finish=add_metrics)
     else:
-        folder = _run_new(request, seed, as_published).folder
-    try:
-        metrics = write_metrics(read_run(folder))
-    except InputError as error:
-        print(f"no metrics.json: {error}")
-        return 0
-    for key, value in metrics.items():
-        print(f"  {key:16} {value:.4g}")
+        _run_new(request, seed, as_published, add_metrics)
     return 0
 
 
-def _run_new(request: RunRequest, seed: int | None, as_published: bool) -> RunSummary:
+def _run_new(request: RunRequest, seed: int | None, as_published: bool, finish: Callable[[Path], None]) -> RunSummary:
     from ..loop.missed_samples import refuse_missed_samples
 
     def load(path: Path) -> System:
@@ -73,7 +75,9 @@ def _run_new(request: RunRequest, seed: int | None, as_published: bool) -> RunSu
         refuse_missed_samples(system, {**values, **assignments(request.settings)})
         return values
 
-    return run_system(request, request.checkpoints.system(request.system, load), overrides)
+    marks = ("-as-published" if as_published else "") + ("" if seed is None else f"-seed{seed}")
+    system = request.checkpoints.system(request.system, load)
+    return run_system(request, system, overrides, marks=marks, finish=finish)
 
 
 def _published(system: System) -> Mapping[str, Value]:

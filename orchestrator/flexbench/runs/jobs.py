@@ -23,7 +23,9 @@ from lockstep import RunError, load_system, simulate
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.rebuild_system import system_of
 from lockstep.checkpoint.restart import Restart
-from lockstep.operating_system import accept_interrupts, available_cores, interrupts_held_back
+from lockstep.interrupt import ENDING
+from lockstep.operating_system import accept_interrupts, available_cores, end_with_parent, interrupts_held_back
+from lockstep.results.results_folder import claim
 
 from .run_folder import read_run, write_metrics
 
@@ -69,8 +71,9 @@ def _prepare_worker(reports: Any, stopping: Any) -> None:
     global _reports, _stopping
     _reports, _stopping = reports, stopping
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    end_with_parent()
     with suppress(KeyboardInterrupt):  # one that waited while the worker started: the event says it too
-        accept_interrupts()
+        accept_interrupts(ENDING)
 
 
 def run_job(job: Job) -> Finished:
@@ -93,17 +96,17 @@ def run_job(job: Job) -> Finished:
         system = system_of(restart.checkpoint.run)
     else:
         raise ValueError(f"{job.title}: neither a system nor a checkpoint")
-    summary = simulate(
-        system,
-        job.folder,
-        stop_time=job.stop_time,
-        overrides=dict(job.overrides),
-        record=job.record,
-        progress=progress,
-        overwrite=True,
-        restart=restart,
-    )
-    metrics = write_metrics(read_run(job.folder)) if job.metrics else {}
+    with claim(job.folder, overwrite=True) as folder:
+        summary = simulate(
+            system,
+            folder,
+            stop_time=job.stop_time,
+            overrides=dict(job.overrides),
+            record=job.record,
+            progress=progress,
+            restart=restart,
+        )
+        metrics = write_metrics(read_run(job.folder)) if job.metrics else {}
     return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)
 
 
@@ -120,10 +123,11 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
     RunError
         If a run fails or its process dies; the others are stopped, and what they simulated stays readable.
     KeyboardInterrupt
-        After Ctrl-C, once the workers have closed their results.
+        After Ctrl-C, SIGTERM or SIGHUP, once the workers have closed their results.
     """
     context = multiprocessing.get_context("spawn")  # FMUs keep state in their process; none may be inherited
-    reports, stopping = context.Queue(), context.Event()
+    with interrupts_held_back(ENDING):  # also by the helper process of multiprocessing, which ends last
+        reports, stopping = context.Queue(), context.Event()
     workers = min(processes or len(available_cores()), len(jobs))
     done: dict[int, Finished] = {}
     with (
@@ -136,7 +140,7 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
             max_tasks_per_child=1,
         ) as pool,
     ):
-        with interrupts_held_back():  # of processes that are not ready for them
+        with interrupts_held_back(ENDING):  # of processes that are not ready for them
             futures = {pool.submit(run_job, job): number for number, job in enumerate(jobs)}
         pending = set(futures)
         try:

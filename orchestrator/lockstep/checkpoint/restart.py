@@ -14,7 +14,7 @@ from lockstep.fmi.slave import Scalar, Slave, Stateful
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
 from lockstep.results.recorder import SavedRows
-from lockstep.results.results_folder import make_folder
+from lockstep.results.results_folder import ResultsFolder
 from lockstep.results.run_record import Events, write_run_record
 from lockstep.run.exchange import Exchange
 from lockstep.system.clock import seconds, seconds_text
@@ -43,7 +43,7 @@ class Restart:
         """Wall time of the same run before the checkpoint [s]."""
         return float(self.checkpoint.header["wall_time"]) if self.same_run else 0.0
 
-    def prepare_folder(self, folder: Path, record: dict[str, object]) -> None:
+    def prepare_folder(self, folder: ResultsFolder, record: dict[str, object]) -> None:
         """Make the results folder of a branch, or reuse that of the same run; note the checkpoint in run.toml."""
         checkpoint = self.checkpoint
         start = {
@@ -53,14 +53,14 @@ class Restart:
         }
         if not self.same_run:
             record["branch"] = start | {"reinitialised": list(self.reinitialised)}
-            make_folder(folder, record)
+            folder.fill(record)
             return
         before = checkpoint.run
         record["resumed"] = [*before.get("resumed", []), start | {"started": record["started"]}]
         record["started"] = before["started"]
         if "branch" in before:
             record["branch"] = before["branch"]
-        write_run_record(folder, record)
+        write_run_record(folder.path, record)
 
     def open_events(self, events: Events, folder: Path, stop_time: float) -> None:
         """Open the events of the run, and note in them that it starts from the checkpoint."""

@@ -14,7 +14,6 @@ from lockstep.faults.read import read_scenario
 from lockstep.faults.scenario import Scenario
 from lockstep.results.read import recorded_rows
 from lockstep.results.read_run_record import read_run_record
-from lockstep.results.run_record import is_running
 
 
 def resumable(folder: Path | str) -> Checkpoint:
@@ -25,8 +24,6 @@ def resumable(folder: Path | str) -> Checkpoint:
     if status == "completed":
         remedy = f"; branch from {newest} with --restart-from" if newest else ""
         raise InputError(f"{folder}: its run is complete, there is nothing to resume{remedy}")
-    if is_running(folder):
-        raise InputError(f"{folder}: its run is still going on; end it before it is resumed")
     if newest is None:
         raise InputError(f"{folder}: holds no checkpoint; run it anew, with --checkpoint-every to be able to resume it")
     return read_checkpoint(newest)

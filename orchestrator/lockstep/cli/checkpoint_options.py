@@ -81,10 +81,16 @@ checkpoint_options = option_group(
 )  # fmt: skip
 
 
-def resume_run(folder: Path, *, pace: str | None, step_limit: str | None) -> RunSummary:
-    """Resume a run and print its summary; refuse options that would make it another run."""
+def resume_run(
+    folder: Path, *, pace: str | None, step_limit: str | None, finish: Callable[[Path], None] = lambda _: None
+) -> RunSummary:
+    """Resume a run and print its summary; refuse options that would make it another run.
+
+    `finish` is called with the folder at the end, while no other run can use that.
+    """
     from lockstep.checkpoint.resume import resumable
     from lockstep.cli.progress import print_summary, show_progress
+    from lockstep.results.results_folder import claim_earlier
     from lockstep.run.real_time_pacing import pacer_given
     from lockstep.simulation import resume
     from lockstep.system.clock import seconds
@@ -96,9 +102,11 @@ def resume_run(folder: Path, *, pace: str | None, step_limit: str | None) -> Run
             remedy = "leave it out, or branch with --restart-from"
             raise InputError(f"{option_name(parameter)}: a resumed run continues unchanged; {remedy}")
     pacer = pacer_given(pace)
-    checkpoint = resumable(folder)
-    title, time = str(checkpoint.run["system"]["name"]), seconds(checkpoint.time)
-    with show_progress(title, begin=time, pacer=pacer) as progress:
-        summary = resume(folder, progress=progress, step_limit=step_limit, pace=pacer)
-    print_summary(summary)
+    with claim_earlier(folder) as claimed:
+        checkpoint = resumable(folder)
+        title, time = str(checkpoint.run["system"]["name"]), seconds(checkpoint.time)
+        with show_progress(title, begin=time, pacer=pacer) as progress:
+            summary = resume(claimed, progress=progress, step_limit=step_limit, pace=pacer)
+        print_summary(summary)
+        finish(summary.folder)
     return summary

@@ -38,6 +38,7 @@ reinitialise_option = click.option(
     "--reinitialise", multiple=True, metavar="C",
     help="initialise component C again instead of restoring its state: for another FMU, or other fixed parameters",
 )  # fmt: skip
+DISTINGUISHED = ", -2, -3 and so on if that is taken"  # how a command names a folder of its own
 jobs_option = click.option("--jobs", type=COUNT, metavar="N", help="processes at once (default: one a core)")
 
 

@@ -13,6 +13,7 @@ from lockstep.cli.command import command
 from lockstep.cli.options import assignments
 from lockstep.cli.parameter_types import NUMBER, PATH, WHOLE_NUMBER, OneOf
 from lockstep.errors import InputError
+from lockstep.interrupt import exit_code
 
 if TYPE_CHECKING:
     from lockstep.system.component import Kind
@@ -73,9 +74,9 @@ def probe_latency(
     try:
         with show_probing(str(fmu)) as watch:
             report = probe(fmu, chosen, watch)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         print(f"{fmu}: interrupted; nothing was written", file=sys.stderr)
-        return 130
+        return exit_code(error)
     if printed:
         print(as_json(report), end="")
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Mapping, Sequence
@@ -14,6 +15,7 @@ import click
 from lockstep.cli.command import HELP_SETTINGS, traceback_asked, traceback_option, write_epilog
 from lockstep.cli.usage_errors import describe_usage_error
 from lockstep.errors import InputError, RunError
+from lockstep.interrupt import Stopped, ended_by_signals, exit_code
 
 
 class Program(click.Group):
@@ -88,14 +90,14 @@ class Program(click.Group):
         write_epilog(self.epilog, ctx, formatter)
 
     def run(self, arguments: Sequence[str] | None = None) -> int:
-        """Run a command and return the exit code: 0, 1 failed run, 2 bad input, 130 Ctrl-C.
+        """Run a command and return the exit code: 0, 1 failed run, 2 bad input, 130 Ctrl-C, 143 SIGTERM, 129 SIGHUP.
 
         An error is one line on standard error, after a traceback if `--traceback` asks for one.
         """
         words = list(sys.argv[1:] if arguments is None else arguments)
         context: click.Context | None = None
         try:
-            with self.make_context(self.name, words) as context:
+            with ended_by_signals(), self.make_context(self.name, words) as context:
                 code = int(self.invoke(context) or 0)
                 sys.stdout.flush()  # here, where a reader that is gone is no error
                 return code
@@ -120,7 +122,9 @@ class Program(click.Group):
         if isinstance(error, self._bad_input):
             return 2, str(error)
         if isinstance(error, KeyboardInterrupt):
-            return 130, self._interrupted
+            code = exit_code(error)
+            by = f"interrupted by {signal.Signals(error.number).name}" if isinstance(error, Stopped) else "interrupted"
+            return code, self._interrupted.replace("interrupted", by, 1)
         if isinstance(error, OSError):
             return 1, f"{error.filename or 'system'}: {error.strerror or error}"
         # a bug: still one line, and one that can be reported

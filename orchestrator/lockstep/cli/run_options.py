@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING
 import click
 
 from lockstep.cli.checkpoint_options import CheckpointOptions, checkpoint_options
-from lockstep.cli.options import adapter_option, assignments, option_group, out_option, record_option, replace_option
+from lockstep.cli.options import (
+    DISTINGUISHED,
+    adapter_option,
+    assignments,
+    option_group,
+    out_option,
+    record_option,
+    replace_option,
+)
 from lockstep.cli.parameter_types import PATH
 from lockstep.cli.shadow_options import ShadowOptions, shadow_options
 from lockstep.cli.timing_options import TimingOptions, timing_options, with_delays, with_step_sizes
@@ -51,7 +59,7 @@ run_options = option_group(
     click.argument("system", type=PATH, required=False, metavar="[SYSTEM]",
                    help="a .ssd file, an unpacked SSP folder, or a .ssp archive"),
     timing_options,
-    out_option("results folder (default: results/NAME OF THE SYSTEM)"),
+    out_option(f"results folder (default: results/SYSTEM{DISTINGUISHED})"),
     click.option("--stop-time", metavar="S", help="stop time in seconds (default: the system file's)"),
     click.option("--set", "settings", multiple=True, metavar="C.P=V",
                  help="set parameter P of component C; or, as NAME=V, an input of the whole system"),
@@ -71,7 +79,12 @@ run_options = option_group(
 
 
 def run_system(
-    request: RunRequest, system: System, overrides: Callable[[System], Mapping[str, Value]] = lambda _: {}
+    request: RunRequest,
+    system: System,
+    overrides: Callable[[System], Mapping[str, Value]] = lambda _: {},
+    *,
+    marks: str = "",
+    finish: Callable[[Path], None] = lambda _: None,
 ) -> RunSummary:
     """Simulate a system and print the summary.
 
@@ -80,11 +93,14 @@ def run_system(
     request : what the command line says
     system : before replacements, delays and step sizes of the request
     overrides : returns parameters of the system that is simulated; values of --set go before them
+    marks : follows the system's name in that of the default folder
+    finish : called with the folder at the end, while no other run can use that
     """
     from lockstep.adapter.component import with_replacements
     from lockstep.cli.progress import print_summary, show_progress
     from lockstep.errors import compact
     from lockstep.faults.read import read_scenario
+    from lockstep.results.results_folder import claim
     from lockstep.run.real_time_pacing import pacer_given
     from lockstep.shadow.residual import residual_lines
     from lockstep.simulation import simulate
@@ -94,32 +110,34 @@ def run_system(
     system = with_step_sizes(with_delays(system, request.timing.delay), request.timing.step_size)
     system = request.shadow.apply(system)
     system = _with_processes(system, request.isolate, request.share_process)
-    folder = request.out or Path("results", folder_name(system.name))
+    default = Path("results", folder_name(system.name) + marks)
     if request.stop_time is not None:
         nanoseconds(request.stop_time, "--stop-time")
     restart, pacer = request.checkpoints.restart(), pacer_given(request.pace)
     time = seconds(restart.checkpoint.time) if restart else 0.0
-    with show_progress(system.name, begin=time, pacer=pacer) as progress:
-        summary = simulate(
-            system,
-            folder,
-            stop_time=request.stop_time,
-            overrides={**overrides(system), **assignments(request.settings)},
-            record=_recorded(request.record, system),
-            record_period=request.record_period,
-            progress=progress,
-            overwrite=request.overwrite,
-            step_limit=request.step_limit,
-            faults=[read_scenario(path) for path in request.faults],
-            pace=pacer,
-            checkpoints=request.checkpoints.schedule(),
-            restart=restart,
-        )
-    if system.ignored:
-        print(f"left out, as no variable takes them: {compact(system.ignored)}")
-    print_summary(summary)
-    if any(component.shadow for component in system.components):
-        print("\n".join(residual_lines(summary.folder)))
+    numbered = request.out is None and not request.overwrite
+    with claim(request.out or default, overwrite=request.overwrite, numbered=numbered) as folder:
+        with show_progress(system.name, begin=time, pacer=pacer) as progress:
+            summary = simulate(
+                system,
+                folder,
+                stop_time=request.stop_time,
+                overrides={**overrides(system), **assignments(request.settings)},
+                record=_recorded(request.record, system),
+                record_period=request.record_period,
+                progress=progress,
+                step_limit=request.step_limit,
+                faults=[read_scenario(path) for path in request.faults],
+                pace=pacer,
+                checkpoints=request.checkpoints.schedule(),
+                restart=restart,
+            )
+        if system.ignored:
+            print(f"left out, as no variable takes them: {compact(system.ignored)}")
+        print_summary(summary)
+        if any(component.shadow for component in system.components):
+            print("\n".join(residual_lines(summary.folder)))
+        finish(summary.folder)
     return summary
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.slave import ERROR, FATAL, WARNING, Slave
+from lockstep.interrupt import ENDING
 from lockstep.operating_system import end_with_parent, limit_process
 from lockstep.processes.last_call import BUSY, CALL, STEP, TIME
 from lockstep.processes.pipe_messages import pack, read_exactly, write_all
@@ -202,8 +203,10 @@ def main(arguments: list[str]) -> int:
 
 
 def _limit() -> None:
-    """Write no core files, leave Ctrl-C to the master, and end with it."""
+    """Write no core files, leave the signals that end a run to the master, and end with it."""
     limit_process(core=0)
+    for number in ENDING:  # not ignored, which what the FMU starts would inherit
+        signal.signal(number, lambda *_: None)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
 

@@ -17,6 +17,6 @@ def read_run_record(folder: Path) -> tuple[dict[str, Any], str]:
         raise InputError(f"{folder}: holds no {RUN}; give the folder of a run")
     try:
         text = path.read_text(encoding="utf-8")
-        return tomllib.loads(text), text
+        return tomllib.loads(text), f"{text.rstrip()}\n"  # there is room at the end while a run goes on
     except ValueError as error:  # no UTF-8, or no TOML
         raise InputError(f"{path}: is no TOML ({error}); run again, or restore the file") from None

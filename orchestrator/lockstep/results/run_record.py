@@ -5,23 +5,23 @@ import os
 import platform
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from lockstep.fmi.model_description import Description
-from lockstep.operating_system import Release, is_locked, lock_file
 from lockstep.plain_values import plain_value
 from lockstep.system.clock import seconds
 from lockstep.system.component import Component, Value
 from lockstep.system.system import System
 
 RUN = "run.toml"
+PARTIAL = f".{RUN}.partial"  # while it is written
 EVENTS = "events.jsonl"
 _PACKAGES = ("numpy", "fmpy", "lxml", "pyarrow")
 _LEVELS = ("ok", "warning", "discard", "error", "fatal", "pending")  # by status of FMI
+_ROOM = 1000  # bytes at the end of run.toml while the run goes on, for how it ends
 _MOST_MESSAGES = 1000  # of one component in the events: a slave that logs at each step must not fill the disk
 
 Table = dict[str, object]
@@ -101,15 +101,38 @@ def _shadow(component: Component, descriptions: Mapping[str, Description]) -> Ta
     return {"shadow": table}
 
 
-def write_run_record(folder: Path, content: Mapping[str, object]) -> None:
-    """Replace run.toml in one step: a reader sees the old one or the new one."""
-    partial = folder / f".{RUN}.partial"
+def write_run_record(folder: Path, content: Mapping[str, object], *, rename: bool = True) -> Path:
+    """Replace run.toml in one step: a reader sees the old one or the new one. Return what was written.
+
+    While the run goes on the file is longer than its text, so that `end_run_record` succeeds on a full disk.
+    Without `rename` the new one stays beside it, with another name.
+    """
+    partial = folder / PARTIAL
     try:
-        partial.write_text(to_toml(content), encoding="utf-8")
-        partial.replace(folder / RUN)
+        partial.write_text(to_toml(content) + _room(content), encoding="utf-8")
+        return partial.replace(folder / RUN) if rename else partial
     except OSError:
         partial.unlink(missing_ok=True)
         raise
+
+
+def end_run_record(folder: Path, content: Mapping[str, object]) -> None:
+    """Replace run.toml in one step; on a full disk overwrite its bytes, which takes no further space."""
+    try:
+        write_run_record(folder, content)
+    except OSError:
+        path = folder / RUN
+        size = path.stat().st_size
+        text = to_toml(content).encode()
+        if len(text) > size:  # an error message longer than the room for it
+            text = to_toml({key: value for key, value in content.items() if key != "reason"}).encode()
+        if len(text) <= size:
+            with path.open("r+b") as file:
+                file.write(text.ljust(size, b"\n"))
+
+
+def _room(content: Mapping[str, object]) -> str:
+    return f"{' ' * _ROOM}\n" if content.get("status") == "running" else ""
 
 
 def to_toml(content: Mapping[str, object]) -> str:
@@ -152,11 +175,6 @@ def _literal(value: object) -> str:
     return _text(str(value))
 
 
-def is_running(folder: Path) -> bool:
-    """Return whether a run is writing to this results folder."""
-    return is_locked(folder / EVENTS)
-
-
 class Events:
     """Append events, one JSON object a line, each with its simulated time; before `open` they wait."""
 
@@ -164,17 +182,11 @@ class Events:
         self.time = time  # [s] simulated; the master keeps it
         self._waiting: list[str] = []
         self._file: int | None = None
-        self._release: Release | None = None  # of its lock
         self._counts: Counter[str] = Counter()
 
     def open(self, folder: Path, keep: int = 0) -> None:
-        """Create events.jsonl, or keep so many bytes of it, and write the waiting events.
-
-        The file is locked as long as this process lives: see `is_running`.
-        """
-        self._file = os.open(folder / EVENTS, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-        with suppress(OSError):  # a file system without locks
-            self._release = lock_file(folder / EVENTS)
+        """Create events.jsonl, or keep so many bytes of it, and write the waiting events."""
+        self._file = os.open(folder / EVENTS, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
         os.ftruncate(self._file, keep)
         waiting, self._waiting = self._waiting, []
         for line in waiting:
@@ -210,9 +222,6 @@ class Events:
         if self._file is not None:
             os.close(self._file)
             self._file = None
-        if self._release is not None:
-            self._release()
-            self._release = None
 
     def _write(self, line: str) -> None:
         if self._file is None:

@@ -11,7 +11,7 @@ from time import perf_counter
 
 from lockstep.errors import RunError
 from lockstep.results.recorder import Recorder
-from lockstep.results.run_record import Events, write_run_record
+from lockstep.results.run_record import Events, end_run_record
 from lockstep.run.loop import Loop
 from lockstep.run.real_time_pacing import Pacer
 
@@ -82,4 +82,4 @@ class RecordedRun:
         with suppress(OSError):
             self.events.add("end", status=status, **({"reason": reason} if reason else {}))
         with suppress(OSError):
-            write_run_record(self.folder, self.record)
+            end_run_record(self.folder, self.record)

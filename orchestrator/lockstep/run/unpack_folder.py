@@ -10,10 +10,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import psutil
-
 from lockstep.fmi.safe_zip import unpacking_folder
-from lockstep.operating_system import lock_file
+from lockstep.operating_system import lock_file, names_living_process
 
 _PREFIX, _LOCK = "lockstep-", ".lock"
 _YOUNG = 60.0  # [s]: one that is being made may not be locked yet
@@ -36,13 +34,6 @@ def run_folder(removed: Callable[[Path], None] = lambda _: None) -> Iterator[Pat
                 release()
 
 
-def _runs(lock: Path, written: float) -> bool:
-    """Return whether the process named in a lock lives; where it has no `fcntl`, others do not see its lock."""
-    with suppress(ValueError, psutil.Error):
-        return psutil.Process(int(lock.read_text())).create_time() <= written  # later: another process, same number
-    return False
-
-
 def remove_abandoned(parent: Path) -> list[Path]:
     """Remove and return the folders of runs whose processes have ended, so that their locks are free."""
     removed = []
@@ -51,7 +42,7 @@ def remove_abandoned(parent: Path) -> list[Path]:
             state = path.stat()
             if state.st_size == 0 and time.time() - state.st_mtime < _YOUNG:
                 continue
-            release = None if _runs(path, state.st_mtime) else lock_file(path)
+            release = None if names_living_process(path, state.st_mtime) else lock_file(path)
             if release is not None:
                 shutil.rmtree(path.parent, ignore_errors=True)
                 removed.append(path.parent)
