@@ -34,7 +34,7 @@ from lockstep.run.loop import Action, Loop
 from lockstep.run.real_time_pacing import Pacer, pacer_given
 from lockstep.run.recorded_run import RecordedRun
 from lockstep.run.unpack_folder import run_folder
-from lockstep.shadow.component import with_shadow_components, with_shadows
+from lockstep.shadow.component import Tolerances, with_shadow_components, with_shadows, with_tolerances
 from lockstep.system.clock import seconds
 from lockstep.system.system import System
 
@@ -56,6 +56,7 @@ class RunOptions:
     pace: float | str | Pacer | None = None  # most times real time; None or 0: as fast as possible
     checkpoints: CheckpointSchedule = field(default_factory=CheckpointSchedule)  # when to save, in the results folder
     restart: Restart | None = None  # checkpoint to start from, instead of time 0
+    tolerance: Tolerances | None = None  # of the FMUs' integration, for all or by component; None: what they declare
 
 
 class _Named(TypedDict, total=False):
@@ -72,6 +73,7 @@ class _Named(TypedDict, total=False):
     pace: float | str | Pacer | None
     checkpoints: CheckpointSchedule
     restart: Restart | None
+    tolerance: Tolerances | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,8 +102,8 @@ def simulate(
     options : what the run is to do, see `RunOptions`
     named : fields of `RunOptions` by name, which replace those of `options`: `simulate(system, "out", stop_time=10.0)`
 
-    A run from a checkpoint keeps the overrides, stop time and recording of the checkpoint's run where none are given;
-    the recording only if no component is reinitialised.
+    A run from a checkpoint keeps the overrides, tolerances, stop time and recording of the checkpoint's run where none
+    are given; the recording only if no component is reinitialised.
 
     Raises
     ------
@@ -115,6 +117,10 @@ def simulate(
     chosen = replace(options or RunOptions(), **named)
     restart = chosen.restart
     limits, pacer = limits_given(chosen.step_limit), pacer_given(chosen.pace)
+    if chosen.tolerance is not None:
+        system = with_tolerances(system, chosen.tolerance)
+    if restart is not None:
+        system = with_tolerances(system, restart.tolerances(system))
     plan, overrides = _plan(system, chosen)
     faults = resolve(chosen.faults, plan) if chosen.faults else None
     first = restart.checkpoint.tick if restart else 0
@@ -251,6 +257,7 @@ def _describe(plan: Plan, overrides: Mapping[str, Override], faults: Sequence[Sc
         plan.record,
         plan.layout.record_ticks * plan.system.tick,
         [{"path": str(scenario.path), "sha256": scenario.sha256, "text": scenario.text} for scenario in faults],
+        plan.tolerances,
     )
 
 

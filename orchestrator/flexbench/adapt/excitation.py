@@ -19,7 +19,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from lockstep.adapter.bind import Binding, Variables, bind
-from lockstep.adapter.slave import AdaptedSlave, adapt_slave
+from lockstep.adapter.slave import AdaptedSlave
 from lockstep.errors import RunError
 from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.model_description import Description, read_description
@@ -137,7 +137,7 @@ def _torque(
     with tempfile.TemporaryDirectory() as folder:
         slave = instantiate(component, description, Path(folder), lambda *_: None)
         try:
-            adapted = adapt_slave(slave, binding)
+            adapted = AdaptedSlave(slave, binding)
             _called(adapted, "SetupExperiment", adapted.setup_experiment(0.0, count * seconds(step)))
             _called(adapted, "EnterInitializationMode", adapted.enter_initialization())
             _set_sensors(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1), rate)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lockstep.adapter.bind import Binding, adapted, bind
 from lockstep.adapter.read import read_adapter
-from lockstep.adapter.slave import adapt_slave
+from lockstep.adapter.slave import AdaptedSlave
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import Slave
@@ -31,7 +31,7 @@ def with_adapter(component: Component, slave: Slave) -> Slave:
     """Return the slave, inside the adapter of its component if there is one."""
     if component.adapter is None:
         return slave
-    return adapt_slave(slave, _binding(component, read_description(component)))
+    return AdaptedSlave(slave, _binding(component, read_description(component)))
 
 
 def _binding(component: Component, fmu: Description) -> Binding:

@@ -150,8 +150,19 @@ class AdaptedSlave:
         return self._slave.set_start(parameters, scalar) if parameters else OK
 
     def setup_experiment(self, start: float, stop: float) -> int:
-        """Announce the time span [s]."""
-        return self._slave.setup_experiment(start, stop)
+        """Announce the time span [s], then set the constants and parameters of the adapter file."""
+        status = self._slave.setup_experiment(start, stop)
+        if status <= WARNING:
+            self._set_constants()
+        return status
+
+    def _set_constants(self) -> None:
+        for scalar in SCALARS:
+            values = {v.reference: value for v, value in self._binding.starts.items() if v.scalar == scalar}
+            if values and self._slave.set_start(values, scalar) > WARNING:
+                names = compact(v.name for v in self._binding.starts if v.scalar == scalar)
+                reason = self._slave.last_messages() or "it logged no reason"
+                raise InputError(f"{self._binding.adapter.path.name}: the FMU refuses a value of {names}: {reason}")
 
     def enter_initialization(self) -> int:
         """Enter initialization mode."""
@@ -200,17 +211,6 @@ class AdaptedSlave:
     def close(self) -> None:
         """Terminate and free."""
         self._slave.close()
-
-
-def adapt_slave(slave: Slave, binding: Binding) -> AdaptedSlave:
-    """Wrap a new instance, and set the constants and parameters of the adapter file."""
-    for scalar in SCALARS:
-        values = {v.reference: value for v, value in binding.starts.items() if v.scalar == scalar}
-        if values and slave.set_start(values, scalar) > WARNING:
-            names = compact(v.name for v in binding.starts if v.scalar == scalar)
-            reason = slave.last_messages() or "it logged no reason"
-            raise InputError(f"{binding.adapter.path.name}: the FMU refuses a value of {names}: {reason}")
-    return AdaptedSlave(slave, binding)
 
 
 def _whole(values: Array, buffer: Buffer) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from lockstep.check.dynamic import probes_life, probes_load, probes_refusal, probes_state
+from lockstep.check.dynamic import probes_life, probes_load, probes_refusal, probes_setup, probes_state
 from lockstep.check.dynamic.experiment import Experiment, read_experiment
 from lockstep.check.dynamic.probe_process import Probe, ProbeResult
 from lockstep.check.dynamic.probe_runner import ProbeRunner
@@ -30,6 +30,7 @@ TITLES = {
     "dynamic.instantiate": "loads and can be instantiated",
     "dynamic.initialise": "initialises with finite outputs",
     "dynamic.step": "makes steps with finite outputs",
+    "dynamic.start_values": "keeps start values that are set before the experiment is set up",
     "dynamic.repeat": "a new process gives the same bits",
     "dynamic.reset": "runs again after a reset",
     "dynamic.second_instance": "two instances in one process",
@@ -175,6 +176,9 @@ class _CheckSequence:
         self.steps = int(result.numbers.get("steps", 0))
         self._reference_made = time.monotonic()
         return result
+
+    def _start_values(self) -> ProbeResult:
+        return self._probe(probes_setup.start_values)
 
     def _repeat(self) -> ProbeResult:
         time.sleep(max(0.0, SEED_AGE - (time.monotonic() - self._reference_made)))

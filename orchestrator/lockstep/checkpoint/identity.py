@@ -29,6 +29,7 @@ def identity(plan: Plan) -> dict[str, Any]:
                 "offset": c.offset,
                 "kind": c.kind,
                 **_shadow(c, plan),
+                "tolerance": plan.tolerances.get(c.name),
                 "parameters": dict(plan.wiring.parameters[c.name]),
             }
             for c in system.components
@@ -89,6 +90,9 @@ def _same_component(component: str, saved: Mapping[str, Any] | None, present: Ma
         if saved[key] != present[key]:
             times = f"{seconds_text(saved[key])} s, not {seconds_text(present[key])} s"
             raise InputError(f"{component}: {name} was made with another {word}, {times}; {remedy}")
+    if saved.get("tolerance", present["tolerance"]) != present["tolerance"]:  # older checkpoints lack it
+        tolerances = f"{saved['tolerance']}, not {present['tolerance']}"
+        raise InputError(f"{component}: {name} was made with another tolerance, {tolerances}; {remedy}")
     if saved["kind"] != present["kind"]:
         raise InputError(f"{component}: is {saved['kind']} in {name}, and {present['kind']} here; {remedy}")
 

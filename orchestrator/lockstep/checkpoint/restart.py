@@ -17,6 +17,7 @@ from lockstep.results.recorder import SavedRows
 from lockstep.results.results_folder import ResultsFolder
 from lockstep.results.run_record import Events, write_run_record
 from lockstep.run.exchange import Exchange
+from lockstep.shadow.component import with_shadow_components
 from lockstep.system.clock import seconds, seconds_text
 from lockstep.system.component import Value
 from lockstep.system.system import System
@@ -88,6 +89,17 @@ class Restart:
             record_period = before["record_period"] if record_period is None else record_period
         stop = before["stop_time"] if stop_time is None else stop_time
         return Plan(system, stop, given, record, record_period), given
+
+    def tolerances(self, system: System) -> dict[str, float]:
+        """Return the tolerances of the checkpoint's run that the components of a system lack, by component."""
+        entries = self.checkpoint.run["component"]
+        entries = [part for entry in entries for part in (entry, entry.get("shadow", {}))]
+        saved = {part["name"]: part["tolerance"] for part in entries if "tolerance" in part}
+        return {
+            component.name: saved[component.name]
+            for component in with_shadow_components(system)
+            if component.tolerance is None and component.name in saved and component.name not in self.reinitialised
+        }
 
     def check(self, plan: Plan) -> None:
         """Refuse by name, before any FMU is started, a run that cannot start from this checkpoint."""

@@ -23,6 +23,7 @@ from lockstep.cli.options import (
 from lockstep.cli.parameter_types import PATH
 from lockstep.cli.shadow_options import ShadowOptions, shadow_options
 from lockstep.cli.timing_options import TimingOptions, timing_options, with_delays, with_step_sizes
+from lockstep.errors import InputError
 
 if TYPE_CHECKING:
     from lockstep.simulation import RunSummary
@@ -48,6 +49,7 @@ class RunRequest:
     isolate: tuple[str, ...]
     share_process: tuple[str, ...]
     step_limit: str | None
+    tolerance: tuple[str, ...]
     overwrite: bool
     checkpoints: CheckpointOptions
     pace: str | None
@@ -72,6 +74,8 @@ run_options = option_group(
     click.option("--isolate", multiple=True, metavar="C", help="run C in a process of its own"),
     click.option("--share-process", multiple=True, metavar="C", help="run C in the master's process"),
     click.option("--step-limit", metavar="S", help="wall time for a call of an isolated FMU (default: 60)"),
+    click.option("--tolerance", multiple=True, metavar="[C=]T",
+                 help="relative tolerance of C's integration, or of all (default: what the FMU declares)"),
     click.option("--overwrite", is_flag=True, help="replace an earlier run in the results folder"),
     checkpoint_options,
     click.option("--pace", metavar="X", help="at most X times real time (default: as fast as possible)"),
@@ -127,6 +131,7 @@ def run_system(
                 record_period=request.record_period,
                 progress=progress,
                 step_limit=request.step_limit,
+                tolerance=_tolerances(request.tolerance, system),
                 faults=[read_scenario(path) for path in request.faults],
                 pace=pacer,
                 checkpoints=request.checkpoints.schedule(),
@@ -153,6 +158,20 @@ def _recorded(patterns: tuple[str, ...], system: System) -> list[str] | None:
     if not patterns:
         return None
     return [*patterns, *(pattern for component in system.components for pattern in recorded(component))]
+
+
+def _tolerances(texts: Iterable[str], system: System) -> dict[str, str]:
+    """Return tolerances given as TOLERANCE for all, and as COMPONENT=TOLERANCE, which goes before."""
+    from lockstep.shadow.component import names_of
+
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, tolerance = text.rpartition("=")
+        if (equals and not name) or name in found:
+            raise InputError(f"--tolerance {text}: write COMPONENT=TOLERANCE or TOLERANCE for all, each once")
+        found[name] = tolerance
+    general = dict.fromkeys(names_of(system), found[""]) if "" in found else {}
+    return general | {name: tolerance for name, tolerance in found.items() if name}
 
 
 def _with_processes(system: System, isolated: Iterable[str], shared: Iterable[str]) -> System:

@@ -62,8 +62,10 @@ class Fmi2Slave:
         return self._values.set(values, scalar)
 
     def setup_experiment(self, start: float, stop: float | None) -> int:
-        """Announce the time span, which may have no end, without a tolerance."""
-        return self.instance.call("SetupExperiment", 0, 0.0, start, stop is not None, stop or 0.0)
+        """Pass the tolerance, if there is one, and the time span, which may have no end."""
+        tolerance = self._fmu.tolerance
+        span = start, stop is not None, stop or 0.0
+        return self.instance.call("SetupExperiment", tolerance is not None, tolerance or 0.0, *span)
 
     def enter_initialization(self) -> int:
         """Call fmi2EnterInitializationMode."""

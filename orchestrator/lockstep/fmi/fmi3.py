@@ -28,6 +28,7 @@ class Fmi3Slave:
     def __init__(self, fmu: UnpackedFmu, variables: Iterable[Variable], hooks: Hooks) -> None:
         self.name = fmu.name
         self._span: tuple[float, float | None] = (0.0, 0.0)
+        self._tolerance = fmu.tolerance
         self._problem = ""  # of a step that returned OK
         self.instance = Instance(fmu, "fmi3", hooks, fmi3.FMU3Slave, self._instantiate)
         self._values = Arrays(self.instance, variables)
@@ -86,9 +87,10 @@ class Fmi3Slave:
         return 0
 
     def enter_initialization(self) -> int:
-        """Call fmi3EnterInitializationMode, without a tolerance."""
+        """Call fmi3EnterInitializationMode, with the tolerance, if there is one."""
         start, stop = self._span
-        return self.instance.call("EnterInitializationMode", False, 0.0, start, stop is not None, stop or 0.0)
+        tolerance, span = self._tolerance, (start, stop is not None, stop or 0.0)
+        return self.instance.call("EnterInitializationMode", tolerance is not None, tolerance or 0.0, *span)
 
     def exit_initialization(self) -> int:
         """Call fmi3ExitInitializationMode."""

@@ -18,7 +18,13 @@ def instantiate(
 ) -> Fmi1Slave | Fmi2Slave | Fmi3Slave:
     """Unpack the FMU of a component into a folder, load and instantiate it, or raise RunError."""
     unpack_fmu(component, folder)
-    fmu = UnpackedFmu(name=component.name, folder=folder, identifier=description.identifier, guid=description.guid)
+    fmu = UnpackedFmu(
+        name=component.name,
+        folder=folder,
+        identifier=description.identifier,
+        guid=description.guid,
+        tolerance=description.tolerance_of(component),
+    )
     return instantiate_unpacked(fmu, description.version, description.variables.values(), Hooks(log=log))
 
 

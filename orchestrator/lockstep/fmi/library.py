@@ -21,6 +21,7 @@ class UnpackedFmu:
     identifier: str  # names the library
     guid: str
     resources: str | None = None  # URI of its resources, for FMI 2.0; None: as RFC 3986 writes it
+    tolerance: float | None = None  # relative, passed before initialization by FMI 2.0 and 3.0; None: none
 
 
 def unpack_fmu(component: Component, folder: Path) -> None:

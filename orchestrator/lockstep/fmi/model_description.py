@@ -1,6 +1,7 @@
 """Read what co-simulation FMUs of FMI 1.0, 2.0 and 3.0 declare. Instances are made by `lockstep.fmi.instantiate`."""
 
 import hashlib
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -108,11 +109,16 @@ class Description:
     variables: Mapping[str, Variable]
     step_size: str | None = None  # of the default experiment [s]
     version: str = "2.0"  # of FMI: 1.0, 2.0 or 3.0
+    tolerance: float | None = None  # of the default experiment, if it can be passed
 
     @property
     def prefix(self) -> str:
         """How the names of its functions begin."""
         return {"1.0": "fmi", "2.0": "fmi2", "3.0": "fmi3"}[self.version]
+
+    def tolerance_of(self, component: Component) -> float | None:
+        """Return the tolerance to pass to the FMU: that of its component, else its own; None if there is none."""
+        return self.tolerance if component.tolerance is None else component.tolerance
 
     def names(self, *causalities: str) -> list[str]:
         """Return the names of the variables of these causalities, in the order of the file."""
@@ -171,6 +177,7 @@ def read_description(component: Component) -> Description:
         variables={v.name: v for v in variables},
         version=version,
         step_size=model.defaultExperiment.stepSize if model.defaultExperiment else None,
+        tolerance=declared_tolerance(model),
     )
 
 
@@ -180,6 +187,16 @@ def parse_description(source: Any, *, validate: bool = True) -> Any:
         return read_model_description(source, validate=validate)
     except Exception as error:  # fmpy raises bare Exception for whatever is wrong in the XML
         raise ValueError(" ".join(str(error).split())) from None
+
+
+def declared_tolerance(model: Any) -> float | None:
+    """Return the tolerance of the default experiment; None if it is no number > 0, or cannot be passed: FMI 1.0."""
+    text = getattr(model.defaultExperiment, "tolerance", None)
+    try:
+        tolerance = math.nan if text is None or model.fmiVersion == "1.0" else float(text)
+    except ValueError:
+        return None  # the description need not be valid where it is only checked
+    return tolerance if 0.0 < tolerance < math.inf else None
 
 
 def library_path(identifier: str, version: str) -> str:

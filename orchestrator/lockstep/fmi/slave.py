@@ -42,11 +42,11 @@ class Slave(Protocol):
         ...
 
     def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
-        """Set parameters and start values by reference, before initialization."""
+        """Set parameters and start values by reference, after `setup_experiment`, which may reset what was set."""
         ...
 
     def setup_experiment(self, start: float, stop: float) -> int:
-        """Announce the time span [s]."""
+        """Announce the time span [s], and the tolerance: the first call of all."""
         ...
 
     def enter_initialization(self) -> int:

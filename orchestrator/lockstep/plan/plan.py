@@ -11,7 +11,7 @@ from lockstep.plan.schedule import Schedule, build_schedule, whole_ticks
 from lockstep.plan.wiring import Wiring, wire
 from lockstep.processes.isolation_policy import settle
 from lockstep.results.signal_patterns import Signal, select
-from lockstep.shadow.component import check_before, described, shadow_descriptions
+from lockstep.shadow.component import check_before, described, shadow_descriptions, tolerances_of
 from lockstep.system.clock import nanoseconds
 from lockstep.system.component import Value
 from lockstep.system.system import System
@@ -38,6 +38,7 @@ class Plan:
         self.descriptions = {component.name: described(component) for component in system.components}
         self.shadows = shadow_descriptions(system)
         check_before(system, stop)
+        self.tolerances = tolerances_of(system, {**self.descriptions, **self.shadows})
         self.system = system = settle(system, {**self.descriptions, **self.shadows})
         self.wiring: Wiring = wire(system, self.descriptions, overrides)
         self.record = _patterns(system.record if record is None else record)

@@ -88,7 +88,8 @@ class RemoteSlave:
             for descriptor in (memory, worker_commands, worker_answers):
                 os.close(descriptor)
         self._worker = self._cores.add(self._process.pid, self._last_call)
-        part = Component(name=self.name, source=component.source, period=1, archive=component.archive)
+        source, archive, tolerance = component.source, component.archive, component.tolerance
+        part = Component(name=self.name, source=source, period=1, archive=archive, tolerance=tolerance)
         start = pickle.dumps((part, replace(description, variables=dict(description.variables)), str(folder)))
         self._send((-len(start)).to_bytes(4, "little", signed=True) + start)
 

@@ -36,6 +36,7 @@ def describe_run(
     record: Sequence[str],
     record_period: int,
     faults: Sequence[Table] = (),
+    tolerances: Mapping[str, float] | None = None,
 ) -> Table:
     """Return the content of run.toml: everything that a run depends on. Times are in seconds."""
     delays = sorted({(c.from_component, c.to_component, c.delay) for c in system.connections})
@@ -62,9 +63,10 @@ def describe_run(
                 "offset": seconds(c.offset),
                 "kind": c.kind,
                 "isolated": bool(c.isolated),
+                **_tolerance(c, tolerances or {}),
                 "parameters": dict(parameters[c.name]),
                 **_adapter(c),
-                **_shadow(c, descriptions),
+                **_shadow(c, descriptions, tolerances or {}),
             }
             for c in system.components
         ],
@@ -80,7 +82,12 @@ def _adapter(component: Component) -> Table:
     return {"adapter": str(adapter.path), "adapter_sha256": adapter.sha256, "stands_for": str(replaced.source)}
 
 
-def _shadow(component: Component, descriptions: Mapping[str, Description]) -> Table:
+def _tolerance(component: Component, tolerances: Mapping[str, float]) -> Table:
+    """Return the tolerance that was passed to the FMU, if there was one."""
+    return {"tolerance": tolerances[component.name]} if component.name in tolerances else {}
+
+
+def _shadow(component: Component, descriptions: Mapping[str, Description], tolerances: Mapping[str, float]) -> Table:
     if component.shadow is None:
         return {}
     shadow, over = component.shadow.component, component.shadow.switchover
@@ -92,6 +99,7 @@ def _shadow(component: Component, descriptions: Mapping[str, Description]) -> Ta
         "guid": descriptions[shadow.name].guid,
         "period": seconds(shadow.period),
         "isolated": bool(shadow.isolated),
+        **_tolerance(shadow, tolerances),
         "outputs": list(component.shadow.outputs),
         "compared": [o for o in component.shadow.outputs if descriptions[component.name].variables[o].scalar == "Real"],
         "blend": seconds(component.shadow.blend),

@@ -49,12 +49,12 @@ def _bring_up(
     """
     for task in tasks:
         name, slave = task.name, slaves[task.name]
-        for scalar, values in plan.starts(name).items():
-            exchange.check(name, f"Set{scalar}", 0.0, slave.set_start(values, scalar))
         start = task.offset + task.begun(tick - 1) * task.period
         steps = max(0, -(-(plan.ticks - start) // task.period))
         span = (seconds(tick * plan.system.tick) for tick in (start, start + steps * task.period))
         exchange.check(name, "SetupExperiment", 0.0, slave.setup_experiment(*span))
+        for scalar, values in plan.starts(name).items():  # after it: there some FMUs initialise all their variables
+            exchange.check(name, f"Set{scalar}", 0.0, slave.set_start(values, scalar))
     for task in tasks:
         exchange.check(task.name, "EnterInitializationMode", 0.0, slaves[task.name].enter_initialization())
     for task in tasks:

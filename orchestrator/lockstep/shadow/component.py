@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import gcd, lcm
 from pathlib import Path
+from typing import Any
 
 from lockstep.adapter.component import shown_description
 from lockstep.array_names import array_of
@@ -18,6 +19,8 @@ from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds_text
 from lockstep.system.component import DEFAULT_BLEND, Component, Shadow
 from lockstep.system.system import System
+
+Tolerances = float | str | Mapping[str, float | str]  # of all, or by component
 
 
 def with_shadow(
@@ -165,9 +168,48 @@ def with_shadows(system: System, slaves: Mapping[str, Slave], add_event: AddEven
 
 def with_isolation(system: System, name: str, isolated: bool) -> System:
     """Return the system with a component or a shadow, by name, in a process of its own or in the master's."""
+    return _with_changed(system, name, isolated=isolated)
+
+
+def with_tolerances(system: System, given: Tolerances) -> System:
+    """Return the system with a tolerance of all components and shadows, or of some by name; or raise InputError."""
+    by_name = given if isinstance(given, Mapping) else dict.fromkeys(names_of(system), given)
+    for name, tolerance in by_name.items():
+        try:
+            number = float(tolerance)
+        except (ValueError, TypeError):
+            raise InputError(f"{name}: tolerance {tolerance!r} must be a number > 0, for example 1e-6") from None
+        system = _with_changed(system, name, tolerance=number)
+    return system
+
+
+def names_of(system: System) -> list[str]:
+    """Return the names of all components and of their shadows."""
+    return [component.name for component in with_shadow_components(system)]
+
+
+def tolerances_of(system: System, descriptions: Mapping[str, Description]) -> dict[str, float]:
+    """Return the tolerances that are passed to FMUs, by component; InputError if one is given and cannot be passed."""
+    found = {}
+    for component in with_shadow_components(system):
+        description = descriptions[component.name]
+        if component.tolerance is not None and description.version == "1.0":
+            remedy = "name the others, as --tolerance C=T, or leave it out"
+            raise InputError(
+                f"{component.name}: tolerance {component.tolerance!r}: FMI 1.0 cannot pass a tolerance; {remedy}"
+            )
+        tolerance = description.tolerance_of(component)
+        if tolerance is not None:
+            found[component.name] = tolerance
+    return found
+
+
+def _with_changed(system: System, name: str, **changes: Any) -> System:
+    """Return the system with other fields of a component or a shadow."""
     for holder in system.components:
         if holder.shadow is not None and holder.shadow.component.name == name:
-            shadow = replace(holder.shadow, component=replace(holder.shadow.component, isolated=isolated))
+            shadow = replace(holder.shadow, component=replace(holder.shadow.component, **changes))
             changed = replace(holder, shadow=shadow)
             return replace(system, components=tuple(changed if c is holder else c for c in system.components))
-    return system.with_isolation(name, isolated)
+    found = system.component(name)
+    return replace(system, components=tuple(replace(c, **changes) if c is found else c for c in system.components))

@@ -1,5 +1,6 @@
 """Describe one FMU of a system: its step times, parameters and connectors, and its adapter and shadow, if any."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -51,6 +52,7 @@ class Component:
     adapter: Adapter | None = None  # from the FMU to the ports of `stands_for`
     stands_for: "Component | None" = None
     shadow: "Shadow | None" = None  # runs in shadow of it
+    tolerance: float | None = None  # relative, of its integration; None: what the FMU declares, if it does
 
     def __post_init__(self) -> None:
         if not self.name or "." in self.name:
@@ -64,6 +66,8 @@ class Component:
             raise InputError(f"{self.name}: offset {seconds_text(self.offset)} s must be in {limits}")
         if self.kind not in ("sampled", "continuous"):
             raise InputError(f"{self.name}: kind {self.kind!r} must be sampled or continuous")
+        if self.tolerance is not None and not 0.0 < self.tolerance < math.inf:
+            raise InputError(f"{self.name}: tolerance {self.tolerance!r} must be a number > 0, for example 1e-6")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,7 @@ from numpy.testing import assert_array_equal
 
 from lockstep.adapter.bind import bind
 from lockstep.adapter.read import read_adapter
-from lockstep.adapter.slave import adapt_slave
+from lockstep.adapter.slave import AdaptedSlave
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import Variable
 from lockstep.fmi.slave import DTYPES, ERROR, OK
@@ -81,6 +81,10 @@ class Toy:
         self.store[scalar] |= values
         return OK
 
+    def setup_experiment(self, _start, _stop):
+        self.store = {kind: {} for kind in self.store}  # what was set before is lost
+        return OK
+
     def exit_initialization(self):
         return OK
 
@@ -114,7 +118,8 @@ def test_only_served_ports_and_parameters_of_the_fmu_are_shown(resolve):
 
 def test_values_are_converted_in_both_directions(resolve):
     binding, toy = resolve(GOOD), Toy()
-    slave = adapt_slave(toy, binding)
+    slave = AdaptedSlave(toy, binding)
+    assert slave.setup_experiment(0.0, 1.0) == OK
     ports(slave, binding, ["rate[1]", "rate[3]"], "Real", np.radians([1.0, 2.0]))
     ports(slave, binding, ["valid"], "Boolean", [True])
 
@@ -128,7 +133,7 @@ def test_values_are_converted_in_both_directions(resolve):
 
 def test_held_input_changes_only_while_its_flag_is_true(resolve):
     binding, toy = resolve(GOOD.replace('"w*"\n', '"w*"\nhold = "valid"\n', 1)), Toy()
-    slave = adapt_slave(toy, binding)
+    slave = AdaptedSlave(toy, binding)
     slave.exit_initialization()
     seen = []
     for valid, rate in ((0, 1.0), (1, 2.0), (0, 3.0)):
@@ -142,7 +147,7 @@ def test_held_input_changes_only_while_its_flag_is_true(resolve):
 
 def test_failed_step_is_reported_and_no_output_is_read(resolve):
     binding, toy = resolve(GOOD), Toy()
-    slave = adapt_slave(toy, binding)
+    slave = AdaptedSlave(toy, binding)
     slave.exit_initialization()
     toy.step_status = ERROR
 
@@ -152,7 +157,7 @@ def test_failed_step_is_reported_and_no_output_is_read(resolve):
 
 def test_start_values_reach_ports_and_parameters_of_the_fmu(resolve):
     binding, toy = resolve(GOOD), Toy()
-    slave = adapt_slave(toy, binding)
+    slave = AdaptedSlave(toy, binding)
     number = {name: v.reference for name, v in binding.shown.items()}
     assert slave.set_start({number["rate[2]"]: np.radians(4.0), number["kp"]: 7.0}, "Real") == OK
     slave.exit_initialization()
@@ -232,7 +237,7 @@ def test_number_becomes_the_nearest_integer_in_range_and_nan_becomes_zero(tmp_pa
     interface = variables(("u", "Real", "input", ""), ("y", "Integer", "output", ""))
     fmu = variables(("n", "Integer", "input", ""), ("m", "Real", "output", ""))
     binding, toy = bind(read_adapter(path), interface, fmu), Toy()
-    slave = adapt_slave(toy, binding)
+    slave = AdaptedSlave(toy, binding)
     toy.store["Real"][fmu["m"].reference] = value
     ports(slave, binding, ["u"], "Real", [value])
 

@@ -71,6 +71,7 @@ class CheckedInstance:
             identifier=experiment.identifier,
             guid=experiment.guid,
             resources=location(folder / "resources", form),
+            tolerance=experiment.tolerance,
         )
         hooks = Hooks(log=lambda *_: None, message=self._take_message, call=self._record_call)
         self._slave = instantiate_unpacked(fmu, experiment.fmi, variables, hooks)
@@ -137,17 +138,38 @@ class CheckedInstance:
     # Life cycle.
 
     def initialise(self) -> None:
-        """Set start values, set up the experiment without an end, and initialise."""
-        starts: dict[Scalar, dict[int, Value]] = {}
-        for scalar, reference, value in self.experiment.starts:
-            starts.setdefault(scalar, {})[reference] = value
-        for scalar, values in starts.items():
-            self._make(f"Set{scalar}", partial(self._slave.set_start, values, scalar))
-        start = self.experiment.start_time
-        self._make("SetupExperiment", lambda: self._slave.setup_experiment(start, None))
+        """Set up the experiment without an end, set start values, and initialise."""
+        self.set_up()
+        self._set_start(self.experiment.starts)
         self._make("EnterInitializationMode", self._slave.enter_initialization)
         self._make("ExitInitializationMode", self._slave.exit_initialization)
-        self._at = start
+        self._at = self.experiment.start_time
+
+    def set_up(self) -> None:
+        """Announce an experiment without an end."""
+        start = self.experiment.start_time
+        self._make("SetupExperiment", lambda: self._slave.setup_experiment(start, None))
+
+    def set_values(self, values: Iterable[tuple[Port, float]]) -> None:
+        """Set ports and parameters that are numbers."""
+        self._set_start([(p.scalar, p.reference, v if p.kind == "Real" else int(v)) for p, v in values])
+
+    def values(self, ports: Sequence[Port]) -> dict[str, float]:
+        """Return the present values of ports and parameters that are numbers, by name."""
+        found: dict[str, float] = {}
+        for scalar in dict.fromkeys(port.scalar for port in ports):
+            group = tuple(port for port in ports if port.scalar == scalar)
+            get = self._port_call("Get", group, scalar)
+            self._make(get.name, get.call)
+            found |= {port.name: float(value) for port, value in zip(group, get.buffer, strict=True)}
+        return found
+
+    def _set_start(self, starts: Iterable[tuple[Scalar, int, Value]]) -> None:
+        by_type: dict[Scalar, dict[int, Value]] = {}
+        for scalar, reference, value in starts:
+            by_type.setdefault(scalar, {})[reference] = value
+        for scalar, values in by_type.items():
+            self._make(f"Set{scalar}", partial(self._slave.set_start, values, scalar))
 
     def _make(self, name: str, call: Callable[[], int]) -> None:
         """Make a call that the driver reports, or does not because it is bound."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from pathlib import Path
@@ -13,7 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.errors import InputError
-from lockstep.fmi.model_description import Description, Variable, bound_text, library_path, parse_description
+from lockstep.fmi.model_description import (
+    Description,
+    Variable,
+    bound_text,
+    declared_tolerance,
+    library_path,
+    parse_description,
+)
 from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
 
 PERIOD = 37  # steps after which the stimulus repeats; no divisor of usual sampling periods
@@ -62,6 +70,8 @@ class Experiment:
     directory: str = "elsewhere"  # or "unpacked": the only working directory in which it runs
     starts: tuple[tuple[Scalar, int, float | str], ...] = ()  # type, value reference, value: set before initialisation
     fmi: str = "2.0"  # version
+    tolerance: float | None = None  # that the FMU declares
+    parameters: tuple[Port, ...] = ()  # numbers, Enumerations aside
 
     def as_json(self) -> dict[str, Any]:
         """Return what `from_json` reads."""
@@ -71,7 +81,7 @@ class Experiment:
     def from_json(cls, data: Mapping[str, Any]) -> Experiment:
         """Return the experiment that `as_json` wrote."""
         made = {field.name: data[field.name] for field in fields(cls)}
-        for name in ("inputs", "outputs"):
+        for name in ("inputs", "outputs", "parameters"):
             made[name] = tuple(
                 Port(**{**port, "feeds": None if port["feeds"] is None else tuple(port["feeds"])})
                 for port in made[name]
@@ -158,6 +168,8 @@ def read_experiment(folder: Path) -> Experiment:
         categories=tuple(category.name for category in model.logCategories),
         inputs=ports["input"],
         outputs=ports["output"],
+        tolerance=declared_tolerance(model),
+        parameters=tuple(_parameters(model)),
     )
 
 
@@ -196,6 +208,7 @@ def read_other_experiment(folder: Path, description: Description) -> Experiment:
         inputs=ports["input"],
         outputs=ports["output"],
         fmi=description.version,
+        tolerance=description.tolerance,
     )
 
 
@@ -205,6 +218,14 @@ def _default_experiment(default: Any) -> tuple[float, str, float]:
     usable = math.isfinite(step) and step > 0.0
     source = "default experiment" if usable else "no step recommended"
     return step if usable else DEFAULT_STEP, source, start if math.isfinite(start) else 0.0
+
+
+def _parameters(model: Any) -> Iterator[Port]:
+    """Yield the parameters that can be set to a value nearby; those whose declaration is not valid are left out."""
+    for variable in model.modelVariables:
+        if variable.causality == "parameter" and variable.type in ("Real", "Integer", "Boolean"):
+            with suppress(ValueError, TypeError, OverflowError):
+                yield _port(variable)
 
 
 def _port(variable: Any, feeds: tuple[str, ...] | None = None) -> Port:
