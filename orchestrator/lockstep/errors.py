@@ -1,6 +1,8 @@
 """Two exception classes, for bad input and for a failed run, and the format of names in messages."""
 
 import difflib
+import os
+import sys
 from collections.abc import Iterable
 
 from lockstep.array_names import split_element, stem
@@ -12,6 +14,23 @@ class InputError(ValueError):
 
 class RunError(RuntimeError):
     """End a run that had started: one line that names the component and the simulated time (exit code 1)."""
+
+
+def refuse_undecodable(path: str | os.PathLike[str], what: str = "") -> None:
+    """Raise InputError for a path whose bytes are no UTF-8 text; `what` comes before it in the message."""
+    try:
+        os.fspath(path).encode("utf-8")
+    except UnicodeEncodeError:
+        name = os.fsencode(path)
+    else:
+        return
+    shown = f"{what}{repr(name)[1:]}"
+    try:
+        name.decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{shown}: holds bytes that are not UTF-8, which records cannot name; rename it") from None
+    encoding = sys.getfilesystemencoding()
+    raise InputError(f"{shown}: the encoding of file names is {encoding} here; set LC_ALL=C.UTF-8") from None
 
 
 def compact(names: Iterable[str], limit: int = 12) -> str:

@@ -170,6 +170,11 @@ def limit_process(*, core: int | None = None, data: int | None = None, file_size
             _resource.setrlimit(kind, (soft, hard))
 
 
+def refuses_programs(folder: Path) -> bool:
+    """Return whether a folder is on a file system from which no library can be loaded: mounted `noexec`."""
+    return hasattr(os, "ST_NOEXEC") and bool(os.statvfs(folder).f_flag & os.ST_NOEXEC)
+
+
 def physical_memory() -> int:
     """Return the memory of this machine [bytes]."""
     return int(psutil.virtual_memory().total)

@@ -9,7 +9,6 @@ import math
 import pickle
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -24,6 +23,7 @@ from lockstep.errors import RunError
 from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import DTYPES, SCALARS, WARNING
+from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.processes.child_call import call_in_child
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds
@@ -134,8 +134,8 @@ def _torque(
     """Return the body torque after `span` at this attitude error, reached at a constant rate."""
     step = binding.adapter.step or excitation.period
     count = max(2, math.ceil(span / seconds(step)))
-    with tempfile.TemporaryDirectory() as folder:
-        slave = instantiate(component, description, Path(folder), lambda *_: None)
+    with temporary_folder("flexsat_adapt_") as folder:
+        slave = instantiate(component, description, folder, lambda *_: None)
         try:
             adapted = AdaptedSlave(slave, binding)
             _called(adapted, "SetupExperiment", adapted.setup_experiment(0.0, count * seconds(step)))

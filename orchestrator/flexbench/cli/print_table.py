@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Sequence
 
 
@@ -11,10 +12,15 @@ def print_table(header: Sequence[str], rows: Iterable[Sequence[str]], width: int
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table(*map(escape, header))  # a unit in brackets is no markup
+    from lockstep.standard_streams import printable, unfiltered
+
+    def cells(texts: Iterable[str]) -> list[str]:  # a unit in brackets is no markup
+        return [escape(printable(text, keep="\n")) for text in texts]
+
+    table = Table(*cells(header))
     for row in rows:
-        table.add_row(*map(escape, row))
-    console = Console()
+        table.add_row(*cells(row))
+    console = Console(file=unfiltered(sys.stdout))
     if not console.is_terminal:
         console.width = width
     console.print(table)

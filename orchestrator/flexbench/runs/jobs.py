@@ -17,6 +17,7 @@ from time import perf_counter
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from lockstep import RunError, load_system, simulate
@@ -26,6 +27,7 @@ from lockstep.checkpoint.restart import Restart
 from lockstep.interrupt import ENDING
 from lockstep.operating_system import accept_interrupts, available_cores, end_with_parent, interrupts_held_back
 from lockstep.results.results_folder import claim
+from lockstep.standard_streams import printable, unfiltered
 
 from .run_folder import read_run, write_metrics
 
@@ -190,7 +192,7 @@ def _drain(reports: Any, show: Callable[[str, float, float], None]) -> None:
 @contextmanager
 def _show(titles: Sequence[str]) -> Iterator[Callable[[str, float, float], None]]:
     """Yield a function that shows progress: a bar for each run on a terminal, else a line for each finished run."""
-    console = Console(file=sys.stderr)
+    console = Console(file=unfiltered(sys.stderr))
     if not console.is_terminal:
         ended: set[str] = set()
 
@@ -210,7 +212,7 @@ def _show(titles: Sequence[str]) -> Iterator[Callable[[str, float, float], None]
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console) as bars:
-        tasks = {title: bars.add_task(title, total=1.0, start=False, speed="") for title in titles}
+        tasks = {title: bars.add_task(escape(printable(title)), total=1.0, start=False, speed="") for title in titles}
         started: dict[str, float] = {}
 
         def bar(title: str, simulated: float, stop: float) -> None:

@@ -6,7 +6,6 @@ is reported once.
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
@@ -22,7 +21,8 @@ from lockstep.check.dynamic.working_directory_checks import resource_location, w
 from lockstep.check.latency import latency_check
 from lockstep.check.report.finding import Finding
 from lockstep.errors import InputError
-from lockstep.fmi.safe_zip import unpacking_folder
+from lockstep.fmi.safe_zip import TemporaryFolderError
+from lockstep.fmi.temporary_folder import temporary_folder
 
 Listener = Callable[[Finding], None]
 
@@ -82,9 +82,8 @@ def dynamic_checks(
     time_limit : wall time that one process may take [s]; the memory check may take its own more
     only : checks to run; those that every other builds on run as well
     """
-    parent = unpacking_folder()
-    with tempfile.TemporaryDirectory(prefix="lockstep_check_", dir=parent, ignore_cleanup_errors=True) as folder:
-        runner = ProbeRunner(archive=path.resolve(), work=Path(folder), time_limit=time_limit)
+    with temporary_folder("lockstep_check_") as folder:
+        runner = ProbeRunner(archive=path.resolve(), work=folder, time_limit=time_limit)
         return _CheckSequence(runner, report, steps, tuple(others)).run(only)
 
 
@@ -102,6 +101,8 @@ class _CheckSequence:
         """Run the checks in their order."""
         try:
             self.experiment = read_experiment(self.runner.unpack())
+        except TemporaryFolderError:
+            raise
         except (InputError, OSError) as error:
             self._add("dynamic.instantiate", ProbeResult(status="error", message=str(error)))
             return self._skip("cannot be instantiated")
@@ -309,9 +310,11 @@ class _CheckSequence:
 
 
 def _carried_out(check: Callable[[], ProbeResult]) -> ProbeResult:
-    """Return what a check found; a full disk, or files that the FMU overwrote, do not end the report."""
+    """Return what a check found; files that the FMU overwrote do not end the report."""
     try:
         return check()
+    except TemporaryFolderError:
+        raise
     except Exception as error:
         reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
         return ProbeResult(status="error", message=f"the check could not be carried out: {reason}")

@@ -15,6 +15,7 @@ from lockstep.check.static.fmu_archive import FmuArchive
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.model_description import PLATFORMS, Description, read_description, validation_problems
 from lockstep.fmi.parameter_values import parse_value
+from lockstep.fmi.safe_zip import TemporaryFolderError
 from lockstep.simulation import simulate
 from lockstep.system.clock import nanoseconds, seconds_text
 from lockstep.system.component import Component
@@ -81,6 +82,8 @@ def _run(component: Component, description: Description) -> tuple[Status, str]:
         system = System(name="check", tick=step, components=(part,), stop_time=_STEPS * step)
         with tempfile.TemporaryDirectory() as folder:
             simulate(system, Path(folder, "run"))
+    except TemporaryFolderError:
+        raise
     except (InputError, RunError) as error:
         return "error", str(error).removeprefix("checked: ")
     return "pass", f"{_STEPS} steps of {seconds_text(step)} s in a process of its own, every output finite"

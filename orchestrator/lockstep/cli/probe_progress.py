@@ -8,6 +8,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
 
+from lockstep.standard_streams import printable, unfiltered
+
 
 @contextmanager
 def show_probing(title: str) -> Iterator[Watch]:
@@ -23,8 +25,9 @@ class Watch:
     """Print the progress that the process of the FMU writes to a file: one line of a terminal, several elsewhere."""
 
     def __init__(self, title: str) -> None:
-        self._title = title
-        self._terminal = sys.stderr.isatty()
+        self._title = printable(title)
+        self._stream = unfiltered(sys.stderr)
+        self._terminal = self._stream.isatty()
         self._end = Event()
         self._thread: Thread | None = None
 
@@ -40,9 +43,9 @@ class Watch:
                 text = file.read_text(encoding="utf-8")
                 if text != shown:
                     shown = text
-                    line = f"{self._title}: {text}"
+                    line = f"{self._title}: {printable(text)}"
                     print(f"\r\x1b[K{line}" if self._terminal else line, end="" if self._terminal else "\n",
-                          file=sys.stderr, flush=True)  # fmt: skip
+                          file=self._stream, flush=True)  # fmt: skip
 
     def close(self) -> None:
         """Stop, and leave a clean line."""
@@ -50,4 +53,4 @@ class Watch:
         if self._thread is not None:
             self._thread.join()
             if self._terminal:
-                print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+                print("\r\x1b[K", end="", file=self._stream, flush=True)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import os
+import errno
 import signal
 import sys
 import traceback
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 
 import click
 
 from lockstep.cli.command import HELP_SETTINGS, traceback_asked, traceback_option, write_epilog
 from lockstep.cli.usage_errors import describe_usage_error
-from lockstep.errors import InputError, RunError
+from lockstep.errors import InputError, RunError, refuse_undecodable
 from lockstep.interrupt import Stopped, ended_by_signals, exit_code
+from lockstep.standard_streams import StreamError, standard_streams
+
+BUG = 70  # exit code of an error of the program itself: EX_SOFTWARE of sysexits.h
 
 
 class Program(click.Group):
@@ -32,7 +36,7 @@ class Program(click.Group):
         label: str,
         description: str,
         epilog: str,
-        bad_input: type[Exception] = InputError,
+        bad_input: type[Exception] | tuple[type[Exception], ...] = InputError,
         interrupted: str = "interrupted",
     ) -> None:
         """Make a program.
@@ -90,13 +94,23 @@ class Program(click.Group):
         write_epilog(self.epilog, ctx, formatter)
 
     def run(self, arguments: Sequence[str] | None = None) -> int:
-        """Run a command and return the exit code: 0, 1 failed run, 2 bad input, 130 Ctrl-C, 143 SIGTERM, 129 SIGHUP.
+        """Run a command and return the exit code.
+
+        0, 1 failed run, 2 bad input, 70 a bug of the program, 130 Ctrl-C, 143 SIGTERM, 129 SIGHUP.
 
         An error is one line on standard error, after a traceback if `--traceback` asks for one.
         """
         words = list(sys.argv[1:] if arguments is None else arguments)
+        with standard_streams():
+            code = self._run(words)
+            with suppress(StreamError):
+                sys.stdout.flush()
+            return code
+
+    def _run(self, words: list[str]) -> int:
         context: click.Context | None = None
         try:
+            _refuse_paths(words)
             with ended_by_signals(), self.make_context(self.name, words) as context:
                 code = int(self.invoke(context) or 0)
                 sys.stdout.flush()  # here, where a reader that is gone is no error
@@ -104,8 +118,7 @@ class Program(click.Group):
         except click.exceptions.Exit as end:
             return int(end.exit_code)
         except (Exception, KeyboardInterrupt) as error:
-            if isinstance(error, BrokenPipeError):
-                _discard_output()
+            if isinstance(error, StreamError) and error.errno == errno.EPIPE:
                 return 1
             if context is not None and traceback_asked(context):
                 traceback.print_exception(error)
@@ -127,11 +140,21 @@ class Program(click.Group):
             return code, self._interrupted.replace("interrupted", by, 1)
         if isinstance(error, OSError):
             return 1, f"{error.filename or 'system'}: {error.strerror or error}"
-        # a bug: still one line, and one that can be reported
-        return 1, f"internal error, please report it: {type(error).__name__}: {error}; --traceback shows where"
+        if isinstance(error, MemoryError):
+            return 1, "out of memory; use a shorter run or fewer recorded signals, or a machine with more"
+        what = f"{type(error).__name__}: {error}".strip().removesuffix(":")
+        return BUG, (
+            f"{what}: this is a bug of {self._label}, not of the input; please report it with the command line, "
+            "the input files and what the same command prints with --traceback"
+        )
 
 
-def _discard_output() -> None:
-    """Write what is left of the output to nowhere: the interpreter would report the broken pipe at its end."""
-    with suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _refuse_paths(words: Sequence[str]) -> None:
+    """Refuse arguments, and a working folder, whose bytes are no text: paths are written to records and reports."""
+    for word in words:
+        refuse_undecodable(word)
+    try:
+        folder = Path.cwd()
+    except OSError as error:
+        raise InputError(f"the working folder: {error.strerror}; change to a folder that exists") from None
+    refuse_undecodable(folder, "the working folder ")

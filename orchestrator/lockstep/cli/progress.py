@@ -7,11 +7,13 @@ from time import perf_counter
 from typing import TextIO
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from lockstep.run.real_time_pacing import Pacer
 from lockstep.simulation import Progress as Report
 from lockstep.simulation import RunSummary
+from lockstep.standard_streams import printable, unfiltered
 
 _LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 
@@ -25,7 +27,7 @@ def show_progress(
     `begin` is the simulated time [s] at which the run begins. A pacer reports its overruns.
     """
     stream = stream or sys.stderr
-    console = Console(file=stream)
+    console = Console(file=unfiltered(stream))
     if not console.is_terminal:
         yield _Lines(title, stream, begin, pacer)
         return
@@ -37,7 +39,7 @@ def show_progress(
     )
     started = perf_counter()
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(title, total=None, state="starting")
+        task = bar.add_task(escape(printable(title)), total=None, state="starting")
 
         def report(simulated: float, stop: float) -> None:
             speed = (simulated - begin) / max(perf_counter() - started, 1e-9)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from lockstep.errors import RunError
-from lockstep.fmi.safe_zip import open_file, open_zip
+from lockstep.fmi.safe_zip import extract, open_file, open_zip
 from lockstep.system.component import Component
 
 
@@ -30,7 +30,7 @@ def unpack_fmu(component: Component, folder: Path) -> None:
         open_file(component.source, component.archive, component.name) as stream,
         open_zip(stream, f"{component.name}: {component.source}") as archive,
     ):
-        archive.extractall(folder)
+        extract(archive, folder, f"{component.name}: {component.source}")
 
 
 class Library:

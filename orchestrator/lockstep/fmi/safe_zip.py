@@ -1,8 +1,7 @@
 """Open zip files that came from elsewhere with one-line errors, and extract only below their folder."""
 
 import io
-import os
-import tempfile
+import stat
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -10,13 +9,23 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import IO, BinaryIO, cast
 
-from lockstep.errors import InputError
+from lockstep.errors import InputError, refuse_undecodable
 
 _SIZES = ("compress_size", "file_size")
 _LARGEST = 4 * 2**30  # bytes that one archive may unpack to
 _SUSPICIOUS, _DENSEST = 200_000_000, 100  # above so many bytes, at most so many times the packed size
 
+_UNIX = 3  # made on a file system with links
+_LOADED = ("binaries/", "resources/")  # what an FMU reads when it runs
+
 _BROKEN = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError)
+
+
+_REMEDY = "free space there, or set TMPDIR to another folder"
+
+
+class TemporaryFolderError(InputError):
+    """The folder for temporary files is full, read-only or gone: the FMU is not the culprit."""
 
 
 class UnreadableZip(ValueError):
@@ -58,14 +67,20 @@ def is_inside(member: str) -> bool:
     return not (path.is_absolute() or ".." in path.parts or "\\" in member or ":" in member)
 
 
-def unpacking_folder() -> str | None:
-    """Return the folder in which to create temporary folders for FMUs; None is the usual one.
-
-    FMUs made by pythonfmu 0.7 undo no percent-encoding in the URI of their resources but that of the blank, and crash
-    for letters outside ASCII: then /tmp is used instead, where there is one.
-    """
-    uri = Path(tempfile.gettempdir()).absolute().as_uri()
-    return "/tmp" if "%" in uri.replace("%20", "") and os.access("/tmp", os.W_OK | os.X_OK) else None
+def extract(archive: zipfile.ZipFile, folder: Path, name: str) -> None:
+    """Unpack an FMU to a folder; raise InputError for links, and TemporaryFolderError if the folder is the culprit."""
+    for member in archive.infolist():
+        linked = member.create_system == _UNIX and stat.S_ISLNK(member.external_attr >> 16)
+        if linked and member.filename.startswith(_LOADED):
+            raise InputError(
+                f"{name}: {member.filename} is a symbolic link, which cannot be unpacked; pack the file itself"
+            )
+    try:
+        archive.extractall(folder)
+    except OSError as error:
+        raise TemporaryFolderError(
+            f"{name}: cannot be unpacked to {folder} ({error.strerror or error}); {_REMEDY}"
+        ) from None
 
 
 @contextmanager
@@ -74,13 +89,20 @@ def open_file(path: Path, archive: Path | None, name: str) -> Iterator[BinaryIO]
 
     An archive in an archive is named as if the outer one were a folder: `outer.ssp/resources/inner.ssp`.
     """
+    refuse_undecodable(path if archive is None else archive / path, f"{name}: ")
     if archive is None:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise InputError(f"{name}: {path} is a pipe or a device; give a regular file")
         try:
             with path.open("rb") as stream:
                 yield stream
         except FileNotFoundError:
             raise InputError(f"{name}: no such file {path}") from None
-        except (IsADirectoryError, PermissionError) as error:
+        except IsADirectoryError:
+            raise InputError(
+                f"{name}: {path} is a folder; an FMU is one file, a zip archive of such a folder"
+            ) from None
+        except PermissionError as error:
             raise InputError(f"{name}: cannot read {path} ({error.strerror})") from None
         return
     outermost = next((parent for parent in archive.parents if parent.is_file()), None)

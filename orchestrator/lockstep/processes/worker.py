@@ -158,7 +158,8 @@ class Worker:
         try:
             self.slave = instantiate(component, description, Path(folder, "fmu"), self.log)
         except (InputError, RunError) as error:
-            return self._reply({"refused": type(error).__name__, "reason": str(error)})
+            kind = InputError if isinstance(error, InputError) else RunError
+            return self._reply({"refused": kind.__name__, "reason": str(error)})
         return self._reply({})
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from lockstep.fmi.safe_zip import unpacking_folder
+from lockstep.fmi.safe_zip import TemporaryFolderError
+from lockstep.fmi.temporary_folder import temporary_folder, unpacking_folder
 from lockstep.operating_system import lock_file, names_living_process
 
 _PREFIX, _LOCK = "lockstep-", ".lock"
@@ -21,12 +21,16 @@ _YOUNG = 60.0  # [s]: one that is being made may not be locked yet
 def run_folder(removed: Callable[[Path], None] = lambda _: None) -> Iterator[Path]:
     """Make a folder that is locked while this process lives; first remove those of killed runs, reporting each."""
     parent = unpacking_folder()
-    for path in remove_abandoned(Path(parent or tempfile.gettempdir())):
+    for path in remove_abandoned(parent):
         removed(path)
-    with tempfile.TemporaryDirectory(prefix=_PREFIX, dir=parent, ignore_cleanup_errors=True) as name:
-        folder = Path(name)
-        release = lock_file(folder / _LOCK)
-        (folder / _LOCK).write_text(f"{os.getpid()}\n")  # it has been locked: once it is free, its run has ended
+    with temporary_folder(_PREFIX) as folder:
+        try:
+            release = lock_file(folder / _LOCK)
+            (folder / _LOCK).write_text(f"{os.getpid()}\n")  # it has been locked: once it is free, its run has ended
+        except OSError as error:
+            raise TemporaryFolderError(
+                f"temporary folder {folder}: {error.strerror}; set TMPDIR to another one"
+            ) from None
         try:
             yield folder
         finally:

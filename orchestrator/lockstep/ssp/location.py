@@ -5,8 +5,9 @@ from pathlib import Path, PurePosixPath
 from posixpath import normpath
 from urllib.parse import unquote, urlsplit
 
-from lockstep.errors import InputError
+from lockstep.errors import InputError, refuse_undecodable
 from lockstep.fmi.safe_zip import is_inside, open_file
+from lockstep.ssp.not_a_system import refuse_no_system
 from lockstep.ssp.xml import MAIN
 
 
@@ -49,7 +50,13 @@ class Location:
             return replace(self, document=Path(inside)), fragment
         file = Path(self.document.parent, path).resolve()
         if self.root is not None and not file.is_relative_to(self.root.resolve()):
-            raise InputError(f"{name}: source {source} lies outside {self.root}; put the file into that folder")
+            link = (
+                ""
+                if file == Path(normpath(self.document.parent / path))
+                else f" itself: it is, or passes, a link to {file}"
+            )
+            what = f"{name}: source {source} lies outside {self.root}; put the file into that folder{link}"
+            raise InputError(what)
         return replace(self, document=file), fragment
 
     def inner(self, member: str) -> "Location":
@@ -69,11 +76,13 @@ class Location:
 def location_of(path: Path) -> Location:
     """Return the document of a path: a .ssd, a package's folder, a .ssp, or `package.ssp#Variant.ssd`."""
     path = path.absolute()
+    refuse_undecodable(path)
     file, hash_, variant = path.name.partition("#")
     if hash_ and not path.exists() and file.lower().endswith(".ssp"):
         return Location(document=path.with_name(file)).inner(variant)
-    if path.is_dir():
+    if path.is_dir() and (path / MAIN).exists():
         return Location(document=path / MAIN, root=path)
+    refuse_no_system(path)
     if path.suffix.lower() == ".ssp" and path.is_file():
         return Location(document=path).inner(MAIN)
     return Location(document=path, root=path.parent if path.name == MAIN else None)

@@ -5,6 +5,7 @@ from decimal import Decimal, InvalidOperation
 from lockstep.errors import InputError
 
 _NANOSECONDS = Decimal(10**9)
+_LONGEST = Decimal(9_200_000_000)  # [s]: 64 bits of nanoseconds, 292 years
 
 
 def nanoseconds(seconds: str | float | int | Decimal, what: str) -> int:
@@ -13,14 +14,21 @@ def nanoseconds(seconds: str | float | int | Decimal, what: str) -> int:
     Raises
     ------
     InputError
-        If `seconds` is not a finite number or not a whole number of nanoseconds; `what` names it.
+        If `seconds` is not a finite number, not a whole number of nanoseconds, or longer than 292 years; `what`
+        names it.
     """
     try:
-        exact = Decimal(float.__repr__(seconds) if isinstance(seconds, float) else str(seconds).strip()) * _NANOSECONDS
-        whole = int(exact)
-    except (InvalidOperation, ValueError, OverflowError):
-        raise InputError(f"{what}: {seconds!r} is not a number of seconds; write for example 0.001") from None
-    if whole != exact:
+        value = Decimal(float.__repr__(seconds) if isinstance(seconds, float) else str(seconds).strip())
+    except (InvalidOperation, ValueError):
+        value = Decimal("nan")
+    if not value.is_finite():
+        raise InputError(f"{what}: {seconds!r} is not a number of seconds; write for example 0.001")
+    if value.copy_abs() > _LONGEST:
+        raise InputError(
+            f"{what}: {value:.3g} s is more than {_LONGEST:g} s, which is 292 years; choose a shorter time"
+        )
+    whole = int(value * _NANOSECONDS)
+    if whole / _NANOSECONDS != value:
         raise InputError(f"{what}: {seconds} s is not a whole number of nanoseconds")
     return whole
 

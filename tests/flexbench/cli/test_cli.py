@@ -64,11 +64,12 @@ def test_the_help_imports_no_command():
         (RunError("plant: fmi2DoStep returned fmi2Error"), 1, "flexsat: plant: fmi2DoStep returned fmi2Error\n"),
         (OSError(28, "No space left on device", "a/run.toml"), 1, "flexsat: a/run.toml: No space left on device\n"),
         (KeyboardInterrupt(), 130, "flexsat: interrupted; what was simulated is in the results folder\n"),
-        (BrokenPipeError(), 1, ""),
+        (BrokenPipeError(32, "Broken pipe"), 1, "flexsat: system: Broken pipe\n"),  # not of the output
         (
             ZeroDivisionError("division"),
-            1,
-            "flexsat: internal error, please report it: ZeroDivisionError: division; --traceback shows where\n",
+            70,
+            "flexsat: ZeroDivisionError: division: this is a bug of flexsat, not of the input; please report it with "
+            "the command line, the input files and what the same command prints with --traceback\n",
         ),
     ],
 )

@@ -11,7 +11,7 @@ from typing import Any
 
 from lockstep.check.dynamic.experiment import Experiment
 from lockstep.check.dynamic.probe_process import Probe, ProbeResult
-from lockstep.fmi.safe_zip import open_zip
+from lockstep.fmi.safe_zip import extract, open_zip
 from lockstep.processes.child_process import ChildProcess, ending, printed_lines, signal_name
 from lockstep.processes.last_call import read_last_call
 
@@ -48,7 +48,7 @@ class ProbeRunner:
         target = folder or self.unpacked
         shutil.rmtree(target, ignore_errors=True)
         with open_zip(self.archive, str(self.archive)) as archive:
-            archive.extractall(target)
+            extract(archive, target, str(self.archive))
         return target
 
     def run(

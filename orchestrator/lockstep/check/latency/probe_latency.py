@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,8 +15,9 @@ from lockstep.check.dynamic.probe_runner import ProbeRunner
 from lockstep.check.latency.measure import PROGRESS, RESULT, measure
 from lockstep.errors import InputError, RunError, compact, suggestion
 from lockstep.fmi.model_description import Description, read_description
-from lockstep.fmi.safe_zip import unpacking_folder
+from lockstep.fmi.safe_zip import TemporaryFolderError
 from lockstep.fmi.slave import Scalar
+from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.plan.overrides import resolve_overrides
 from lockstep.system.component import Component, Kind, Value
 from lockstep.system.system import System
@@ -112,12 +112,12 @@ def probe_latency(
         If the FMU fails. Nothing is left on disk in either case.
     """
     if not path.is_file():
-        raise InputError(f"{path}: no such file; give the path of an .fmu file")
+        what = "is no file" if path.exists() else "no such file"
+        raise InputError(f"{path}: {what}; give the path of an .fmu file")
     description = read_description(Component(name=path.stem.replace(".", "_") or "fmu", source=path, period=1))
-    parent = unpacking_folder()
-    with tempfile.TemporaryDirectory(prefix="lockstep_latency_", dir=parent, ignore_cleanup_errors=True) as folder:
+    with temporary_folder("lockstep_latency_") as folder:
         limit = settings.seconds + 60.0
-        runner = ProbeRunner(archive=path.resolve(), work=Path(folder), time_limit=limit)
+        runner = ProbeRunner(archive=path.resolve(), work=folder, time_limit=limit)
         try:
             folder_of_fmu = runner.unpack()
             experiment = (
@@ -125,6 +125,8 @@ def probe_latency(
                 if description.version == "2.0"
                 else read_other_experiment(folder_of_fmu, description)
             )
+        except TemporaryFolderError:
+            raise
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
         experiment = _set_up(path, experiment, description, settings)

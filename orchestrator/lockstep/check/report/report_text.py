@@ -15,6 +15,7 @@ from rich.table import Table
 
 from lockstep.check.report.check_report import CheckReport, summary
 from lockstep.check.report.finding import Finding, Status
+from lockstep.standard_streams import printable, unfiltered
 
 _STYLES: dict[Status, str] = {
     "pass": "green",
@@ -32,7 +33,7 @@ Listener = Callable[[Finding], None]
 def print_report(report: CheckReport, stream: TextIO | None = None) -> None:
     """Print one FMU's findings to standard output: a table on a terminal, a line a finding elsewhere."""
     stream = stream or sys.stdout
-    console = Console(file=stream)
+    console = Console(file=unfiltered(stream))
     title = f"{report.file}: {summary(report)}"
     if not console.is_terminal:
         print(printable(title), file=stream)
@@ -66,16 +67,11 @@ def _shown(finding: Finding) -> list[str]:
     return [*details[: _SHOWN - 1], f"and {len(details) - _SHOWN + 1} lines more, which --html and --json show"]
 
 
-def printable(text: str, keep: str = "") -> str:
-    """Replace control characters: a name in a bad FMU must not control the terminal."""
-    return "".join(c if c.isprintable() or c in keep else "\ufffd" for c in text)
-
-
 @contextmanager
 def show_checks(title: str, stream: TextIO | None = None) -> Iterator[Listener]:
     """Yield a function that takes each finding as it is made, and shows the progress on standard error."""
     stream = stream or sys.stderr
-    console = Console(file=stream)
+    console = Console(file=unfiltered(stream))
     if console.is_terminal:
         with console.status(escape(printable(title))) as status:
             count = 0
