@@ -15,7 +15,7 @@ from lockstep.checkpoint.restart import Restart
 from lockstep.checkpoint.resume import earlier_options, refuse_missing_rows, resumable
 from lockstep.checkpoint.save import Saver
 from lockstep.checkpoint.schedule import CheckpointSchedule
-from lockstep.errors import InputError, RunError, refuse_undecodable
+from lockstep.errors import InputError, RunError
 from lockstep.faults.inject import Faults
 from lockstep.faults.resolve import resolve
 from lockstep.faults.scenario import Scenario
@@ -115,7 +115,6 @@ def simulate(
         After Ctrl-C, SIGTERM or SIGHUP, with the folder closed in the same way.
     """
     chosen = replace(options or RunOptions(), **named)
-    refuse_undecodable(Path(folder).absolute(), "results folder ")
     restart = chosen.restart
     limits, pacer = limits_given(chosen.step_limit), pacer_given(chosen.pace)
     if chosen.tolerance is not None:

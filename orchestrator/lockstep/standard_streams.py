@@ -91,8 +91,8 @@ def standard_streams() -> Iterator[None]:
             # not closed at its end: the descriptor stays open as long as the process lives
             setattr(sys, name, os.fdopen(number, "w", encoding="utf-8", closefd=False))
     opened = sys.stdout, sys.stderr
-    sys.stdout = PlainStream(opened[0], required=True)  # type: ignore[assignment]
-    sys.stderr = PlainStream(opened[1], required=False)  # type: ignore[assignment]
+    sys.stdout = PlainStream(opened[0], required=True)
+    sys.stderr = PlainStream(opened[1], required=False)
     try:
         yield
     finally:

@@ -14,7 +14,7 @@ from itertools import count
 from pathlib import Path
 from typing import Self
 
-from lockstep.errors import InputError
+from lockstep.errors import InputError, refuse_undecodable
 from lockstep.operating_system import LOCK, Release, lock_folder
 from lockstep.results.run_record import PARTIAL, RUN, write_run_record
 
@@ -94,6 +94,7 @@ def claim(folder: Path | str, *, overwrite: bool = False, numbered: bool = False
         If the folder is in use, holds something else, or cannot be made.
     """
     path = Path(folder).absolute()
+    refuse_undecodable(path, "results folder ")
     for number in count(2):
         try:
             return _claim_new(path, overwrite)
