@@ -9,7 +9,7 @@ export OMP_NUM_THREADS ?= 1
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed
-	$(BIN)/flexsat paper
+	$(BIN)/flexsat paper --out results/paper
 
 # Three files at a time on two cores, as some tests wait; the slow ones, which are whole 300 s co-simulations, first.
 test: $(VENV)/installed-dev

@@ -8,6 +8,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import (
+    DISTINGUISHED,
     assignments,
     jobs_option,
     out_option,
@@ -32,7 +33,7 @@ example:
 @reinitialise_option
 @stop_time_option(None, "stop time in seconds (default: that of the checkpointed run)")
 @record_option
-@out_option("folder for the folders of the runs", default="results/branch")
+@out_option(f"folder for the folders of the runs (default: results/branch{DISTINGUISHED})")
 @jobs_option
 def branch(
     checkpoint: Path,
@@ -41,7 +42,7 @@ def branch(
     reinitialise: tuple[str, ...],
     stop_time: float | None,
     record: tuple[str, ...],
-    out: Path,
+    out: Path | None,
     jobs: int | None,
 ) -> int:
     """Restart one checkpoint several times in parallel, each time with other values."""
@@ -49,16 +50,18 @@ def branch(
     from lockstep.system.clock import seconds
 
     from ..runs.branches import run_branches, varied
+    from ..runs.study_folder import study_folder
 
-    finished = run_branches(
-        checkpoint,
-        varied(vary, assignments(settings)),
-        out,
-        stop_time=stop_time,
-        reinitialised=reinitialise,
-        record=list(record) or None,
-        processes=jobs,
-    )
+    with study_folder(out, "branch") as folder:
+        finished = run_branches(
+            checkpoint,
+            varied(vary, assignments(settings)),
+            folder,
+            stop_time=stop_time,
+            reinitialised=reinitialise,
+            record=list(record) or None,
+            processes=jobs,
+        )
     start = seconds(read_checkpoint(checkpoint).time)
     for one in finished:
         print(f"{one.job.folder}: {start:g} to {one.simulated_time:g} s in {one.wall_time:.1f} s")

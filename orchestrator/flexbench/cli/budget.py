@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import from_option, option_group, out_option
+from lockstep.cli.options import DISTINGUISHED, from_option, option_group, out_option
 from lockstep.cli.parameter_types import COUNT, NUMBER, PATH, WHOLE_NUMBER
 from lockstep.errors import InputError
 
@@ -57,7 +57,7 @@ split_options = option_group(
                  help=f"with --split: seed of plant and sensors (default: {DEFAULT_SEED})"),
     click.option("--stop-time", type=NUMBER, default=300.0, metavar="S",
                  help="with --split: simulated time in seconds (default: 300)"),
-    out_option("with --split: results folder (default: results/SYSTEM-split-seedN)"),
+    out_option(f"with --split: results folder (default: results/SYSTEM-split-seedN{DISTINGUISHED})"),
     click.option("--jobs", type=COUNT, metavar="N", help="with --split: processes at once (default: one a core)"),
 )  # fmt: skip
 
@@ -151,26 +151,29 @@ def _evaluate(results: Sequence[Path], file: Path | None, evaluation: Evaluation
 
 def _split(system: Path, options: SplitOptions, evaluation: EvaluationOptions) -> int:
     """Simulate each error source alone; print and write its share of the budget."""
+    from lockstep.cli.run_options import folder_name
     from lockstep.ssp.load import load_system
 
     from ..html.text_table import format_table
+    from ..runs.study_folder import study_folder
     from ..studies.budget import split as study
     from ..studies.budget import tables
 
     name = load_system(system).name
-    folder = options.out or Path("results") / f"{name}-split-seed{options.seed}"
-    found = study.split_budget(
-        system,
-        folder,
-        options.seed,
-        options.stop_time,
-        evaluation.windows(),
-        evaluation.start,
-        evaluation.levels(),
-        options.jobs,
-    )
-    print(f"{name}, seed {found.seed}, {found.stop:g} s, from t = {found.start:g} s: line of sight, RMS [arcsec]")
-    print(format_table(study.HEADER, study.rows(found), left=1))
-    print(tables.SPLIT)
-    print(folder / study.RESULT)
+    default = f"{folder_name(name)}-split-seed{options.seed}"
+    with study_folder(options.out, default) as folder:
+        found = study.split_budget(
+            system,
+            folder,
+            options.seed,
+            options.stop_time,
+            evaluation.windows(),
+            evaluation.start,
+            evaluation.levels(),
+            options.jobs,
+        )
+        print(f"{name}, seed {found.seed}, {found.stop:g} s, from t = {found.start:g} s: line of sight, RMS [arcsec]")
+        print(format_table(study.HEADER, study.rows(found), left=1))
+        print(tables.SPLIT)
+        print(folder / study.RESULT)
     return 0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import out_option, record_option, stop_time_option
+from lockstep.cli.options import DISTINGUISHED, out_option, record_option, stop_time_option
 from lockstep.cli.parameter_types import OneOf
 
 from .options import DEFAULT_SEED, SCENARIOS, configuration_option, configurations, fmus_option, seed_option
@@ -32,7 +32,7 @@ example:
 @seed_option
 @stop_time_option(300.0)
 @record_option
-@out_option("results folder", default="results/equivalence")
+@out_option(f"results folder (default: results/equivalence{DISTINGUISHED})")
 @fmus_option
 def equivalence(
     configuration: tuple[str, ...],
@@ -40,26 +40,30 @@ def equivalence(
     seed: int | None,
     stop_time: float,
     record: tuple[str, ...],
-    out: Path,
+    out: Path | None,
     fmus: Path,
 ) -> int:
     """Compare the co-simulation with the monolith: the same steppers in one loop, without FMI and master."""
     from ..loop import equivalence as gate
     from ..loop.build import build_all
+    from ..runs.study_folder import study_folder
 
     seed = DEFAULT_SEED if seed is None else seed
     failed = False
-    for name in configurations(configuration):
-        if not (fmus / name / "slew.ssd").is_file():
-            build_all((name,), fmus)
-        for one in cast("tuple[ScenarioName, ...]", scenario or SCENARIOS[:2]):
-            folder = out / f"{name}-{one.replace('_', '-')}"
-            differences = gate.compare(fmus, folder, name, one, seed, stop_time, list(record) or None)
-            worst = max(differences, key=lambda difference: difference.relative)
-            failed |= not worst.met
-            signals = sum(difference.scalars for difference in differences)
-            result = "equal" if worst.relative == 0.0 else f"largest difference {worst.relative:.1e} in {worst.port}"
-            print(f"{name} {one}, {stop_time:g} s, seed {seed}: {signals} signals, {result}")
+    with study_folder(out, "equivalence") as root:
+        for name in configurations(configuration):
+            if not (fmus / name / "slew.ssd").is_file():
+                build_all((name,), fmus)
+            for one in cast("tuple[ScenarioName, ...]", scenario or SCENARIOS[:2]):
+                folder = root / f"{name}-{one.replace('_', '-')}"
+                differences = gate.compare(fmus, folder, name, one, seed, stop_time, list(record) or None)
+                worst = max(differences, key=lambda difference: difference.relative)
+                failed |= not worst.met
+                signals = sum(difference.scalars for difference in differences)
+                result = (
+                    "equal" if worst.relative == 0.0 else f"largest difference {worst.relative:.1e} in {worst.port}"
+                )
+                print(f"{name} {one}, {stop_time:g} s, seed {seed}: {signals} signals, {result}")
     if failed:
         print(f"flexsat: signals differ by more than {gate.TOLERANCE:g}", file=sys.stderr)
     return 1 if failed else 0

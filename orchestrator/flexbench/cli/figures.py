@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import out_option
+from lockstep.cli.options import DISTINGUISHED, out_option
 from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
 
@@ -31,26 +31,28 @@ examples:
 @click.argument("results", type=PATH, nargs=-1, metavar="[RESULTS...]",
                 help="results folders of runs, or folders of such folders (default: draw the design)")  # fmt: skip
 @configuration_option
-@out_option("folder to fill", default="results/figures")
-def figures(results: tuple[Path, ...], configuration: tuple[str, ...], out: Path) -> int:
+@out_option(f"folder to fill (default: results/figures{DISTINGUISHED})")
+def figures(results: tuple[Path, ...], configuration: tuple[str, ...], out: Path | None) -> int:
     """Draw the design, or the results of runs, as PNG and SVG."""
     from flexsat.design.chain import build_designs
 
     from ..figures.drawing import save_figure
     from ..figures.figure_lists import design_figures, result_figures
+    from ..runs.study_folder import study_folder
 
     chosen = configurations(configuration)
     if results:
         drawn = result_figures(runs_of(results, chosen))
     else:
         drawn = design_figures({name: build_designs(name) for name in chosen})
-    for name, make in drawn.items():
-        try:
-            figure = make()
-        except ValueError as error:  # a signal was not recorded, or not often enough
-            raise InputError(f"figure {name}: {error}") from error
-        for path in save_figure(figure, out, name):
-            print(path, flush=True)
+    with study_folder(out, "figures") as folder:
+        for name, make in drawn.items():
+            try:
+                figure = make()
+            except ValueError as error:  # a signal was not recorded, or not often enough
+                raise InputError(f"figure {name}: {error}") from error
+            for path in save_figure(figure, folder, name):
+                print(path, flush=True)
     return 0
 
 

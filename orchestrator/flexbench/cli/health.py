@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import jobs_option, out_option, stop_time_option
+from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
 from lockstep.cli.parameter_types import PATH
 
 from .options import seeds, seeds_option
@@ -23,19 +23,21 @@ example:
 @click.argument("system", type=PATH, metavar="SYSTEM", help="a system file that `flexsat build` has written")
 @seeds_option(2)
 @stop_time_option(100.0)
-@out_option("results folder", default="results/health")
+@out_option(f"results folder (default: results/health{DISTINGUISHED})")
 @jobs_option
-def health(system: Path, seed_count: int, stop_time: float, out: Path, jobs: int | None) -> int:
+def health(system: Path, seed_count: int, stop_time: float, out: Path | None, jobs: int | None) -> int:
     """Test the consistency of the estimator: NIS and NEES with bounds, whiteness of the innovations."""
     from ..figures.drawing import save_figure
     from ..figures.health import estimator_health
+    from ..runs.study_folder import study_folder
     from ..studies.health.study import HEADER, RESULT, run_health, table_rows
 
     numbers = seeds(seed_count)
-    found = run_health(system, out, numbers, stop_time, {}, jobs)
-    save_figure(estimator_health(found), out / "figures", "estimator-health")
-    print_table(HEADER, table_rows(found), 120)
-    outside = 100 * found.whiteness.outside
-    print(f"innovations of seed {numbers[0]}: {outside:.1f} % of the lags beyond the 95 % bound of white noise")
-    print(f"{RESULT}, figures and runs: {out}")
+    with study_folder(out, "health") as folder:
+        found = run_health(system, folder, numbers, stop_time, {}, jobs)
+        save_figure(estimator_health(found), folder / "figures", "estimator-health")
+        print_table(HEADER, table_rows(found), 120)
+        outside = 100 * found.whiteness.outside
+        print(f"innovations of seed {numbers[0]}: {outside:.1f} % of the lags beyond the 95 % bound of white noise")
+        print(f"{RESULT}, figures and runs: {folder}")
     return 0

@@ -12,6 +12,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import (
+    DISTINGUISHED,
     assignments,
     delay_option,
     option_group,
@@ -100,7 +101,7 @@ measurement_options = option_group(
 @click.option("--controller", default="controller", metavar="NAME",
               help="component whose output is cut (default: controller)")  # fmt: skip
 @click.option("--plant", default="plant", metavar="NAME", help="component that it drives (default: plant)")
-@out_option("results folder (default: results/margins-NAME OF THE SYSTEM)")
+@out_option(f"results folder (default: results/margins-SYSTEM{DISTINGUISHED})")
 def margins(
     system: Path,
     replace: tuple[str, ...],
@@ -118,11 +119,13 @@ def margins(
 ) -> int:
     """Determine gain, phase, delay and disk margins: of the design, and measured through the FMUs."""
     from lockstep.adapter.component import replacements
+    from lockstep.cli.run_options import folder_name
     from lockstep.ssp.load import load_system
 
     from ..figures.drawing import save_figure
     from ..figures.margins import margin_figures
     from ..loop.missed_samples import refuse_missed_samples
+    from ..runs.study_folder import study_folder
     from ..studies.margins.estimate import COHERENT
     from ..studies.margins.study import read_study, run_study
     from ..studies.margins.system_loop import read_loop, with_controller
@@ -136,16 +139,17 @@ def margins(
     loop = read_loop(loaded, overrides, controller, plant, directions == "channels")
     if slow_period is not None:
         loop = dataclasses.replace(loop, slow_period=slow_period)
-    folder = out or Path("results", f"margins-{loaded.name}")
-    run_study(loop, folder, measurement.settings(overrides), analytic_only, find_delay, _report_progress)
-    content = read_study(folder)
-    if exact_rows(content):
-        print_table(EXACT_HEADER, exact_rows(content), _WIDTH)
-    print_table(HEADER, margin_rows(content), _WIDTH)
-    print(explanation(content))
-    for name, figure in margin_figures(content, COHERENT).items():
-        save_figure(figure, folder / "figures", name)
-    print(f"margins.json and figures: {folder}")
+    default = f"margins-{folder_name(loaded.name)}" + ("" if seed is None else f"-seed{seed}")
+    with study_folder(out, default) as folder:
+        run_study(loop, folder, measurement.settings(overrides), analytic_only, find_delay, _report_progress)
+        content = read_study(folder)
+        if exact_rows(content):
+            print_table(EXACT_HEADER, exact_rows(content), _WIDTH)
+        print_table(HEADER, margin_rows(content), _WIDTH)
+        print(explanation(content))
+        for name, figure in margin_figures(content, COHERENT).items():
+            save_figure(figure, folder / "figures", name)
+        print(f"margins.json and figures: {folder}")
     return 0
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import jobs_option, out_option, stop_time_option
+from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
 from lockstep.cli.parameter_types import NUMBER, OneOf, Several
 
 from .options import SCENARIOS, configuration_option, configurations, fmus_option, seeds, seeds_option
@@ -34,7 +34,7 @@ example:
               help="relative errors of the frequencies (default: 1 2 5)")  # fmt: skip
 @seeds_option(1)
 @stop_time_option(100.0)
-@out_option("results folder", default="results/robustness")
+@out_option(f"results folder (default: results/robustness{DISTINGUISHED})")
 @fmus_option
 @jobs_option
 def robustness(
@@ -43,7 +43,7 @@ def robustness(
     levels: tuple[float, ...] | None,
     seed_count: int,
     stop_time: float,
-    out: Path,
+    out: Path | None,
     fmus: Path,
     jobs: int | None,
 ) -> int:
@@ -51,6 +51,7 @@ def robustness(
     from flexsat.parameters import configuration as parameters_of
 
     from ..loop.build import build_all
+    from ..runs.study_folder import study_folder
     from ..studies.robustness import frequency_errors as frequency
 
     names, numbers = configurations(configuration), seeds(seed_count)
@@ -60,9 +61,10 @@ def robustness(
     if missing:
         build_all(missing, fmus)
     modes = parameters_of(names[0]).plate.mode_count
-    outcomes = frequency.run_robustness(
-        fmus, out, names, cast("ScenarioName", scenario), shares, numbers, stop_time, modes, jobs
-    )
+    with study_folder(out, "robustness") as folder:
+        outcomes = frequency.run_robustness(
+            fmus, folder, names, cast("ScenarioName", scenario), shares, numbers, stop_time, modes, jobs
+        )
     print_table(frequency.HEADER, frequency.table_rows(outcomes), 120)
     unstable = sum(not outcome.stable for outcome in outcomes)
     print(f"{unstable} of {len(outcomes)} runs unstable; worst of seeds {numbers[0]} to {numbers[-1]} in each row")

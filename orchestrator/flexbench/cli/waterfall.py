@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import jobs_option, out_option, stop_time_option
+from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
 from lockstep.cli.parameter_types import NUMBER, PATH, WHOLE_NUMBER
 
 from .options import DEFAULT_SEED, seed_option
@@ -26,7 +26,7 @@ example:
 @click.option("--speed-range", type=NUMBER, nargs=2, metavar="LOW HIGH",
               help="speeds in rpm (default: all modes and bands)")  # fmt: skip
 @seed_option
-@out_option("results folder (default: results/CONFIGURATION-waterfall)")
+@out_option(f"results folder (default: results/CONFIGURATION-waterfall{DISTINGUISHED})")
 @jobs_option
 def waterfall(
     system: Path,
@@ -43,18 +43,20 @@ def waterfall(
     from ..figures.drawing import save_figure
     from ..figures.waterfall import waterfall_figure
     from ..html.text_table import format_table
+    from ..runs.study_folder import study_folder
     from ..studies.waterfall.sweep import RESULT, design_of, read_waterfall, sweep
     from ..studies.waterfall.tables import HEADER, flagged_rows, summary
 
     span = None if speed_range is None else (speed_range[0] * RPM, speed_range[1] * RPM)
     design = design_of(system)
-    folder = out or Path("results") / f"{design.config.name}-waterfall"
-    result = sweep(system, design, folder, points, stop_time, DEFAULT_SEED if seed is None else seed, span, jobs)
-    paths = save_figure(waterfall_figure(result, design), folder / "figures", "waterfall")
-    content = read_waterfall(folder)
-    if content is not None:
-        print(summary(content))
-        if flagged := flagged_rows(content):
-            print(format_table(HEADER, flagged, left=0))
-    print("\n".join(map(str, [folder / RESULT, *paths])))
+    default = f"{design.config.name}-waterfall" + ("" if seed is None else f"-seed{seed}")
+    with study_folder(out, default) as folder:
+        result = sweep(system, design, folder, points, stop_time, DEFAULT_SEED if seed is None else seed, span, jobs)
+        paths = save_figure(waterfall_figure(result, design), folder / "figures", "waterfall")
+        content = read_waterfall(folder)
+        if content is not None:
+            print(summary(content))
+            if flagged := flagged_rows(content):
+                print(format_table(HEADER, flagged, left=0))
+        print("\n".join(map(str, [folder / RESULT, *paths])))
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from io import StringIO
+from io import BytesIO, StringIO
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
 from flexbench.studies.paper.published import ROWS
 from flexsat.arrays import Array
+from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
 from lockstep import Signals
 
@@ -180,10 +181,11 @@ def make_logarithmic(axes: Axes) -> None:
 
 def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write `folder`/`name`.png and .svg, the same bytes for the same figure; return their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
     png, svg = folder / f"{name}.png", folder / f"{name}.svg"
-    figure.savefig(png, dpi=RESOLUTION, metadata={"Software": None})
-    svg.write_text(_svg(figure, name), encoding="utf-8")
+    drawn = BytesIO()
+    figure.savefig(drawn, format="png", dpi=RESOLUTION, metadata={"Software": None})
+    write_atomically(png, drawn.getvalue())
+    write_atomically(svg, _svg(figure, name).encode())
     return [png, svg]
 
 

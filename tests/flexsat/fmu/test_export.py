@@ -149,7 +149,7 @@ def test_npz_bytes_repeat_and_numpy_reads_them():
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     (tmp_path / "toy.fmu").write_bytes(b"old")
-    monkeypatch.setattr(Path, "chmod", lambda *_: (_ for _ in ()).throw(OSError("disk is gone")))
+    monkeypatch.setattr(Path, "replace", lambda *_: (_ for _ in ()).throw(OSError("disk is gone")))
 
     with pytest.raises(OSError, match="disk is gone"):
         write_atomically(tmp_path / "toy.fmu", b"new")

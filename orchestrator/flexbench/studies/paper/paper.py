@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 
 from ...loop.scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
@@ -60,7 +61,7 @@ def run_paper(
         ("table.csv", as_csv(results)),
         ("table.json", as_json(results)),
     ):
-        (folder / name).write_text(content, encoding="utf-8")
+        write_atomically(folder / name, content.encode())
     return results
 
 
