@@ -7,6 +7,7 @@ No other module imports `fcntl` or `resource`, reads `/proc`, or calls `os.memfd
 from __future__ import annotations
 
 import ctypes
+import mmap
 import os
 import signal
 import sys
@@ -156,6 +157,12 @@ def anonymous_memory(size: int) -> int:
     file = os.memfd_create("exchanged values")
     os.ftruncate(file, size)
     return file
+
+
+def hide_from_copies(memory: mmap.mmap) -> None:
+    """Leave memory out of copies of this process: a copy that touches it crashes."""
+    if hasattr(mmap, "MADV_DONTFORK"):
+        memory.madvise(mmap.MADV_DONTFORK)
 
 
 def limit_process(*, core: int | None = None, data: int | None = None, file_size: int | None = None) -> None:

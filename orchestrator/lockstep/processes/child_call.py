@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
@@ -35,11 +36,14 @@ def call_in_child(call: Callable[[], object]) -> object:
 
 def _answer(call: Callable[[], object], sender: Connection) -> None:
     result: object
+    process = os.getpid()
     try:
         result = call()
     except (InputError, RunError) as error:
         result = str(error)
     except BaseException as error:
         result = f"{type(error).__name__}: {error}"
+    if os.getpid() != process:
+        os._exit(0)  # a copy that the FMU made of this process returned too
     sender.send(result)
     sender.close()

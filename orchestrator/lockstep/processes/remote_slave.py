@@ -1,5 +1,7 @@
 """A slave whose FMU runs in another process: values through shared memory, one round trip a step.
 
+A request is a number in the shared memory and a byte that wakes the worker; so is its answer (`shared_memory.py`).
+
 Inputs that are set are sent with the next step. `do_step` sends and returns at once: `overlaps` states that. The first
 call after it waits for the answer, which holds the outputs that were fetched after the same step before. So the failure
 of any call is reported when the answer is there, as a RunError that names the call, by whatever method waits for it.
@@ -7,10 +9,12 @@ of any call is reported when the answer is there, as a RunError that names the c
 
 from __future__ import annotations
 
+import json
 import os
 import pickle
 from collections import deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import monotonic
@@ -22,13 +26,12 @@ from numpy.typing import NDArray
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.log_callbacks import Log
 from lockstep.fmi.model_description import Description
-from lockstep.fmi.slave import ERROR, OK, Buffer, Scalar, returned
+from lockstep.fmi.slave import ERROR, OK, WARNING, Buffer, Scalar, returned
 from lockstep.interrupt import Interrupt
 from lockstep.operating_system import can_isolate
 from lockstep.processes.cpu_affinity import SAMPLE, core_assignment
 from lockstep.processes.last_call import CALL, STEP, TIME
-from lockstep.processes.pipe_messages import pack, read_message, write_all
-from lockstep.processes.shared_memory import SharedMemory, shared_file
+from lockstep.processes.shared_memory import ANSWER, PROGRAM, REQUEST, WAKE, SharedMemory, shared_file
 from lockstep.processes.string_transfer import RAW, first_encode, then_decode
 from lockstep.processes.watched_process import Limits, WatchedProcess
 from lockstep.system.component import Component, Value
@@ -44,7 +47,7 @@ Key = tuple[tuple[int, ...], bool, tuple[int, ...]]  # sets, whether to step, ge
 class _Program:
     """The calls that the worker makes at one command."""
 
-    command: bytes
+    number: int  # 0 for a message
     calls: tuple[str, ...]
     gets: frozenset[int]
 
@@ -63,11 +66,12 @@ class RemoteSlave:
         self._messages: deque[str] = deque(maxlen=3)
         self._outcome = ""  # of the call that failed last
         self._time = 0.0  # of the last step [s]
-        self._waiting = self._ready = self._broken = self._closed = False
+        self._waiting = self._ready = self._broken = self._closed = self._disturbed = False
+        self._number = 0  # of the last request
         self._ports: dict[tuple[str, Scalar, bytes], tuple[int, Buffer]] = {}
         self._names: list[str] = []  # of the ports' calls
         self._programs: dict[Key, _Program] = {}
-        self._under_way = _Program(command=b"", calls=("Instantiate",), gets=frozenset())
+        self._under_way = _Program(number=0, calls=("Instantiate",), gets=frozenset())
         self._pending: dict[int, None] = {}  # sets to send with the next step, in order
         self._current = _NONE  # gets whose regions hold the present values
         self._used: list[int] = []  # gets called since the last step
@@ -80,7 +84,7 @@ class RemoteSlave:
         self._answers, worker_answers = os.pipe()
         try:
             self._shared = SharedMemory(memory)
-            self._last_call = self._shared.last_call
+            self._last_call, self._numbers = self._shared.last_call, self._shared.numbers
             self._cores = core_assignment()
             self._cores.release()
             self._process = WatchedProcess((worker_commands, worker_answers, memory), folder, limits or Limits())
@@ -90,8 +94,8 @@ class RemoteSlave:
         self._worker = self._cores.add(self._process.pid, self._last_call)
         source, archive, tolerance = component.source, component.archive, component.tolerance
         part = Component(name=self.name, source=source, period=1, archive=archive, tolerance=tolerance)
-        start = pickle.dumps((part, replace(description, variables=dict(description.variables)), str(folder)))
-        self._send((-len(start)).to_bytes(4, "little", signed=True) + start)
+        start = (part, replace(description, variables=dict(description.variables)), str(folder))
+        self._send(0, pickle.dumps(start))
 
     def ready(self) -> None:
         """Wait until the FMU is instantiated, or raise the worker's error; several start side by side."""
@@ -226,6 +230,10 @@ class RemoteSlave:
             self._cores.remove(self._worker)
             os.close(self._commands)
             self._process.end(grace)
+            os.set_blocking(self._answers, False)
+            with suppress(BlockingIOError):
+                if not self._broken and os.read(self._answers, 1):  # more bytes than answers
+                    self._disturb()
             os.close(self._answers)
 
     def _port(self, kind: str, scalar: Scalar, references: NDArray[np.uint32]) -> tuple[int, Buffer]:
@@ -247,7 +255,7 @@ class RemoteSlave:
         """Send the command of a program; its answer has to be waited for."""
         self._pending.clear()
         self._under_way = program
-        self._send(program.command)
+        self._send(program.number)
 
     def _program(self, key: Key) -> _Program:
         """Return the program that makes these calls; it is sent to the worker once."""
@@ -257,8 +265,7 @@ class RemoteSlave:
         self._request("DoStep", method="program", sets=sets, steps=steps, gets=gets)
         names = self._names
         calls = (*(names[port] for port in sets), *(("DoStep",) * steps), *(names[port] for port in gets))
-        number = len(self._programs) + 1
-        program = _Program(command=number.to_bytes(4, "little", signed=True), calls=calls, gets=frozenset(gets))
+        program = _Program(number=len(self._programs) + 1, calls=calls, gets=frozenset(gets))
         self._programs[key] = program
         return program
 
@@ -276,25 +283,30 @@ class RemoteSlave:
 
     def _request(self, name: str, **message: object) -> dict[str, Any]:
         """Send a message and return the answer. `name` is the call that it leads to, for error messages."""
-        content = pack(message)
-        length = -int.from_bytes(content[:4], "little", signed=True)
-        self._under_way = _Program(command=b"", calls=(name,), gets=frozenset())
+        self._under_way = _Program(number=0, calls=(name,), gets=frozenset())
         self._last_call.integers[CALL] = 1
-        self._send(length.to_bytes(4, "little", signed=True) + content[4:])
+        self._send(0, json.dumps(message).encode())
         return self._complete()
 
-    def _send(self, content: bytes) -> None:
+    def _send(self, program: int, message: bytes = b"") -> None:
+        """Make a request: to run a program, or what a message says."""
+        if message:
+            try:
+                self._shared.put_message(message)
+            except ValueError as error:
+                raise RunError(f"{self.name}: {error}") from None
         self._process.busy_since = now = monotonic()
         self._waiting = True
         worker = self._worker
         worker.messages += 1
         if worker.messages % SAMPLE == 0 or self._cores.timed:
             self._cores.message_sent(worker, now)
+        self._number = number = self._number + 1
+        numbers = self._numbers
+        numbers[PROGRAM] = program
+        numbers[REQUEST] = number
         try:
-            if len(content) == 4:
-                os.write(self._commands, content)
-            else:
-                write_all(self._commands, content)
+            os.write(self._commands, WAKE)
         except BrokenPipeError:
             raise self._death() from None
 
@@ -302,16 +314,21 @@ class RemoteSlave:
         """Wait for the answer."""
         if self._worker in self._cores.timed:
             self._cores.waits(self._worker)
-        answer = os.read(self._answers, 1)
+        woken = os.read(self._answers, 1)
+        number, answer = self._number, self._numbers[ANSWER]
+        while woken and answer not in (number, -number):
+            self._disturb()
+            woken = os.read(self._answers, 1)
+            answer = self._numbers[ANSWER]
         self._waiting = False
         self._process.busy_since = 0.0
-        if answer == b"\0":
+        if woken and answer == number:
             self._current = self._under_way.gets
             return {}
         try:
-            if answer != b"\1":
+            if not woken:
                 raise EOFError
-            message = read_message(self._answers)
+            message = json.loads(self._shared.message())
             for status, category, text in message["log"]:
                 self._messages.append(" ".join(text.split()))
                 self._log(self.name, status, category, text)
@@ -323,6 +340,13 @@ class RemoteSlave:
             raise RunError(f"{self.name}: {failed} at {self._time:.9g} s{logged}")
         self._current = self._under_way.gets
         return dict(message)
+
+    def _disturb(self) -> None:
+        """Note once that something other than the worker writes to the pipe of its answers."""
+        if not self._disturbed:
+            self._disturbed = True
+            text = "it, or a process that it started, writes to the pipe of its answers to the master; that is ignored"
+            self._log(self.name, WARNING, "isolation", text)
 
     def _death(self) -> RunError | KeyboardInterrupt:
         """Return what ended the process, as an error."""

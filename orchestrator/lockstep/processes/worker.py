@@ -1,7 +1,6 @@
 """The process of one isolated FMU: `python -m lockstep.processes.worker COMMANDS ANSWERS MEMORY`, three descriptors.
 
-A command is four bytes. A positive number runs a program: sets, a step and gets that were defined before. A negative
-one announces a message of so many bytes. The answer is one byte: 0, or 1 and a message.
+A request runs a program: sets, a step and gets that were defined before; or it is a message (`shared_memory.py`).
 """
 
 from __future__ import annotations
@@ -25,8 +24,7 @@ from lockstep.fmi.slave import ERROR, FATAL, WARNING, Slave
 from lockstep.interrupt import ENDING
 from lockstep.operating_system import end_with_parent, limit_process
 from lockstep.processes.last_call import BUSY, CALL, STEP, TIME
-from lockstep.processes.pipe_messages import pack, read_exactly, write_all
-from lockstep.processes.shared_memory import SharedMemory
+from lockstep.processes.shared_memory import ANSWER, PROGRAM, REQUEST, WAKE, SharedMemory
 from lockstep.processes.string_transfer import first_decode, then_encode
 
 _MOST_MESSAGES = 1001  # one more than the events list, so that they can say that there were more
@@ -56,11 +54,14 @@ class Worker:
         self.calls: list[str] = []  # of the ports, as FMI names them after its prefix
         self.names: list[tuple[str, ...]] = [()]  # of the calls of the programs
         self.fatal = False
+        self._process = os.getpid()
         self._sent = 0
         self._messages: deque[tuple[int, str, str]] = deque()
 
     def log(self, _component: str, status: int, category: str, message: str) -> None:
         """Keep a message for the next answer; after a number of them the last few only."""
+        if os.getpid() != self._process:
+            return  # a copy of the process that the FMU made: it has no part in the shared memory
         text = message[:_LONGEST_MESSAGE]
         self.last_call.leave_text(" ".join(text.split()))
         self._messages.append((status, category, text))
@@ -68,7 +69,7 @@ class Worker:
             self._messages.popleft()
 
     def run(self, number: int) -> bytes:
-        """Run a program and return the answer."""
+        """Run a program and return the message that answers, if there is anything to say."""
         sets, steps, gets = self.programs[number]
         reals, integers, slave = self.last_call.reals, self.last_call.integers, self.slave
         number_of_call = 0
@@ -90,7 +91,7 @@ class Worker:
             if status > WARNING:
                 return self._failed(number, number_of_call, status)
         integers[CALL] = 0
-        return self._reply({}) if self._messages else b"\0"
+        return self._reply({}) if self._messages else b""
 
     def _failed(self, number: int, number_of_call: int, status: int) -> bytes:
         self._note(status)
@@ -103,10 +104,10 @@ class Worker:
         messages = list(self._messages)
         self._messages.clear()
         self._sent += len(messages)
-        return b"\1" + pack(content | {"log": messages})
+        return json.dumps(content | {"log": messages}).encode()
 
     def answer(self, request: dict[str, Any]) -> bytes:
-        """Do what a message requests and return the answer."""
+        """Do what a message requests and return the message that answers, if there is anything to say."""
         match request["method"]:
             case "port":
                 references = np.array(request["references"], np.uint32)
@@ -122,13 +123,13 @@ class Worker:
                 else:
                     self.ports.append(bind(request["scalar"], references, region))
                 self.calls.append(f"{request['kind'].capitalize()}{request['scalar']}")
-                return b"\0"
+                return b""
             case "program":
                 sets, gets = (tuple(self.ports[number] for number in request[kind]) for kind in ("sets", "gets"))
                 self.programs.append((sets, request["steps"], gets))
                 names = [[self.calls[number] for number in request[kind]] for kind in ("sets", "gets")]
                 self.names.append((*names[0], *(("DoStep",) * request["steps"]), *names[1]))
-                return b"\0"
+                return b""
         arguments = request["arguments"]
         if request["method"] == "set_start":
             arguments = [dict(arguments[0]), arguments[1]]
@@ -166,33 +167,16 @@ class Worker:
 def main(arguments: list[str]) -> int:
     """Serve until a request to close, or until the master has ended."""
     commands, answers, memory = map(int, arguments)
+    for descriptor in (commands, answers):
+        os.set_inheritable(descriptor, False)
     _limit()
-    worker = Worker(SharedMemory(memory))
+    shared = SharedMemory(memory)
     os.close(memory)
+    shared.hide_from_copies()
+    worker = Worker(shared)
     try:
-        first = int.from_bytes(read_exactly(commands, 4), "little", signed=True)
-        write_all(answers, worker.open(read_exactly(commands, -first)))
-        read, write, run, reals = os.read, os.write, worker.run, worker.last_call.reals
-        while True:
-            command = read(commands, 4)
-            began = perf_counter()
-            number = int.from_bytes(command, "little", signed=True)
-            if number > 0:
-                answer = run(number)
-            elif len(command) < 4:
-                break  # the master has ended
-            else:
-                request = json.loads(read_exactly(commands, -number))
-                answer = worker.answer(request)
-                if request["method"] == "close":
-                    write_all(answers, answer)
-                    break
-            reals[BUSY] += perf_counter() - began
-            if len(answer) == 1:
-                write(answers, answer)
-            else:
-                write_all(answers, answer)
-    except (EOFError, BrokenPipeError):
+        _serve(worker, commands, answers)
+    except BrokenPipeError:
         pass
     finally:
         if worker.slave is not None:
@@ -201,6 +185,34 @@ def main(arguments: list[str]) -> int:
     if worker.fatal:
         os._exit(0)  # nothing of the library may run any more, not even what it does at exit
     return 0
+
+
+def _serve(worker: Worker, commands: int, answers: int) -> None:
+    """Answer the requests of the master, each once."""
+    read, write, run = os.read, os.write, worker.run
+    reals, numbers = worker.last_call.reals, worker.shared.numbers
+    number, closing = 0, False
+    while not closing and read(commands, 1):  # it ends where the master has ended
+        began = perf_counter()
+        if numbers[REQUEST] == number:
+            continue  # woken by somebody else
+        number += 1
+        if numbers[REQUEST] != number:
+            raise RuntimeError(f"request {numbers[REQUEST]} came where {number} was expected")
+        program = numbers[PROGRAM]
+        if program:
+            message = run(program)
+        elif number == 1:
+            message = worker.open(worker.shared.message())
+        else:
+            request = json.loads(worker.shared.message())
+            message = worker.answer(request)
+            closing = request["method"] == "close"
+        if message:
+            worker.shared.put_message(message)
+        reals[BUSY] += perf_counter() - began
+        numbers[ANSWER] = -number if message else number
+        write(answers, WAKE)
 
 
 def _limit() -> None:

@@ -311,6 +311,18 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
         _exit(0);
     }
 #endif
+#ifdef DEFECT_LEAVES_A_DAEMON
+    char *nothing[] = {NULL}, *sleeper[] = {"sleep", "61", NULL};
+    if (now->count == 5 && fork() == 0 && setsid() && fork() == 0) execve("/bin/sleep", sleeper, nothing);
+#endif
+#ifdef DEFECT_WRITES_TO_DESCRIPTORS
+    for (int k = 3; k < 64; k++) {
+        if (now->count % 5 == 0 && write(k, "", 1) < 0) continue;
+    }
+#endif
+#ifdef DEFECT_RETURNS_TWICE
+    if (now->count == 5 && fork() == 0) now->count += 100; /* both processes return from this step */
+#endif
 #ifdef DEFECT_LEAVES_A_THREAD
     pthread_t thread;
     if (now->count == 5 && pthread_create(&thread, NULL, idle, NULL) == 0) pthread_detach(thread);

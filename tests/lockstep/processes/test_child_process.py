@@ -92,6 +92,17 @@ def test_a_call_in_a_child_returns_its_result_or_a_reason():
     assert call_in_child(os.getpid) != os.getpid()
 
 
+def fork_and_return():
+    if os.fork() == 0:
+        return "copy"
+    time.sleep(0.3)  # the copy returns first
+    return "original"
+
+
+def test_a_call_that_copies_its_process_has_one_result():
+    assert call_in_child(fork_and_return) == "original"
+
+
 def test_the_last_call_outlives_its_process(tmp_path):
     path = tmp_path / "last_call"
     assert read_last_call(path) == ""
