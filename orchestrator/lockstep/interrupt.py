@@ -25,6 +25,11 @@ class Stopped(KeyboardInterrupt):
         super().__init__(number)
         self.number = number
 
+    @property
+    def name(self) -> str:
+        """Name of the signal."""
+        return signal.Signals(self.number).name
+
 
 class Interrupt:
     """Whether the run is to end, and by which signal."""

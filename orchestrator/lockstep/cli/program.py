@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import signal
 import sys
 import traceback
 from collections.abc import Mapping, Sequence
@@ -136,7 +135,7 @@ class Program(click.Group):
             return 2, str(error)
         if isinstance(error, KeyboardInterrupt):
             code = exit_code(error)
-            by = f"interrupted by {signal.Signals(error.number).name}" if isinstance(error, Stopped) else "interrupted"
+            by = f"interrupted by {error.name}" if isinstance(error, Stopped) else "interrupted"
             return code, self._interrupted.replace("interrupted", by, 1)
         if isinstance(error, OSError):
             return 1, f"{error.filename or 'system'}: {error.strerror or error}"

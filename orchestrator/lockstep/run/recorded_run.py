@@ -10,6 +10,7 @@ from pathlib import Path
 from time import perf_counter
 
 from lockstep.errors import RunError
+from lockstep.interrupt import Stopped
 from lockstep.results.recorder import Recorder
 from lockstep.results.run_record import Events, end_run_record
 from lockstep.run.loop import Loop
@@ -57,8 +58,8 @@ class RecordedRun:
                 raise
             self.close_slaves.close()
             recorder.close()
-        except KeyboardInterrupt:
-            self._end("interrupted", None)
+        except KeyboardInterrupt as error:
+            self._end("interrupted", error.name if isinstance(error, Stopped) else None)
             raise
         except OSError as error:
             what = os.strerror(error.errno) if error.errno else str(error)

@@ -1,0 +1,58 @@
+"""A signal to a study ends its processes, with their results closed; a job holds its folder."""
+
+import json
+import os
+import signal
+import threading
+import time
+import tomllib
+
+import pytest
+
+from flexbench.runs.jobs import Job, run_job, run_jobs
+from fmus.wanderer.wanderer import wanderer
+from lockstep import Component, InputError, System, read_signals, write_ssd
+from lockstep.interrupt import Stopped, ended_by_signals
+from lockstep.results.results_folder import claim
+
+START = {"u": 0.0, "offset": 0.0, "number": 0, "flag": False}
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory):
+    """Return a system file of one FMU, isolated."""
+    folder = tmp_path_factory.mktemp("system")
+    part = Component(name="a", source=wanderer(folder, "good"), period=1_000_000, isolated=True, parameters=START)
+    write_ssd(System(name="one", tick=1_000_000, stop_time=10**14, components=(part,), connections=()),
+              folder / "one.ssd")  # fmt: skip
+    return folder / "one.ssd"
+
+
+def wait_for_rows(folder):
+    deadline = time.monotonic() + 60.0
+    while not ((folder / "signals.arrows").exists() and (folder / "signals.arrows").stat().st_size > 20_000):
+        assert time.monotonic() < deadline, f"nothing was written to {folder}"
+        time.sleep(0.02)
+
+
+def test_a_signal_ends_the_jobs_and_closes_their_folders(system, tmp_path):
+    def send():
+        wait_for_rows(tmp_path / "one")
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    with pytest.raises(Stopped) as caught, ended_by_signals():
+        run_jobs([Job(system=system, folder=tmp_path / "one", metrics=False)])
+    thread.join()
+
+    assert caught.value.name == "SIGTERM"
+    run = tomllib.loads((tmp_path / "one/run.toml").read_text())
+    assert run["status"] == "interrupted"
+    assert run["simulated_time"] == len(read_signals(tmp_path / "one").time) / 1000  # every row is there
+    assert json.loads((tmp_path / "one/events.jsonl").read_text().splitlines()[-1])["status"] == "interrupted"
+
+
+def test_a_job_is_refused_while_another_run_has_its_folder(system, tmp_path):
+    with claim(tmp_path / "out"), pytest.raises(InputError, match="another run is writing to it"):
+        run_job(Job(system=system, folder=tmp_path / "out", metrics=False))
