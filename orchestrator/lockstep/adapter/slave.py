@@ -12,17 +12,24 @@ from numpy.typing import NDArray
 
 from lockstep.adapter.bind import Binding, Bound
 from lockstep.adapter.conversion import Map
+from lockstep.adapter.fit import Unfit, doubles, finite, whole
 from lockstep.arrays import Array
 from lockstep.errors import InputError, compact
+from lockstep.fmi.model_description import Variable
 from lockstep.fmi.slave import DTYPES, ERROR, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
 from lockstep.system.component import Value
 
 _FILE = "adapter.npz"
-_LIMITS = {  # the outermost doubles that fit, by the type of a buffer
-    np.dtype(np.int32): (-(2.0**31), 2.0**31 - 1.0),
-    np.dtype(np.int64): (-(2.0**63), 2.0**63 - 1024.0),
-    np.dtype(np.uint64): (0.0, 2.0**64 - 2048.0),
-}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Span:
+    """Variables of one type of an entry: their positions in the buffer, and among the entry's variables."""
+
+    buffer: Buffer
+    positions: NDArray[np.intp]
+    mine: NDArray[np.intp]
+    variables: tuple[Variable, ...]
 
 
 class _Side:
@@ -42,14 +49,20 @@ class _Side:
             bind = slave.setter if inward else slave.getter
             self.calls.append(bind(scalar, np.array(references, np.uint32), buffer))
 
-    def spans(self, bound: Bound) -> list[tuple[Buffer, NDArray[np.intp], NDArray[np.intp]]]:
-        """Return, for each type among an entry's variables: the buffer, positions in it, positions in the entry."""
+    def spans(self, bound: Bound) -> list[_Span]:
+        """Return, for each type among an entry's variables, where they are."""
         found = []
         for scalar in SCALARS:
             mine = [k for k, v in enumerate(bound.variables) if v.scalar == scalar]
             if mine:
                 positions = [self._positions[scalar, bound.variables[k].reference] for k in mine]
-                found.append((positions[0][0], np.array([p for _, p in positions], np.intp), np.array(mine, np.intp)))
+                span = _Span(
+                    buffer=positions[0][0],
+                    positions=np.array([p for _, p in positions], np.intp),
+                    mine=np.array(mine, np.intp),
+                    variables=tuple(bound.variables[k] for k in mine),
+                )
+                found.append(span)
         return found
 
 
@@ -59,8 +72,9 @@ class _Work:
 
     convert: Map
     ports: NDArray[np.intp]
-    spans: list[tuple[Buffer, NDArray[np.intp], NDArray[np.intp]]]
-    size: int  # number of FMU variables
+    spans: list[_Span]
+    bound: Bound
+    numbers: bool  # all ports are Reals
     hold: int | None  # position of the flag among the interface ports
 
 
@@ -69,6 +83,7 @@ class AdaptedSlave:
 
     def __init__(self, slave: Slave, binding: Binding) -> None:
         self._slave, self._binding = slave, binding
+        self._problem = ""  # a value that did not fit
         self._values: Array = np.zeros(len(binding.shown))
         number = {name: v.reference for name, v in binding.shown.items()}
         for name, value in binding.substitutes.items():
@@ -87,7 +102,8 @@ class AdaptedSlave:
             convert=convert,
             ports=np.array([number[v.name] for v in bound.ports], np.intp),
             spans=side.spans(bound),
-            size=len(bound.variables),
+            bound=bound,
+            numbers=all(v.scalar == "Real" for v in bound.ports),
             hold=None if bound.hold is None else number[bound.hold.name],
         )
 
@@ -101,42 +117,81 @@ class AdaptedSlave:
 
     def _push(self, first: bool) -> int:
         values = self._values
-        for work in self._inputs:
-            if work.hold is not None and not first and not values[work.hold]:
-                continue  # no new sample: the FMU keeps the last
-            converted = work.convert(values[work.ports])
-            for buffer, positions, mine in work.spans:
-                buffer[positions] = converted[mine] if buffer.dtype == np.float64 else _whole(converted[mine], buffer)
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                for work in self._inputs:
+                    if work.hold is not None and not first and not values[work.hold]:
+                        continue  # no new sample: the FMU keeps the last
+                    given = values[work.ports]
+                    converted = work.convert(given)
+                    finite(converted, given, work.bound.variables)
+                    for span in work.spans:
+                        part, kind = converted[span.mine], span.buffer.dtype
+                        span.buffer[span.positions] = part if kind == np.float64 else whole(part, span.variables, kind)
+        except Unfit as unfit:
+            return self._refuse(unfit)
         return _called(self._setters)
 
     def _pull(self) -> int:
         status = _called(self._getters)
-        for work in self._outputs:
-            fetched = np.empty(work.size)
-            for buffer, positions, mine in work.spans:
-                fetched[mine] = buffer[positions]
-            self._values[work.ports] = work.convert(fetched)
+        if status > WARNING:
+            return status
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                for work in self._outputs:
+                    fetched = np.empty(len(work.bound.variables))
+                    for span in work.spans:
+                        fetched[span.mine] = doubles(span.buffer[span.positions], span.variables)
+                    if not work.numbers:  # a flag would be true, and an Integer is whole
+                        _refuse_infinite(fetched, work.bound)
+                    self._values[work.ports] = work.convert(fetched)
+        except Unfit as unfit:
+            return self._refuse(unfit)
         return status
+
+    def _refuse(self, unfit: Unfit) -> int:
+        """Note a value that does not fit, which ends the run though the FMU has not failed."""
+        self._problem = str(unfit)
+        return ERROR
 
     def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return a call that fills the buffer with port values."""
         values, positions = self._values, references.astype(np.intp)
+        if scalar == "Real":
 
-        def get() -> int:
-            buffer[:] = values[positions] if scalar == "Real" else _whole(values[positions], buffer)
+            def get() -> int:
+                buffer[:] = values[positions]
+                return OK
+
+            return get
+        ports = self._ports(references)
+
+        def get_whole() -> int:
+            try:
+                buffer[:] = whole(values[positions], ports, buffer.dtype)
+            except Unfit as unfit:
+                return self._refuse(unfit)
             return OK
 
-        return get
+        return get_whole
 
-    def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:  # noqa: ARG002
+    def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return a call that takes port values from the buffer; the FMU gets them at its next step."""
         values, positions = self._values, references.astype(np.intp)
+        ports = self._ports(references)
 
         def put() -> int:
-            values[positions] = buffer
+            try:
+                values[positions] = buffer if scalar == "Real" else doubles(buffer, ports)
+            except Unfit as unfit:
+                return self._refuse(unfit)
             return OK
 
         return put
+
+    def _ports(self, references: NDArray[np.uint32]) -> list[Variable]:
+        shown = list(self._binding.shown.values())  # their references are their positions
+        return [shown[reference] for reference in references.tolist()]
 
     def set_start(self, values: Mapping[int, Value], scalar: Scalar) -> int:
         """Set start values of interface ports, and parameters of the FMU."""
@@ -144,7 +199,10 @@ class AdaptedSlave:
         for reference, value in values.items():
             parameter = self._binding.parameters.get(reference)
             if parameter is None:
-                self._values[reference] = float(value)
+                self._values[reference] = value
+                if float(self._values[reference]) != value:  # an integer of 64 bits
+                    (port,) = self._ports(np.array([reference], np.uint32))
+                    return self._refuse(Unfit(f"{port.name}: {value} has more digits than an adapter keeps"))
             else:
                 parameters[parameter.reference] = value
         return self._slave.set_start(parameters, scalar) if parameters else OK
@@ -198,24 +256,29 @@ class AdaptedSlave:
 
     def failed(self, status: int) -> None:
         """Note the status that ended the run."""
-        self._slave.failed(status)
+        if not self._problem:
+            self._slave.failed(status)
 
     def outcome(self, call: str, status: int) -> str:
-        """Describe a failed call."""
-        return self._slave.outcome(call, status)
+        """Describe a failed call, or the value that did not fit."""
+        return self._problem or self._slave.outcome(call, status)
 
     def last_messages(self) -> str:
         """Return what the FMU logged last, or nothing."""
-        return self._slave.last_messages()
+        return "" if self._problem else self._slave.last_messages()
 
     def close(self) -> None:
         """Terminate and free."""
         self._slave.close()
 
 
-def _whole(values: Array, buffer: Buffer) -> Array:
-    """Round for an Integer buffer; NaN becomes 0, and a number out of range the nearest limit."""
-    return np.rint(np.clip(np.nan_to_num(values), *_LIMITS[buffer.dtype]))
+def _refuse_infinite(values: Array, bound: Bound) -> None:
+    found = np.isfinite(values)
+    if not found.all():
+        first = int(np.argmin(found))
+        ports = compact(v.name for v in bound.ports)
+        raise Unfit(f"{bound.variables[first].name}: is {values[first]}, of which no {bound.ports[0].type} can be made "
+                    f"for {ports}")  # fmt: skip
 
 
 def _called(calls: Sequence[Callable[[], int]]) -> int:

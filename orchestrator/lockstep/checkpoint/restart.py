@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from lockstep.array_names import name_and_arrays
 from lockstep.checkpoint.bus_values import restore_bus
 from lockstep.checkpoint.file import WAITING, Checkpoint
 from lockstep.checkpoint.identity import changes, refuse_other
@@ -83,7 +84,8 @@ class Restart:
     ) -> tuple[Plan, dict[str, Override]]:
         """Return the plan, with the settings of the checkpoint's run where none are given; and all its overrides."""
         before = self.checkpoint.run
-        given = {**before["overrides"], **overrides}
+        earlier = {k: v for k, v in before["overrides"].items() if not overrides.keys() & set(name_and_arrays(k))}
+        given = {**earlier, **overrides}
         if not self.reinitialised:  # another FMU may lack the signals that were recorded
             record = before["record"] if record is None else record
             record_period = before["record_period"] if record_period is None else record_period

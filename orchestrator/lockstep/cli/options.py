@@ -88,10 +88,20 @@ def option_group(name: str, values: type, *options: Decorator) -> Decorator:
 
 def assignments(texts: Iterable[str]) -> dict[str, str]:
     """Return values given as COMPONENT.PARAMETER=VALUE, by component and parameter."""
-    values = {}
+    values: dict[str, str] = {}
     for text in texts:
         key, equals, value = text.partition("=")
         if not (key and equals):
             raise InputError(f"--set {text}: write COMPONENT.PARAMETER=VALUE")
-        values[key] = value
+        if values.setdefault(key, value) != value:
+            raise InputError(f"--set {text}: is {values[key]} already; give one value for {key}")
     return values
+
+
+def refuse_repeated(texts: Iterable[str], option: str) -> None:
+    """Raise InputError for an option, given as KEY=VALUE, that has two values for one key."""
+    values: dict[str, str] = {}
+    for text in texts:
+        key, equals, value = text.rpartition("=")
+        if equals and values.setdefault(key, value) != value:
+            raise InputError(f"{option} {text}: is {values[key]} already; give one value for {key}")

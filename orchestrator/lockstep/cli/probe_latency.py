@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import assignments
+from lockstep.cli.options import assignments, refuse_repeated
 from lockstep.cli.parameter_types import NUMBER, PATH, WHOLE_NUMBER, OneOf
 from lockstep.errors import InputError
 from lockstep.interrupt import exit_code
@@ -90,6 +90,7 @@ def probe_latency(
 def _amplitudes(texts: tuple[str, ...]) -> dict[str, Any]:
     """Return the amplitude of all inputs and those of single ones, as arguments of `ProbeSettings`."""
     general, single = None, {}
+    refuse_repeated(texts, "--amplitude")
     for text in texts:
         name, _, amount = text.rpartition("=")
         value = _number(amount, f"--amplitude {text}")

@@ -139,6 +139,8 @@ def run_system(
             )
         if system.ignored:
             print(f"left out, as no variable takes them: {compact(system.ignored)}")
+        if system.start_values:
+            print(f"values of connected inputs, which count at initialization only: {compact(system.start_values)}")
         print_summary(summary)
         if any(component.shadow for component in system.components):
             print("\n".join(residual_lines(summary.folder)))

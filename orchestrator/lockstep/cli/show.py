@@ -53,4 +53,6 @@ def describe(system: System) -> list[str]:
         lines.append(f"  without a value: {compact(one.name for one in system.inputs)}; give --set NAME=VALUE")
     if system.ignored:
         lines.append(f"  left out, as no variable takes them: {compact(system.ignored)}")
+    if system.start_values:
+        lines.append(f"  count at initialization only, as the inputs are connected: {compact(system.start_values)}")
     return lines

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
 
-from lockstep.cli.options import option_group
+from lockstep.cli.options import option_group, refuse_repeated
 from lockstep.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ class TimingOptions:
         from lockstep.ssp.step_times import Timing
 
         sizes = [text.rpartition("=") for text in self.step_size]
+        refuse_repeated(self.step_size, "--step-size")
         delays = [text for text in self.delay if "=" not in text]
         kinds: dict[str, Kind] = dict.fromkeys(self.continuous, "continuous")
         both = sorted(kinds.keys() & set(self.sampled))
@@ -64,8 +65,9 @@ timing_options = option_group(
 )  # fmt: skip
 
 
-def with_delays(system: System, texts: Iterable[str]) -> System:
+def with_delays(system: System, texts: Sequence[str]) -> System:
     """Return the system with delays given as TICKS for all connections, and as FROM:TO=TICKS, which goes before."""
+    refuse_repeated(texts, "--delay")
     for text in sorted(texts, key=lambda text: "=" in text):
         ends, equals, ticks = text.rpartition("=")
         start, _, end = ends.partition(":")
@@ -76,8 +78,9 @@ def with_delays(system: System, texts: Iterable[str]) -> System:
     return system
 
 
-def with_step_sizes(system: System, texts: Iterable[str]) -> System:
+def with_step_sizes(system: System, texts: Sequence[str]) -> System:
     """Return the system with step sizes given as COMPONENT=SECONDS; `load_system` has applied one for all."""
+    refuse_repeated(texts, "--step-size")
     for text in texts:
         name, equals, size = text.rpartition("=")
         if equals:

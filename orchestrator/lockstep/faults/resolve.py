@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 
 import numpy as np
 
@@ -265,7 +266,10 @@ def _converted(fault: Fault, target: Target, value: float, system: System) -> fl
         gain, bias = gain_between(named, declared)
     except ValueError as error:
         raise InputError(f"{what}: {target.name}: {error}") from None
-    return gain * value + (bias if fault.kind in _ABSOLUTE else 0.0)
+    converted = gain * value + (bias if fault.kind in _ABSOLUTE else 0.0)
+    if not isfinite(converted):
+        raise InputError(f"{what}: {value!r} is {converted} in {declared.name!r}; give a smaller number")
+    return converted
 
 
 def _events(fault: Fault, groups: Sequence[Group]) -> list[FaultEvent]:

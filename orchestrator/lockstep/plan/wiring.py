@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from lockstep.array_names import name_and_arrays
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.parameter_values import component_parameters
@@ -58,12 +59,32 @@ def wire(system: System, descriptions: Mapping[str, Description], overrides: Map
     parameters = {
         component.name: component_parameters(component, descriptions[component.name]) for component in system.components
     }
+    links = _links(system, descriptions)
+    feeding = {(c.to_component, c.input): c for c in system.connections}
+    for name, values in parameters.items():
+        for port in values:
+            if f"{name}.{port}" not in system.start_values:
+                _refuse_fed(name, port, feeding, "remove it from the system's parameters")
+    given: dict[tuple[str, str], str] = {}
     for key, value in overrides.items():
         for name, variable, item in resolve_overrides(key, value, system, descriptions):
+            _refuse_fed(name, variable.name, feeding, f"leave {key} out")
+            first = given.setdefault((name, variable.name), key)
+            if first not in name_and_arrays(key):  # one element may differ from the array that is given before it
+                raise InputError(f"{name}.{variable.name}: has a value by {first} and by {key}; give one of them")
             parameters[name][variable.name] = item
-    links = _links(system, descriptions)
     _check_fed(system, descriptions, parameters)
     return Wiring(links=links, parameters=parameters)
+
+
+def _refuse_fed(component: str, variable: str, feeding: Mapping[tuple[str, str], Connection], remedy: str) -> None:
+    """Refuse a value for a connected input, which the first transfer would replace."""
+    connection = feeding.get((component, variable))
+    if connection is not None:
+        raise InputError(
+            f"{component}.{variable}: is connected to {connection.from_component}.{connection.output}, so that a value "
+            f"for it has no effect; {remedy}, remove the connection, or inject a fault of kind stuck"
+        )
 
 
 def _check_connectors(component: Component, description: Description) -> None:

@@ -108,7 +108,10 @@ class Exchange:
                 if (link.consumer, link.target_scalar or link.scalar) == (name, scalar) and known is not None:
                     values: NDArray[Any] = np.array([known[source] for source in link.sources], DTYPES[link.scalar])
                     convert = converter(scalar, link.ways, self._labels(name, scalar, link.targets))
-                    entries |= dict(zip(link.targets, convert(values).tolist(), strict=True))
+                    found = convert(values)
+                    if scalar == "Real" and not np.isfinite(found).all():
+                        self._refuse_overflow(name, link.targets, found, 0.0)
+                    entries |= dict(zip(link.targets, found.tolist(), strict=True))
             if entries:
                 targets = sorted(entries)
                 buffer: Buffer = np.array([entries[target] for target in targets], DTYPES[scalar])
@@ -221,16 +224,29 @@ class Exchange:
         if not linear(ways, scalar):
             return self._mixed_set(name, scalar, entries, buffer, call)
         gain, bias = np.array([way.gain for way in ways]), np.array([way.bias for way in ways])
+        marks = bytearray(len(targets))  # as in `_bound_get`
+        finite, isfinite = np.frombuffer(marks, np.bool_), np.isfinite
 
         def converted(time: float) -> None:
             take(index, None, buffer, "clip")
             np.multiply(buffer, gain, buffer)
             np.add(buffer, bias, buffer)
+            isfinite(buffer, finite)
+            if 0 in marks:
+                self._refuse_overflow(name, targets, buffer, time)
             status = call()
             if status:
                 check(name, function, time, status)
 
         return converted
+
+    def _refuse_overflow(self, name: str, targets: Sequence[int], values: Buffer, time: float) -> None:
+        bad = ~np.isfinite(values)
+        names = compact(label for label, wrong in zip(self._labels(name, "Real", targets), bad, strict=True) if wrong)
+        raise RunError(
+            f"{names}: is {values[bad][0]} at {time:.9g} s after the conversion of its connection; "
+            "every exchanged value must be finite"
+        )
 
     def _mixed_set(
         self, name: str, scalar: Scalar, entries: Sequence[_SetValue], buffer: Buffer, call: Transfer

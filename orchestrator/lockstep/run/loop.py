@@ -7,6 +7,8 @@ from itertools import cycle, islice
 from time import perf_counter
 from typing import Protocol
 
+import numpy as np
+
 from lockstep.system.clock import seconds
 
 Action = Callable[[float], None]  # called with the simulated time [s]
@@ -47,12 +49,13 @@ class Loop:
         """
         due = perf_counter() + _LOOK_INTERVAL
         first = self.first
-        for end, act in [*pauses, (self.last, None)]:
-            due = self._ticks(phases, range(first, end), due, look)
-            self.done = first = end
-            self._clock.time = self.time
-            if act is not None:
-                act()
+        with np.errstate(over="ignore"):  # a value that overflows ends the run by name, without a warning before
+            for end, act in [*pauses, (self.last, None)]:
+                due = self._ticks(phases, range(first, end), due, look)
+                self.done = first = end
+                self._clock.time = self.time
+                if act is not None:
+                    act()
 
     def _ticks(self, phases: Sequence[tuple[Action, ...]], ticks: range, due: float, look: Action) -> float:
         """Run these ticks; return when the next look is due, on the wall clock."""

@@ -86,10 +86,15 @@ class _Assembly:
             sha256=digest,
             inputs=self._inputs(free, values),
             ignored=tuple(f"{setting.name} ({setting.origin})" for setting in settled.ignored),
+            start_values=() if self.own is not None else self._start_values(found, values),
         )
         for named in self.timing.names():
             system.component(named)
         return system
+
+    def _start_values(self, found: list[Way], values: Mapping[str, Mapping[str, object]]) -> tuple[str, ...]:
+        """Return the connected inputs that have a value: in SSP it serves at initialization."""
+        return tuple(f"{way.end[0]}.{way.end[1]}" for way in found if way.end[1] in values.get(way.end[0], {}))
 
     def describe(self, leaf: Leaf) -> Description:
         """Read the FMU of a component, once."""

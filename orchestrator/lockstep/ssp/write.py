@@ -38,6 +38,9 @@ def write_ssd(system: System, path: Path | str) -> None:
     elements = add(top, SSD, "Elements")
     enumerations: dict[tuple[tuple[str, int], ...], str] = {}
     for component in system.components:
+        # start values of connected inputs are left out: in a file with annotations they are refused
+        kept = {k: v for k, v in component.parameters.items() if f"{component.name}.{k}" not in system.start_values}
+        component = replace(component, parameters=kept)
         _write_component(elements, component, _connectors(component, system.connections), path.parent, enumerations)
     if system.connections:
         connections = add(top, SSD, "Connections")

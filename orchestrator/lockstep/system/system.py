@@ -69,7 +69,8 @@ class SystemInput:
 class System:
     """A whole system. Times are integer nanoseconds; `record` holds patterns on `component.variable`.
 
-    `ignored` are the values of a system file that have no variable, for display.
+    `ignored` are the values of a system file that have no variable, for display; `start_values` the connected inputs to
+    which one gives a value that counts at initialization only, where the producer comes later.
     """
 
     name: str
@@ -83,6 +84,7 @@ class System:
     sha256: str | None = None  # of that file
     inputs: tuple[SystemInput, ...] = ()
     ignored: tuple[str, ...] = ()
+    start_values: tuple[str, ...] = ()  # `component.input`
 
     def __post_init__(self) -> None:
         for key in ("tick", "stop_time", "record_period"):

@@ -225,23 +225,3 @@ def test_elements_of_arrays_are_paired_by_number(tmp_path, ports, foreign, entry
 
     assert [v.name for v in bound.ports] == ports
     assert [v.name for v in bound.variables] == foreign
-
-
-@pytest.mark.parametrize(
-    ("value", "integer"),
-    [(np.nan, 0), (np.inf, 2**31 - 1), (-np.inf, -(2**31)), (3e9, 2**31 - 1), (2.5, 2), (3.5, 4), (-1.6, -2)],
-)
-def test_number_becomes_the_nearest_integer_in_range_and_nan_becomes_zero(tmp_path, value, integer):
-    path = tmp_path / "vendor.toml"
-    path.write_text('[[input]]\nport = "u"\nvariable = "n"\n[[output]]\nport = "y"\nvariable = "m"\n')
-    interface = variables(("u", "Real", "input", ""), ("y", "Integer", "output", ""))
-    fmu = variables(("n", "Integer", "input", ""), ("m", "Real", "output", ""))
-    binding, toy = bind(read_adapter(path), interface, fmu), Toy()
-    slave = AdaptedSlave(toy, binding)
-    toy.store["Real"][fmu["m"].reference] = value
-    ports(slave, binding, ["u"], "Real", [value])
-
-    assert slave.exit_initialization() == OK
-
-    assert toy.store["Integer"][fmu["n"].reference] == integer
-    assert ports(slave, binding, ["y"], "Integer")[0] == integer

@@ -5,10 +5,13 @@ import pytest
 
 from lockstep.__main__ import PROGRAM
 from lockstep.cli.command import command
-from lockstep.cli.options import option_group
+from lockstep.cli.options import assignments, option_group
 from lockstep.cli.parameter_types import COUNT, NUMBER, OneOf, Several
+from lockstep.cli.probe_latency import _amplitudes
 from lockstep.cli.program import Program
+from lockstep.cli.timing_options import with_delays, with_step_sizes
 from lockstep.cli.usage_errors import RENAMED, similar
+from lockstep.errors import InputError
 
 RUN = "; see `python -m lockstep run --help`"
 PROBE = "; see `python -m lockstep probe-latency --help`"
@@ -54,6 +57,22 @@ def test_a_wrong_command_line_is_refused_in_one_line(capsys, arguments, line):
     assert PROGRAM.run(arguments) == 2
     captured = capsys.readouterr()
     assert (captured.out, captured.err) == ("", f"lockstep: {line}\n")
+
+
+@pytest.mark.parametrize(
+    ("read", "texts", "message"),
+    [
+        (assignments, ["a.x=1", "a.y=2", "a.x=2"], "--set a.x=2: is 1 already; give one value for a.x"),
+        (lambda t: with_delays(None, t), ["a:b=1", "a:b=2"], "--delay a:b=2: is 1 already; give one value for a:b"),
+        (lambda t: with_step_sizes(None, t), ["a=1", "a=2"], "--step-size a=2: is 1 already; give one value for a"),
+        (_amplitudes, ["u=1", "2", "u=3"], "--amplitude u=3: is 1 already; give one value for u"),
+    ],
+)
+def test_two_values_for_one_thing_are_refused(read, texts, message):
+    with pytest.raises(InputError) as caught:
+        read(texts)
+    assert str(caught.value) == message
+    assert assignments(["a.x=1", "a.x=1"]) == {"a.x": "1"}
 
 
 def test_renamed_options_have_their_new_names_somewhere():

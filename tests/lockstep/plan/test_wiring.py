@@ -8,6 +8,8 @@ from lockstep import Component, Connection, Connector, InputError, System, Unit
 from lockstep.fmi.model_description import read_description
 from lockstep.plan.wiring import wire
 from lockstep.results.signal_patterns import select
+from lockstep.system.system import Feed, SystemInput
+from lockstep.system.transformation import Hop
 from lockstep.system.units import conversion
 
 MS = 1_000_000
@@ -96,18 +98,49 @@ def test_a_wrong_value_is_refused(loop, key, value, message):
 
 @pytest.mark.parametrize("value", [2.5, "2.5", [2.5]])
 def test_one_value_is_for_all_elements_of_an_array(loop, value):
-    parameters = check(loop, {"echo.u": value}).parameters
+    parameters = check(replace(loop, connections=loop.connections[1:]), {"echo.u": value}).parameters
 
     assert {name: parameters["echo"][name] for name in ("u[1]", "u[2]")} == {"u[1]": 2.5, "u[2]": 2.5}
 
 
 def test_values_and_texts_are_converted_to_the_declared_type(loop):
     given = {"counter.gain": "1e-6", "counter.fail_at": "12", "echo.flag": "true", "echo.u": "3,4", "plant.x0": 2}
-    parameters = check(loop, given).parameters
+    parameters = check(replace(loop, connections=loop.connections[2:]), given).parameters
     assert parameters["counter"] == {"gain": 1e-6, "fail_at": 12}
     assert parameters["echo"] == {"u[1]": 3.0, "u[2]": 4.0, "flag": True}
     assert parameters["plant"] == {"x0": 2.0}
     assert isinstance(parameters["plant"]["x0"], float)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("echo.u[1]", 2.0), ("echo.u", [2.0, 3.0]), ("echo.u", "2"), ("plant.u", 1.0), ("echo.flag", True)],
+)
+def test_a_value_for_a_connected_input_is_refused_by_name(loop, key, value):
+    name = {"echo.u": "echo.u[1]"}.get(key, key)
+    source = "counter.even" if key == "echo.flag" else "counter.count"
+    why = f"{name}: is connected to {source}, so that a value for it has no effect; "
+    with pytest.raises(InputError) as caught:
+        check(loop, {key: value})
+    assert str(caught.value).startswith(f"{why}leave {key} out, remove the connection, or inject a fault of kind stuck")
+    if "[" in key or key != "echo.u":
+        component, _, port = key.partition(".")
+        changed = [
+            replace(c, parameters={**c.parameters, port: value}) if c.name == component else c for c in loop.components
+        ]
+        with pytest.raises(InputError) as caught:
+            check(replace(loop, components=tuple(changed)))
+        assert str(caught.value).startswith(f"{why}remove it from the system's parameters, remove the connection")
+
+
+def test_one_variable_has_one_value_but_an_element_may_differ_from_its_array(loop):
+    free = replace(loop, connections=loop.connections[1:])
+    assert check(free, {"echo.u": 1.0, "echo.u[2]": 5.0}).parameters["echo"] == {"u[1]": 1.0, "u[2]": 5.0}
+    with pytest.raises(InputError, match=r"echo\.u\[2\]: has a value by echo\.u\[2\] and by echo\.u; give one of"):
+        check(free, {"echo.u[2]": 5.0, "echo.u": 1.0})
+    given = SystemInput(name="in", unit=None, feeds=(Feed(component="echo", input="u[1]", hops=(Hop(),)),))
+    with pytest.raises(InputError, match=r"echo\.u\[1\]: has a value by in and by echo\.u\[1\]; give one of them"):
+        check(replace(free, inputs=(given,)), {"in": 5.0, "echo.u[1]": 1.0})
 
 
 def test_declared_connector_must_match_the_fmu(loop):
@@ -139,7 +172,9 @@ def test_units_are_converted_and_an_undeclared_unit_is_that_of_the_other_end(toy
         connect("b.bare", "a.radians", factor=2.0, offset=1.0),
         connect("b.degrees", "a.kelvin", convert_units=False),
     )
-    links = check(units_system(toys, *wires, parameters=ALL)).links
+    system = units_system(toys, *wires)
+    alone = replace(system.components[0], parameters={"free": 0.0})
+    links = check(replace(system, components=(alone, system.components[1]))).links
     gains = {
         (link.consumer, target): (g, b)
         for link in links

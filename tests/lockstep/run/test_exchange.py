@@ -196,6 +196,37 @@ def test_a_continuous_value_is_reported_at_the_time_at_which_it_would_be_true():
         simulate_toys([1], [0], [True], [], 1, 10, poison=(0, 4))
 
 
+@pytest.mark.parametrize(("gain", "message"), [
+    (1e303, r"^c1\.u: is inf at 0\.179 s after the conversion of its connection; every exchanged value must be"),
+    (1e306, r"^c1\.u: is inf at 0 s after the conversion of its connection"),
+])  # fmt: skip
+def test_a_value_that_overflows_in_its_conversion_is_refused_with_the_input_and_the_time(gain, message):
+    """The toy c0 counts in thousands: 179,000 times 1e303 is a double, and 180,000 times it is not."""
+    producer, consumer = Toy(0, 0), Toy(1, 1)
+    producer.output = lambda _reference, step: 1e3 * (step + (gain == 1e306))
+    names = ["c0", "c1"]
+    components = tuple(Component(name=name, source=Path("none.fmu"), period=MS) for name in names)
+    link = Link(producer="c0", consumer="c1", delay=0, scalar="Real", sources=(0,), targets=(0,), gains=(gain,),
+                biases=(0.0,))  # fmt: skip
+    wire = Connection(from_component="c0", output="y", to_component="c1", input="u")
+    system = System(name="toys", tick=MS, components=components, connections=(wire,))
+    layout = Layout(schedule=build_schedule(system), links=(link,), recorded={}, record_ticks=1)
+    labels = {("c0", "Real", 0): "y", ("c1", "Real", 0): "u"}
+    exchange = Exchange(layout, dict(zip(names, (producer, consumer), strict=True)), labels)
+
+    def run():
+        exchange.fetch_initial("c0")
+        exchange.set_initial("c1")
+        phases = exchange.phases(lambda _: ())
+        for tick in range(1000):
+            for step in phases[tick % len(phases)]:
+                step(tick / 1e3)
+
+    with pytest.raises(RunError, match=message), np.errstate(over="ignore"):
+        run()
+    assert np.isfinite([value for _, inputs in consumer.received for value in inputs.values()]).all()
+
+
 def test_a_failed_call_is_reported_with_the_log_of_the_slave():
     toys, _, layout = simulate_toys([1], [0], [False], [], 1, 2)
     toy = toys["c0"]

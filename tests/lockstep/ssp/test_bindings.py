@@ -6,7 +6,8 @@ from math import pi
 
 import pytest
 
-from lockstep import InputError, load_system
+from lockstep import InputError, load_system, write_ssd
+from lockstep.__main__ import main
 from lockstep.ssp.step_times import Timing
 
 
@@ -201,6 +202,28 @@ def test_values_without_a_variable_are_left_out_and_listed(load, ssd, echo):
     system = load(ssd.system("top", echo(ssd.binding(values))))
     assert parameters(system) == {"u[1]": 1.0}
     assert system.ignored == ("u[7] (inline)", "y[1] (inline)")
+
+
+def test_values_of_connected_inputs_are_start_values_and_listed(load, ssd, fmus, run, tmp_path, capsys):
+    counter = ssd.component("counter", fmus["counter"], "count output")
+    values = ssd.bindings(ssd.binding(ssd.values(("u", "Real", 7.0), ("x0", "Real", 3.0))))
+    plant = ssd.component("plant", fmus["integrator"], "u input", inner=values)
+    system = load(ssd.system("top", plant + counter, ssd.connection("counter.count", "plant.u")))
+    assert parameters(system, "plant") == {"u": 7.0, "x0": 3.0}
+    assert system.start_values == ("plant.u",)
+    run(system)
+    with pytest.raises(InputError, match=r"plant\.u: is connected to counter\.count, .* no effect; leave plant\.u out"):
+        run(system, overrides={"plant.u": 1.0})
+    write_ssd(system, tmp_path / "own.ssd")  # in a file with annotations such a value is refused
+    assert parameters(load_system(tmp_path / "own.ssd"), "plant") == {"x0": 3.0}
+    assert main(["show", str(system.path), "--step-size", "0.001"]) == 0
+    assert "count at initialization only, as the inputs are connected: plant.u" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("value", ["NaN", "INF", "1e400"])
+def test_values_that_are_not_finite_are_refused_by_name(load, ssd, echo, run, value):
+    with pytest.raises(InputError, match=r"echo\.u\[1\]: (nan|inf) must be finite"):
+        run(load(ssd.system("top", echo(ssd.binding(ssd.values(("u[1]", "Real", value)))))))
 
 
 REFUSED = [
