@@ -51,7 +51,7 @@ ALLOWED = {
         "numpy": "*",
         "scipy": {"adapter"},
         "fmpy": {"fmi"},
-        "lxml": {"ssp", "check.static", "cli"},
+        "lxml": {"ssp", "check.static", "cli", "fmi.description_corrections"},
         "elftools": {"check.static.elf"},
         "pyarrow": {"results"},
         "psutil": {"processes", "operating_system", "check.dynamic.probes_load"},

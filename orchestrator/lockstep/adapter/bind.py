@@ -130,8 +130,9 @@ def _conversion(entry: AdapterEntry, ports: Sequence[Variable], variables: Seque
         for k, (position, variable) in enumerate(zip(order, variables, strict=True)):
             port = ports[position - 1]
             unit = UNITS[entry.unit] if entry.unit else variable.unit
+            relative = port.relative and (variable.relative or entry.unit is not None)
             try:
-                gains[k], biases[k] = gain_between(port.unit, unit)
+                gains[k], biases[k] = gain_between(port.unit, unit, relative)
             except ValueError as error:
                 raise InputError(f"{entry.location}: {port.name}: {error}; correct unit") from None
     return convert(entry, len(ports), len(variables), gains, biases)

@@ -263,7 +263,7 @@ def _converted(fault: Fault, target: Target, value: float, system: System) -> fl
         raise InputError(f"{what}: no such unit; {target.name} is in {declared.name!r}; there are {', '.join(UNITS)}"
                          f"{suggestion(str(fault.unit), UNITS)}")  # fmt: skip
     try:
-        gain, bias = gain_between(named, declared)
+        gain, bias = gain_between(named, declared, target.variable.relative)
     except ValueError as error:
         raise InputError(f"{what}: {target.name}: {error}") from None
     converted = gain * value + (bias if fault.kind in _ABSOLUTE else 0.0)

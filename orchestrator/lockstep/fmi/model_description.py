@@ -14,6 +14,7 @@ from fmpy.model_description import read_model_description
 
 from lockstep.array_names import element_name
 from lockstep.errors import InputError, compact, siblings, suggestion
+from lockstep.fmi.description_corrections import correct, negated_aliases, read_root, readable, text_starts
 from lockstep.fmi.safe_zip import open_file, open_zip
 from lockstep.fmi.slave import Scalar
 from lockstep.system.component import Component
@@ -110,6 +111,7 @@ class Description:
     step_size: str | None = None  # of the default experiment [s]
     version: str = "2.0"  # of FMI: 1.0, 2.0 or 3.0
     tolerance: float | None = None  # of the default experiment, if it can be passed
+    negated: Mapping[str, str] = field(default_factory=dict)  # of FMI 1.0, not among the variables: alias by name
 
     @property
     def prefix(self) -> str:
@@ -126,6 +128,9 @@ class Description:
 
     def lacks(self, component: str, name: str, kind: str) -> str:
         """Return the message that there is no such variable, with those that there are."""
+        if name in self.negated:
+            remedy = f"use {self.negated[name]}, whose sign is the other one"
+            return f"{component}.{name}: is a negated alias of FMI 1.0, which is not converted; {remedy}"
         # an input may be given a start value like a parameter, so both are offered
         kinds = ("parameter", "input") if kind == "parameter" else (kind,)
         names = [found for each in kinds for found in self.names(each)]
@@ -146,6 +151,8 @@ def read_description(component: Component) -> Description:
         where = f"{component.name}: {component.source}"
         try:
             model = parse_description(stream)
+            stream.seek(0)
+            root = read_root(stream)
         except ValueError as error:
             raise InputError(f"{where} has a bad model description: {error}") from None
     version = str(model.fmiVersion)[:3]
@@ -160,7 +167,11 @@ def read_description(component: Component) -> Description:
         there = sorted({m.split("/")[1] for m in members if m.startswith("binaries/") and m.count("/") > 1})
         raise InputError(f"{where} has no binary for {platform}; it has {', '.join(there) or 'none'}")
     units = {unit.name: _unit(unit) for unit in model.unitDefinitions}
-    variables = list(_elements(model.modelVariables, units) if version == "3.0" else _scalars(model, units))
+    negated = negated_aliases(root)
+    if version == "3.0":
+        variables = list(_elements(model.modelVariables, units, text_starts(root)))
+    else:
+        variables = [v for v in _scalars(model, units) if v.name not in negated]
     twice = [name for name, count in Counter(v.name for v in variables).items() if count > 1]
     if twice:
         raise InputError(f"{where} has {compact(twice)} twice; names must be unique")
@@ -178,15 +189,24 @@ def read_description(component: Component) -> Description:
         version=version,
         step_size=model.defaultExperiment.stepSize if model.defaultExperiment else None,
         tolerance=declared_tolerance(model),
+        negated=negated,
     )
 
 
 def parse_description(source: Any, *, validate: bool = True) -> Any:
-    """Return a model description as fmpy reads it from an FMU or an XML file; raise ValueError with its one line."""
+    """Return a model description from an FMU as a stream or from an XML file; raise ValueError with one line.
+
+    It is fmpy's, corrected where fmpy reads it wrongly.
+    """
     try:
-        return read_model_description(source, validate=validate)
+        root = read_root(source)
+        if not isinstance(source, str):
+            source.seek(0)
+        model = read_model_description(readable(source, root), validate=validate)
     except Exception as error:  # fmpy raises bare Exception for whatever is wrong in the XML
         raise ValueError(" ".join(str(error).split())) from None
+    correct(model, root)
+    return model
 
 
 def declared_tolerance(model: Any) -> float | None:
@@ -230,14 +250,15 @@ def _scalars(model: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
         )
 
 
-def _elements(variables: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
+def _elements(variables: Any, units: Mapping[str, Unit], texts: Mapping[str, list[str]]) -> Iterator[Variable]:
     """Yield the variables of FMI 3.0, arrays element by element, with references counted from 0."""
     reference = 0
     for variable in variables:
         kind = "Real" if variable.type.startswith("Float") else "Integer" if "Int" in variable.type else variable.type
         shared = _shared(variable, kind, units)
         # a String's start is one text, blanks and all; one number is that of all elements
-        starts = [variable.start] if kind == "String" or variable.start is None else variable.start.split()
+        text = kind == "String" or variable.start is None
+        starts = texts.get(variable.name, [variable.start]) if text else variable.start.split()
         for position, index in enumerate(product(*(range(1, size + 1) for size in variable.shape))):
             yield Variable(
                 name=element_name(variable.name, index),
@@ -259,7 +280,7 @@ def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, An
     return {
         "causality": variable.causality or "local",
         "unit": units.get(unit, Unit(name=unit)) if unit else None,
-        "relative": bool(variable.relativeQuantity or (declared and declared.relativeQuantity)),
+        "relative": _is_relative(variable),
         "minimum": minimum,
         "maximum": maximum,
         "description": variable.description or "",
@@ -267,6 +288,12 @@ def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, An
         "initial": variable.initial or "",
         "items": {item.name: int(item.value) for item in declared.items} if declared else {},
     }
+
+
+def _is_relative(variable: Any) -> bool:
+    """Return whether a variable is a difference: as it says itself, else as its declared type says."""
+    own = variable.relativeQuantity
+    return bool(variable.declaredType and variable.declaredType.relativeQuantity) if own is None else bool(own)
 
 
 def bound_text(variable: Any, name: str) -> str | None:

@@ -135,7 +135,7 @@ def _given(name: str, original: Variable, shadow: Variable) -> Match:
 def _converted(*, shown: Variable, shadow: Variable, source: Variable, target: Variable, what: str) -> Match:
     if shown.scalar != "Real":
         return Match(shown=shown, shadow=shadow)
-    gain, bias = checked_conversion(source.unit, target.unit, shown.relative, what)
+    gain, bias = checked_conversion(source.unit, target.unit, source.relative and target.relative, what)
     return Match(shown=shown, shadow=shadow, gain=gain, bias=bias)
 
 

@@ -83,8 +83,8 @@ def meanings(name: str) -> tuple[Unit, ...]:
     return tuple(_unit(name, *table[name]) for table in (_TABLE, _ALSO) if name in table)
 
 
-def gain_between(source: Unit | None, target: Unit | None) -> tuple[float, float]:
-    """Return (gain, bias) with which target value = gain * source value + bias.
+def gain_between(source: Unit | None, target: Unit | None, relative: bool = False) -> tuple[float, float]:
+    """Return (gain, bias) with which target value = gain * source value + bias; a difference (`relative`) has no bias.
 
     A unit without exponents is looked up by its name, and the radian need not be among the base units.
 
@@ -95,7 +95,7 @@ def gain_between(source: Unit | None, target: Unit | None) -> tuple[float, float
     """
     if source is None or target is None:
         return 1.0, 0.0
-    return conversion(without_radian(_with_exponents(source)), without_radian(_with_exponents(target)))
+    return conversion(without_radian(_with_exponents(source)), without_radian(_with_exponents(target)), relative)
 
 
 def _with_exponents(unit: Unit) -> Unit:

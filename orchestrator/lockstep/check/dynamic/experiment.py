@@ -176,15 +176,20 @@ def read_experiment(folder: Path) -> Experiment:
 def read_other_experiment(folder: Path, description: Description) -> Experiment:
     """Read how to drive an unpacked FMU of FMI 1.0 or 3.0; arrays element by element, named as in the description."""
     model = parse_description(str(folder / "modelDescription.xml"), validate=False)
-    names: dict[int, list[str]] = {}  # of the elements, by value reference of their variable
+    newer = description.version == "3.0"  # where a value reference is of one variable, whatever its type
+    names: dict[tuple[str, int], list[str]] = {}  # of the elements, by type and value reference of their variable
     for variable in description.variables.values():
-        reference = variable.array if description.version == "3.0" else variable.reference
-        names.setdefault(reference, []).append(variable.name)
+        key = ("", variable.array) if newer else (variable.type, variable.reference)
+        names.setdefault(key, []).append(variable.name)
+
+    def elements(variable: Any) -> list[str]:
+        return names.get(("" if newer else variable.type, variable.valueReference), [])
+
     feeds: dict[str, tuple[str, ...] | None] = {}
     for unknown in model.outputs:
         fed = unknown.dependencies
-        declared = None if fed is None else tuple(n for v in fed for n in names.get(v.valueReference, ()))
-        feeds |= dict.fromkeys(names.get(unknown.variable.valueReference, ()), declared)
+        declared = None if fed is None else tuple(name for source in fed for name in elements(source))
+        feeds |= dict.fromkeys(elements(unknown.variable), declared)
     step, step_source, start = _default_experiment(model.defaultExperiment)
     ports = {
         side: tuple(

@@ -1,0 +1,134 @@
+"""Read from the XML what FMPy 0.3.32 reads wrongly or not at all, and correct its model description.
+
+- relativeQuantity of a variable is always None: FMPy looks for an attribute among the children.
+- min, max and quantity of unsigned integers of FMI 3.0 are left out, and all Start elements of a String array but the
+  first.
+- nominal, min and max of a variable's type are not inherited; `lockstep.fmi.model_description.bound_text` does that.
+- FMI 1.0: capabilities, direct dependencies and negated aliases are not read.
+- Lists of dependencies with two blanks, or on several lines, end in an exception.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import zipfile
+from collections.abc import Iterator, Mapping
+from typing import IO, Any
+
+from fmpy.model_description import Unknown
+from lxml import etree  # type: ignore[import-untyped]
+
+_NAME = "modelDescription.xml"
+_LISTS = ("dependencies", "dependenciesKind")
+_TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")  # elements inside a variable of FMI 1.0 and 2.0
+_TRUE = ("true", "1")
+
+
+def read_root(source: str | IO[bytes]) -> etree._Element:
+    """Return the root of a model description: of an XML file by its path, or of an FMU as a stream.
+
+    Raises
+    ------
+    Exception
+        Of lxml or zipfile, whatever is wrong.
+    """
+    parser = etree.XMLParser(resolve_entities=False, no_network=True)
+    if isinstance(source, str | os.PathLike):
+        return etree.parse(source, parser).getroot()
+    with zipfile.ZipFile(source) as archive:
+        return etree.fromstring(archive.read(_NAME), parser)
+
+
+def readable(source: str | IO[bytes], root: etree._Element) -> str | IO[bytes]:
+    """Return the source, or, if FMPy cannot read its lists of dependencies, an FMU of a corrected description alone."""
+    changed = False
+    for unknown in root.iterfind("ModelStructure//*"):
+        for name in _LISTS:
+            text = unknown.get(name)
+            if text is not None and text != " ".join(text.split()):
+                unknown.set(name, " ".join(text.split()))
+                changed = True
+    if not changed:
+        return source
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as packed:
+        packed.writestr(_NAME, etree.tostring(root, encoding="UTF-8", xml_declaration=True))
+    archive.seek(0)
+    return archive
+
+
+def correct(model: Any, root: etree._Element) -> None:
+    """Correct FMPy's model description in place."""
+    by_name = {}
+    for element, variable in zip(_elements(root), model.modelVariables, strict=False):  # aliases of FMI 3.0 come last
+        by_name[variable.name] = variable
+        _correct(variable, _value(element))
+    for variable in model.modelVariables:
+        if getattr(variable, "alias", None) is not None:
+            variable.relativeQuantity, variable.nominal = variable.alias.relativeQuantity, variable.alias.nominal
+            variable.min, variable.max = variable.alias.min, variable.alias.max
+    if model.fmiVersion == "1.0":
+        _correct_version_1(model, root, by_name)
+
+
+def _correct(variable: Any, given: Mapping[str, str]) -> None:
+    own = given.get("relativeQuantity")
+    variable.relativeQuantity = None if own is None else own.strip() in _TRUE
+    for name in ("min", "max", "quantity"):
+        setattr(variable, name, given.get(name))
+    if variable.nominal is None and variable.declaredType is not None:
+        variable.nominal = variable.declaredType.nominal
+
+
+def _correct_version_1(model: Any, root: etree._Element, by_name: Mapping[str, Any]) -> None:
+    """Read the capabilities and direct dependencies of FMI 1.0."""
+    capabilities = root.find("Implementation/*/Capabilities")
+    if capabilities is not None and model.coSimulation is not None:
+        for name in ("canBeInstantiatedOnlyOncePerProcess", "canHandleVariableCommunicationStepSize"):
+            setattr(model.coSimulation, name, capabilities.get(name, "false").strip() in _TRUE)
+    for element in _elements(root):
+        declared = element.find("DirectDependency")
+        if declared is not None and element.get("causality") == "output":
+            names = ((name.text or "").strip() for name in declared.iterfind("Name"))
+            sources = [by_name[name] for name in names if name in by_name]
+            model.outputs.append(Unknown(variable=by_name[element.get("name")], dependencies=sources))
+
+
+def text_starts(root: etree._Element) -> dict[str, list[str]]:
+    """Return all start values of the Strings of FMI 3.0 that have several, by variable."""
+    found = {}
+    for element in root.iterfind("ModelVariables/String"):
+        starts = [start.get("value", "") for start in element.iterfind("Start")]
+        if len(starts) > 1:
+            for named in (element, *element.iterfind("Alias")):
+                found[named.get("name", "")] = starts
+    return found
+
+
+def negated_aliases(root: etree._Element) -> dict[str, str]:
+    """Return the variables of FMI 1.0 whose value is that of another one with the other sign, and the other one."""
+    elements = [element for element in _elements(root) if root.get("fmiVersion") == "1.0"]
+    bases = {_identity(element): element.get("name") for element in elements if element.get("alias") != "negatedAlias"}
+    return {
+        element.get("name"): bases.get(_identity(element), "the variable that it is an alias of")
+        for element in elements
+        if element.get("alias") == "negatedAlias"
+    }
+
+
+def _identity(element: etree._Element) -> tuple[str, str | None]:
+    """Return type and value reference, which aliases share."""
+    return next((child.tag for child in element if child.tag in _TYPES), ""), element.get("valueReference")
+
+
+def _elements(root: etree._Element) -> Iterator[etree._Element]:
+    """Yield the variables that FMPy reads, in its order."""
+    return (element for element in root.find("ModelVariables") if element.get("name") is not None)
+
+
+def _value(element: etree._Element) -> Mapping[str, str]:
+    """Return the attributes of a variable's type element: with FMI 3.0 that is the variable."""
+    if element.tag != "ScalarVariable":
+        return dict(element.attrib)
+    return next((dict(child.attrib) for child in element if child.tag in _TYPES), {})
