@@ -109,7 +109,8 @@ def _write_hdf5(folder: Path, names: list[str] | None, file: Path) -> None:
         {str(n): str(n).replace("/", ".") for n in (*dataset.variables, *dataset.dims) if "/" in str(n)}
     )
     packed = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in dataset.data_vars}
-    dataset.to_netcdf(file, engine="h5netcdf", encoding=packed)
+    # in memory first: HDF5 crashes, and takes the process along, when it cannot write to its file
+    file.write_bytes(dataset.to_netcdf(None, engine="h5netcdf", encoding=packed))
 
 
 def _write_mat(folder: Path, names: list[str] | None, file: Path) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import resource
 from pathlib import Path
 
 import fastparquet
@@ -279,3 +280,17 @@ def test_matrix_is_exported_in_numeric_order(matrix_run, tmp_path):
     with h5py.File(export_run(folder, "hdf5", tmp_path / "a.h5", ["plant.gain"])) as file:
         assert file["plant.gain"].shape == (4, 2, 3)
         assert_array_equal(file["plant.gain"][:, 1, 2], columns["plant.gain[2,10]"])
+
+
+@pytest.mark.parametrize("to", SUFFIXES)
+def test_full_disk_is_one_line_and_leaves_the_earlier_file(run, tmp_path, to):
+    out = tmp_path / f"out{SUFFIXES[to]}"
+    out.write_text("earlier")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    try:
+        with pytest.raises(InputError, match=r"out\.\w+: cannot be written \(.*File too large\); choose another file$"):
+            export_run(run, to, out)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (out.read_text(), [path.name for path in tmp_path.iterdir()]) == ("earlier", [out.name])
