@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from fmus.c_fmu import compile_library, pack_fmu
@@ -46,11 +47,25 @@ XML3 = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def setup_fmu(folder: Path, *, fmi: int = 2, resets: bool = True, tolerance: str | None = None) -> Path:
-    """Compile and zip an FMU of FMI 2.0 or 3.0 that declares this tolerance, or none; return its path."""
+def setup_fmu(
+    folder: Path,
+    *,
+    fmi: int = 2,
+    resets: bool = True,
+    tolerance: str | None = None,
+    edits: Mapping[str, str] | None = None,
+) -> Path:
+    """Compile and zip an FMU of FMI 2.0 or 3.0 that declares this tolerance, or none; return its path.
+
+    `edits` are texts of the model description and what is there instead.
+    """
+    folder.mkdir(exist_ok=True)
     library = folder / "setup.so"
     source = HERE / ("setup.c" if fmi == 2 else "setup3.c")
     compile_library(library, [source], fmi=fmi, defines=["RESETS"] if resets else [])
     declared = "" if tolerance is None else f' tolerance="{tolerance}"'
     xml = (XML2 if fmi == 2 else XML3).format(tolerance=declared)
+    for old, new in (edits or {}).items():
+        assert old in xml, old
+        xml = xml.replace(old, new)
     return pack_fmu(folder / "setup.fmu", xml, library, fmi=fmi)
