@@ -152,6 +152,17 @@ def _personality(number: int) -> int:
     return int(_c_library().personality(number)) if sys.platform == "linux" else -1
 
 
+@contextmanager
+def working_directory(folder: Path) -> Iterator[None]:
+    """Change the working directory of this process in this block: only where no other thread relies on it."""
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
 def anonymous_memory(size: int) -> int:
     """Return the descriptor of a new file in memory; it has no name that could be left behind."""
     file = os.memfd_create("exchanged values")

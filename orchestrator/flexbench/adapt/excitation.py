@@ -135,7 +135,7 @@ def _torque(
     step = binding.adapter.step or excitation.period
     count = max(2, math.ceil(span / seconds(step)))
     with temporary_folder("flexsat_adapt_") as folder:
-        slave = instantiate(component, description, folder, lambda *_: None)
+        slave = instantiate(component, description, folder, lambda *_: None, alone=True)
         try:
             adapted = AdaptedSlave(slave, binding)
             _called(adapted, "SetupExperiment", adapted.setup_experiment(0.0, count * seconds(step)))

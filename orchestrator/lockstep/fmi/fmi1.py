@@ -1,8 +1,7 @@
 """Running instances of FMI 1.0 co-simulation FMUs."""
 
 from collections.abc import Callable, Mapping
-from ctypes import byref
-from typing import Any
+from ctypes import byref, c_char, c_char_p, c_double, c_void_p
 
 import fmpy
 import numpy as np
@@ -11,13 +10,15 @@ from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
 from lockstep.fmi.instance import Hooks, Instance
-from lockstep.fmi.library import UnpackedFmu
+from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
 from lockstep.fmi.scalar_calls import Scalars
 from lockstep.fmi.slave import ERROR, Buffer, Scalar, returned
 from lockstep.system.component import Value
 
 _LOGGER = fmi1.fmi1CallbackLoggerTYPE(take_message)
+_MIME = "application/x-fmu-sharedlibrary"
+_INSTANTIATE = (*(c_char_p,) * 4, c_double, c_char, c_char, fmi1.fmi1CallbackFunctions, c_char)
 _NAMES = {"ExitInitializationMode": "InitializeSlave"}  # of calls that FMI 2.0 names otherwise
 
 
@@ -29,19 +30,24 @@ class Fmi1Slave:
 
     def __init__(self, fmu: UnpackedFmu, hooks: Hooks) -> None:
         self.name = fmu.name
+        self._fmu = fmu
         self._span: tuple[float, float | None] = (0.0, 0.0)
-        self.instance = Instance(fmu, "fmi", hooks, fmi1.FMU1Slave, self._instantiate)
+        self.instance = Instance(fmu, "fmi", hooks, self._instantiate)
         self._values = Scalars(self.instance)
         self.do_step: Callable[[float, float, int], int] = self.instance.bind("DoStep")
 
-    def _instantiate(self, loaded: Any, _: Messages) -> int | None:
-        callbacks = fmi1.fmi1CallbackFunctions()
+    def _instantiate(self, library: Library, _: Messages) -> int | None:
+        self._callbacks = callbacks = fmi1.fmi1CallbackFunctions()
         callbacks.logger = _LOGGER
         callbacks.allocateMemory = fmi1.fmi1CallbackAllocateMemoryTYPE(fmpy.calloc)
         callbacks.freeMemory = fmi1.fmi1CallbackFreeMemoryTYPE(fmpy.free)
         addLoggerProxy(byref(callbacks))
-        loaded.instantiate(functions=callbacks, loggingOn=True)
-        address: int | None = loaded.component
+        function = library.function(f"{library.begin}InstantiateSlave", *_INSTANTIATE, returns=c_void_p)
+        texts = (self.name, self._fmu.guid, self._fmu.folder.as_uri(), _MIME)
+        timeout, visible, interactive, logging = 0.0, fmi1.fmi1False, fmi1.fmi1False, fmi1.fmi1True
+        address: int | None = function(
+            *(text.encode() for text in texts), timeout, visible, interactive, callbacks, logging
+        )
         return address
 
     def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:

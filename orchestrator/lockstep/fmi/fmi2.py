@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from ctypes import byref, c_char_p, c_int, c_void_p
-from typing import Any
 
 import fmpy
 import numpy as np
@@ -11,7 +10,7 @@ from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
 from lockstep.fmi.instance import Hooks, Instance
-from lockstep.fmi.library import UnpackedFmu
+from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
 from lockstep.fmi.saved_state import restore_state, save_state
 from lockstep.fmi.scalar_calls import Scalars
@@ -19,6 +18,7 @@ from lockstep.fmi.slave import DISCARD, ERROR, OK, WARNING, Buffer, Scalar, retu
 from lockstep.system.component import Value
 
 _LOGGER = fmi2.fmi2CallbackLoggerTYPE(take_message)
+_INSTANTIATE = (c_char_p, c_int, c_char_p, c_char_p, c_void_p, c_int, c_int)
 _TERMINATED = 3  # fmi2StatusKind: fmi2Terminated
 
 
@@ -28,21 +28,18 @@ class Fmi2Slave:
     def __init__(self, fmu: UnpackedFmu, hooks: Hooks) -> None:
         self.name = fmu.name
         self._fmu = fmu
-        self.instance = Instance(fmu, "fmi2", hooks, fmi2.FMU2Slave, self._instantiate)
+        self.instance = Instance(fmu, "fmi2", hooks, self._instantiate)
         self._values = Scalars(self.instance)
         self.do_step: Callable[[float, float, int], int] = self.instance.bind("DoStep")
 
-    def _instantiate(self, loaded: Any, messages: Messages) -> int | None:
-        callbacks = fmi2.fmi2CallbackFunctions()
+    def _instantiate(self, library: Library, messages: Messages) -> int | None:
+        self._callbacks = callbacks = fmi2.fmi2CallbackFunctions()
         callbacks.logger = _LOGGER
         callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
         callbacks.componentEnvironment = messages.environment
         addLoggerProxy(byref(callbacks))
-        loaded.callbacks = callbacks  # the library keeps their address
-        function = loaded.dll["fmi2Instantiate"]
-        function.argtypes = (c_char_p, c_int, c_char_p, c_char_p, c_void_p, c_int, c_int)
-        function.restype = c_void_p
+        function = library.function("fmi2Instantiate", *_INSTANTIATE, returns=c_void_p)
         resources = self._fmu.resources or (self._fmu.folder / "resources").as_uri()
         visible, logging = 0, 1
         identity = (self.name.encode(), int(fmi2.fmi2CoSimulation), self._fmu.guid.encode(), resources.encode())

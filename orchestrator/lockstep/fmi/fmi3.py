@@ -1,7 +1,8 @@
 """Running instances of FMI 3.0 co-simulation FMUs, without event mode, early return and intermediate update."""
 
+import os
 from collections.abc import Callable, Iterable, Mapping
-from ctypes import addressof, byref, c_bool, c_double, c_void_p
+from ctypes import addressof, byref, c_bool, c_char_p, c_double, c_size_t, c_void_p
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,19 @@ from numpy.typing import NDArray
 
 from lockstep.fmi.fmi3_arrays import Arrays
 from lockstep.fmi.instance import Hooks, Instance
-from lockstep.fmi.library import UnpackedFmu
+from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
 from lockstep.fmi.model_description import Variable
 from lockstep.fmi.saved_state import restore_state, save_state
 from lockstep.fmi.slave import DISCARD, ERROR, WARNING, Buffer, Scalar, returned
 from lockstep.system.component import Value
 
+_INSTANTIATE = (
+    *(c_char_p,) * 3,
+    *(c_bool,) * 4,
+    *(c_void_p, c_size_t, c_void_p),  # intermediate variables, their number, environment
+    *(fmi3.fmi3LogMessageCallback, c_void_p),
+)
 _EVENT, _END, _EARLY = range(3)  # flags of a step, in the order of fmi3DoStep's arguments
 _SETS = "present.npz"
 
@@ -27,21 +34,27 @@ class Fmi3Slave:
 
     def __init__(self, fmu: UnpackedFmu, variables: Iterable[Variable], hooks: Hooks) -> None:
         self.name = fmu.name
+        self._fmu = fmu
         self._span: tuple[float, float | None] = (0.0, 0.0)
         self._tolerance = fmu.tolerance
         self._problem = ""  # of a step that returned OK
-        self.instance = Instance(fmu, "fmi3", hooks, fmi3.FMU3Slave, self._instantiate)
+        self.instance = Instance(fmu, "fmi3", hooks, self._instantiate)
         self._values = Arrays(self.instance, variables)
         self.do_step: Callable[[float, float, int], int] = self._stepper()
 
-    def _instantiate(self, loaded: Any, messages: Messages) -> int | None:
+    def _instantiate(self, library: Library, messages: Messages) -> int | None:
         environment = messages.environment
 
         def message(_: int | None, status: int, category: bytes, text: bytes) -> None:
             take_message(environment, None, status, category, text)
 
-        loaded.instantiate(loggingOn=True, logMessage=message)
-        address: int | None = loaded.component
+        self._callback = fmi3.fmi3LogMessageCallback(message)  # the library keeps its address
+        function = library.function("fmi3InstantiateCoSimulation", *_INSTANTIATE, returns=c_void_p)
+        texts = (self.name, self._fmu.guid, f"{self._fmu.folder / 'resources'}{os.sep}")
+        visible, logging, events, early = False, True, False, False
+        address: int | None = function(
+            *(text.encode() for text in texts), visible, logging, events, early, None, 0, None, self._callback, None
+        )
         return address
 
     def _stepper(self) -> Callable[[float, float, int], int]:

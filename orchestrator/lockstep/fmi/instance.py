@@ -5,7 +5,6 @@ from contextlib import suppress
 from ctypes import c_void_p
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from lockstep.errors import RunError
 from lockstep.fmi.library import Library, UnpackedFmu
@@ -14,7 +13,7 @@ from lockstep.fmi.signatures import ENDINGS, SIGNATURES
 from lockstep.fmi.slave import ERROR, FATAL, OK
 
 BoundCall = Callable[..., int]  # an FMI function with its instance, and perhaps more arguments, filled in
-Instantiate = Callable[[Any, Messages], int | None]  # fmpy's object and the log; returns the instance's address
+Instantiate = Callable[[Library, Messages], int | None]  # returns the instance's address; None: there is none
 
 
 def ignore_call(_: str) -> None:
@@ -36,21 +35,15 @@ class Hooks:
 class Instance:
     """One instance. `call` makes a call by the name that FMI gives it, without the prefix."""
 
-    def __init__(
-        self, fmu: UnpackedFmu, prefix: str, hooks: Hooks, kind: Callable[..., Any], instantiate: Instantiate
-    ) -> None:
+    def __init__(self, fmu: UnpackedFmu, prefix: str, hooks: Hooks, instantiate: Instantiate) -> None:
         """Load the library and instantiate the FMU, or raise RunError."""
         self.prefix, self.worst, self.stepping = prefix, OK, False
         self.messages = Messages(fmu.name, hooks.log, hooks.message)
         self._hooks = hooks
         hooks.call("loading the library")
-        self.library = Library(fmu, kind)
-        # the functions of FMI 1.0 carry the name of their FMU
-        self._begin = f"{fmu.identifier}_{prefix}" if prefix == "fmi" else prefix
+        self.library = Library(fmu, prefix)
         hooks.call(f"{prefix}Instantiate{'Slave' if prefix == 'fmi' else ''}")
-        handle = None
-        with suppress(Exception):  # a bare one of fmpy, for no instance; the reason is what the FMU logged
-            handle = instantiate(self.library.fmu, self.messages)
+        handle = instantiate(self.library, self.messages)
         hooks.call("")
         self._alive = bool(handle)
         if not handle:
@@ -67,7 +60,7 @@ class Instance:
 
     def bind(self, name: str, *arguments: object) -> BoundCall:
         """Return a function with the instance, and the first arguments behind it, filled in."""
-        function = self.library.function(f"{self._begin}{name}", c_void_p, *SIGNATURES[self.prefix][name])
+        function = self.library.function(f"{self.library.begin}{name}", c_void_p, *SIGNATURES[self.prefix][name])
         return partial(function, self._handle, *arguments)
 
     def call(self, name: str, *arguments: object) -> int:

@@ -14,15 +14,19 @@ from lockstep.system.component import Component
 
 
 def instantiate(
-    component: Component, description: Description, folder: Path, log: Log
+    component: Component, description: Description, folder: Path, log: Log, *, alone: bool = False
 ) -> Fmi1Slave | Fmi2Slave | Fmi3Slave:
-    """Unpack the FMU of a component into a folder, load and instantiate it, or raise RunError."""
+    """Unpack the FMU of a component into a folder, load and instantiate it, or raise RunError.
+
+    `alone` says that this process is for this FMU only: its working directory may change.
+    """
     unpack_fmu(component, folder)
     fmu = UnpackedFmu(
         name=component.name,
         folder=folder,
         identifier=description.identifier,
         guid=description.guid,
+        alone=alone,
         tolerance=description.tolerance_of(component),
     )
     return instantiate_unpacked(fmu, description.version, description.variables.values(), Hooks(log=log))

@@ -1,15 +1,22 @@
 """Unpack an FMU, load its library, and look up its functions."""
 
-import os
 from collections.abc import Callable
-from ctypes import c_uint
+from contextlib import nullcontext
+from ctypes import c_uint, cdll
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import fmpy
+
 from lockstep.errors import RunError
+from lockstep.fmi.model_description import library_path
 from lockstep.fmi.safe_zip import extract, open_file, open_zip
+from lockstep.fmi.signatures import SIGNATURES
+from lockstep.operating_system import working_directory
 from lockstep.system.component import Component
+
+_VERSIONS = {"fmi": "1.0", "fmi2": "2.0", "fmi3": "3.0"}  # by the prefix of the functions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,6 +27,7 @@ class UnpackedFmu:
     folder: Path
     identifier: str  # names the library
     guid: str
+    alone: bool = False  # in its process: loaded from the folder of its library, where some look for others
     resources: str | None = None  # URI of its resources, for FMI 2.0; None: as RFC 3986 writes it
     tolerance: float | None = None  # relative, passed before initialization by FMI 2.0 and 3.0; None: none
 
@@ -34,33 +42,34 @@ def unpack_fmu(component: Component, folder: Path) -> None:
 
 
 class Library:
-    """One loaded library. `fmu` is fmpy's object for it."""
+    """One loaded library of an FMU; FMPy's own loader changes the working directory of the whole process."""
 
-    def __init__(self, fmu: UnpackedFmu, kind: Callable[..., Any]) -> None:
-        """Load it, or raise RunError, also if a function of the standard is missing."""
-        directory = Path.cwd()  # fmpy changes it while loading, and does not change it back on failure
+    def __init__(self, fmu: UnpackedFmu, prefix: str) -> None:
+        """Load it, or raise RunError, also if a function of the standard is missing. `prefix` is that of the version.
+
+        The functions of FMI 1.0 carry the name of their FMU before the prefix.
+        """
+        self.begin = f"{fmu.identifier}_{prefix}" if prefix == "fmi" else prefix
+        path = fmu.folder / library_path(fmu.identifier, _VERSIONS[prefix])
         try:
-            self.fmu = kind(
-                guid=fmu.guid,
-                modelIdentifier=fmu.identifier,
-                unzipDirectory=str(fmu.folder),
-                instanceName=fmu.name,
-            )
-        except Exception as error:  # fmpy raises bare Exception, ctypes AttributeError for a missing function
-            raise RunError(f"{fmu.name}: cannot load the FMU: {' '.join(str(error).split())}") from None
-        finally:
-            os.chdir(directory)
+            with working_directory(path.parent) if fmu.alone else nullcontext():
+                self._library = cdll.LoadLibrary(str(path))
+        except OSError as error:
+            reason = " ".join(str(error).split())
+            raise RunError(f"{fmu.name}: cannot load the FMU: Failed to load shared library {path}. {reason}") from None
+        missing = [name for name in SIGNATURES[prefix] if not hasattr(self._library, f"{self.begin}{name}")]
+        if missing:
+            raise RunError(f"{fmu.name}: cannot load the FMU: {path}: undefined symbol: {self.begin}{missing[0]}")
 
     def function(self, name: str, *argument_types: type, returns: type = c_uint) -> Callable[..., Any]:
-        """Return a function, which returns a status unless another type is given.
+        """Return a function by its whole name, which returns a status unless another type is given.
 
         A status is unsigned: one below 0, which FMI does not know, becomes a large number, worse than all others.
         """
-        # indexing makes a new function object: fmpy's keeps its argument types, which copy buffers
-        function = self.fmu.dll[name]
+        function = self._library[name]  # indexing makes a new object at each call
         function.argtypes, function.restype = argument_types, returns
-        return function  # type: ignore[no-any-return]
+        return function
 
     def free(self) -> None:
         """Unload it."""
-        self.fmu.freeLibrary()
+        fmpy.freeLibrary(self._library._handle)

@@ -15,6 +15,7 @@ import psutil
 from lockstep.operating_system import session_of
 
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_LISTS = ("PYTHONPATH", "LD_LIBRARY_PATH", "PATH")  # of folders
 _TAIL = 4000  # bytes of what a process printed, in which its last lines are looked for
 _LONGEST_LINE = 200  # letters
 
@@ -44,7 +45,7 @@ class ChildProcess:
                 stderr=subprocess.STDOUT,
                 pass_fds=descriptors,
                 start_new_session=True,
-                env=_ONE_THREAD | dict(os.environ) | self._marks,
+                env=_ONE_THREAD | dict(os.environ) | absolute_paths() | self._marks,
             )
         self.pid = self._process.pid
 
@@ -70,6 +71,12 @@ class ChildProcess:
         for process in self.others():
             with suppress(psutil.Error):
                 process.kill()
+
+
+def absolute_paths() -> dict[str, str]:
+    """Return the lists of folders in the environment with absolute paths: a child has another working directory."""
+    lists = {name: os.environ[name] for name in _LISTS if os.environ.get(name)}
+    return {name: os.pathsep.join(map(os.path.abspath, text.split(os.pathsep))) for name, text in lists.items()}
 
 
 def printed_lines(path: Path, count: int) -> list[str]:

@@ -60,7 +60,7 @@ class RemoteSlave:
     def __init__(
         self, component: Component, description: Description, folder: Path, log: Log, limits: Limits | None = None
     ) -> None:
-        self.name = component.name
+        self.name, folder = component.name, folder.absolute()
         self._prefix = description.prefix
         self._log = log
         self._messages: deque[str] = deque(maxlen=3)
@@ -92,8 +92,12 @@ class RemoteSlave:
             for descriptor in (memory, worker_commands, worker_answers):
                 os.close(descriptor)
         self._worker = self._cores.add(self._process.pid, self._last_call)
-        source, archive, tolerance = component.source, component.archive, component.tolerance
-        part = Component(name=self.name, source=source, period=1, archive=archive, tolerance=tolerance)
+        source, archive = component.source, component.archive
+        if archive is None:
+            source = source.absolute()  # the worker has another working directory
+        else:
+            archive = archive.absolute()
+        part = Component(name=self.name, source=source, period=1, archive=archive, tolerance=component.tolerance)
         start = (part, replace(description, variables=dict(description.variables)), str(folder))
         self._send(0, pickle.dumps(start))
 

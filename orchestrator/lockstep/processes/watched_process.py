@@ -42,12 +42,14 @@ class WatchedProcess:
         self.interrupt = limits.interrupt
         self.interrupted = False  # whether it was ended for that
         self._limits = limits
-        folder.mkdir(parents=True, exist_ok=True)
+        directory = folder / "directory"  # not the user's: an FMU may write to the working directory
+        directory.mkdir(parents=True, exist_ok=True)
         with same_memory_layout():
             self._child = ChildProcess(
                 ["-m", "lockstep.processes.worker", *map(str, descriptors)],
                 printed=folder / "printed",
                 temporary=folder / "tmp",
+                directory=directory,
                 descriptors=descriptors,
             )
         self.pid = self._child.pid

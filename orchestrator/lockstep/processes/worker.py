@@ -157,7 +157,7 @@ class Worker:
         """Load and instantiate the FMU."""
         component, description, folder = pickle.loads(start)
         try:
-            self.slave = instantiate(component, description, Path(folder, "fmu"), self.log)
+            self.slave = instantiate(component, description, Path(folder, "fmu"), self.log, alone=True)
         except (InputError, RunError) as error:
             kind = InputError if isinstance(error, InputError) else RunError
             return self._reply({"refused": kind.__name__, "reason": str(error)})

@@ -16,6 +16,8 @@
 
 #include "fmi2Functions.h"
 
+#include "processes.h"
+
 #define STEP 0.01
 #define REALS 5 /* level, rate, gain, scaled, filtered */
 #define HISTORY 8
@@ -224,13 +226,6 @@ fmi2Status refused(fmi2Component component) {
     return fmi2Error;
 }
 
-#ifdef DEFECT_LEAVES_A_THREAD
-static void *idle(void *nothing) {
-    for (;;) usleep(1000); /* also when the library is unloaded */
-    return nothing;
-}
-#endif
-
 static fmi2Status accepted(Instance *instance, double step) {
 #ifdef DEFECT_ACCEPTS_ANY_STEP
     if (step > 0.0) return fmi2OK;
@@ -304,29 +299,7 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
     leaked = malloc(4096);
     memset((void *)leaked, 1, 4096);
 #endif
-#ifdef DEFECT_LEAVES_A_PROCESS
-    if (now->count == 5 && fork() == 0) {
-        setsid();
-        sleep(60);
-        _exit(0);
-    }
-#endif
-#ifdef DEFECT_LEAVES_A_DAEMON
-    char *nothing[] = {NULL}, *sleeper[] = {"sleep", "61", NULL};
-    if (now->count == 5 && fork() == 0 && setsid() && fork() == 0) execve("/bin/sleep", sleeper, nothing);
-#endif
-#ifdef DEFECT_WRITES_TO_DESCRIPTORS
-    for (int k = 3; k < 64; k++) {
-        if (now->count % 5 == 0 && write(k, "", 1) < 0) continue;
-    }
-#endif
-#ifdef DEFECT_RETURNS_TWICE
-    if (now->count == 5 && fork() == 0) now->count += 100; /* both processes return from this step */
-#endif
-#ifdef DEFECT_LEAVES_A_THREAD
-    pthread_t thread;
-    if (now->count == 5 && pthread_create(&thread, NULL, idle, NULL) == 0) pthread_detach(thread);
-#endif
+    disturb_process(&now->count);
 #ifdef DEFECT_SPOILS_ITS_FOLDERS
     if (now->count == 5) system("for f in ../results/*.npz; do echo spoilt > $f; done");
 #endif

@@ -11,7 +11,8 @@ from fmus.c_fmu import compile_library, pack_fmu, quoted
 HERE = Path(__file__).parent
 XML = (HERE / "bad.xml").read_text(encoding="utf-8")
 GUID = re.search(r'guid="([^"]+)"', XML)[1]
-DEFECTS = set(re.findall(r"DEFECT_(\w+)", (HERE / "bad.c").read_text(encoding="utf-8"))) - {""}
+SOURCES = "".join((HERE / name).read_text(encoding="utf-8") for name in ("bad.c", "processes.h"))
+DEFECTS = set(re.findall(r"DEFECT_(\w+)", SOURCES)) - {""}
 
 
 def bad_fmu(folder: Path, *defects: str, xml: str = XML) -> Path:

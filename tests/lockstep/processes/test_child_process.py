@@ -9,7 +9,7 @@ import pytest
 
 from lockstep import RunError
 from lockstep.processes.child_call import call_in_child
-from lockstep.processes.child_process import ChildProcess, ending, printed_lines
+from lockstep.processes.child_process import ChildProcess, absolute_paths, ending, printed_lines
 from lockstep.processes.last_call import last_call_in, read_last_call
 
 
@@ -77,6 +77,15 @@ def test_the_last_lines_printed_are_kept(child, tmp_path):
     assert printed_lines(tmp_path / "printed", 2) == ["first", "x" * 200]
     assert printed_lines(tmp_path / "printed", 1) == ["x" * 200]
     assert printed_lines(tmp_path / "nothing", 1) == []
+
+
+def test_folders_in_the_environment_hold_in_another_working_directory(monkeypatch, tmp_path):
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(["lib", "", "/opt/lib"]))
+    monkeypatch.delenv("LD_LIBRARY_PATH", raising=False)
+    monkeypatch.chdir(tmp_path)
+    paths = absolute_paths()
+    assert paths["PYTHONPATH"].split(os.pathsep) == [str(tmp_path / "lib"), str(tmp_path), "/opt/lib"]
+    assert "LD_LIBRARY_PATH" not in paths
 
 
 def fail():

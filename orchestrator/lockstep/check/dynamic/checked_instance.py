@@ -70,6 +70,7 @@ class CheckedInstance:
             folder=folder,
             identifier=experiment.identifier,
             guid=experiment.guid,
+            alone=True,
             resources=location(folder / "resources", form),
             tolerance=experiment.tolerance,
         )

@@ -1,6 +1,7 @@
-"""FMUs that write to descriptors of their process or copy the process: every request gets its own answer."""
+"""FMUs that write to descriptors or the working directory, or copy their process: values and folders stay right."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -43,6 +44,17 @@ def test_values_are_those_of_the_fmu_alone(usual, tmp_path, defect):
     assert [text[:54] for text in texts] == (
         ["it, or a process that it started, writes to the pipe of"[:54]] if defect == "WRITES_TO_DESCRIPTORS" else []
     )
+
+
+def test_files_written_to_the_working_directory_do_not_reach_the_users_folder(usual, tmp_path, monkeypatch):
+    fmu = bad_fmu(tmp_path, "LEAVES_A_FILE")
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+
+    signals, _ = run(Path("..", fmu.name), Path("out"))
+
+    np.testing.assert_array_equal(signals["b.scaled"], usual["b.scaled"])
+    assert [path.name for path in Path().iterdir()] == ["out"]
 
 
 def test_a_request_that_is_missing_ends_the_run(good, tmp_path):
