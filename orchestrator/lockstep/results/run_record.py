@@ -22,6 +22,7 @@ EVENTS = "events.jsonl"
 _PACKAGES = ("numpy", "fmpy", "lxml", "pyarrow")
 _LEVELS = ("ok", "warning", "discard", "error", "fatal", "pending")  # by status of FMI
 _ROOM = 1000  # bytes at the end of run.toml while the run goes on, for how it ends
+_LONGEST_REASON = 200  # letters, where the room is scarce
 _MOST_MESSAGES = 1000  # of one component in the events: a slave that logs at each step must not fill the disk
 
 Table = dict[str, object]
@@ -131,12 +132,16 @@ def end_run_record(folder: Path, content: Mapping[str, object]) -> None:
     except OSError:
         path = folder / RUN
         size = path.stat().st_size
-        text = to_toml(content).encode()
-        if len(text) > size:  # an error message longer than the room for it
-            text = to_toml({key: value for key, value in content.items() if key != "reason"}).encode()
-        if len(text) <= size:
+        texts = (to_toml(fields).encode() for fields in (content, _short_reason(content)))
+        text = next((text for text in texts if len(text) <= size), None)
+        if text is not None:
             with path.open("r+b") as file:
                 file.write(text.ljust(size, b"\n"))
+
+
+def _short_reason(content: Mapping[str, object]) -> Mapping[str, object]:
+    """Return the record with so much of the reason that there is room for it."""
+    return {**content, "reason": f"{str(content.get('reason', ''))[:_LONGEST_REASON]}..."}
 
 
 def _room(content: Mapping[str, object]) -> str:

@@ -11,6 +11,7 @@ import pytest
 from fmus.wanderer.wanderer import wanderer
 from lockstep import Component, InputError, RunError, System, read_signals, simulate
 from lockstep.checkpoint.schedule import CheckpointSchedule
+from lockstep.results.run_record import end_run_record, write_run_record
 
 START = {"u": 0.0, "offset": 0.0, "number": 0, "flag": False}
 
@@ -33,6 +34,12 @@ def disk(tmp_path):
         pytest.skip("a small disk can be mounted by root only")
     yield folder
     subprocess.run(["umount", folder], check=True)
+
+
+def fill(disk):
+    with (disk / "filler").open("wb", buffering=0) as filler, suppress(OSError):
+        while filler.write(bytes(512)):
+            pass
 
 
 def assert_failed(folder, signals):
@@ -67,9 +74,19 @@ def test_a_checkpoint_on_a_full_disk_ends_the_run_and_earlier_ones_are_kept(syst
 def test_an_earlier_run_is_kept_if_there_is_no_room_for_the_record_of_another(system, disk):
     simulate(system, disk / "out", stop_time=1.0)
     before = {path.name: path.read_bytes() for path in (disk / "out").iterdir()}
-    with (disk / "filler").open("wb", buffering=0) as filler, suppress(OSError):
-        while filler.write(bytes(512)):
-            pass
+    fill(disk)
     with pytest.raises(InputError, match=r"cannot be made \(No space left on device\); choose another folder"):
         simulate(system, disk / "out", stop_time=1.0, overwrite=True)
     assert {path.name: path.read_bytes() for path in (disk / "out").iterdir()} == before
+
+
+@pytest.mark.parametrize("reason", ["a reason", "a long reason " * 100])
+def test_how_a_run_ended_takes_no_further_space(disk, reason):
+    content = {"status": "running", "simulated_time": 0.0, "system": {"name": "x" * 3000}}  # to the end of a block
+    write_run_record(disk, content)
+    fill(disk)
+    ended = content | {"status": "failed", "simulated_time": 12.25}
+    end_run_record(disk, ended | {"reason": reason})
+    kept = reason if len(reason) < 1000 else f"{reason[:200]}..."
+    assert tomllib.loads((disk / "run.toml").read_text()) == ended | {"reason": kept}
+    assert sorted(path.name for path in disk.iterdir()) == ["filler", "run.toml"]

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from lockstep import read_signals, write_ssd
+from lockstep.__main__ import main
 
 MS = 1_000_000
 COMMAND = [sys.executable, "-W", "error", "-m", "lockstep", "run"]
@@ -201,10 +202,14 @@ def start(loop_ssd, out, *options, **keywords):
     return process
 
 
-def test_ctrl_c_closes_everything(loop_ssd, tmp_path):
+def test_ctrl_c_closes_everything(loop_ssd, tmp_path, capsys):
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     process = start(loop_ssd, tmp_path / "out", env={**os.environ, "TMPDIR": str(temporary)})
+    for options in ((), ("--overwrite",)):  # of a second run, which does not disturb the first
+        assert main(["run", str(loop_ssd), "--out", str(tmp_path / "out"), *options]) == 2
+        message = "another run is writing to it; choose another folder, or wait until that has ended"
+        assert capsys.readouterr().err == f"lockstep: {tmp_path / 'out'}: {message}\n"
     process.send_signal(signal.SIGINT)
     _, error = process.communicate(timeout=60)
     *progress, last = error.splitlines()  # a slow machine reports its progress before
