@@ -102,6 +102,7 @@ class _Translation:
             kind=component.kind,
             archive=component.archive,
             isolated=component.isolated,
+            tolerance=component.tolerance,
             units=self._units(fmu),
         )
         self.result = AsSsp(system=system, component=name)

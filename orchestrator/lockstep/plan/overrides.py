@@ -1,5 +1,6 @@
 """Resolve overrides, as `--set` gives them, to variables of FMUs and values in their units."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, cast
@@ -58,7 +59,9 @@ def resolve_override(
 ) -> tuple[str, list[Variable], list[Value]]:
     """Resolve an override; the name of an array takes one value for all, or one for each element.
 
-    The values are a sequence, or a text with commas, in the order of the indices, the last one running fastest."""
+    The values are a sequence, or a text with commas, in brackets or not, in the order of the indices, the last one
+    running fastest.
+    """
     component, dot, name = key.partition(".")
     if not dot:
         inputs = [one.name for one in system.inputs]
@@ -73,6 +76,15 @@ def resolve_override(
     return component, [settable(component, element, description) for element in elements], values
 
 
+def _without_brackets(text: str) -> str:
+    """Return the inside of a list written in brackets, such as [1, 2] or [[1, 2], [3, 4]]; other texts as they are."""
+    inside = text.strip()
+    if not (inside.startswith("[") and inside.endswith("]")):
+        return text
+    inside = inside[1:-1].strip()
+    return re.sub(r"\]\s*,\s*\[", ",", inside[1:-1]) if inside.startswith("[") and inside.endswith("]") else inside
+
+
 def _spread(key: str, value: Override, elements: Sequence[str], single: bool) -> list[Value]:
     """Return a value for each element of an array, or the one of a `single` variable."""
     if single:
@@ -80,7 +92,7 @@ def _spread(key: str, value: Override, elements: Sequence[str], single: bool) ->
             raise InputError(f"{key}: got {len(value)} values for one parameter")
         return [cast(Value, value)]
     if isinstance(value, str):
-        value = value.split(",")
+        value = _without_brackets(value).split(",")
     values: list[Value] = _flat(value) if isinstance(value, list) else [cast(Value, value)]
     if len(values) == 1:
         values *= len(elements)
