@@ -129,7 +129,7 @@ def test_lists_of_a_fault_and_arrays_of_an_adapter(system, fmu, tmp_path):
     )
     adapter.write_text(
         'ignore = ["b*"]\n[[input]]\nport = "u"\nvariable = "u[*]"\n[[output]]\nport = "v"\nvariable = "v[*]"\n'
-        '[[output]]\nport = "y"\nvariable = "y[*]"\nscale = 2.0\n'
+        '[[output]]\nport = "y"\nvariable = "y[*]"\nscale = 0.5\n'
     )
     replaced = replace_component(system, "c", fmu, read_adapter(adapter))
     simulate(
