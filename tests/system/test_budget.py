@@ -1,10 +1,12 @@
 """`flexsat budget`, `spectra` and `waterfall` on real co-simulations, short ones."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
+from flexbench.cli.parser import PROGRAM
 from lockstep import read_signals
 
 WINDOWS = ("--window", "0.5", "--separation", "1", "--observation", "1")
@@ -73,6 +75,24 @@ def test_budget_judges_requirements_by_its_exit_code(split, flexsat, tmp_path):
     content = json.loads((folder / "all" / "budget.json").read_text())
     assert content["requirements"][0]["met"] is False
     assert {entry["index"] for entry in content["indices"]} == {"APE", "MPE", "RPE", "PDE", "PRE"}
+
+
+def test_results_that_may_only_be_read_are_evaluated_into_another_folder(split, tmp_path, capsys):
+    run = split[0] / "none"
+    before = sorted(run.rglob("*"))
+
+    assert PROGRAM.run(["budget", str(run), *WINDOWS, "--out", str(tmp_path / "one")]) == 0
+    assert PROGRAM.run(["spectra", str(run), "--resolution", "2", "--out", str(tmp_path / "one")]) == 0
+    assert sorted(run.rglob("*")) == before
+    found = {path.name for path in (tmp_path / "one").rglob("*")}
+    assert {"budget.json", "budget.png", "spectra.json", "spectra.png"} <= found
+
+    (tmp_path / "file").write_text("")
+    capsys.readouterr()
+    assert PROGRAM.run(["spectra", str(run), "--resolution", "2", "--out", str(tmp_path / "file")]) == 2
+    assert re.fullmatch(
+        r"flexsat: \S*file\S*: cannot be written \(.*\); give another folder with --out\n", capsys.readouterr().err
+    )
 
 
 def test_spectra_leave_figure_and_numbers(split, flexsat):

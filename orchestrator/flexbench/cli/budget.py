@@ -57,7 +57,8 @@ split_options = option_group(
                  help=f"with --split: seed of plant and sensors (default: {DEFAULT_SEED})"),
     click.option("--stop-time", type=NUMBER, default=300.0, metavar="S",
                  help="with --split: simulated time in seconds (default: 300)"),
-    out_option(f"with --split: results folder (default: results/SYSTEM-split-seedN{DISTINGUISHED})"),
+    out_option("folder for results and figures (default: the run's; of several runs, one folder in it for each; "
+               f"with --split: results/SYSTEM-split-seedN{DISTINGUISHED})"),
     click.option("--jobs", type=COUNT, metavar="N", help="with --split: processes at once (default: one a core)"),
 )  # fmt: skip
 
@@ -114,14 +115,15 @@ def budget(
         return _split(split.split, split, evaluation)
     if not results:
         raise InputError("RESULTS: missing; give folders of runs, or --split SYSTEM")
-    return _evaluate(results, requirements, evaluation)
+    return _evaluate(results, requirements, evaluation, split.out)
 
 
-def _evaluate(results: Sequence[Path], file: Path | None, evaluation: EvaluationOptions) -> int:
+def _evaluate(results: Sequence[Path], file: Path | None, evaluation: EvaluationOptions, out: Path | None) -> int:
     """Print and write the budget of each run; return 1 if a requirement fails."""
     from ..figures.budget import budget_figure
     from ..figures.drawing import save_figure
     from ..html.text_table import format_table
+    from ..runs.evaluation_folder import evaluation_folders, writing
     from ..runs.run_folder import read_run
     from ..studies.budget import tables
     from ..studies.budget.evaluate import compute_budget, steady_error
@@ -130,14 +132,15 @@ def _evaluate(results: Sequence[Path], file: Path | None, evaluation: Evaluation
 
     requirements = read_requirements(file) if file else []
     failed = 0
-    for folder in results:
+    for folder, target in zip(results, evaluation_folders(results, out), strict=True):
         run = read_run(folder)
         history = steady_error(run, evaluation.start)
         found = compute_budget(history, evaluation.windows(), evaluation.levels())
         assessments = [judge(history, requirement) for requirement in requirements]
         failed += sum(not one.met for one in assessments)
-        path = write_budget(found, assessments, run, file)
-        save_figure(budget_figure(history, found), folder / "figures", "budget")
+        with writing(target):
+            path = write_budget(found, assessments, run, target, file)
+            save_figure(budget_figure(history, found), target / "figures", "budget")
         print(f"{run.configuration}, seed {run.seed}: {folder}")
         print(format_table(tables.header(found), tables.rows(found)))
         print("\n".join(tables.notes(found)))

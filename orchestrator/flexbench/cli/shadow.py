@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import from_option, results_argument
+from lockstep.cli.options import from_option, out_option, results_argument
 from lockstep.cli.parameter_types import NUMBER
 
 _EXAMPLES = """
@@ -25,20 +25,23 @@ example:
 @from_option("leave out what is before this time in seconds (default: 0)")
 @click.option("--window", type=NUMBER, metavar="S",
               help="length of the compared parts: before the switchover, and at the end (default: all)")  # fmt: skip
-def shadow(results: tuple[Path, ...], start: float | None, window: float | None) -> int:
+@out_option("folder for results and figures (default: the run's); of several runs, one folder in it for each")
+def shadow(results: tuple[Path, ...], start: float | None, window: float | None, out: Path | None) -> int:
     """Evaluate a shadow controller: residual of each wheel, the closed loop before and after the switchover."""
     from ..figures.drawing import save_figure
     from ..figures.shadow import shadow_figure
     from ..html.text_table import format_table
+    from ..runs.evaluation_folder import evaluation_folders, writing
     from ..runs.run_folder import read_run
     from ..studies.shadow import tables
     from ..studies.shadow.study import study
 
-    for folder in results:
+    for folder, target in zip(results, evaluation_folders(results, out), strict=True):
         run = read_run(folder)
         found = study(run, start, window)
-        path = tables.write_study(found, run)
-        paths = save_figure(shadow_figure(run.signals(), found), folder / "figures", "shadow")
+        with writing(target):
+            path = tables.write_study(found, run, target)
+            paths = save_figure(shadow_figure(run.signals(), found), target / "figures", "shadow")
         print(f"{run.configuration}, seed {run.seed}: {folder}")
         print("\n".join(tables.summary(found)))
         print(format_table(tables.RESIDUALS, tables.residual_rows(found)))

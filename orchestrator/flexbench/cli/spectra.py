@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import from_option, results_argument
+from lockstep.cli.options import from_option, out_option, results_argument
 from lockstep.cli.parameter_types import NUMBER
 
 from .options import SETTLED_HELP
@@ -24,20 +24,25 @@ example:
               help="noise bandwidth (default: 0.05, coarser for short runs)")  # fmt: skip
 @click.option("--confidence", type=NUMBER, default=0.95, metavar="P", help="of the bounds (default: 0.95)")
 @from_option(SETTLED_HELP)
-def spectra(results: tuple[Path, ...], resolution: float | None, confidence: float, start: float | None) -> int:
+@out_option("folder for results and figures (default: the run's); of several runs, one folder in it for each")
+def spectra(
+    results: tuple[Path, ...], resolution: float | None, confidence: float, start: float | None, out: Path | None
+) -> int:
     """Compute power spectral densities of pointing, rate, deformation and torque, with confidence bounds."""
     from ..figures.drawing import save_figure
     from ..figures.spectra import spectra_figure
     from ..html.text_table import format_table
+    from ..runs.evaluation_folder import evaluation_folders, writing
     from ..runs.run_folder import read_run
     from ..studies.spectra.channels import CHANNELS, run_spectra
     from ..studies.spectra.result_file import HEADER, rows, write_spectra
 
-    for folder in results:
+    for folder, target in zip(results, evaluation_folders(results, out), strict=True):
         run = read_run(folder)
         result = run_spectra(run, start, resolution, confidence)
         figure = spectra_figure(result, run.design)
-        paths = [write_spectra(result, run), *save_figure(figure, folder / "figures", "spectra")]
+        with writing(target):
+            paths = [write_spectra(result, run, target), *save_figure(figure, target / "figures", "spectra")]
         print(f"{run.configuration}, seed {run.seed}, from t = {result.start:g} s over {result.duration:g} s: {folder}")
         print(format_table(HEADER, rows(result), left=1))
         print(result.spectra[CHANNELS[0].name].method.describe())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from flexbench.runs.json_file import read_table
 from flexbench.runs.metrics import SETTLED_FROM
 from flexbench.runs.run_folder import METRICS, Run, read_run
 from lockstep import InputError, Signals, read_signals
@@ -41,9 +41,9 @@ class Result:
         """Return the run's metrics in SI; empty for a short run and for a system that is not flexsat's."""
         if self.run is None:
             return {}
-        path = self.folder / METRICS
-        if path.is_file():
-            return dict(json.loads(path.read_text(encoding="utf-8"))["metrics"])
+        stored = read_table(self.folder / METRICS, {"metrics": {"*": "number"}})
+        if stored is not None:
+            return dict(stored["metrics"])
         if float(self.record.get("simulated_time", 0.0)) <= SETTLED_FROM:
             return {}
         try:

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from flexbench.html.document import Block, Heading, Paragraph, Table
+from flexbench.runs.json_file import read_table
 from flexbench.studies.paper.table import number
 from flexsat.parameters import CONFIGURATIONS
 
 TABLE = "table.json"
+_SHAPE = {
+    "seeds": ["whole number"],
+    "duration": "number",
+    "rows": [
+        {
+            "row": "text", "unit": "text", "variant": "text", "configuration": "text", "published": "number?",
+            "mean": "number", "standard_deviation": "number?", "met": "flag",
+        }
+    ],
+    "remarks": ["text"],
+}  # fmt: skip
 
 
 def study_folders(paths: Sequence[Path]) -> list[Path]:
@@ -21,7 +32,8 @@ def study_folders(paths: Sequence[Path]) -> list[Path]:
 
 def study_table(folder: Path) -> list[Block]:
     """Return a table for each configuration: the published value and those of the runs."""
-    content = json.loads((folder / TABLE).read_text(encoding="utf-8"))
+    content = read_table(folder / TABLE, _SHAPE)
+    assert content is not None  # the folder was chosen for it
     rows: list[dict[str, Any]] = content["rows"]
     variants = list(dict.fromkeys(row["variant"] for row in rows))
     blocks: list[Block] = []

@@ -12,6 +12,7 @@ from flexsat.design.chain import Design, Designs, build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError, Signals, read_signals
 from lockstep.results.read_run_record import read_run_record
+from lockstep.results.run_record import RUN
 
 from ..loop.scenarios import slew_end
 from .json_file import write_json
@@ -72,7 +73,7 @@ def read_run(folder: Path) -> Run:
     name = next((name for name in CONFIGURATIONS if model == f"plant_{name}"), None)
     if name is None or "controller" not in components:
         raise InputError(f"{folder}: not a run of a flexsat system, whose plant is called plant_<configuration>")
-    plant, controller = components["plant"]["parameters"], components["controller"]["parameters"]
+    plant, controller = (components[part].get("parameters", {}) for part in ("plant", "controller"))
     return Run(
         folder=folder,
         configuration=name,
@@ -84,7 +85,10 @@ def read_run(folder: Path) -> Run:
 
 
 def _number(parameters: Mapping[str, Any], name: str) -> float:
-    return float(parameters.get(name, 0.0))
+    value = parameters.get(name, 0.0)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{RUN}: the parameter {name} = {value!r} must be a number; run again, or restore the file")
+    return float(value)
 
 
 def write_metrics(run: Run) -> Mapping[str, float]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import math
 import sys
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 from lockstep.adapter.rotation import rotation_problem
+from lockstep.data_text import parse_toml
 from lockstep.errors import InputError, suggestion
 from lockstep.fmi.safe_zip import open_file
 from lockstep.system.adapter_file import (
@@ -38,10 +38,7 @@ def read_adapter(path: Path) -> Adapter:
     """Read an adapter file, or raise InputError."""
     with open_file(path, None, "adapter") as stream:
         text = stream.read()
-    try:
-        content = tomllib.loads(text.decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is no TOML file: {error}") from None
+    content = parse_toml(text, str(path))
     where = path.name
     _known(content, _TOP, where)
     tables = {direction: _tables(content, direction, where) for direction in ("input", "output")}

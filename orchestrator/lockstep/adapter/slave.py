@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lockstep.adapter.bind import Binding, Bound
 from lockstep.adapter.conversion import Map
 from lockstep.adapter.fit import Unfit, doubles, finite, whole
-from lockstep.arrays import Array
+from lockstep.arrays import Array, refill
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Variable
 from lockstep.fmi.slave import DTYPES, ERROR, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
@@ -247,7 +247,7 @@ class AdaptedSlave:
             return ERROR
         with np.load(Path(folder, _FILE), allow_pickle=False) as saved:
             for values, name in zip(self._memory(), saved.files, strict=True):
-                values[:] = saved[name]
+                refill(values, saved[name])
         return self._slave.restore_state(folder)
 
     def _memory(self) -> list[NDArray[Any]]:

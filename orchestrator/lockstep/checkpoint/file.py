@@ -20,15 +20,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lockstep.checkpoint.check_content import check_arrays, check_header
+from lockstep.data_text import parse_json
 from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import open_zip
 from lockstep.system.clock import nanoseconds, seconds_text
 
 FOLDER = "checkpoints"  # in a results folder
-WAITING = "rows/waiting"  # among the arrays: rows that were not yet on disk
 FORMAT, VERSION = "lockstep checkpoint", 1
 _HEADER, _ARRAYS, _STATES = "header.json", "arrays.npz", "states"
-_NEEDED = {"tick", "time", "identity", "run", "outputs", "rows", "events", "faults", "wall_time"}
 _NAME = re.compile(r"t=(\d+(?:\.\d+)?)\.ckpt")
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -108,14 +108,13 @@ def read_checkpoint(path: Path | str) -> Checkpoint:
         if _HEADER not in members or _ARRAYS not in members:
             raise InputError(no_checkpoint)
         try:
-            header = json.loads(archive.read(_HEADER))
-            if header.get("format") != FORMAT:
+            header = parse_json(archive.read(_HEADER), f"{path}: {_HEADER}", "use another one")
+            if not isinstance(header, dict) or header.get("format") != FORMAT:
                 raise InputError(no_checkpoint)
-            if header["version"] != VERSION:
+            if header.get("version") != VERSION:
                 remedy = f"this lockstep reads version {VERSION}; make the checkpoint anew"
-                raise InputError(f"{path}: is a checkpoint of version {header['version']!r}; {remedy}")
-            if lacking := sorted(_NEEDED - header.keys()):
-                raise ValueError(f"its header lacks {lacking[0]}")
+                raise InputError(f"{path}: is a checkpoint of version {header.get('version')!r}; {remedy}")
+            check_header(header, f"{path}: is a damaged checkpoint")
             with np.load(io.BytesIO(archive.read(_ARRAYS)), allow_pickle=False) as arrays:
                 values = {name: arrays[name] for name in arrays.files}
             states: dict[str, dict[str, bytes]] = {}
@@ -123,9 +122,10 @@ def read_checkpoint(path: Path | str) -> Checkpoint:
                 parts = member.split("/")
                 if parts[0] == _STATES and len(parts) == 3:
                     states.setdefault(parts[1], {})[parts[2]] = archive.read(member)
+            check_arrays(header, values, f"{path}: is a damaged checkpoint")
         except InputError:
             raise
-        except (ValueError, KeyError, AttributeError) as error:
+        except (ValueError, KeyError, EOFError, OSError, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: is a damaged checkpoint ({error}); use another one") from None
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     return Checkpoint(path=path.absolute(), sha256=digest, header=header, arrays=values, states=states)

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile
 
 from lockstep.array_names import name_and_arrays
 from lockstep.checkpoint.bus_values import restore_bus
-from lockstep.checkpoint.file import WAITING, Checkpoint
+from lockstep.checkpoint.check_content import WAITING
+from lockstep.checkpoint.file import Checkpoint
 from lockstep.checkpoint.identity import changes, refuse_other
 from lockstep.errors import InputError
 from lockstep.fmi.slave import Scalar, Slave, Stateful
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
-from lockstep.results.recorder import SavedRows
+from lockstep.results.recorder import SavedRows, waiting_rows
 from lockstep.results.results_folder import ResultsFolder
 from lockstep.results.run_record import Events, write_run_record
 from lockstep.run.exchange import Exchange
 from lockstep.shadow.component import with_shadow_components
-from lockstep.system.clock import seconds, seconds_text
+from lockstep.system.clock import nanoseconds, seconds, seconds_text
 from lockstep.system.component import Value
 from lockstep.system.system import System
 
@@ -113,9 +116,25 @@ class Restart:
                 remedy = f"give --reinitialise {component.name}"
                 raise InputError(f"{component.name}: {name} holds no state of it; {remedy}")
         changes(identity, plan, self.reinitialised, name)
+        if self.same_run:
+            self._check_rows(plan)
         if plan.stop_time <= time:
             times = f"stop time {seconds_text(plan.stop_time)} s"
             raise InputError(f"{times}: not after {name}, which is of {seconds_text(time)} s; choose a later one")
+
+    def _check_rows(self, plan: Plan) -> None:
+        """Refuse a checkpoint that has not all rows of its run: those on disk, and those that were waiting."""
+        assert self.saved_rows is not None
+        checkpoint, every = self.checkpoint, plan.layout.record_ticks
+        try:
+            waiting = waiting_rows(self.saved_rows, plan.signals)
+        except ValueError as error:
+            raise InputError(f"{checkpoint.path}: is a damaged checkpoint ({error}); use another one") from None
+        branch = checkpoint.run.get("branch", {"time": 0.0})
+        first = nanoseconds(branch["time"], f"{checkpoint.path}: branch: time") // plan.system.tick
+        needed = -(-checkpoint.tick // every) - -(-first // every)
+        if (rows := self.saved_rows.written + waiting) != needed:
+            raise InputError(f"{checkpoint.path}: has {rows} rows of {needed} until its time; use another one")
 
     def restore(self, plan: Plan, slaves: Mapping[str, Slave], exchange: Exchange, temporary: Path) -> None:
         """Bring the components to the checkpoint, all but the reinitialised ones, and the bus too."""
@@ -129,15 +148,29 @@ class Restart:
             folder.mkdir()
             for file, content in checkpoint.states[name].items():
                 (folder / file).write_bytes(content)
-            exchange.check(name, "SetFMUstate", time, slave.restore_state(str(folder)))
+            with self._refusing_damage(f"the state of {name}"):
+                status = slave.restore_state(str(folder))
+            exchange.check(name, "SetFMUstate", time, status)
         restore_bus(checkpoint, plan, exchange, exchange.present, self.reinitialised)
-        self._restore_faults(slaves, exchange)
+        with self._refusing_damage("the memory of its faults"):
+            self._restore_faults(slaves, exchange)
         changed = changes(checkpoint.header["identity"], plan, self.reinitialised, checkpoint.path.name)
         for name, values in changed.items():
             for scalar, part in _by_type(plan, name, values).items():
                 exchange.check(name, f"Set{scalar}", time, slaves[name].set_start(part, scalar))
         for name in old:
             exchange.fetch_present(name)
+
+    @contextmanager
+    def _refusing_damage(self, what: str) -> Iterator[None]:
+        """Raise InputError where what the checkpoint holds is not what was saved."""
+        try:
+            yield
+        except InputError:
+            raise
+        except (ValueError, KeyError, TypeError, IndexError, EOFError, OSError, BadZipFile) as error:
+            reason = f"{what}: {type(error).__name__}: {error}"
+            raise InputError(f"{self.checkpoint.path}: is a damaged checkpoint ({reason}); use another one") from error
 
     def _restore_faults(self, slaves: Mapping[str, Slave], exchange: Exchange) -> None:
         """Restore the faults of the same run; for a branch, restore the parameters that they had changed."""

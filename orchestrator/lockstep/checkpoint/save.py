@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from lockstep.checkpoint.bus_values import saved_bus
-from lockstep.checkpoint.file import FOLDER, WAITING, checkpoint_name, write_checkpoint
+from lockstep.checkpoint.check_content import WAITING
+from lockstep.checkpoint.file import FOLDER, checkpoint_name, write_checkpoint
 from lockstep.checkpoint.identity import identity
 from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.errors import InputError

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
+from lockstep.data_text import parse_toml
 from lockstep.errors import InputError, suggestion
 from lockstep.faults.scenario import Fault, Kind, Scenario
 from lockstep.fmi.safe_zip import open_file
@@ -27,11 +27,7 @@ def read_scenario(path: Path) -> Scenario:
     """Read a scenario file, or raise InputError."""
     with open_file(path, None, "faults") as stream:
         content = stream.read()
-    try:
-        text = content.decode("utf-8")
-        tables = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is no TOML file: {error}") from None
+    tables = parse_toml(content, str(path))
     where = path.name
     for key in tables:
         if key != "fault":
@@ -42,7 +38,7 @@ def read_scenario(path: Path) -> Scenario:
     return Scenario(
         path=path.absolute(),
         sha256=hashlib.sha256(content).hexdigest(),
-        text=text,
+        text=content.decode("utf-8"),
         faults=tuple(_fault(entry, where, number) for number, entry in enumerate(entries, start=1)),
     )
 

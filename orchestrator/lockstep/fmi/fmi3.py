@@ -10,6 +10,7 @@ import numpy as np
 from fmpy import fmi3
 from numpy.typing import NDArray
 
+from lockstep.arrays import refill
 from lockstep.fmi.fmi3_arrays import Arrays
 from lockstep.fmi.instance import Hooks, Instance
 from lockstep.fmi.library import Library, UnpackedFmu
@@ -122,7 +123,7 @@ class Fmi3Slave:
         """Set the state that a folder holds."""
         with np.load(Path(folder, _SETS), allow_pickle=False) as saved:
             for handle in saved.files:
-                self._values.present[int(handle)][:] = saved[handle]
+                refill(self._values.present[int(handle)], saved[handle])
         return restore_state(self.instance, folder)
 
     def failed(self, status: int) -> None:

@@ -82,6 +82,7 @@ class Recorder:
         """Copy rows of the earlier file in the batches that they came in, and put the new file in its place."""
         continued = self._folder / _CONTINUED
         try:
+            waiting = _waiting_batch(saved, self.schema)
             for batch in first_rows(self._folder, saved.written, self._size):
                 self._writer.write_batch(batch)
                 self._written += len(batch)
@@ -94,11 +95,10 @@ class Recorder:
             raise
         continued.replace(self._folder / STREAM)
         (self._folder / PARQUET).unlink(missing_ok=True)
-        (batch,) = pa.ipc.open_stream(saved.waiting)
-        self._count = len(batch)
-        self._times[: self._count] = batch.column(0).to_numpy()
+        self._count = len(waiting)
+        self._times[: self._count] = waiting.column(0).to_numpy()
         for k, position in enumerate(self._order, 1):
-            self._columns[position][: self._count] = batch.column(k).to_numpy(zero_copy_only=False)
+            self._columns[position][: self._count] = waiting.column(k).to_numpy(zero_copy_only=False)
 
     def row(self, time: float) -> Rows:
         """Return the next row to fill in, in the order of `lockstep.fmi.slave.SCALARS`."""
@@ -149,6 +149,21 @@ def _array(values: NDArray[Any]) -> pa.Array:
     if values.dtype == np.object_:
         return pa.array(values.tolist(), pa.string())
     return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [None, pa.py_buffer(values)])
+
+
+def waiting_rows(saved: SavedRows, signals: Sequence[Signal]) -> int:
+    """Count the rows that were not yet written; raise ValueError if they cannot be read, or are of other signals."""
+    return len(_waiting_batch(saved, _schema(signals)))
+
+
+def _waiting_batch(saved: SavedRows, schema: pa.Schema) -> pa.RecordBatch:
+    try:
+        (batch,) = pa.ipc.open_stream(saved.waiting)
+    except (pa.ArrowException, OSError) as error:
+        raise ValueError(f"its waiting rows cannot be read: {error}") from None
+    if batch.schema != schema:
+        raise ValueError("its waiting rows are of other signals than the run")
+    return batch
 
 
 def first_rows(folder: Path, count: int, size: int) -> Iterator[pa.RecordBatch]:

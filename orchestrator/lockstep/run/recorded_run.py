@@ -62,8 +62,11 @@ class RecordedRun:
             self._end("interrupted", error.name if isinstance(error, Stopped) else None)
             raise
         except OSError as error:
-            what = os.strerror(error.errno) if error.errno else str(error)
-            reason = f"cannot write to {self.folder}: {what}, after {self.loop.time:.9g} s simulated"
+            done = f"after {self.loop.time:.9g} s simulated"
+            if not error.errno:  # of what was written before, not of the disk
+                self._end("failed", f"{error}, {done}")
+                raise RunError(f"{error}, {done}") from None
+            reason = f"cannot write to {self.folder}: {os.strerror(error.errno)}, {done}"
             self._end("failed", reason)
             raise RunError(f"{reason}; what was written before stays readable") from None
         except BaseException as error:

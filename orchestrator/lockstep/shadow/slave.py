@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lockstep.arrays import refill
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.slave import DTYPES, ERROR, FATAL, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
 from lockstep.shadow.ports import SHADOW, Joined, Match
@@ -286,7 +287,7 @@ class ShadowedSlave:
             done, *arrays = (saved[name] for name in saved.files)
         memory = [array for values in self._values.values() for array in values.memory()]
         for array, content in zip(memory, arrays, strict=True):
-            array[...] = content
+            refill(array, content)
         self._resume(*done.tolist())
         return self._original.restore_state(folder)
 

@@ -166,7 +166,7 @@ BROKEN = {
     "other format": (lambda p, t: changed(p, t, format="a game"), "is no checkpoint, or was cut off; give"),
     "no tick": (
         lambda p, t: changed(p, t, tick="absent"),
-        "is a damaged checkpoint .its header lacks tick.; use another",
+        "is a damaged checkpoint: tick is missing; use another one",
     ),
     "text": (lambda _, t: t.write_text("hello"), "not a readable zip file"),
     "nothing": (lambda _, __: None, "no such checkpoint; there is .*t=0.031.ckpt"),

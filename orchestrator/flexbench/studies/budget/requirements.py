@@ -17,7 +17,6 @@ The file is a list of tables:
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +24,7 @@ from typing import Any, Literal, get_args
 
 from flexsat.parameters import ARCSECOND, DEGREE
 from lockstep import InputError
+from lockstep.data_text import parse_toml
 from lockstep.errors import suggestion
 
 from .evaluate import AXES, INDICES, AxisName, ErrorHistory, IndexName, Windows, index_values, sizes
@@ -95,11 +95,9 @@ def read_requirements(path: Path) -> list[Requirement]:
         If it cannot be read, is no TOML, or a requirement has a wrong key or value: named with the remedy.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = parse_toml(path.read_bytes(), str(path))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}; give a TOML file of [[requirement]] tables") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: no TOML: {error}") from None
     for key in content:
         if key != "requirement":
             raise InputError(f"{path}: {key}: no such key; write [[requirement]] tables")

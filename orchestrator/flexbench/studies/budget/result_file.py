@@ -26,13 +26,16 @@ class StoredBudget:
     assessments: Sequence[Assessment]
 
 
-def write_budget(budget: Budget, assessments: Sequence[Assessment], run: Run, requirements: Path | None) -> Path:
-    """Write budget.json to the results folder; return its path.
+def write_budget(
+    budget: Budget, assessments: Sequence[Assessment], run: Run, folder: Path, requirements: Path | None
+) -> Path:
+    """Write budget.json to a folder; return its path.
 
     Parameters
     ----------
     budget, assessments : of the run
-    run : whose folder gets the file
+    run : that was evaluated
+    folder : its own or another
     requirements : file that the assessments refer to
     """
     content = {
@@ -60,7 +63,7 @@ def write_budget(budget: Budget, assessments: Sequence[Assessment], run: Run, re
             for one in assessments
         ],
     }
-    return write_json(run.folder / RESULT, content)
+    return write_json(folder / RESULT, content)
 
 
 def read_budget(folder: Path) -> StoredBudget | None:
@@ -85,5 +88,7 @@ def read_budget(folder: Path) -> StoredBudget | None:
             for line in content["requirements"]
         ]
         return StoredBudget(windows=Windows(**content["windows"]), start=content["start"], assessments=assessments)
-    except (ValueError, KeyError, TypeError):
+    except InputError:
+        raise
+    except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError(f"{path}: not written by `flexsat budget`; delete it or write it again") from None

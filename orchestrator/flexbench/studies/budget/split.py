@@ -27,7 +27,7 @@ from lockstep import InputError
 from ...loop.scenarios import slew_profile
 from ...runs import histories
 from ...runs.jobs import Job, run_jobs
-from ...runs.json_file import read_json, write_json
+from ...runs.json_file import read_table, write_json
 from ...runs.run_folder import Run, read_run
 from .evaluate import INDICES, LEVELS, Budget, ErrorHistory, Windows, compute_budget, since_default, steady_error
 
@@ -208,7 +208,9 @@ def write_split(split: Split, folder: Path) -> None:
     write_json(folder / RESULT, content)
 
 
+_SHAPE = {"configuration": "text", "seed": "number", "header": ["text"], "rows": [["text"]]}
+
+
 def read_split(folder: Path) -> Mapping[str, Any] | None:
     """Return what `write_split` left, None if there is none."""
-    content: Mapping[str, Any] | None = read_json(folder / RESULT)
-    return content
+    return read_table(folder / RESULT, _SHAPE)

@@ -15,7 +15,7 @@ from lockstep import InputError
 from lockstep.fmi.model_description import read_description
 from lockstep.system.component import Value
 
-from ...runs.json_file import read_json, write_json
+from ...runs.json_file import read_table, write_json
 from .analysis import Analysis, analyse
 from .estimate import TOGETHER, MeasuredLoop, Replica, estimate_loop, measured_margins, merged
 from .injection import open_loop_at, run_experiment
@@ -172,13 +172,34 @@ def _find_delay(loop: SystemLoop, folder: Path, log: Log) -> UnstableDelay:
     )
 
 
+_CURVE = {"frequency": ["number"], "real": ["number"], "imaginary": ["number"], "?uncertainty": ["number"]}
+_SHAPE = {
+    "seed": "number",
+    "?analysis": {
+        "exact": {"*": "number?"},
+        "margins": {"*": "table"},
+        "frequency": ["number"],
+        "largest_s": ["number"],
+        "largest_t": ["number"],
+        "curves": {"*": _CURVE},
+    },
+    "?measured": {
+        "margins": {"*": "table"},
+        "frequency": ["number"],
+        "coherence": {"*": ["number"]},
+        "curves": {"*": _CURVE},
+        "settings": {"length": "number", "periods": "number", "quiet": "flag"},
+    },
+    "?real": {"stable": "number", "unstable": "number", "delay": "number", "frequency": "number"},
+}
+
+
 def read_study(folder: Path) -> dict[str, Any]:
     """Return what `run_study` left; raise InputError if there is nothing."""
     path = folder / FILE
     if not path.is_file():
         raise InputError(f"{folder}: holds no {FILE}; `flexsat margins SYSTEM --out {folder}` makes it")
-    content: dict[str, Any] = read_json(path)
-    return content
+    return read_table(path, _SHAPE) or {}
 
 
 def curves(content: Mapping[str, Any]) -> list[Curve]:

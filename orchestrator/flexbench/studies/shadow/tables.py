@@ -73,8 +73,8 @@ def summary(found: Study) -> list[str]:
     return sentences
 
 
-def write_study(found: Study, run: Run) -> Path:
-    """Leave shadow.json in the results folder, in SI; return its path."""
+def write_study(found: Study, run: Run, folder: Path) -> Path:
+    """Write shadow.json to a folder, the run's or another, in SI; return its path."""
     recorded = found.recorded
     content = {
         "configuration": run.configuration,
@@ -92,4 +92,4 @@ def write_study(found: Study, run: Run) -> Path:
             for name, window in _windows(found)
         },
     }
-    return write_json(run.folder / RESULT, content)
+    return write_json(folder / RESULT, content)

@@ -16,8 +16,8 @@ RESULT = "spectra.json"
 HEADER = ("quantity", "RMS", "unit", "mean", "strongest line", "half of the power below")
 
 
-def write_spectra(result: RunSpectra, run: Run) -> Path:
-    """Write spectra.json to the results folder; return its path."""
+def write_spectra(result: RunSpectra, run: Run, folder: Path) -> Path:
+    """Write spectra.json to a folder, the run's or another; return its path."""
     content: dict[str, Any] = {
         "configuration": run.configuration,
         "seed": run.seed,
@@ -39,7 +39,7 @@ def write_spectra(result: RunSpectra, run: Run) -> Path:
             "frequency": spectrum.frequency.tolist(),
             "density": spectrum.total.tolist(),
         }
-    return write_json(run.folder / RESULT, content, indent=None)
+    return write_json(folder / RESULT, content, indent=None)
 
 
 def rows(result: RunSpectra) -> list[tuple[str, ...]]:

@@ -20,7 +20,7 @@ from flexsat.parameters import CONFIGURATIONS, RPM
 from lockstep import InputError, load_system, read_signals
 
 from ...runs.jobs import Job, run_jobs
-from ...runs.json_file import read_json, write_json
+from ...runs.json_file import read_table, write_json
 from ..spectra.welch import estimate, noise_bandwidth
 from .campbell import imbalance_deformation, modal_frequencies
 from .crossings import Crossing, find_crossings
@@ -195,7 +195,22 @@ def crossing_deformation(design: Design, crossing: Crossing) -> float | None:
     return float(max(made[number - 1] for number in crossing.wheels))
 
 
+_SHAPE = {
+    "configuration": "text",
+    "seed": "number",
+    "stop": "number",
+    "speed_rpm": ["number"],
+    "crossings": [
+        {
+            "speed_rpm": "number",
+            "mode": "number",
+            "inside_band_of_wheels": ["whole number"],
+            "linear_deformation_of_those_m": "number?",
+        }
+    ],
+}
+
+
 def read_waterfall(folder: Path) -> Mapping[str, Any] | None:
     """Return what `write_waterfall` left in a folder, None if there is none."""
-    content: Mapping[str, Any] | None = read_json(folder / RESULT)
-    return content
+    return read_table(folder / RESULT, _SHAPE)
