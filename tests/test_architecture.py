@@ -21,7 +21,7 @@ MOST_IN_A_FOLDER = 22  # files of one subject
 FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/python", "fmu/python/shim", "fmu/documentation", "design", "spacecraft"),
-        *("ports", "runtime", "structure", "parameters", "quantities", "arrays"),
+        *("ports", "runtime", "structure", "parameters", "quantities", "fixed_order", "double_double", "arrays"),
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy.linalg import eigh
 
 from ..arrays import Array
 from ..parameters import Configuration, ConfigurationName, Rates, configuration
@@ -16,6 +15,7 @@ from ..runtime.sensor_parameters import SensorMatrices
 from ..spacecraft.assembly import Spacecraft, build_spacecraft
 from ..spacecraft.linear_model import LinearModel, linearise
 from ..spacecraft.wheel_speeds import WheelResponse, select_speeds
+from .dominant_pole import dominant_pole
 from .estimator import Estimator, design_estimator, measurement_noise
 from .regulator import Regulator, design_regulator
 
@@ -35,24 +35,6 @@ class Design:
     plant: PlantMatrices
     sensors: SensorMatrices
     controller: ControllerMatrices
-
-
-def dominant_pole(spacecraft: Spacecraft) -> tuple[float, float]:
-    """Return frequency [rad/s] and damping ratio of the free mode that a torque about x moves most.
-
-    The modes of the whole free spacecraft (the bus turns with the structure); the one with the largest attitude
-    response to an impulse about x, over its frequency squared.
-    """
-    size = 6 + spacecraft.mode_count
-    stiffness, damping = np.zeros((size, size)), np.zeros((size, size))
-    stiffness[6:, 6:] = np.diag(spacecraft.frequency**2)
-    damping[6:, 6:] = np.diag(spacecraft.damping)
-    square, shapes = eigh(stiffness, spacecraft.mass_matrix)
-    square, shapes = square[6:], shapes[:, 6:]  # the first six are rigid
-    dominant = int(np.argmax(shapes[3] ** 2 / square))
-    frequency = float(np.sqrt(square[dominant]))
-    shape = shapes[:, dominant]
-    return frequency, float(shape @ damping @ shape) / (2.0 * frequency)
 
 
 def plant_matrices(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
+from ..fixed_order import product, solve
 from ..parameters import SensorNoise, Wheel
 from ..spacecraft.linear_model import LinearModel
 from .riccati import RiccatiStep, steady_state
@@ -63,7 +64,7 @@ def process_covariance(
         by_wheel = np.arange(4 * wheels).reshape(4, wheels).T.ravel()
         broadband = broadband[by_wheel]
         columns = np.hstack([b_torque, b_jitter[:, by_wheel]])[:, : 4 * wheels]
-    return np.asarray(np.diag(process_noise * _noise_scale(model)) + (columns * broadband) @ columns.T)
+    return np.asarray(np.diag(process_noise * _noise_scale(model)) + product(columns * broadband, columns.T))
 
 
 def design_estimator(
@@ -92,8 +93,8 @@ def design_estimator(
     a, b_torque, b_jitter = model.sampled(period)
     q = process_covariance(model, wheel, process_noise, period, as_published)
     fast = model.c[:-3]
-    information_fast = (fast.T / variance[:-3]) @ fast
-    information_all = (model.c.T / variance) @ model.c
+    information_fast = product(fast.T / variance[:-3], fast)
+    information_all = product(model.c.T / variance, model.c)
     steps = [RiccatiStep(a=a, g=q, h=information_all)]
     steps += [RiccatiStep(a=a, g=q, h=information_fast)] * (phases - 1)
 
@@ -102,7 +103,8 @@ def design_estimator(
     for phase, step in enumerate(steps):
         rows = len(model.c) if phase == 0 else len(model.c) - 3
         c = model.c[:rows]
-        innovation = c @ covariance @ c.T + np.diag(variance[:rows])
-        gain[phase, :, :rows] = np.linalg.solve(innovation, c @ covariance).T
+        seen = product(c, covariance)
+        innovation = product(seen, c.T) + np.diag(variance[:rows])
+        gain[phase, :, :rows] = solve(innovation, seen).T
         covariance = step.apply(covariance)
     return Estimator(a=a, b_torque=b_torque, b_jitter=b_jitter, c=model.c, gain=gain, covariance=first)

@@ -14,10 +14,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import reduce
+from itertools import groupby
 
 import numpy as np
 
 from ..arrays import Array
+from ..fixed_order import product, solve
 
 MOST_DOUBLINGS = 60
 
@@ -32,22 +34,31 @@ class RiccatiStep:
 
     def apply(self, p: Array) -> Array:
         """Return the next P."""
-        inner = np.linalg.solve((np.eye(len(p)) + self.h @ p).T, p.T).T
-        return _symmetric(self.g + self.a @ inner @ self.a.T)
+        inner = solve((np.eye(len(p)) + product(self.h, p)).T, p.T).T
+        return _symmetric(self.g + product(product(self.a, inner), self.a.T))
 
     def then(self, later: RiccatiStep) -> RiccatiStep:
         """Return the step that does this one and then `later`. Source: Chu et al. (2005), IJC 77(8), eq. (2.9)."""
-        solved = np.linalg.solve(np.eye(len(self.a)) + self.g @ later.h, np.hstack([self.a, self.g]))
+        solved = solve(np.eye(len(self.a)) + product(self.g, later.h), np.hstack([self.a, self.g]))
         across, spread = solved[:, : len(self.a)], solved[:, len(self.a) :]
         return RiccatiStep(
-            a=later.a @ across,
-            g=_symmetric(later.g + later.a @ spread @ later.a.T),
-            h=_symmetric(self.h + self.a.T @ later.h @ across),
+            a=product(later.a, across),
+            g=_symmetric(later.g + product(product(later.a, spread), later.a.T)),
+            h=_symmetric(self.h + product(product(self.a.T, later.h), across)),
         )
 
 
 def _symmetric(matrix: Array) -> Array:
     return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _repeated(step: RiccatiStep, count: int) -> RiccatiStep:
+    """Return the step done `count` times, by squaring."""
+    if count == 1:
+        return step
+    half = _repeated(step, count // 2)
+    twice = half.then(half)
+    return twice.then(step) if count % 2 else twice
 
 
 def steady_state(steps: list[RiccatiStep], tolerance: float = 1e-12) -> Array:
@@ -63,10 +74,11 @@ def steady_state(steps: list[RiccatiStep], tolerance: float = 1e-12) -> Array:
     ValueError
         If it has not settled after 60 doublings: the pair is not stabilisable or not detectable.
     """
-    period = reduce(lambda done, step: done.then(step), steps)
+    alike = [list(group) for _, group in groupby(steps, key=id)]
+    period = reduce(RiccatiStep.then, (_repeated(group[0], len(group)) for group in alike))
     for _ in range(MOST_DOUBLINGS):
         doubled = period.then(period)
-        change = np.linalg.norm(doubled.g - period.g) / np.linalg.norm(doubled.g)
+        change = float(np.max(np.abs(doubled.g - period.g)) / np.max(np.abs(doubled.g)))
         period = doubled
         if change < tolerance:
             return period.g

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..arrays import Array
 
+Product = Callable[[Array, Array], Array]
 TAYLOR_TERMS = 18  # with the norm scaled below 1/2 the remainder is under 2^-18/18! < 1e-21
 
 
-def transition(a: Array, period: float) -> tuple[Array, Array]:
-    """Return exp(a t) at t = period and its integral from 0 to the period, (n, n) each.
+def transition(a: Array, period: float, product: Product = np.matmul) -> tuple[Array, Array]:
+    """Return exp(a t) at t = period and its integral from 0 to the period, (n, n) each; `product` multiplies matrices.
 
     By scaling, Taylor polynomials, and squaring: both double together. The plant and the controller need it at run
     time, where scipy is not available; the test compares it with scipy's exponential of the augmented matrix,
@@ -24,13 +27,13 @@ def transition(a: Array, period: float) -> tuple[Array, Array]:
     term = np.eye(len(a))
     exponential, integral = term.copy(), term.copy()
     for k in range(1, TAYLOR_TERMS + 1):
-        term = term @ scaled / k
+        term = product(term, scaled) / k
         exponential += term
         integral += term / (k + 1)
     integral *= step
     for _ in range(squarings):
-        integral += exponential @ integral
-        exponential = exponential @ exponential
+        integral += product(exponential, integral)
+        exponential = product(exponential, exponential)
     return exponential, integral
 
 
@@ -39,7 +42,7 @@ def matrix_exponential(matrix: Array) -> Array:
     return transition(matrix, 1.0)[0]
 
 
-def zero_order_hold(a: Array, b: Array, period: float) -> tuple[Array, Array]:
+def zero_order_hold(a: Array, b: Array, period: float, product: Product = np.matmul) -> tuple[Array, Array]:
     """Sample dx/dt = a x + b u, with u held over each period.
 
     Parameters
@@ -47,6 +50,7 @@ def zero_order_hold(a: Array, b: Array, period: float) -> tuple[Array, Array]:
     a : (n, n) [1/s in the states' units]
     b : (n, m)
     period : [s]
+    product : of two matrices
 
     Returns
     -------
@@ -67,5 +71,5 @@ def zero_order_hold(a: Array, b: Array, period: float) -> tuple[Array, Array]:
         raise ValueError(f"zero_order_hold: a must be ({n}, {n}) to match b {b.shape}, got {a.shape}")
     if not period > 0.0:
         raise ValueError(f"zero_order_hold: period must be > 0 s, got {period!r}")
-    exponential, integral = transition(a, period)
-    return exponential, integral @ b
+    exponential, integral = transition(a, period, product)
+    return exponential, product(integral, b)

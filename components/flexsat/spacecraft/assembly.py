@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
+from ..fixed_order import product
 from ..parameters import SITES, SITES_OF_MODE_ROWS_AS_PUBLISHED, Configuration, ConfigurationName, Wheel
 from ..runtime.rotations import skew
 from ..structure.mesh import polar, record_mesh
@@ -115,7 +116,7 @@ class Spacecraft:
     @property
     def jitter_influence(self) -> Array:
         """Generalised force of unit jitter inputs, (6 + m, 4 n)."""
-        return self.wrench_influence @ self.wrench_of_jitter
+        return product(self.wrench_influence, self.wrench_of_jitter)
 
     def gyroscopic_matrix(self, momentum: Array) -> Array:
         """Return the matrix g of the gyroscopic force g (v, w, eta') for wheel momenta (n,) [N.m.s], (6+m, 6+m).
@@ -127,7 +128,7 @@ class Spacecraft:
         matrix = np.zeros((size, size))
         for i, axis in enumerate(self.wheels.axis):
             lever = np.hstack([np.zeros((3, 3)), np.eye(3), self.wheels.slope[i]])
-            matrix -= lever.T @ skew(momentum[i] * axis) @ lever
+            matrix -= product(product(lever.T, skew(momentum[i] * axis)), lever)
         return matrix
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
+from ..fixed_order import inverse, product
 from ..runtime.zero_order_hold import zero_order_hold
 from .assembly import Spacecraft
 
@@ -86,7 +87,7 @@ class LinearModel:
 
     def sampled(self, period: float) -> tuple[Array, Array, Array]:
         """Return the transition matrix and the two input matrices for inputs held over `period` [s]."""
-        ad, bd = zero_order_hold(self.a, np.hstack([self.b_torque, self.b_jitter]), period)
+        ad, bd = zero_order_hold(self.a, np.hstack([self.b_torque, self.b_jitter]), period, product)
         torques = self.b_torque.shape[1]
         return ad, bd[:, :torques], bd[:, torques:]
 
@@ -117,7 +118,7 @@ def linearise(
     """
     modes, wheels = spacecraft.mode_count, spacecraft.wheel_count
     index = StateIndex(modes=modes, wheels=wheels, accelerometers=len(spacecraft.accelerometers.axis))
-    inverse_mass = np.linalg.inv(spacecraft.mass_matrix)
+    inverse_mass = inverse(spacecraft.mass_matrix)
     velocity = np.zeros((6 + modes, 6 + modes))  # force of (v, w, eta')
     velocity[6:, 6:] = -np.diag(spacecraft.damping)
     if gyroscopic:
@@ -131,22 +132,23 @@ def linearise(
     a[index.modal_displacement, index.modal_velocity] = np.eye(modes)
     moving = np.r_[index.rate, index.modal_velocity]
     rows = inverse_mass[3:]
-    a[moving, index.modal_displacement] = rows @ displacement
-    a[np.ix_(moving, moving)] = rows @ velocity[:, 3:]
-    b_torque[moving] = rows @ spacecraft.torque_influence
-    b_jitter[moving] = rows @ spacecraft.jitter_influence
+    jitter_influence = spacecraft.jitter_influence
+    a[moving, index.modal_displacement] = product(rows, displacement)
+    a[np.ix_(moving, moving)] = product(rows, velocity[:, 3:])
+    b_torque[moving] = product(rows, spacecraft.torque_influence)
+    b_jitter[moving] = product(rows, jitter_influence)
     b_torque[index.wheel_speed] = np.eye(wheels) / spacecraft.wheel.inertia
 
     corner = 2.0 * np.pi * filter_frequency
-    sensed = accelerometer_map(spacecraft) @ inverse_mass
+    sensed = corner * product(accelerometer_map(spacecraft), inverse_mass)
     identity = np.eye(index.accelerometers)
     a[index.filter_output, index.filter_rate] = corner * identity
     a[index.filter_rate, index.filter_output] = -corner * identity
     a[index.filter_rate, index.filter_rate] = -np.sqrt(2.0) * corner * identity
-    a[index.filter_rate, index.modal_displacement] = corner * sensed @ displacement
-    a[index.filter_rate, moving] = corner * sensed @ velocity[:, 3:]
-    b_torque[index.filter_rate] = corner * sensed @ spacecraft.torque_influence
-    b_jitter[index.filter_rate] = corner * sensed @ spacecraft.jitter_influence
+    a[index.filter_rate, index.modal_displacement] = product(sensed, displacement)
+    a[index.filter_rate, moving] = product(sensed, velocity[:, 3:])
+    b_torque[index.filter_rate] = product(sensed, spacecraft.torque_influence)
+    b_jitter[index.filter_rate] = product(sensed, jitter_influence)
 
     gyros = spacecraft.gyros
     c = np.zeros((len(gyros.axis) + index.accelerometers + wheels + 3, index.size))

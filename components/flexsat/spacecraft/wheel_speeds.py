@@ -11,6 +11,8 @@ from ..arrays import Array
 from ..parameters import SpeedSelection
 from .assembly import Spacecraft
 
+TIE = 1e-9  # relative difference of responses below which rounding would choose
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelResponse:
@@ -41,8 +43,9 @@ def imbalance_response(spacecraft: Spacecraft, frequency: Array) -> Array:
         dynamic = np.diag(stiffness / (1j * w) + damping) + 1j * w * mass
         velocity = np.linalg.solve(dynamic, forces)[6:]
         by_wheel = velocity.reshape(modes, 4, wheels).transpose(2, 0, 1)
-        result[:, k] = np.linalg.norm(by_wheel, ord=2, axis=(1, 2))
-    return result
+        # squared singular values are the eigenvalues of a 4 by 4 matrix, which are quicker to find
+        result[:, k] = np.linalg.eigvalsh(by_wheel.conj().transpose(0, 2, 1) @ by_wheel)[:, -1]
+    return np.sqrt(result)
 
 
 def select_speeds(spacecraft: Spacecraft, selection: SpeedSelection) -> WheelResponse:
@@ -56,5 +59,6 @@ def select_speeds(spacecraft: Spacecraft, selection: SpeedSelection) -> WheelRes
     worst = maximum_filter1d(response, window, axis=1, mode="nearest")
     margin = int(np.ceil(window / 2)) - 1  # the band must lie inside the range
     inner = slice(margin, selection.points - margin)
-    best = margin + np.argmin(worst[:, inner], axis=1)
+    least = worst[:, inner].min(axis=1, keepdims=True)
+    best = margin + np.argmax(worst[:, inner] <= (1.0 + TIE) * least, axis=1)  # the first of those alike
     return WheelResponse(speed=2.0 * np.pi * hertz, response=response, worst=worst, nominal=2.0 * np.pi * hertz[best])

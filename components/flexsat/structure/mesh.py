@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +31,9 @@ RECORD_INTERIOR = (
 SLIVER_AREA = 1e-4  # m2; Delaunay leaves such triangles along straight edges (PHYSICS section 1)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mesh:
-    """Nodes and triangles of a plane mesh in body axes x, y."""
+    """Nodes and triangles of a plane mesh in body axes x, y. Equal to itself only."""
 
     nodes: Array  # (n, 2) [m]
     triangles: Index  # (t, 3), counter-clockwise
@@ -60,8 +61,9 @@ class Mesh:
 
 def polar(radius: float, angle_deg: float) -> Array:
     """Return the point (x, y) [m] at a radius [m] and an angle [deg] from body x."""
-    angle = np.radians(angle_deg)
-    return np.array([radius * np.cos(angle), radius * np.sin(angle)])
+    # in extended precision: the last digit of a double's sine and cosine depends on the processor
+    angle = np.longdouble(angle_deg) * (np.arctan2(np.longdouble(0.0), np.longdouble(-1.0)) / 180.0)
+    return np.array([radius * np.cos(angle), radius * np.sin(angle)], dtype=np.float64)
 
 
 def triangle_areas(nodes: Array, triangles: Index) -> Array:
@@ -91,6 +93,7 @@ def _unique(points: Array) -> tuple[Array, Index]:
     return points[keep], where.ravel()
 
 
+@lru_cache
 def record_mesh(aperture: Aperture) -> Mesh:
     """Build the mesh of record: 138 nodes and 216 triangles, six-fold symmetric.
 

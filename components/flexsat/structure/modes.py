@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -11,12 +12,15 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh
 
 from ..arrays import Array
+from ..fixed_order import on_grid, product
 from ..parameters import Plate
 from .kirchhoff_plate import PlateMatrices, assemble
 from .mesh import Mesh
+from .refinement import Eigenpairs, refine
 
 Support = Literal["vertices", "edge"]
 DENSE_LIMIT = 2000  # degrees of freedom up to which the full eigenvalue problem is quicker than the sparse one
+TIE = 1e-6  # relative difference below which deflections are those of symmetric nodes
 PARTNER_GAP = 1e-6  # relative frequency difference below which two modes are one degenerate pair
 
 
@@ -71,6 +75,69 @@ def solve_modes(matrices: PlateMatrices, clamped: NDArray[np.intp], count: int) 
     return np.sqrt(values), shapes
 
 
+def refined_modes(matrices: PlateMatrices, clamped: NDArray[np.intp], count: int) -> tuple[Array, Array]:
+    """Return frequencies and shapes as `solve_modes`, with signs and pairs fixed: the same bits on every processor."""
+    total = matrices.mass.shape[0]
+    free = np.setdiff1d(np.arange(total), clamped)
+    stiffness, mass = (_symmetric(m[free][:, free].toarray()) for m in (matrices.stiffness, matrices.mass))
+    found = Eigenpairs(*eigh(stiffness, mass))
+    last = np.sqrt(found.values[count - 1 : count + 1])
+    kept = count + (len(last) == 2 and _is_pair(*last))  # a pair is turned as a whole
+    shapes = np.zeros((total, kept))
+    shapes[free] = found.vectors[:, :kept]
+    frequency = np.sqrt(found.values[:kept])
+    shapes = fix_signs(frequency, shapes, matrices.rotation)
+    pairs = {k: row[free] for k, row in _rows_of_pairs(frequency, shapes, matrices.rotation).items()}
+    values, shapes[free] = refine(stiffness, mass, found, shapes[free], pairs)
+    return np.sqrt(values[:count]), on_grid(shapes[:, :count])
+
+
+def _symmetric(matrix: Array) -> Array:
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _is_pair(lower: float, upper: float) -> bool:
+    return bool(upper - lower < PARTNER_GAP * lower)
+
+
+def degenerate_pairs(frequency: Array) -> list[int]:
+    """Return the first mode of each degenerate pair; frequencies ascend."""
+    found: list[int] = []
+    for k in range(len(frequency) - 1):
+        if k - 1 not in found and _is_pair(*frequency[k : k + 2]):
+            found.append(k)
+    return found
+
+
+def turn_pair(shapes: Array, first: int, row: Array) -> None:
+    """Turn a degenerate pair in place, so that the product of the row, (n,), with its second member is zero."""
+    pair = shapes[:, first : first + 2]
+    lever = row @ pair
+    cosine, sine = lever / np.linalg.norm(lever)
+    shapes[:, first : first + 2] = pair @ np.array([[cosine, -sine], [sine, cosine]])
+
+
+def _first_largest(values: Array) -> int:
+    """Return the first of the largest values: symmetric nodes tie, but for rounding."""
+    return int(np.argmax(values >= (1.0 - TIE) * np.max(values)))
+
+
+def _rows_of_pairs(frequency: Array, shapes: Array, rotation: Array) -> dict[int, Array]:
+    """Return the first mode of each degenerate pair, with the row (3n,) whose product with the second shall be zero.
+
+    That of the coupling to rotation about x, if the pair has any; otherwise that of the deflection at the node where
+    the pair's is largest.
+    """
+    rows = {}
+    for k in degenerate_pairs(frequency):
+        pair = shapes[:, k : k + 2]
+        rows[k] = rotation[0]
+        if np.linalg.norm(rotation[0] @ pair) < 1e-6 * np.linalg.norm(rotation, ord=2):
+            rows[k] = np.zeros(len(shapes))
+            rows[k][3 * _first_largest(np.linalg.norm(pair[::3], axis=1))] = 1.0
+    return rows
+
+
 def fix_signs(frequency: Array, shapes: Array, rotation: Array) -> Array:
     """Return the shapes with signs, and the mixing within degenerate pairs, made repeatable.
 
@@ -79,35 +146,30 @@ def fix_signs(frequency: Array, shapes: Array, rotation: Array) -> Array:
     is made positive.
     """
     result = shapes.copy()
-    k = 0
-    while k < len(frequency):
-        if k + 1 < len(frequency) and frequency[k + 1] - frequency[k] < PARTNER_GAP * frequency[k]:
-            pair = result[:, k : k + 2]
-            lever = (rotation @ pair)[0]
-            if np.linalg.norm(lever) < 1e-6 * np.linalg.norm(rotation, ord=2):
-                lever = pair[3 * int(np.argmax(np.round(np.linalg.norm(pair[::3], axis=1), 9)))]
-            cosine, sine = lever / np.linalg.norm(lever)
-            result[:, k : k + 2] = pair @ np.array([[cosine, -sine], [sine, cosine]])
-            k += 1
-        k += 1
-    deflection = result[::3]
-    largest = np.argmax(np.round(np.abs(deflection), 9), axis=0)  # rounded: symmetric nodes tie
-    result *= np.sign(deflection[largest, np.arange(result.shape[1])])
+    for k, row in _rows_of_pairs(frequency, shapes, rotation).items():
+        turn_pair(result, k, row)
+    for k, deflection in enumerate(result[::3].T):
+        result[:, k] *= np.sign(deflection[_first_largest(np.abs(deflection))])
     return result
 
 
+@lru_cache(maxsize=8)  # both variants of a design and both configurations have the same
 def build_structure(mesh: Mesh, plate: Plate, support: Support = "vertices") -> Structure:
     """Assemble the plate on a mesh, clamp it, and keep the lowest modes with Rayleigh damping."""
     matrices = assemble(mesh, plate)
-    frequency, shapes = solve_modes(matrices, clamped_dofs(mesh, support), plate.mode_count)
-    shapes = fix_signs(frequency, shapes, matrices.rotation)
+    clamped = clamped_dofs(mesh, support)
+    if matrices.mass.shape[0] - len(clamped) <= DENSE_LIMIT:
+        frequency, shapes = refined_modes(matrices, clamped, plate.mode_count)
+    else:
+        frequency, shapes = solve_modes(matrices, clamped, plate.mode_count)
+        shapes = fix_signs(frequency, shapes, matrices.rotation)
     beta_m, beta_k = plate.rayleigh()
     return Structure(
         mesh=mesh,
         frequency=frequency,
         shape=shapes,
-        translation=matrices.translation @ shapes,
-        rotation=matrices.rotation @ shapes,
+        translation=product(matrices.translation, shapes),
+        rotation=product(matrices.rotation, shapes),
         damping=beta_m + beta_k * frequency**2,
         total_mass=matrices.total_mass,
         inertia=matrices.inertia,
