@@ -17,6 +17,7 @@ class DeclaredSteps:
     offset: int = 0
     kind: Kind | None = None
     isolated: bool | None = None
+    tolerance: float | None = None  # relative, of the FMU's integration
     annotated: bool = False  # in an annotation of type `lockstep`
     hint: int | None = None  # StepSizeHint of the Open Simulation Platform
 
@@ -38,7 +39,7 @@ def declared_steps(element: Element, name: str) -> DeclaredSteps:
     """Read the steps that the annotations of a component declare, or raise InputError."""
     hints = element.findall("ssd:Annotations/ssc:Annotation/osp:StepSizeHint", NS)
     hint = nanoseconds(hints[0].get("value", ""), f"{name}: StepSizeHint") if hints else None
-    own = annotation(element, "Component", name, ("period", "offset", "kind", "isolated"))
+    own = annotation(element, "Component", name, ("period", "offset", "kind", "isolated", "tolerance"))
     if own is None:
         return DeclaredSteps(hint=hint)
     kind = own.get("kind", "sampled")
@@ -49,6 +50,7 @@ def declared_steps(element: Element, name: str) -> DeclaredSteps:
         offset=nanoseconds(own.get("offset", "0"), f"{name}: offset"),
         kind="continuous" if kind == "continuous" else "sampled",
         isolated=_flag(own, "isolated", name),
+        tolerance=_number(own, "tolerance", name),
         annotated=True,
         hint=hint,
     )
@@ -73,6 +75,14 @@ def connection_delay(element: Element, name: str) -> int | None:
     if not (text.isascii() and text.isdecimal()):
         raise InputError(f"{name}: delay {text!r} must be a whole number of ticks >= 0")
     return int(text)
+
+
+def _number(element: Element, attribute: str, name: str) -> float | None:
+    text = element.get(attribute)
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        raise InputError(f"{name}: {attribute} {text!r} must be a number, for example 1e-6") from None
 
 
 def _flag(element: Element, attribute: str, name: str) -> bool | None:

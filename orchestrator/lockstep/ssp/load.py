@@ -148,6 +148,7 @@ class _Assembly:
             ),
             archive=leaf.archive,
             isolated=steps.isolated,
+            tolerance=steps.tolerance,
         )
 
     def _connection(self, way: Way, kinds: Mapping[str, Kind]) -> Connection:

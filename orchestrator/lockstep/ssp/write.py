@@ -112,6 +112,8 @@ def _write_component(
     timing = {"period": seconds_text(component.period), "offset": seconds_text(component.offset)}
     if component.isolated is not None:
         timing["isolated"] = str(component.isolated).lower()
+    if component.tolerance is not None:
+        timing["tolerance"] = repr(component.tolerance)
     own = _annotate(element, "Component", **timing, kind=component.kind)
     # the step size of a component for libcosim and ecos
     other = add(own.getparent().getparent(), SSC, "Annotation", type="com.opensimulationplatform")

@@ -127,7 +127,8 @@ def test_restarted_runs_keep_start_values_and_tolerance(system, tmp_path):
 
 def test_command_line_takes_a_tolerance_for_all_and_for_one(system, tmp_path, capsys):
     path = tmp_path / "setup.ssd"
-    write_ssd(system, path)
+    first, *others = system.components
+    write_ssd(replace(system, components=(replace(first, tolerance=1e-2), *others)), path)
 
     def run(*options):
         return main(["run", str(path), "--out", str(tmp_path / "out"), *options])
@@ -136,6 +137,8 @@ def test_command_line_takes_a_tolerance_for_all_and_for_one(system, tmp_path, ca
     assert last(tmp_path / "out", "s.y", "s.tolerance", "reader.tolerance", "newer.tolerance") == [
         1.0, 1e-5, 1e-5, 1e-4
     ]  # fmt: skip
+    assert run("--overwrite") == 0
+    assert last(tmp_path / "out", "s.tolerance", "reader.tolerance", "newer.tolerance") == [1e-2, 1e-7, -1.0]
     capsys.readouterr()
     for texts, message in (
         (("s=0",), "s: tolerance 0.0 must be a number > 0, for example 1e-6"),
