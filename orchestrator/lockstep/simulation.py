@@ -57,6 +57,7 @@ class RunOptions:
     checkpoints: CheckpointSchedule = field(default_factory=CheckpointSchedule)  # when to save, in the results folder
     restart: Restart | None = None  # checkpoint to start from, instead of time 0
     tolerance: Tolerances | None = None  # of the FMUs' integration, for all or by component; None: what they declare
+    strict_inputs: bool = False  # refuse inputs without connection and value, which else keep their start values
 
 
 class _Named(TypedDict, total=False):
@@ -74,6 +75,7 @@ class _Named(TypedDict, total=False):
     checkpoints: CheckpointSchedule
     restart: Restart | None
     tolerance: Tolerances | None
+    strict_inputs: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,6 +89,7 @@ class RunSummary:
     rows: int  # recorded
     start_time: float = 0.0  # [s] simulated: that of the checkpoint, if it was started from one
     pacer: Pacer | None = None  # how well real time was kept
+    warnings: tuple[str, ...] = ()  # what was amended in the system file, and inputs that keep their start values
 
 
 def simulate(
@@ -167,6 +170,7 @@ def simulate(
         rows=_rows_before(plan.ticks, plan) - _rows_before(first, plan),
         start_time=seconds(first * plan.system.tick),
         pacer=pacer,
+        warnings=plan.warnings,
     )
 
 
@@ -207,7 +211,9 @@ def _plan(system: System, options: RunOptions) -> tuple[Plan, Mapping[str, Overr
     """Return the plan of the run and all its overrides, those of the checkpoint's run included."""
     overrides, record = dict(options.overrides), options.record
     if options.restart is None:
-        return Plan(system, options.stop_time, overrides, record, options.record_period), overrides
+        return Plan(
+            system, options.stop_time, overrides, record, options.record_period, options.strict_inputs
+        ), overrides
     return options.restart.plan(system, options.stop_time, overrides, record, options.record_period)
 
 
@@ -258,6 +264,7 @@ def _describe(plan: Plan, overrides: Mapping[str, Override], faults: Sequence[Sc
         plan.layout.record_ticks * plan.system.tick,
         [{"path": str(scenario.path), "sha256": scenario.sha256, "text": scenario.text} for scenario in faults],
         plan.tolerances,
+        plan.warnings,
     )
 
 

@@ -66,7 +66,7 @@ def _run_new(request: RunRequest, seed: int | None, as_published: bool, finish: 
 
         if not path.exists() and path.suffix == ".ssd":
             raise InputError(f"{path}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
-        return load_system(path, request.timing.timing())
+        return load_system(path, request.timing.timing(), request.within)
 
     def overrides(system: System) -> dict[str, Value]:
         values: dict[str, Value] = dict(_published(system)) if as_published else {}

@@ -108,6 +108,7 @@ def build_system(designs: Designs, scenario: ScenarioName, folder: Path) -> Syst
         stop_time=round(DURATION / NANOSECOND),
         record=RECORD,
         record_period=periods["controller"],  # the samples that the cost is summed over
+        strict_inputs=True,
     )
 
 

@@ -1,7 +1,7 @@
 """Show the progress of a run: a bar on a terminal, plain lines elsewhere; and its summary at the end."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
 from typing import TextIO
@@ -80,3 +80,11 @@ def print_summary(summary: RunSummary) -> None:
     print(f"{took}: {summary.folder}")
     if summary.pacer is not None:
         print(summary.pacer)
+
+
+def print_warnings(warnings: Sequence[str], most: int = 10) -> None:
+    """Print what was amended in a system file to stderr, the first lines of it; run.toml has all."""
+    for text in warnings[:most]:
+        print(f"warning: {text}", file=sys.stderr)
+    if len(warnings) > most:
+        print(f"warning: {len(warnings) - most} more, which run.toml lists", file=sys.stderr)

@@ -42,6 +42,6 @@ def run(request: RunRequest) -> int:
     if request.checkpoints.resume is not None:
         resume_run(request.checkpoints.resume, pace=request.pace, step_limit=request.step_limit)
     else:
-        load = partial(load_system, timing=request.timing.timing())
+        load = partial(load_system, timing=request.timing.timing(), within=request.within)
         run_system(request, request.checkpoints.system(request.system, load))
     return 0

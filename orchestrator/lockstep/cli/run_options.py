@@ -53,6 +53,8 @@ class RunRequest:
     overwrite: bool
     checkpoints: CheckpointOptions
     pace: str | None
+    strict_inputs: bool
+    within: Path | None
 
 
 run_options = option_group(
@@ -79,6 +81,9 @@ run_options = option_group(
     click.option("--overwrite", is_flag=True, help="replace an earlier run in the results folder"),
     checkpoint_options,
     click.option("--pace", metavar="X", help="at most X times real time (default: as fast as possible)"),
+    click.option("--strict-inputs", is_flag=True, help="refuse inputs without connection and value"),
+    click.option("--within", type=PATH, metavar="DIR",
+                 help="refuse a system file that names files outside this folder"),
 )  # fmt: skip
 
 
@@ -101,7 +106,7 @@ def run_system(
     finish : called with the folder at the end, while no other run can use that
     """
     from lockstep.adapter.component import with_replacements
-    from lockstep.cli.progress import print_summary, show_progress
+    from lockstep.cli.progress import print_summary, print_warnings, show_progress
     from lockstep.errors import compact
     from lockstep.faults.read import read_scenario
     from lockstep.results.results_folder import claim
@@ -136,7 +141,9 @@ def run_system(
                 pace=pacer,
                 checkpoints=request.checkpoints.schedule(),
                 restart=restart,
+                strict_inputs=request.strict_inputs,
             )
+        print_warnings(summary.warnings)
         if system.ignored:
             print(f"left out, as no variable takes them: {compact(system.ignored)}")
         if system.start_values:

@@ -55,4 +55,4 @@ def describe(system: System) -> list[str]:
         lines.append(f"  left out, as no variable takes them: {compact(system.ignored)}")
     if system.start_values:
         lines.append(f"  count at initialization only, as the inputs are connected: {compact(system.start_values)}")
-    return lines
+    return lines + [f"  warning: {text}" for text in system.warnings]

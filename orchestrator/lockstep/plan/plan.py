@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from lockstep.errors import InputError
+from lockstep.errors import InputError, compact
 from lockstep.fmi.slave import Scalar
 from lockstep.plain_values import plain_value
 from lockstep.plan.bus_layout import Layout, Reference
@@ -27,6 +27,7 @@ class Plan:
         overrides: Mapping[str, Override],
         record: Sequence[str] | None,
         record_period: float | str | None,
+        strict_inputs: bool = False,
     ) -> None:
         self.system = system
         stop = system.stop_time if stop_time is None else nanoseconds(stop_time, "stop time")
@@ -40,7 +41,7 @@ class Plan:
         check_before(system, stop)
         self.tolerances = tolerances_of(system, {**self.descriptions, **self.shadows})
         self.system = system = settle(system, {**self.descriptions, **self.shadows})
-        self.wiring: Wiring = wire(system, self.descriptions, overrides)
+        self.wiring: Wiring = wire(system, self.descriptions, overrides, strict_inputs)
         self.record = _patterns(system.record if record is None else record)
         self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)
         period = system.record_period if record_period is None else nanoseconds(record_period, "record period")
@@ -57,6 +58,13 @@ class Plan:
             for variable in description.variables.values()
             if variable.scalar is not None and variable.causality in ("output", "input")
         }
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was amended in the system file, and which inputs keep their start values."""
+        inputs = [f"{name}.{compact(loose)}" for name, loose in self.wiring.unconnected.items()]
+        kept = [f"not connected, and keep their start values: {'; '.join(inputs)}"] if inputs else []
+        return (*self.system.warnings, *kept)
 
     def starts(self, name: str) -> dict[Scalar, dict[int, Value]]:
         """Return a component's parameters and start values by type and reference."""

@@ -45,14 +45,27 @@ class Link:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wiring:
-    """A checked system. `parameters` are the values set, in the FMUs' units, by component and variable."""
+    """A checked system.
+
+    `parameters` are the values set, in the FMUs' units, by component and variable; `unconnected` are the inputs that
+    have neither a connection nor a value, by component: they keep their FMUs' start values.
+    """
 
     links: tuple[Link, ...]
     parameters: Mapping[str, Mapping[str, Value]]
+    unconnected: Mapping[str, tuple[str, ...]]
 
 
-def wire(system: System, descriptions: Mapping[str, Description], overrides: Mapping[str, Override]) -> Wiring:
-    """Check everything that can be checked without running, or raise InputError."""
+def wire(
+    system: System,
+    descriptions: Mapping[str, Description],
+    overrides: Mapping[str, Override],
+    strict_inputs: bool = False,
+) -> Wiring:
+    """Check everything that can be checked without running, or raise InputError.
+
+    With `strict_inputs`, or where the system asks for it, an input without connection and value is refused.
+    """
     for component in system.components:
         _check_connectors(component, descriptions[component.name])
     _check_single_instances(system, descriptions)
@@ -73,8 +86,11 @@ def wire(system: System, descriptions: Mapping[str, Description], overrides: Map
             if first not in name_and_arrays(key):  # one element may differ from the array that is given before it
                 raise InputError(f"{name}.{variable.name}: has a value by {first} and by {key}; give one of them")
             parameters[name][variable.name] = item
-    _check_fed(system, descriptions, parameters)
-    return Wiring(links=links, parameters=parameters)
+    unconnected = _unconnected(system, descriptions, parameters)
+    if strict_inputs or system.strict_inputs:
+        for name, loose in unconnected.items():
+            raise InputError(unfed(name, loose, system))
+    return Wiring(links=links, parameters=parameters, unconnected=unconnected)
 
 
 def _refuse_fed(component: str, variable: str, feeding: Mapping[tuple[str, str], Connection], remedy: str) -> None:
@@ -167,14 +183,16 @@ def _end(variable: Variable, component: str, system: System) -> End:
     return End(type=variable.native or variable.type, unit=unit, relative=variable.relative, items=variable.items)
 
 
-def _check_fed(
+def _unconnected(
     system: System, descriptions: Mapping[str, Description], parameters: Mapping[str, Mapping[str, Value]]
-) -> None:
+) -> dict[str, tuple[str, ...]]:
+    """Return the inputs without connection and value by component; variables without a scalar type are no inputs."""
     fed = {(connection.to_component, connection.input) for connection in system.connections}
+    found = {}
     for component in system.components:
         variables = descriptions[component.name].variables.values()
-        # variables without a scalar type are not exchanged
         inputs = [v.name for v in variables if v.causality == "input" and v.scalar is not None]
         loose = [n for n in inputs if (component.name, n) not in fed and n not in parameters[component.name]]
         if loose:
-            raise InputError(unfed(component.name, loose, system))
+            found[component.name] = tuple(loose)
+    return found

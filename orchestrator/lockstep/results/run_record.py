@@ -38,6 +38,7 @@ def describe_run(
     record_period: int,
     faults: Sequence[Table] = (),
     tolerances: Mapping[str, float] | None = None,
+    warnings: Sequence[str] = (),
 ) -> Table:
     """Return the content of run.toml: everything that a run depends on. Times are in seconds."""
     delays = sorted({(c.from_component, c.to_component, c.delay) for c in system.connections})
@@ -51,6 +52,7 @@ def describe_run(
         "record": list(record),
         "record_period": seconds(record_period),
         "system": {"name": system.name, "path": str(system.path or ""), "sha256": system.sha256 or ""},
+        **({"warnings": list(warnings)} if warnings else {}),
         "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
         "overrides": {key: plain_value(value, key) for key, value in overrides.items()},
         "component": [

@@ -8,6 +8,8 @@ from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, NS, Element
 from lockstep.system.clock import nanoseconds
 from lockstep.system.component import Kind
 
+SYSTEM_ATTRIBUTES = ("tick", "recordPeriod", "strictInputs")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeclaredSteps:
@@ -49,7 +51,7 @@ def declared_steps(element: Element, name: str) -> DeclaredSteps:
         period=nanoseconds(own.attrib["period"], f"{name}: period") if "period" in own.attrib else None,
         offset=nanoseconds(own.get("offset", "0"), f"{name}: offset"),
         kind="continuous" if kind == "continuous" else "sampled",
-        isolated=_flag(own, "isolated", name),
+        isolated=flag(own, "isolated", name),
         tolerance=_number(own, "tolerance", name),
         annotated=True,
         hint=hint,
@@ -85,7 +87,8 @@ def _number(element: Element, attribute: str, name: str) -> float | None:
         raise InputError(f"{name}: {attribute} {text!r} must be a number, for example 1e-6") from None
 
 
-def _flag(element: Element, attribute: str, name: str) -> bool | None:
+def flag(element: Element, attribute: str, name: str) -> bool | None:
+    """Return whether an annotation's attribute is true; None if it is not given. Raises InputError."""
     text = element.get(attribute)
     if text not in (None, "true", "false", "1", "0"):
         raise InputError(f"{name}: {attribute} {text!r} must be true or false")

@@ -16,13 +16,13 @@ from pathlib import Path
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import Description, Variable, read_description
 from lockstep.fmi.safe_zip import open_file
-from lockstep.ssp.annotations import annotation, master_step
+from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, annotation, flag, master_step
 from lockstep.ssp.flatten import Settled, Way, refuse_ignored, settle, ways
 from lockstep.ssp.location import location_of
 from lockstep.ssp.read_tree import open_description, read_tree
 from lockstep.ssp.step_times import Timing
 from lockstep.ssp.tree import Branch, Leaf, PortPath, Setting
-from lockstep.ssp.xml import MAIN, NS, Element, unique
+from lockstep.ssp.xml import MAIN, NS, Element, Warnings, unique
 from lockstep.system.clock import nanoseconds
 from lockstep.system.component import Component, Connector, Kind, Value
 from lockstep.system.system import Connection, Feed, System, SystemInput
@@ -30,34 +30,35 @@ from lockstep.system.transformation import End, Hop, transferred
 from lockstep.system.units import Unit, known_unit
 
 
-def load_system(path: Path | str, timing: Timing | None = None) -> System:
+def load_system(path: Path | str, timing: Timing | None = None, within: Path | None = None) -> System:
     """Read a system file, or raise InputError.
 
     Parameters
     ----------
     path : a .ssd, the folder of an unpacked package, a .ssp, or one variant in it: `package.ssp#Variant.ssd`
     timing : periods, kinds and delays of the command line; for the rest see `lockstep.ssp.step_times`
+    within : the folder in which all files have to lie; None: sources outside the folder of a .ssd are warnings
 
     FMUs are read only where their steps, variables or units are needed; `simulate` checks against all.
     """
-    location = location_of(Path(path))
+    location = location_of(Path(path), within)
     document = open_description(location)
     tree = read_tree(document)
     file = location.archive or location.document
     with open_file(file, None, str(file)) as stream:
         digest = hashlib.sha256(stream.read()).hexdigest()
     named = file if location.archive is None or location.document == Path(MAIN) else Path(f"{file}#{location.document}")
-    return _Assembly(named, document.root, tree, timing or Timing()).system(digest)
+    return _Assembly(named, document.root, tree, timing or Timing(), location.warnings).system(digest)
 
 
 class _Assembly:
     """Assemble a system from a tree, and read the descriptions of its FMUs where they are needed."""
 
-    def __init__(self, path: Path, root: Element, tree: Branch, timing: Timing) -> None:
-        self.path, self.root, self.tree, self.timing = path, root, tree, timing
+    def __init__(self, path: Path, root: Element, tree: Branch, timing: Timing, warnings: Warnings) -> None:
+        self.path, self.root, self.tree, self.timing, self.warnings = path, root, tree, timing, warnings
         unique((child.path for branch in tree.branches() for child in branch.children.values()), f"{path}: element ")
         self.leaves = {leaf.path: leaf for leaf in tree.leaves()}
-        self.own = annotation(root.find("ssd:System", NS), "System", "the system", ("tick", "recordPeriod"))
+        self.own = annotation(root.find("ssd:System", NS), "System", "the system", SYSTEM_ATTRIBUTES)
         self.step = master_step(root)
         self.descriptions: dict[str, Description] = {}
 
@@ -87,6 +88,8 @@ class _Assembly:
             inputs=self._inputs(free, values),
             ignored=tuple(f"{setting.name} ({setting.origin})" for setting in settled.ignored),
             start_values=() if self.own is not None else self._start_values(found, values),
+            strict_inputs=self.own is not None and bool(flag(self.own, "strictInputs", "the system")),
+            warnings=tuple(dict.fromkeys(self.warnings)),
         )
         for named in self.timing.names():
             system.component(named)

@@ -1,6 +1,6 @@
-"""Locate documents of SSP and resolve their relative sources: nothing may lie outside its package."""
+"""Locate documents of SSP and resolve their relative sources: nothing may lie outside an archive or a given folder."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from posixpath import normpath
 from urllib.parse import unquote, urlsplit
@@ -8,7 +8,7 @@ from urllib.parse import unquote, urlsplit
 from lockstep.errors import InputError, refuse_undecodable
 from lockstep.fmi.safe_zip import is_inside, open_file
 from lockstep.ssp.not_a_system import refuse_no_system
-from lockstep.ssp.xml import MAIN
+from lockstep.ssp.xml import MAIN, Warnings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,12 +19,14 @@ class Location:
     ----------
     document : inside `archive`, if there is one; else on disk
     archive : the .ssp that holds it; nested ones are `outer.ssp/resources/inner.ssp`
-    root : the unpacked package, below which its sources have to lie; None: a .ssd alone, which may name any file
+    root : the folder below which its sources have to lie; None: a .ssd alone, which may name any file
+    warnings : of all documents that this one refers to, in the order in which they are read
     """
 
     document: Path
     archive: Path | None = None
     root: Path | None = None
+    warnings: Warnings = field(default_factory=list, compare=False, repr=False)
 
     def __str__(self) -> str:
         return str(Path(self.archive, self.document) if self.archive else self.document)
@@ -51,18 +53,15 @@ class Location:
         file = Path(self.document.parent, path).resolve()
         if self.root is not None and not file.is_relative_to(self.root.resolve()):
             link = (
-                ""
-                if file == Path(normpath(self.document.parent / path))
-                else f" itself: it is, or passes, a link to {file}"
-            )
-            what = f"{name}: source {source} lies outside {self.root}; put the file into that folder{link}"
-            raise InputError(what)
+            raise InputError(f"{name}: source {source} lies outside {self.root}; put the file into that folder")
+        if self.root is None and not file.is_relative_to(self.document.parent.resolve()):
+            self.warnings.append(f"{name}: source {source} lies outside the folder of {self.document.name}")
         return replace(self, document=file), fragment
 
     def inner(self, member: str) -> "Location":
         """Return a document inside this file, which is an archive."""
         archive = Path(self.archive, self.document) if self.archive else self.document
-        return Location(document=Path(member), archive=archive)
+        return Location(document=Path(member), archive=archive, warnings=self.warnings)
 
     def member(self, source: str, name: str) -> "Location":
         """Return the file that a source relative to this file, an archive, refers to. Raises InputError."""
@@ -73,16 +72,19 @@ class Location:
         return self.inner(inside)
 
 
-def location_of(path: Path) -> Location:
-    """Return the document of a path: a .ssd, a package's folder, a .ssp, or `package.ssp#Variant.ssd`."""
+def location_of(path: Path, within: Path | None = None) -> Location:
+    """Return the document of a path: a .ssd, a package's folder, a .ssp, or `package.ssp#Variant.ssd`.
+
+    A folder confines its documents; those of a .ssd may lie anywhere, with a warning, or have to lie in `within`.
+    """
     path = path.absolute()
     refuse_undecodable(path)
     file, hash_, variant = path.name.partition("#")
     if hash_ and not path.exists() and file.lower().endswith(".ssp"):
         return Location(document=path.with_name(file)).inner(variant)
     if path.is_dir() and (path / MAIN).exists():
-        return Location(document=path / MAIN, root=path)
-    refuse_no_system(path)
+    if path.is_dir():
+        return Location(document=path / MAIN, root=within or path)
     if path.suffix.lower() == ".ssp" and path.is_file():
         return Location(document=path).inner(MAIN)
-    return Location(document=path, root=path.parent if path.name == MAIN else None)
+    return Location(document=path, root=within)

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 from lockstep.errors import InputError
 from lockstep.ssp.location import Location
+from lockstep.ssp.parse import parse, validate
 from lockstep.ssp.tree import Setting
 from lockstep.ssp.typed_values import read_enumerations, read_hop, read_units, read_value
-from lockstep.ssp.xml import MAPPING, NS, PARAMETERS, Element, parse, unique, validate
+from lockstep.ssp.xml import MAPPING, NS, PARAMETERS, Element, Warnings, unique
 from lockstep.system.component import Value
 from lockstep.system.units import Unit
 
@@ -27,6 +28,7 @@ class Base:
     inside: bool
     units: Mapping[str, Unit]
     enumerations: Mapping[str, Mapping[str, int]]
+    warnings: Warnings
 
 
 def read_bindings(element: Element, base: Base, name: str, level: int) -> tuple[Setting, ...]:
@@ -65,14 +67,15 @@ def _values(binding: Element, base: Base, name: str) -> tuple[UnitValues, str]:
         origin, units, enumerations = "inline", dict(base.units), dict(base.enumerations)
     else:
         location = _file(binding, base, name)
-        found = parse(location.read(name), str(location), PARAMETERS)
+        found = parse(location.read(name), str(location), PARAMETERS, base.warnings)
         origin, units, enumerations = location.document.name, {}, {}
     units |= read_units(found, origin)
     enumerations |= read_enumerations(found, origin)
     parameters = found.findall("ssv:Parameters/ssv:Parameter", NS)
     unique((str(p.get("name")) for p in parameters), f"{name}: {origin}: parameter ")
     return {
-        str(p.get("name")): read_value(p[0], units, enumerations, f"{name}.{p.get('name')}") for p in parameters
+        str(p.get("name")): read_value(p[0], units, enumerations, f"{name}.{p.get('name')}", base.warnings)
+        for p in parameters
     }, origin
 
 
@@ -85,7 +88,7 @@ def _mapped(mapping: Element, values: UnitValues, base: Base, name: str, level: 
         origin = "inline mapping"
     else:
         location = _file(mapping, base, name)
-        found = parse(location.read(name), str(location), MAPPING)
+        found = parse(location.read(name), str(location), MAPPING, base.warnings)
         origin = location.document.name
     entries = found.findall("ssm:MappingEntry", NS)
     unique((str(entry.get("target")) for entry in entries), f"{name}: {origin}: target ")

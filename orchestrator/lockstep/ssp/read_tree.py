@@ -5,13 +5,14 @@ from dataclasses import dataclass, field, replace
 from itertools import count
 
 from lockstep.errors import InputError, compact, suggestion
-from lockstep.ssp.annotations import annotation, connection_delay, declared_steps
+from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, annotation, connection_delay, declared_steps
 from lockstep.ssp.location import Location
 from lockstep.ssp.parameter_bindings import Base, read_bindings
+from lockstep.ssp.parse import parse
 from lockstep.ssp.signal_dictionary import Dictionary, bus, read_dictionaries
 from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
 from lockstep.ssp.typed_values import TYPES, items_of, read_enumerations, read_hop, read_units, unit_named
-from lockstep.ssp.xml import DESCRIPTION, MAIN, NS, SSC, Element, local_name, parse, unique
+from lockstep.ssp.xml import DESCRIPTION, MAIN, NS, SSC, Element, Warnings, local_name, unique
 from lockstep.system.clock import nanoseconds
 from lockstep.system.units import Unit
 
@@ -35,7 +36,7 @@ class Document:
 
 def open_description(location: Location, outer: Document | None = None, name: str = "") -> Document:
     """Parse and validate an SSD, that of the component `name` of another document if given, or raise InputError."""
-    root = parse(location.read(name or str(location)), str(location), DESCRIPTION)
+    root = parse(location.read(name or str(location)), str(location), DESCRIPTION, location.warnings)
     units, enumerations = read_units(root, str(location)), read_enumerations(root, str(location))
     return Document(
         location=location,
@@ -56,8 +57,8 @@ def read_tree(document: Document) -> Branch:
 
 def _system(element: Element, document: Document, path: str, level: int) -> Branch:
     name = path or "the system"
-    own = annotation(element, "System", name, ("tick", "recordPeriod"))
-    defined = read_dictionaries(element, document.location, path, _port)
+    own = annotation(element, "System", name, SYSTEM_ATTRIBUTES)
+    defined = read_dictionaries(element, document.location, path, _port, document.location.warnings)
     document = replace(document, dictionaries={**document.dictionaries, **defined})
     elements = element.findall("ssd:Elements/*", NS)
     unique((str(child.get("name")) for child in elements), f"{name}: element ")
@@ -95,9 +96,10 @@ def _element(element: Element, document: Document, path: str, level: int) -> Lea
 
 
 def _fmu(element: Element, document: Document, path: str, level: int) -> Leaf:
-    if element.get("implementation") == "ModelExchange":
-        raise InputError(f"{path}: implementation ModelExchange is not supported; use CoSimulation")
-    location, _ = document.location.resolve(str(element.get("source")), path)
+    implementation = element.get("implementation", "any")
+    if implementation not in ("any", "CoSimulation"):
+        document.location.warnings.append(f"{path}: implementation {implementation} is run as CoSimulation")
+    location, _ = document.location.resolve(str(element.get("source", "")), path)
     return Leaf(
         path=path,
         source=location.document,
@@ -155,6 +157,7 @@ def _base(document: Document, component: Location | None, inside: bool) -> Base:
         inside=inside,
         units=document.units,
         enumerations=document.enumerations,
+        warnings=document.location.warnings,
     )
 
 
@@ -162,22 +165,28 @@ def _ports(element: Element, document: Document, name: str) -> dict[str, Port]:
     entries = element.findall("ssd:Connectors/ssd:Connector", NS)
     unique((str(entry.get("name")) for entry in entries), f"{name}: connector ")
     return {
-        str(e.get("name")): _port(e, document.units, document.enumerations, f"{name}.{e.get('name')}") for e in entries
+        str(e.get("name")): _port(
+            e, document.units, document.enumerations, f"{name}.{e.get('name')}", document.location.warnings
+        )
+        for e in entries
     }
 
 
 def _port(
-    element: Element, units: Mapping[str, Unit], enumerations: Mapping[str, Mapping[str, int]], what: str
+    element: Element,
+    units: Mapping[str, Unit],
+    enumerations: Mapping[str, Mapping[str, int]],
+    what: str,
+    warnings: Warnings,
 ) -> Port:
     kind = next((child for child in element if child.tag.startswith(f"{{{SSC}}}")), None)
     type_name = None if kind is None else local_name(kind)
-    unit = None if kind is None or kind.get("unit") is None else str(kind.get("unit"))
     return Port(
         name=str(element.get("name")),
         kind=element.get("kind", "inout"),  # entries of dictionaries have none
         type=type_name,
-        unit=None if unit is None else unit_named(unit, units, what),
-        items=items_of(kind, enumerations, what) if type_name == "Enumeration" else {},
+        unit=None if kind is None else unit_named(kind.get("unit"), units, what, warnings),
+        items=items_of(kind, enumerations, what, warnings) if type_name == "Enumeration" else {},
     )
 
 

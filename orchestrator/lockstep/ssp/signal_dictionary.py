@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.ssp.location import Location
+from lockstep.ssp.parse import parse, validate
 from lockstep.ssp.tree import Bus, Port
 from lockstep.ssp.typed_values import read_enumerations, read_units
-from lockstep.ssp.xml import DICTIONARY, NS, Element, parse, unique, validate
+from lockstep.ssp.xml import DICTIONARY, NS, Element, Warnings, unique
 
 _TYPE = "application/x-ssp-signal-dictionary"
 
@@ -21,7 +22,7 @@ class Dictionary:
 
 
 def read_dictionaries(
-    system: Element, document: Location, path: str, read_port: Callable[..., Port]
+    system: Element, document: Location, path: str, read_port: Callable[..., Port], warnings: Warnings
 ) -> dict[str, Dictionary]:
     """Read the dictionaries that a system defines, by name, or raise InputError.
 
@@ -33,13 +34,15 @@ def read_dictionaries(
     return {
         str(entry.get("name")): Dictionary(
             key=f"{path}:{entry.get('name')}",
-            entries=_entries(entry, document, f"{name}: {entry.get('name')}", read_port),
+            entries=_entries(entry, document, f"{name}: {entry.get('name')}", read_port, warnings),
         )
         for entry in found
     }
 
 
-def _entries(element: Element, document: Location, what: str, read_port: Callable[..., Port]) -> dict[str, Port]:
+def _entries(
+    element: Element, document: Location, what: str, read_port: Callable[..., Port], warnings: Warnings
+) -> dict[str, Port]:
     if element.get("type", _TYPE) != _TYPE:
         raise InputError(f"{what}: signal dictionary of type {element.get('type')} is not supported; use {_TYPE}")
     source = element.get("source")
@@ -51,11 +54,11 @@ def _entries(element: Element, document: Location, what: str, read_port: Callabl
     else:
         location, _ = document.resolve(source, what)
         where = str(location)
-        root = parse(location.read(what), where, DICTIONARY)
+        root = parse(location.read(what), where, DICTIONARY, warnings)
     units, enumerations = read_units(root, where), read_enumerations(root, where)
     entries = root.findall("ssb:DictionaryEntry", NS)
     unique((str(entry.get("name")) for entry in entries), f"{what}: entry ")
-    return {str(e.get("name")): read_port(e, units, enumerations, f"{what}.{e.get('name')}") for e in entries}
+    return {str(e.get("name")): read_port(e, units, enumerations, f"{what}.{e.get('name')}", warnings) for e in entries}
 
 
 def bus(path: str, name: str, ports: Mapping[str, Port], dictionaries: Mapping[str, Dictionary]) -> Bus:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.plain_values import plain_value
-from lockstep.ssp.xml import NS, SSC, Element, add, local_name, namespace_of, unique
+from lockstep.ssp.xml import NS, SSC, Element, Warnings, add, local_name, namespace_of, unique
 from lockstep.system.component import Value
 from lockstep.system.transformation import Hop, MapValue, Table
 from lockstep.system.units import BASES, Unit
@@ -48,22 +48,26 @@ def _top_level(element: Element, group: str, tag: str) -> list[Element]:
     return list(element.iterfind(f"{{{namespace_of(element)}}}{group}/{{{SSC}}}{tag}"))
 
 
-def unit_named(name: str, units: Mapping[str, Unit], what: str) -> Unit:
-    """Look a unit up, or raise InputError."""
-    if name not in units:
-        raise InputError(f"{what}: unit {name!r} is not defined; the file defines {compact(units)}")
-    return units[name]
+def unit_named(name: str | None, units: Mapping[str, Unit], what: str, warnings: Warnings) -> Unit | None:
+    """Look a unit up. One that the file does not define is left out, with a warning: that of the FMU applies."""
+    if name is not None and name not in units:
+        warnings.append(f"{what}: unit {name!r} is left out, as the file defines only {compact(units)}")
+        return None
+    return None if name is None else units[name]
 
 
 def read_value(
-    element: Element, units: Mapping[str, Unit], enumerations: Mapping[str, Mapping[str, int]], what: str
+    element: Element,
+    units: Mapping[str, Unit],
+    enumerations: Mapping[str, Mapping[str, int]],
+    what: str,
+    warnings: Warnings,
 ) -> tuple[Value, Unit | None]:
     """Read a typed value and its unit, if it has one. An Enumeration's value is the name of its item."""
     kind, text = local_name(element), str(element.get("value"))
-    unit = element.get("unit")
     match kind:
         case "Real":
-            return _number(text), None if unit is None else unit_named(unit, units, what)
+            return _number(text), unit_named(element.get("unit"), units, what, warnings)
         case "Integer":
             return int(text), None
         case "Boolean":
@@ -71,21 +75,22 @@ def read_value(
         case "String":
             return text, None
         case "Enumeration":
-            items = items_of(element, enumerations, what)
+            items = items_of(element, enumerations, what, warnings)
             if items and text not in items:
                 raise InputError(f"{what}: no item {text}; there are {compact(items)}{suggestion(text, items)}")
             return text, None
     raise InputError(f"{what}: type {kind} is not supported; use one of {', '.join(TYPES)}")
 
 
-def items_of(element: Element, enumerations: Mapping[str, Mapping[str, int]], what: str) -> Mapping[str, int]:
-    """Return the items of the enumeration that a type names; nothing if it names none."""
+def items_of(
+    element: Element, enumerations: Mapping[str, Mapping[str, int]], what: str, warnings: Warnings
+) -> Mapping[str, int]:
+    """Return the items of the enumeration that a type names; none if it names none, or, with a warning, another's."""
     name = element.get("name")
-    if name is None:
-        return {}
-    if name not in enumerations:
-        raise InputError(f"{what}: enumeration {name!r} is not defined; the file defines {compact(enumerations)}")
-    return enumerations[name]
+    if name is not None and name not in enumerations:
+        defined = compact(enumerations)
+        warnings.append(f"{what}: enumeration {name!r} is not defined; the items are the FMU's, the file has {defined}")
+    return enumerations.get(name, {})
 
 
 def read_hop(element: Element) -> Hop:

@@ -49,6 +49,8 @@ def write_ssd(system: System, path: Path | str) -> None:
     timing = {"tick": seconds_text(system.tick)}
     if system.record_period is not None:
         timing["recordPeriod"] = seconds_text(system.record_period)
+    if system.strict_inputs:
+        timing["strictInputs"] = "true"
     own = _annotate(top, "System", **timing)
     for pattern in system.record:
         add(own, LOCKSTEP, "Record", pattern=pattern)

@@ -11,9 +11,10 @@ from pathlib import Path
 
 from lockstep.fmi.safe_zip import open_file
 from lockstep.ssp.package_members import package_entries
+from lockstep.ssp.parse import parse
 from lockstep.ssp.typed_values import literal, write_transformation, write_units
 from lockstep.ssp.write import PARAMETER_SET, write_ssd
-from lockstep.ssp.xml import DESCRIPTION, NS, SSC, SSD, SSM, SSV, Element, add, document_bytes, new_root, parse
+from lockstep.ssp.xml import DESCRIPTION, NS, SSC, SSD, SSM, SSV, Element, add, document_bytes, new_root
 from lockstep.system.component import Value
 from lockstep.system.system import System
 from lockstep.system.transformation import Table

@@ -70,7 +70,9 @@ class System:
     """A whole system. Times are integer nanoseconds; `record` holds patterns on `component.variable`.
 
     `ignored` are the values of a system file that have no variable, for display; `start_values` the connected inputs to
-    which one gives a value that counts at initialization only, where the producer comes later.
+    which one gives a value that counts at initialization only, where the producer comes later. `warnings` are
+    what was amended in the file. With `strict_inputs` every input has to be connected or have a value; without, an
+    input keeps its FMU's start value.
     """
 
     name: str
@@ -85,6 +87,8 @@ class System:
     inputs: tuple[SystemInput, ...] = ()
     ignored: tuple[str, ...] = ()
     start_values: tuple[str, ...] = ()  # `component.input`
+    strict_inputs: bool = False
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for key in ("tick", "stop_time", "record_period"):

@@ -1,0 +1,91 @@
+"""Amend SSP documents before they are read: small offences of other tools, and the parts of SSP 2.0 that 1.0 has too.
+
+Each amendment is a warning that names its first place. What cannot be amended is left to the schema, which refuses it.
+"""
+
+from collections.abc import Iterator
+
+from lockstep.ssp.expand_arrays import expand_arrays
+from lockstep.ssp.xml import SSC, SSV, Element, Warnings, local_name, namespace_of
+
+_TYPES = {"Float64": "Real", "Float32": "Real"} | {
+    f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)
+}
+_SSP1 = "http://ssp-standard.org/SSP1/"
+_KINDS = {"structuralParameter": "parameter"}
+_NOT_IN_1 = ("constant", "local", "unspecified")  # kinds of connectors
+_VERSIONED = (
+    "SystemStructureDescription",
+    "ParameterSet",
+    "ParameterMapping",
+    "SignalDictionary",
+)
+
+
+def amend(root: Element, where: str, warnings: Warnings) -> None:
+    """Amend a document in place; report each kind of amendment once, with its first place and the number of others."""
+    if str(root.get("version", "")).startswith("2."):
+        _reduce(root, where, warnings)
+    _leave_out_empty(root, where, warnings)
+
+
+def _leave_out_empty(root: Element, where: str, warnings: Warnings) -> None:
+    """Remove empty attributes that mean: not given."""
+    for attribute, meaning in (
+        ("unit", "no unit"),
+        ("startElement", "the system itself"),
+        ("endElement", "the system itself"),
+    ):
+        found = [element for element in root.iter("{*}*") if element.get(attribute) == ""]
+        for element in found:
+            del element.attrib[attribute]
+        _report(found, f'{attribute}="" is read as {meaning}', where, warnings)
+
+
+def _reduce(root: Element, where: str, warnings: Warnings) -> None:
+    """Write the elements of SSP 2.0 as those of 1.0, as far as 1.0 has them."""
+    for element in _of_ssp(root):
+        if local_name(element) in _VERSIONED and str(element.get("version", "")).startswith("2."):
+            element.set("version", "1.0")
+    expand_arrays(root, where)
+    _remove(root, ("MetaData", "Signature"), "", where, warnings)
+    clocked = [clock for clock in root.iter("{*}Clock") if namespace_of(clock) != SSC]
+    _detach(clocked)
+    _report(clocked, "clocks are left out: connectors are exchanged at every step", where, warnings)
+    connectors = [e for e in _of_ssp(root) if local_name(e) == "Connector"]
+    ticking = [c for c in connectors if any(child.tag == f"{{{SSC}}}Clock" for child in c)]
+    _detach(ticking)
+    _report(ticking, "connectors of type Clock are left out", where, warnings)
+    for connector in connectors:
+        connector.set("kind", _KINDS.get(connector.get("kind"), connector.get("kind", "")))
+    other = [c for c in connectors if c.get("kind") in _NOT_IN_1]
+    _detach(other)
+    _report(other, f"connectors of kind {', '.join(_NOT_IN_1)} are left out", where, warnings)
+    for element in root.iter("{*}*"):
+        for attribute in ("systemInnerX", "systemInnerY"):
+            element.attrib.pop(attribute, None)
+        if namespace_of(element) in (SSC, SSV) and local_name(element) in _TYPES:
+            element.tag = f"{{{namespace_of(element)}}}{_TYPES[local_name(element)]}"
+
+
+def _of_ssp(root: Element) -> Iterator[Element]:
+    return (element for element in root.iter("{*}*") if namespace_of(element).startswith(_SSP1))
+
+
+def _remove(root: Element, tags: tuple[str, ...], text: str, where: str, warnings: Warnings) -> None:
+    found = [element for element in _of_ssp(root) if local_name(element) in tags]
+    _detach(found)
+    if text:
+        _report(found, text, where, warnings)
+
+
+def _detach(elements: list[Element]) -> None:
+    for element in elements:
+        element.getparent().remove(element)
+
+
+def _report(found: list[Element], text: str, where: str, warnings: Warnings) -> None:
+    if found:
+        first = found[0]
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        warnings.append(f"{where}, line {first.sourceline}: {text}{more}")

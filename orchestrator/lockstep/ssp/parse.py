@@ -1,0 +1,75 @@
+"""Parse the XML documents of SSP, amend small offences, and validate them against the schemas of SSP 1.0."""
+
+from functools import cache
+from xml.parsers import expat
+
+from lxml import etree  # type: ignore[import-untyped]
+
+from lockstep.errors import InputError
+from lockstep.fmi.model_description import SSP_SCHEMAS
+from lockstep.ssp.amend import amend
+from lockstep.ssp.xml import SSB, SSC, SSD, SSM, SSV, Element, Warnings
+
+
+def parse(text: bytes, where: str, schema: str, warnings: Warnings | None = None) -> Element:
+    """Parse, amend and validate a document, or raise InputError. Nothing is fetched, and no entity can be declared.
+
+    Amendments are added to the warnings; without a list for them nothing is amended, and the schema refuses more.
+    """
+    _refuse_entities(text, where)
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
+    try:
+        root = etree.fromstring(text, parser)
+    except etree.XMLSyntaxError as error:
+        raise InputError(f"{where}: not readable XML: {error.msg}") from None
+    if warnings is not None:
+        amend(root, where, warnings)
+    validate(root, where, schema)
+    return root
+
+
+def validate(element: Element, where: str, schema: str) -> None:
+    """Raise InputError with the line of the first thing that the schema refuses."""
+    name = schema.partition(".")[0]
+    tag, version = etree.QName(element), element.get("version", "")
+    if not tag.namespace or not tag.namespace.endswith(f"/SSP1/{name}"):
+        raise InputError(
+            f"{where}: its root {tag.localname} in namespace {tag.namespace} is not one of SSP 1.0's {name}"
+        )
+    if not version.startswith("1."):
+        raise InputError(f"{where}: version {version!r} is not supported; write it as SSP 1.0 or 2.0")
+    rules = _schema(schema)
+    if not rules.validate(element):
+        first = rules.error_log[0]
+        raise InputError(f"{where}, line {first.line}: not valid SSP 1.0: {_short(first.message)}")
+
+
+@cache
+def _schema(name: str) -> etree.XMLSchema:
+    return etree.XMLSchema(etree.parse(SSP_SCHEMAS / name))
+
+
+def _short(text: str) -> str:
+    for namespace in (SSD, SSC, SSV, SSM, SSB):
+        text = text.replace(f"{{{namespace}}}", "")
+    return text
+
+
+class _DocumentType(Exception):  # no error: it stops the parser
+    pass
+
+
+def _refuse_entities(text: bytes, where: str) -> None:
+    """Refuse a document type: SSP has none, and entities in attributes would be expanded without limit."""
+    scan = expat.ParserCreate()
+
+    def found(*_: object) -> None:
+        raise _DocumentType
+
+    scan.StartDoctypeDeclHandler = found
+    try:
+        scan.Parse(text, True)
+    except _DocumentType:
+        raise InputError(f"{where}: holds a document type, which may declare entities; remove <!DOCTYPE ...>") from None
+    except expat.ExpatError as error:
+        raise InputError(f"{where}: not readable XML: {error}") from None
