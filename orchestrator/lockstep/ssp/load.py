@@ -19,6 +19,7 @@ from lockstep.fmi.safe_zip import open_file
 from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, annotation, flag, master_step
 from lockstep.ssp.flatten import Settled, Way, refuse_ignored, settle, ways
 from lockstep.ssp.location import location_of
+from lockstep.ssp.osp_structure import is_osp, load_osp
 from lockstep.ssp.read_tree import open_description, read_tree
 from lockstep.ssp.step_times import Timing
 from lockstep.ssp.tree import Branch, Leaf, PortPath, Setting
@@ -35,12 +36,15 @@ def load_system(path: Path | str, timing: Timing | None = None, within: Path | N
 
     Parameters
     ----------
-    path : a .ssd, the folder of an unpacked package, a .ssp, or one variant in it: `package.ssp#Variant.ssd`
+    path : a .ssd, the folder of an unpacked package, a .ssp, one variant in it: `package.ssp#Variant.ssd`, or an
+        OspSystemStructure.xml of the Open Simulation Platform
     timing : periods, kinds and delays of the command line; for the rest see `lockstep.ssp.step_times`
     within : the folder in which all files have to lie; None: sources outside the folder of a .ssd are warnings
 
     FMUs are read only where their steps, variables or units are needed; `simulate` checks against all.
     """
+    if is_osp(Path(path)):
+        return load_osp(Path(path), timing or Timing(), within)
     location = location_of(Path(path), within)
     document = open_description(location)
     tree = read_tree(document)
