@@ -20,12 +20,14 @@ class Location:
     document : inside `archive`, if there is one; else on disk
     archive : the .ssp that holds it; nested ones are `outer.ssp/resources/inner.ssp`
     root : the folder below which its sources have to lie; None: a .ssd alone, which may name any file
+    own : written by lockstep, whose sources may lie outside its folder without a warning
     warnings : of all documents that this one refers to, in the order in which they are read
     """
 
     document: Path
     archive: Path | None = None
     root: Path | None = None
+    own: bool = False
     warnings: Warnings = field(default_factory=list, compare=False, repr=False)
 
     def __str__(self) -> str:
@@ -54,7 +56,7 @@ class Location:
         if self.root is not None and not file.is_relative_to(self.root.resolve()):
             link = (
             raise InputError(f"{name}: source {source} lies outside {self.root}; put the file into that folder")
-        if self.root is None and not file.is_relative_to(self.document.parent.resolve()):
+        if self.root is None and not self.own and not file.is_relative_to(self.document.parent.resolve()):
             self.warnings.append(f"{name}: source {source} lies outside the folder of {self.document.name}")
         return replace(self, document=file), fragment
 

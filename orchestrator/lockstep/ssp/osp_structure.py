@@ -133,7 +133,8 @@ class _Structure:
         for connection in self.root.findall("osp:Connections/*", _NS):
             match local_name(connection):
                 case "VariableConnection":
-                    yield self._connection(*(_end(v, "simulator") for v in connection))
+                    first, second = (_end(v, "simulator") for v in connection)
+                    yield self._connection(first, second)
                 case "VariableGroupConnection":
                     first, second = (_end(v, "simulator") for v in connection)
                     for pair in group_pairs(self._owner(first), self._owner(second), first, second, self.location):

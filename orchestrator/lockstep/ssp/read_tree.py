@@ -12,7 +12,7 @@ from lockstep.ssp.parse import parse
 from lockstep.ssp.signal_dictionary import Dictionary, bus, read_dictionaries
 from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
 from lockstep.ssp.typed_values import TYPES, items_of, read_enumerations, read_hop, read_units, unit_named
-from lockstep.ssp.xml import DESCRIPTION, MAIN, NS, SSC, Element, Warnings, local_name, unique
+from lockstep.ssp.xml import ANNOTATION, DESCRIPTION, MAIN, NS, SSC, Element, Warnings, local_name, unique
 from lockstep.system.clock import nanoseconds
 from lockstep.system.units import Unit
 
@@ -38,8 +38,9 @@ def open_description(location: Location, outer: Document | None = None, name: st
     """Parse and validate an SSD, that of the component `name` of another document if given, or raise InputError."""
     root = parse(location.read(name or str(location)), str(location), DESCRIPTION, location.warnings)
     units, enumerations = read_units(root, str(location)), read_enumerations(root, str(location))
+    own = root.find(f"ssd:System/ssd:Annotations/ssc:Annotation[@type='{ANNOTATION}']", NS) is not None
     return Document(
-        location=location,
+        location=replace(location, own=own),
         root=root,
         units=units,
         enumerations=enumerations,

@@ -48,8 +48,15 @@ def _top_level(element: Element, group: str, tag: str) -> list[Element]:
     return list(element.iterfind(f"{{{namespace_of(element)}}}{group}/{{{SSC}}}{tag}"))
 
 
+def _unit_of_value(name: str | None, units: Mapping[str, Unit], what: str) -> Unit | None:
+    """Look the unit of a value up. An unknown one is refused: the value would be taken as one in the FMU's unit."""
+    if name is not None and name not in units:
+        raise InputError(f"{what}: unit {name!r} is not defined; the file defines {compact(units)}")
+    return None if name is None else units[name]
+
+
 def unit_named(name: str | None, units: Mapping[str, Unit], what: str, warnings: Warnings) -> Unit | None:
-    """Look a unit up. One that the file does not define is left out, with a warning: that of the FMU applies."""
+    """Look the unit of a connector up. An unknown one is left out, with a warning: that of the FMU applies."""
     if name is not None and name not in units:
         warnings.append(f"{what}: unit {name!r} is left out, as the file defines only {compact(units)}")
         return None
@@ -67,7 +74,7 @@ def read_value(
     kind, text = local_name(element), str(element.get("value"))
     match kind:
         case "Real":
-            return _number(text), unit_named(element.get("unit"), units, what, warnings)
+            return _number(text), _unit_of_value(element.get("unit"), units, what)
         case "Integer":
             return int(text), None
         case "Boolean":

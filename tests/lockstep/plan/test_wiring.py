@@ -66,7 +66,14 @@ def test_an_input_without_a_source_is_refused_with_all_its_names(loop):
     with pytest.raises(
         InputError, match=r"^echo\.u\[1\.\.2\], flag, number: not connected and without a value; connect"
     ):
-        check(replace(loop, components=parts, connections=loop.connections[3:]))
+        check(replace(loop, components=parts, connections=loop.connections[3:], strict_inputs=True))
+
+
+def test_an_input_without_a_source_keeps_its_start_value(loop):
+    parts = (loop.components[0], replace(loop.components[1], parameters={}), loop.components[2])
+    found = check(replace(loop, components=parts, connections=loop.connections[3:]))
+    assert found.unconnected == {"echo": ("u[1]", "u[2]", "flag", "number")}
+    assert found.parameters["echo"] == {}
 
 
 @pytest.mark.parametrize(

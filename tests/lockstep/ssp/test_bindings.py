@@ -2,6 +2,7 @@
 
 import shutil
 import zipfile
+from dataclasses import replace
 from math import pi
 
 import pytest
@@ -134,7 +135,7 @@ def test_inputs_of_the_whole_system_need_a_value(load, ssd, fmus, run):
     wires = link(".turn[1]", "one.radians") + link(".turn[1]", "two.radians", ssd.linear(-1.0))
     wires += link(".turn[2]", "one.free") + link(".turn[2]", "two.free")
     top = ssd.system("top", angles, wires, ("turn[1] input Real unit=deg", "turn[2] input"))
-    system = load(top)
+    system = replace(load(top), strict_inputs=True)
     loose = {"one.kelvin": 1, "two.kelvin": 1}
     with pytest.raises(
         InputError,

@@ -117,7 +117,6 @@ REFUSED = [
         {"one/inner.ssd": ('source="../resources/', 'source="/resources/')},
         r"^a/echo: source .* lies outside outer\.ssp",
     ),
-    ({"one/inner.ssd": ('unit="rad"', 'unit="Nm"')}, r"^a/?.*in: unit 'Nm' is not defined; the file defines rad, deg"),
     ({"SystemStructure.ssd": ("one/inner.ssd", "SystemStructure.ssd")}, r"^a: .*SystemStructure\.ssd contains itself"),
     ({"SystemStructure.ssd": ("#VarB.ssd", "#VarC.ssd")}, r"^c: no such file VarC\.ssd in .*inner\.ssp"),
     ({"SystemStructure.ssd": ("one/inner.ssd", "one/inner.ssd#x")}, r"^a: .* a part of another file is not supported"),
@@ -130,7 +129,7 @@ REFUSED = [
         r"^a\.result: no such connector; one/inner\.ssd has in, out",
     ),
     ({"SystemStructure.ssd": ("<ssd:System ", "<!-- --><ssd:Sistem/><ssd:System ")}, r"line \d+: not valid SSP 1\.0"),
-    ({"one/inner.ssd": ('version="1.0"', 'version="2.0"')}, r"inner\.ssd: version '2\.0' is not supported"),
+    ({"one/inner.ssd": ('version="1.0"', 'version="3.0"')}, r"inner\.ssd: version '3\.0' is not supported"),
     ({"resources/echo.fmu": None}, r"^a/echo: no such file resources/echo\.fmu in"),
 ]
 
@@ -163,7 +162,12 @@ def test_nothing_outside_an_unpacked_package_is_opened(tmp_path, files):
     description = folder / "SystemStructure.ssd"
     description.write_text(files["SystemStructure.ssd"].replace("one/inner.ssd", "../secret/inner.ssd"))
     with pytest.raises(InputError, match=r"a: source \.\./secret/inner\.ssd lies outside .*package"):
-        load_system(description, EACH_MS)
+        load_system(folder, EACH_MS)
+    with pytest.raises(InputError, match=r"a: source \.\./secret/inner\.ssd lies outside .*package"):
+        load_system(description, EACH_MS, within=folder)
+    assert load_system(description, EACH_MS).warnings == (
+        "a: source ../secret/inner.ssd lies outside the folder of SystemStructure.ssd",
+    )
 
 
 def test_systems_that_refer_to_each_other_without_end_are_refused(tmp_path, ssd, fmus):
