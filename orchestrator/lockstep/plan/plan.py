@@ -12,9 +12,11 @@ from lockstep.plan.wiring import Wiring, wire
 from lockstep.processes.isolation_policy import settle
 from lockstep.results.signal_patterns import Signal, select
 from lockstep.shadow.component import check_before, described, shadow_descriptions, tolerances_of
-from lockstep.system.clock import nanoseconds
+from lockstep.system.clock import nanoseconds, seconds_text
 from lockstep.system.component import Value
 from lockstep.system.system import System
+
+DEFAULT_STOP_TIME = 1_000_000_000  # [ns], where neither the file nor the user gives one
 
 
 class Plan:
@@ -31,8 +33,10 @@ class Plan:
     ) -> None:
         self.system = system
         stop = system.stop_time if stop_time is None else nanoseconds(stop_time, "stop time")
+        self.assumed: tuple[str, ...] = ()
         if stop is None:
-            raise InputError(f"system {system.name}: no stop time in the file; give one")
+            stop = max(1, DEFAULT_STOP_TIME // system.tick) * system.tick
+            self.assumed = (f"no stop time is given: {seconds_text(stop)} s are simulated; --stop-time changes it",)
         self.stop_time: int = stop
         self.ticks = whole_ticks(stop, system.tick, "stop time")
         self.schedule: Schedule = build_schedule(system)
@@ -64,7 +68,7 @@ class Plan:
         """What was amended in the system file, and which inputs keep their start values."""
         inputs = [f"{name}.{compact(loose)}" for name, loose in self.wiring.unconnected.items()]
         kept = [f"not connected, and keep their start values: {'; '.join(inputs)}"] if inputs else []
-        return (*self.system.warnings, *kept)
+        return (*self.system.warnings, *self.assumed, *kept)
 
     def starts(self, name: str) -> dict[Scalar, dict[int, Value]]:
         """Return a component's parameters and start values by type and reference."""

@@ -4,9 +4,10 @@ Each amendment is a warning that names its first place. What cannot be amended i
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 from lockstep.ssp.expand_arrays import expand_arrays
-from lockstep.ssp.xml import SSC, SSV, Element, Warnings, local_name, namespace_of
+from lockstep.ssp.xml import NS, SSC, SSV, Element, Warnings, local_name, namespace_of
 
 _TYPES = {"Float64": "Real", "Float32": "Real"} | {
     f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)
@@ -21,12 +22,44 @@ _VERSIONED = (
     "SignalDictionary",
 )
 
+_UNKNOWN_ATTRIBUTE, _UNEXPECTED = "SCHEMAV_CVC_COMPLEX_TYPE_3_2_1", "SCHEMAV_ELEMENT_CONTENT"
+_ORDER = (  # of the children of systems, components and descriptions in SSP 1.0
+    *("System", "Connectors", "ElementGeometry", "ParameterBindings", "Elements", "Connections", "SignalDictionaries"),
+    *("SystemGeometry", "GraphicalElements", "Parameters", "Enumerations", "Units", "DefaultExperiment", "Annotations"),
+)
+
 
 def amend(root: Element, where: str, warnings: Warnings) -> None:
     """Amend a document in place; report each kind of amendment once, with its first place and the number of others."""
     if str(root.get("version", "")).startswith("2."):
         _reduce(root, where, warnings)
     _leave_out_empty(root, where, warnings)
+
+
+def mend_first(root: Element, problem: Any, where: str, warnings: Warnings) -> bool:
+    """Mend what a schema has objected to, if it can be left out or sorted; return whether it was."""
+    if problem is None:
+        return False
+    found = root.getroottree().xpath(problem.path, namespaces=NS)
+    if not found:
+        return False
+    element = found[0]
+    at = f"{where}, line {problem.line}"
+    if problem.type_name == _UNKNOWN_ATTRIBUTE:
+        name = problem.message.split("attribute '")[1].split("'")[0]
+        if name in element.attrib:
+            del element.attrib[name]
+            warnings.append(f"{at}: attribute {name} of {local_name(element)} is left out, as SSP has none")
+            return True
+    parent = element.getparent()
+    if problem.type_name == _UNEXPECTED and parent is not None:
+        order = {tag: number for number, tag in enumerate(_ORDER)}
+        wanted = sorted(parent, key=lambda child: order.get(local_name(child), len(order)))
+        if wanted != list(parent):
+            parent[:] = wanted
+            warnings.append(f"{at}: the children of {local_name(parent)} are not in the order of SSP")
+            return True
+    return False
 
 
 def _leave_out_empty(root: Element, where: str, warnings: Warnings) -> None:

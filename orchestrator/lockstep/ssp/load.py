@@ -16,9 +16,10 @@ from pathlib import Path
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import Description, Variable, read_description
 from lockstep.fmi.safe_zip import open_file
-from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, annotation, flag, master_step
+from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, DeclaredSteps, annotation, flag, master_step
 from lockstep.ssp.flatten import Settled, Way, refuse_ignored, settle, ways
 from lockstep.ssp.location import location_of
+from lockstep.ssp.lone_fmu import lone_fmu
 from lockstep.ssp.osp_structure import is_osp, load_osp
 from lockstep.ssp.read_tree import open_description, read_tree
 from lockstep.ssp.step_times import Timing
@@ -36,16 +37,19 @@ def load_system(path: Path | str, timing: Timing | None = None, within: Path | N
 
     Parameters
     ----------
-    path : a .ssd, the folder of an unpacked package, a .ssp, one variant in it: `package.ssp#Variant.ssd`, or an
-        OspSystemStructure.xml of the Open Simulation Platform
+    path : a .ssd, the folder of an unpacked package, a .ssp, one variant in it: `package.ssp#Variant.ssd`, an
+        OspSystemStructure.xml of the Open Simulation Platform, or one .fmu
     timing : periods, kinds and delays of the command line; for the rest see `lockstep.ssp.step_times`
     within : the folder in which all files have to lie; None: sources outside the folder of a .ssd are warnings
 
     FMUs are read only where their steps, variables or units are needed; `simulate` checks against all.
     """
-    if is_osp(Path(path)):
-        return load_osp(Path(path), timing or Timing(), within)
-    location = location_of(Path(path), within)
+    path = Path(path)
+    if is_osp(path):
+        return load_osp(path, timing or Timing(), within)
+    if path.suffix.lower() == ".fmu" and path.is_file():
+        return lone_fmu(path, timing or Timing())
+    location = location_of(path, within)
     document = open_description(location)
     tree = read_tree(document)
     file = location.archive or location.document
@@ -75,7 +79,11 @@ class _Assembly:
             refuse_ignored(settled, self.tree)
         found, free = ways(self.tree)
         values = self._values(settled, [*found, *free])
-        components = tuple(self._component(leaf, values.get(leaf.path, {})) for leaf in self.leaves.values())
+        steps = {path: self._steps(leaf) for path, leaf in self.leaves.items()}
+        periods = self.timing.periods_of(steps, self.warnings)
+        components = tuple(
+            self._component(leaf, values.get(path, {}), periods[path]) for path, leaf in self.leaves.items()
+        )
         kinds: dict[str, Kind] = {component.name: component.kind for component in components}
         period = None if self.own is None else self.own.get("recordPeriod")
         record = () if self.own is None else (str(e.get("pattern")) for e in self.own.iterfind("lockstep:Record", NS))
@@ -135,15 +143,19 @@ class _Assembly:
             raise InputError(f"{self.path}: startTime {start} must be 0; a simulation begins there")
         return None if stop is None else nanoseconds(stop, "stopTime")
 
-    def _component(self, leaf: Leaf, values: Mapping[str, tuple[Value, Unit | None]]) -> Component:
-        name = leaf.path
+    def _steps(self, leaf: Leaf) -> tuple[DeclaredSteps, Description | None]:
+        """Return what the file, and the FMU where it is needed, declare of the steps of a component."""
         steps = leaf.steps if leaf.steps.hint is not None else replace(leaf.steps, hint=self.step)
-        description = self.describe(leaf) if self.timing.needs_description(name, steps) else None
+        return steps, self.describe(leaf) if self.timing.needs_description(leaf.path, steps) else None
+
+    def _component(self, leaf: Leaf, values: Mapping[str, tuple[Value, Unit | None]], period: int) -> Component:
+        name = leaf.path
+        steps, description = self._steps(leaf)
         declared = {port.name: port.unit for port in leaf.ports.values() if port.unit is not None}
         return Component(
             name=name,
             source=leaf.source,
-            period=self.timing.period_of(name, steps, description),
+            period=period,
             offset=steps.offset,
             kind=self.timing.kind_of(name, steps, description),
             parameters={key: value for key, (value, _) in values.items()},

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from posixpath import normpath
-from urllib.parse import unquote, urlsplit
+from urllib.parse import parse_qs, unquote, urlsplit
 
 from lockstep.errors import InputError, refuse_undecodable
 from lockstep.fmi.safe_zip import is_inside, open_file
@@ -20,14 +20,14 @@ class Location:
     document : inside `archive`, if there is one; else on disk
     archive : the .ssp that holds it; nested ones are `outer.ssp/resources/inner.ssp`
     root : the folder below which its sources have to lie; None: a .ssd alone, which may name any file
-    own : written by lockstep, whose sources may lie outside its folder without a warning
+    home : sources outside this folder, that of the first document, are warnings; None: they are not
     warnings : of all documents that this one refers to, in the order in which they are read
     """
 
     document: Path
     archive: Path | None = None
     root: Path | None = None
-    own: bool = False
+    home: Path | None = None
     warnings: Warnings = field(default_factory=list, compare=False, repr=False)
 
     def __str__(self) -> str:
@@ -41,6 +41,9 @@ class Location:
     def resolve(self, source: str, name: str) -> tuple["Location", str]:
         """Return the file that a source of this document refers to, and its fragment. Raises InputError."""
         parts = urlsplit(source)
+        if parts.scheme == "proxyfmu" and parse_qs(parts.query).get("file"):
+            self.warnings.append(f"{name}: source {source} is run here, without a proxy")
+            parts = urlsplit(parse_qs(parts.query)["file"][0])
         if parts.scheme not in ("", "file") or parts.netloc:
             raise InputError(f"{name}: source {source} is not a file; copy it into the folder of the system file")
         path, fragment = unquote(parts.path), unquote(parts.fragment)
@@ -56,8 +59,8 @@ class Location:
         if self.root is not None and not file.is_relative_to(self.root.resolve()):
             link = (
             raise InputError(f"{name}: source {source} lies outside {self.root}; put the file into that folder")
-        if self.root is None and not self.own and not file.is_relative_to(self.document.parent.resolve()):
-            self.warnings.append(f"{name}: source {source} lies outside the folder of {self.document.name}")
+        if self.root is None and self.home is not None and not file.is_relative_to(self.home.resolve()):
+            self.warnings.append(f"{name}: source {source} lies outside {self.home}, the folder of the system file")
         return replace(self, document=file), fragment
 
     def inner(self, member: str) -> "Location":
@@ -89,4 +92,4 @@ def location_of(path: Path, within: Path | None = None) -> Location:
         return Location(document=path / MAIN, root=within or path)
     if path.suffix.lower() == ".ssp" and path.is_file():
         return Location(document=path).inner(MAIN)
-    return Location(document=path, root=within)
+    return Location(document=path, root=within, home=path.parent)

@@ -38,7 +38,7 @@ def is_osp(path: Path) -> bool:
 
 def load_osp(path: Path, timing: Timing, within: Path | None = None) -> System:
     """Read a system, or raise InputError; step sizes, kinds and delays of `timing` go before those of the file."""
-    location = Location(document=path.absolute(), root=within)
+    location = Location(document=path.absolute(), root=within, home=path.absolute().parent)
     text = location.read(str(path))
     root = secure_root(text, str(path))
     if root.tag != f"{{{NAMESPACE}}}OspSystemStructure":

@@ -1,9 +1,10 @@
 """Read the parameter bindings of one element: values inline and from files, prefixes, and parameter mappings."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lockstep.errors import InputError
+from lockstep.errors import InputError, compact
 from lockstep.ssp.location import Location
 from lockstep.ssp.parse import parse, validate
 from lockstep.ssp.tree import Setting
@@ -72,7 +73,9 @@ def _values(binding: Element, base: Base, name: str) -> tuple[UnitValues, str]:
     units |= read_units(found, origin)
     enumerations |= read_enumerations(found, origin)
     parameters = found.findall("ssv:Parameters/ssv:Parameter", NS)
-    unique((str(p.get("name")) for p in parameters), f"{name}: {origin}: parameter ")
+    twice = [key for key, count in Counter(str(p.get("name")) for p in parameters).items() if count > 1]
+    if twice:
+        base.warnings.append(f"{name}: {origin}: parameter {compact(twice)}: declared twice; the last value is used")
     return {
         str(p.get("name")): read_value(p[0], units, enumerations, f"{name}.{p.get('name')}", base.warnings)
         for p in parameters

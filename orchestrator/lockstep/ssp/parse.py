@@ -7,7 +7,7 @@ from lxml import etree  # type: ignore[import-untyped]
 
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import SSP_SCHEMAS
-from lockstep.ssp.amend import amend
+from lockstep.ssp.amend import amend, mend_first
 from lockstep.ssp.xml import SSB, SSC, SSD, SSM, SSV, Element, Warnings
 
 
@@ -19,6 +19,8 @@ def parse(text: bytes, where: str, schema: str, warnings: Warnings | None = None
     root = secure_root(text, where)
     if warnings is not None:
         amend(root, where, warnings)
+        while mend_first(root, _problem(root, schema), where, warnings):
+            pass
     validate(root, where, schema)
     return root
 
@@ -43,10 +45,15 @@ def validate(element: Element, where: str, schema: str) -> None:
         )
     if not version.startswith("1."):
         raise InputError(f"{where}: version {version!r} is not supported; write it as SSP 1.0 or 2.0")
-    rules = _schema(schema)
-    if not rules.validate(element):
-        first = rules.error_log[0]
+    first = _problem(element, schema)
+    if first is not None:
         raise InputError(f"{where}, line {first.line}: not valid SSP 1.0: {_short(first.message)}")
+
+
+def _problem(element: Element, schema: str) -> Element | None:
+    """Return the first entry of the error log of a validation; None for a valid document."""
+    rules = _schema(schema)
+    return None if rules.validate(element) else rules.error_log[0]
 
 
 @cache

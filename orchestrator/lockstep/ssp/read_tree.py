@@ -40,7 +40,7 @@ def open_description(location: Location, outer: Document | None = None, name: st
     units, enumerations = read_units(root, str(location)), read_enumerations(root, str(location))
     own = root.find(f"ssd:System/ssd:Annotations/ssc:Annotation[@type='{ANNOTATION}']", NS) is not None
     return Document(
-        location=replace(location, own=own),
+        location=replace(location, home=None) if own else location,
         root=root,
         units=units,
         enumerations=enumerations,

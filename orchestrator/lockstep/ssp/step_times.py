@@ -3,7 +3,8 @@
 SSP defines none of them. The first of these sources that has a value is used:
 
 - period: the command line for this component, the command line for all, the file's annotation, the StepSizeHint of
-  the Open Simulation Platform, the step of its master or of OMSimulator's in the file, the FMU's default step size;
+  the Open Simulation Platform, the step of its master or of OMSimulator's in the file, the FMU's default step size, the
+  smallest step of the other components, 1 ms; the last two with a warning;
 - kind: the command line, the file's annotation, the FMU: with discrete outputs alone it is sampled, and its outputs
   hold from the start of the step on; otherwise it is continuous: in FMI, outputs are true at the end of a step;
 - delay of a connection: the command line, the file's annotation, the newest value available: that of the same tick from
@@ -19,11 +20,13 @@ from dataclasses import dataclass, field
 from math import gcd
 from typing import Any
 
-from lockstep.errors import InputError
+from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description
 from lockstep.ssp.annotations import DeclaredSteps
 from lockstep.system.clock import nanoseconds, seconds_text
 from lockstep.system.component import Kind
+
+DEFAULT_STEP = 1_000_000  # [ns], where nothing gives one
 
 
 def timing_of_run(run: Mapping[str, Any]) -> "Timing":
@@ -54,18 +57,33 @@ class Timing:
         known = steps.period or steps.hint or self.period or self.periods.get(name)
         return known is None or (steps.kind is None and name not in self.kinds)
 
-    def period_of(self, name: str, steps: DeclaredSteps, description: Description | None) -> int:
-        """Return the period of a component [ns], or raise InputError."""
+    def period_of(self, name: str, steps: DeclaredSteps, description: Description | None) -> int | None:
+        """Return the period of a component [ns], None if nothing gives it, or raise InputError."""
         for answer in (self.periods.get(name), self.period, steps.period, steps.hint):
             if answer is not None:
                 return answer
-        remedy = f"give --step-size {name}=S in seconds, or --step-size S for all"
         if description is None or description.step_size is None:
-            raise InputError(f"{name}: neither the file nor the FMU gives its step size; {remedy}")
+            return None
+        remedy = f"give --step-size {name}=S in seconds, or --step-size S for all"
         try:
             return nanoseconds(description.step_size, f"{name}: the FMU's step size")
         except InputError as error:
             raise InputError(f"{error}; {remedy}") from None
+
+    def periods_of(
+        self, given: Mapping[str, tuple[DeclaredSteps, Description | None]], warnings: list[str]
+    ) -> dict[str, int]:
+        """Return the periods of all components [ns], with a warning for those that nothing gives."""
+        found = {name: self.period_of(name, *sources) for name, sources in given.items()}
+        known = [period for period in found.values() if period is not None]
+        default = min(known, default=DEFAULT_STEP)
+        unknown = [name for name, period in found.items() if period is None]
+        if unknown:
+            warnings.append(
+                f"{compact(unknown)}: neither the file nor the FMU gives a step size: stepped every"
+                f" {seconds_text(default)} s; --step-size changes it"
+            )
+        return {name: default if period is None else period for name, period in found.items()}
 
     def kind_of(self, name: str, steps: DeclaredSteps, description: Description | None) -> Kind:
         """Return the kind: whether outputs hold from the start of a step on, or are true at its end."""

@@ -48,11 +48,19 @@ def _top_level(element: Element, group: str, tag: str) -> list[Element]:
     return list(element.iterfind(f"{{{namespace_of(element)}}}{group}/{{{SSC}}}{tag}"))
 
 
-def _unit_of_value(name: str | None, units: Mapping[str, Unit], what: str) -> Unit | None:
-    """Look the unit of a value up. An unknown one is refused: the value would be taken as one in the FMU's unit."""
-    if name is not None and name not in units:
-        raise InputError(f"{what}: unit {name!r} is not defined; the file defines {compact(units)}")
-    return None if name is None else units[name]
+def _unit_of_value(name: str | None, units: Mapping[str, Unit], what: str, warnings: Warnings) -> Unit | None:
+    """Look the unit of a value up; some tools put it in brackets.
+
+    Of an unknown one only the name can be compared: a variable in another unit refuses the value.
+    """
+    if name is None or name in units:
+        return None if name is None else units[name]
+    inside = name.strip("[]")
+    if inside in units:
+        warnings.append(f"{what}: unit {name!r} is read as {inside}")
+        return units[inside]
+    warnings.append(f"{what}: unit {name!r} is not defined; the file defines {compact(units)}")
+    return Unit(name=name)
 
 
 def unit_named(name: str | None, units: Mapping[str, Unit], what: str, warnings: Warnings) -> Unit | None:
@@ -74,7 +82,7 @@ def read_value(
     kind, text = local_name(element), str(element.get("value"))
     match kind:
         case "Real":
-            return _number(text), _unit_of_value(element.get("unit"), units, what)
+            return _number(text), _unit_of_value(element.get("unit"), units, what, warnings)
         case "Integer":
             return int(text), None
         case "Boolean":

@@ -165,8 +165,9 @@ def test_nothing_outside_an_unpacked_package_is_opened(tmp_path, files):
         load_system(folder, EACH_MS)
     with pytest.raises(InputError, match=r"a: source \.\./secret/inner\.ssd lies outside .*package"):
         load_system(description, EACH_MS, within=folder)
+    (tmp_path / "resources").symlink_to(folder / "resources")
     assert load_system(description, EACH_MS).warnings == (
-        "a: source ../secret/inner.ssd lies outside the folder of SystemStructure.ssd",
+        f"a: source ../secret/inner.ssd lies outside {folder}, the folder of the system file",
     )
 
 
