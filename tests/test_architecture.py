@@ -25,9 +25,9 @@ FOLDERS = {
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),
-        *("checkpoint", "run", "ssp", "faults", "plan", "shadow", "adapter", "results", "processes", "fmi", "system"),
-        *("interrupt", "operating_system", "standard_streams", "data_text", "plain_values", "errors", "arrays"),
-        "array_names",
+        *("checkpoint", "run", "ssp", "ssp/documents", "faults", "plan", "shadow", "adapter", "results", "processes"),
+        *("fmi", "system", "interrupt", "operating_system", "standard_streams", "data_text", "plain_values", "errors"),
+        *("arrays", "array_names"),
     ),
     "flexbench": (
         *("cli", "report", "report/sections", "figures", "adapt", "studies", "studies/paper", "studies/margins"),

@@ -106,13 +106,6 @@ def _lock_beside(path: Path) -> Release | None:
     return lambda: lock.release()
 
 
-def process_start(number: int) -> float | None:
-    """Return when a process began [s since 1970]; None if there is no such process."""
-    with suppress(psutil.Error, ValueError):
-        return float(psutil.Process(number).create_time())
-    return None
-
-
 def available_cores() -> set[int]:
     """Return the cores that the calling thread may run on."""
     if hasattr(os, "sched_getaffinity"):

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from lockstep.errors import InputError
-from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, NS, Element
+from lockstep.ssp.documents.xml import ANNOTATION, LOCKSTEP, NS, Element
 from lockstep.system.clock import nanoseconds
 from lockstep.system.component import Kind
 

@@ -17,14 +17,14 @@ from lockstep.errors import InputError
 from lockstep.fmi.model_description import Description, Variable, read_description
 from lockstep.fmi.safe_zip import open_file
 from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, DeclaredSteps, annotation, flag, master_step
+from lockstep.ssp.documents.location import Location, location_of
+from lockstep.ssp.documents.xml import MAIN, NS, Element, unique
 from lockstep.ssp.flatten import Settled, Way, refuse_ignored, settle, ways
-from lockstep.ssp.location import location_of
 from lockstep.ssp.lone_fmu import lone_fmu
 from lockstep.ssp.osp_structure import is_osp, load_osp
 from lockstep.ssp.read_tree import open_description, read_tree
 from lockstep.ssp.step_times import Timing
 from lockstep.ssp.tree import Branch, Leaf, PortPath, Setting
-from lockstep.ssp.xml import MAIN, NS, Element, Warnings, unique
 from lockstep.system.clock import nanoseconds
 from lockstep.system.component import Component, Connector, Kind, Value
 from lockstep.system.system import Connection, Feed, System, SystemInput
@@ -56,14 +56,14 @@ def load_system(path: Path | str, timing: Timing | None = None, within: Path | N
     with open_file(file, None, str(file)) as stream:
         digest = hashlib.sha256(stream.read()).hexdigest()
     named = file if location.archive is None or location.document == Path(MAIN) else Path(f"{file}#{location.document}")
-    return _Assembly(named, document.root, tree, timing or Timing(), location.warnings).system(digest)
+    return _Assembly(named, document.root, tree, timing or Timing(), location).system(digest)
 
 
 class _Assembly:
     """Assemble a system from a tree, and read the descriptions of its FMUs where they are needed."""
 
-    def __init__(self, path: Path, root: Element, tree: Branch, timing: Timing, warnings: Warnings) -> None:
-        self.path, self.root, self.tree, self.timing, self.warnings = path, root, tree, timing, warnings
+    def __init__(self, path: Path, root: Element, tree: Branch, timing: Timing, location: Location) -> None:
+        self.path, self.root, self.tree, self.timing, self.location = path, root, tree, timing, location
         unique((child.path for branch in tree.branches() for child in branch.children.values()), f"{path}: element ")
         self.leaves = {leaf.path: leaf for leaf in tree.leaves()}
         self.own = annotation(root.find("ssd:System", NS), "System", "the system", SYSTEM_ATTRIBUTES)
@@ -80,7 +80,7 @@ class _Assembly:
         found, free = ways(self.tree)
         values = self._values(settled, [*found, *free])
         steps = {path: self._steps(leaf) for path, leaf in self.leaves.items()}
-        periods = self.timing.periods_of(steps, self.warnings)
+        periods = self.timing.periods_of(steps, self.location.warnings)
         components = tuple(
             self._component(leaf, values.get(path, {}), periods[path]) for path, leaf in self.leaves.items()
         )
@@ -101,7 +101,7 @@ class _Assembly:
             ignored=tuple(f"{setting.name} ({setting.origin})" for setting in settled.ignored),
             start_values=() if self.own is not None else self._start_values(found, values),
             strict_inputs=self.own is not None and bool(flag(self.own, "strictInputs", "the system")),
-            warnings=tuple(dict.fromkeys(self.warnings)),
+            warnings=self.location.all_warnings,
         )
         for named in self.timing.names():
             system.component(named)

@@ -2,9 +2,9 @@
 
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description
-from lockstep.ssp.location import Location
-from lockstep.ssp.parse import secure_root
-from lockstep.ssp.xml import Element
+from lockstep.ssp.documents.location import Location
+from lockstep.ssp.documents.parse import secure_root
+from lockstep.ssp.documents.xml import Element
 from lockstep.system.component import Component
 
 _NS = {"osp": "http://opensimulationplatform.com/MSMI/OSPModelDescription"}

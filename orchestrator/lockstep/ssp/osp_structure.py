@@ -10,12 +10,12 @@ from pathlib import Path
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, read_description
-from lockstep.ssp.location import Location
+from lockstep.ssp.documents.location import Location
+from lockstep.ssp.documents.parse import secure_root
+from lockstep.ssp.documents.xml import Element, local_name, unique
 from lockstep.ssp.osp_groups import group_pairs
-from lockstep.ssp.parse import secure_root
 from lockstep.ssp.step_times import Timing
 from lockstep.ssp.typed_values import boolean
-from lockstep.ssp.xml import Element, local_name, unique
 from lockstep.system.clock import nanoseconds, seconds_text
 from lockstep.system.component import Component, Value
 from lockstep.system.system import Connection, System
@@ -76,7 +76,7 @@ class _Structure:
             stop_time=nanoseconds(stop, f"{self.location}: EndTime") if stop else None,
             path=self.location.document,
             sha256=digest,
-            warnings=tuple(dict.fromkeys(self.location.warnings)),
+            warnings=self.location.all_warnings,
         )
         for named in self.timing.names():
             system.component(named)

@@ -4,8 +4,8 @@ from pathlib import Path
 from urllib.parse import quote, unquote
 
 from lockstep.errors import InputError
-from lockstep.ssp.parse import parse
-from lockstep.ssp.xml import DESCRIPTION, MAIN, NS, document_bytes
+from lockstep.ssp.documents.parse import parse
+from lockstep.ssp.documents.xml import DESCRIPTION, MAIN, NS, document_bytes
 
 _NAMED = "//ssd:Component | //ssd:ParameterBinding | //ssd:ParameterMapping | //ssd:SignalDictionary"
 

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lockstep.errors import InputError, compact
-from lockstep.ssp.location import Location
-from lockstep.ssp.parse import parse, validate
+from lockstep.ssp.documents.location import Location
+from lockstep.ssp.documents.parse import parse, validate
+from lockstep.ssp.documents.xml import MAPPING, NS, PARAMETERS, Element, Warnings, unique
 from lockstep.ssp.tree import Setting
 from lockstep.ssp.typed_values import read_enumerations, read_hop, read_units, read_value
-from lockstep.ssp.xml import MAPPING, NS, PARAMETERS, Element, Warnings, unique
 from lockstep.system.component import Value
 from lockstep.system.units import Unit
 

@@ -6,13 +6,13 @@ from itertools import count
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, annotation, connection_delay, declared_steps
-from lockstep.ssp.location import Location
+from lockstep.ssp.documents.location import Location
+from lockstep.ssp.documents.parse import parse
+from lockstep.ssp.documents.xml import ANNOTATION, DESCRIPTION, MAIN, NS, SSC, Element, Warnings, local_name, unique
 from lockstep.ssp.parameter_bindings import Base, read_bindings
-from lockstep.ssp.parse import parse
 from lockstep.ssp.signal_dictionary import Dictionary, bus, read_dictionaries
 from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
 from lockstep.ssp.typed_values import TYPES, items_of, read_enumerations, read_hop, read_units, unit_named
-from lockstep.ssp.xml import ANNOTATION, DESCRIPTION, MAIN, NS, SSC, Element, Warnings, local_name, unique
 from lockstep.system.clock import nanoseconds
 from lockstep.system.units import Unit
 

@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from lockstep.errors import InputError, compact, suggestion
-from lockstep.ssp.location import Location
-from lockstep.ssp.parse import parse, validate
+from lockstep.ssp.documents.location import Location
+from lockstep.ssp.documents.parse import parse, validate
+from lockstep.ssp.documents.xml import DICTIONARY, NS, Element, Warnings, unique
 from lockstep.ssp.tree import Bus, Port
 from lockstep.ssp.typed_values import read_enumerations, read_units
-from lockstep.ssp.xml import DICTIONARY, NS, Element, Warnings, unique
 
 _TYPE = "application/x-ssp-signal-dictionary"
 

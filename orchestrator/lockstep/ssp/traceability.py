@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Mapping
 
-from lockstep.ssp.xml import add, document_bytes, new_root
+from lockstep.ssp.documents.xml import add, document_bytes, new_root
 
 SRMD = "http://ssp-standard.org/SSPTraceability1/SimulationResourceMetaData"
 STC = "http://ssp-standard.org/SSPTraceability1/SSPTraceabilityCommon"

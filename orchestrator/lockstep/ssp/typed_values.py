@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.plain_values import plain_value
-from lockstep.ssp.xml import NS, SSC, Element, Warnings, add, local_name, namespace_of, unique
+from lockstep.ssp.documents.xml import NS, SSC, Element, Warnings, add, local_name, namespace_of, unique
 from lockstep.system.component import Value
 from lockstep.system.transformation import Hop, MapValue, Table
 from lockstep.system.units import BASES, Unit

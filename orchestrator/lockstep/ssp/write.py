@@ -9,8 +9,8 @@ from urllib.parse import quote
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value, settable
+from lockstep.ssp.documents.xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV, Element, add, document_bytes, new_root
 from lockstep.ssp.typed_values import literal, write_transformation, write_units
-from lockstep.ssp.xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV, Element, add, document_bytes, new_root
 from lockstep.system.clock import seconds_text
 from lockstep.system.component import Component, Connector
 from lockstep.system.system import Connection, System

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lockstep.fmi.safe_zip import open_file
+from lockstep.ssp.documents.parse import parse
+from lockstep.ssp.documents.xml import DESCRIPTION, NS, SSC, SSD, SSM, SSV, Element, add, document_bytes, new_root
 from lockstep.ssp.package_members import package_entries
-from lockstep.ssp.parse import parse
 from lockstep.ssp.typed_values import literal, write_transformation, write_units
 from lockstep.ssp.write import PARAMETER_SET, write_ssd
-from lockstep.ssp.xml import DESCRIPTION, NS, SSC, SSD, SSM, SSV, Element, add, document_bytes, new_root
 from lockstep.system.component import Value
 from lockstep.system.system import System
 from lockstep.system.transformation import Table

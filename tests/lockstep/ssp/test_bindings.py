@@ -240,12 +240,7 @@ REFUSED = [
         lambda t: t.binding(source="../a.ssv", sourceBase="component"),
         r"echo: source \.\./a\.ssv is not inside toy_echo",
     ),
-    (
-        lambda t: t.binding(t.values(("u[1]", "Real", 1), ("u[1]", "Real", 2))),
-        r"inline: parameter u\[1\]: declared twice",
-    ),
     (lambda t: t.binding(t.values(("u[1]", "Real", "one"))), r"not valid SSP 1\.0: .*'one' is not a valid value"),
-    (lambda t: t.binding(t.values(("u[1]", "Real", 1, "furlong"))), r"u\[1\]: unit 'furlong' is not defined"),
     (
         lambda t: t.binding(t.values(("a", "Real", 1)), t.map(("a", "u[1]"), ("a", "u[1]"))),
         r"target u\[1\]: declared twice",

@@ -167,7 +167,7 @@ def test_nothing_outside_an_unpacked_package_is_opened(tmp_path, files):
         load_system(description, EACH_MS, within=folder)
     (tmp_path / "resources").symlink_to(folder / "resources")
     assert load_system(description, EACH_MS).warnings == (
-        f"a: source ../secret/inner.ssd lies outside {folder}, the folder of the system file",
+        f"a: sources outside {folder}, the folder of the system file; --within DIR refuses them",
     )
 
 

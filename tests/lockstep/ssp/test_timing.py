@@ -120,11 +120,17 @@ def test_step_of_another_master_overrides_those_of_the_fmus(load, top, step):
     assert tick == 4 * MS
 
 
+def test_without_any_step_size_it_is_the_smallest_of_the_others_or_a_millisecond(load, top, ssd, fmus):
+    text = "neither the file nor the FMU gives a step size: stepped every"
+    system = load(top, timing_of("--step-size", "sub/eager=0.0005"))
+    assert f"counter, plant: {text} 0.0005 s; --step-size changes it" in system.warnings
+    assert {part.period for part in system.components} == {MS // 2}
+    alone = load(ssd.system("top", ssd.component("counter", fmus["counter"])), timing_of())
+    assert f"counter: {text} 0.001 s; --step-size changes it" in alone.warnings
+    assert alone.components[0].period == MS
+
+
 REFUSED = [
-    (
-        (),
-        r"^counter: neither the file nor the FMU gives its step size; give --step-size counter=S in seconds",
-    ),
     (
         ("--step-size", "0.001", "--step-size", "eager=1"),
         r"^eager: no such component; there are counter, sub/eager, plant",
@@ -199,12 +205,6 @@ def test_command_line_shows_and_runs_a_system_without_annotations(tmp_path, ssd,
     export_run(tmp_path / "run", "hdf5", tmp_path / "run.h5", None)
     with h5py.File(tmp_path / "run.h5") as file:
         assert "sub.eager.y" in file  # a slash would make a group of it
-    failed = cli("run", path, "--out", tmp_path / "none")
-    assert failed.returncode == 2
-    assert failed.stderr.startswith(
-        "lockstep: counter: neither the file nor the FMU gives its step size; give --step-size"
-    )
-    assert not (tmp_path / "none").exists()
 
 
 def test_without_annotations_the_values_are_those_of_fmpys_master(tmp_path, ssd, fmus, load, run, pack):

@@ -5,10 +5,10 @@ from pathlib import Path, PurePosixPath
 from posixpath import normpath
 from urllib.parse import parse_qs, unquote, urlsplit
 
-from lockstep.errors import InputError, refuse_undecodable
+from lockstep.errors import InputError, compact, refuse_undecodable
 from lockstep.fmi.safe_zip import is_inside, open_file
-from lockstep.ssp.not_a_system import refuse_no_system
-from lockstep.ssp.xml import MAIN, Warnings
+from lockstep.ssp.documents.not_a_system import refuse_no_system
+from lockstep.ssp.documents.xml import MAIN, Warnings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,6 +22,7 @@ class Location:
     root : the folder below which its sources have to lie; None: a .ssd alone, which may name any file
     home : sources outside this folder, that of the first document, are warnings; None: they are not
     warnings : of all documents that this one refers to, in the order in which they are read
+    outside : elements with sources outside `home`
     """
 
     document: Path
@@ -29,9 +30,17 @@ class Location:
     root: Path | None = None
     home: Path | None = None
     warnings: Warnings = field(default_factory=list, compare=False, repr=False)
+    outside: list[str] = field(default_factory=list, compare=False, repr=False)
 
     def __str__(self) -> str:
         return str(Path(self.archive, self.document) if self.archive else self.document)
+
+    @property
+    def all_warnings(self) -> tuple[str, ...]:
+        """All warnings, that of sources outside the folder last."""
+        where = f"sources outside {self.home}, the folder of the system file; --within DIR refuses them"
+        outside = [f"{compact(dict.fromkeys(self.outside))}: {where}"] if self.outside else []
+        return tuple(dict.fromkeys((*self.warnings, *outside)))
 
     def read(self, name: str) -> bytes:
         """Return the bytes of the document, or raise InputError that begins with `name`."""
@@ -58,9 +67,14 @@ class Location:
         file = Path(self.document.parent, path).resolve()
         if self.root is not None and not file.is_relative_to(self.root.resolve()):
             link = (
-            raise InputError(f"{name}: source {source} lies outside {self.root}; put the file into that folder")
+                ""
+                if file == Path(normpath(self.document.parent / path))
+                else f" itself: it is, or passes, a link to {file}"
+            )
+            what = f"{name}: source {source} lies outside {self.root}; put the file into that folder{link}"
+            raise InputError(what)
         if self.root is None and self.home is not None and not file.is_relative_to(self.home.resolve()):
-            self.warnings.append(f"{name}: source {source} lies outside {self.home}, the folder of the system file")
+            self.outside.append(name)
         return replace(self, document=file), fragment
 
     def inner(self, member: str) -> "Location":
@@ -88,8 +102,8 @@ def location_of(path: Path, within: Path | None = None) -> Location:
     if hash_ and not path.exists() and file.lower().endswith(".ssp"):
         return Location(document=path.with_name(file)).inner(variant)
     if path.is_dir() and (path / MAIN).exists():
-    if path.is_dir():
         return Location(document=path / MAIN, root=within or path)
+    refuse_no_system(path)
     if path.suffix.lower() == ".ssp" and path.is_file():
         return Location(document=path).inner(MAIN)
     return Location(document=path, root=within, home=path.parent)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from lockstep.errors import InputError, compact
 from lockstep.fmi.safe_zip import UnreadableZip, examine_zip
-from lockstep.ssp.xml import MAIN
+from lockstep.ssp.documents.xml import MAIN
 
 _SYSTEMS = (".ssd", ".ssp")
 _MODEL, _RUN = "modelDescription.xml", "run.toml"

@@ -8,7 +8,7 @@ from copy import deepcopy
 from itertools import product
 
 from lockstep.errors import InputError
-from lockstep.ssp.xml import NS, SSC, SSD, SSV, Element, local_name
+from lockstep.ssp.documents.xml import NS, SSC, SSD, SSV, Element, local_name
 
 _TEXTS = ("String", "Enumeration", "Binary")  # their values may hold blanks: an array has them as Value elements
 

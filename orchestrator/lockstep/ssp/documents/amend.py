@@ -6,8 +6,8 @@ Each amendment is a warning that names its first place. What cannot be amended i
 from collections.abc import Iterator
 from typing import Any
 
-from lockstep.ssp.expand_arrays import expand_arrays
-from lockstep.ssp.xml import NS, SSC, SSV, Element, Warnings, local_name, namespace_of
+from lockstep.ssp.documents.expand_arrays import expand_arrays
+from lockstep.ssp.documents.xml import NS, SSC, SSV, Element, Warnings, local_name, namespace_of
 
 _TYPES = {"Float64": "Real", "Float32": "Real"} | {
     f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)

@@ -7,8 +7,8 @@ from lxml import etree  # type: ignore[import-untyped]
 
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import SSP_SCHEMAS
-from lockstep.ssp.amend import amend, mend_first
-from lockstep.ssp.xml import SSB, SSC, SSD, SSM, SSV, Element, Warnings
+from lockstep.ssp.documents.amend import amend, mend_first
+from lockstep.ssp.documents.xml import SSB, SSC, SSD, SSM, SSV, Element, Warnings
 
 
 def parse(text: bytes, where: str, schema: str, warnings: Warnings | None = None) -> Element:

@@ -1,0 +1,1 @@
+"""Documents of SSP as XML: found, parsed, amended and validated."""

@@ -1,0 +1,132 @@
+"""System files of other tools that are slightly off run with a warning; inputs without a source keep their starts."""
+
+import tomllib
+
+import pytest
+
+from lockstep import InputError, load_system, simulate
+from lockstep.fmi.model_description import read_description
+from lockstep.fmi.parameter_values import component_parameters
+from lockstep.ssp.step_times import Timing
+
+EACH_MS = Timing(period=1_000_000)  # ns
+
+
+@pytest.fixture
+def echo(ssd, fmus):
+    """Return a system of an echo, with one connector, and more inside of the component and the system."""
+
+    def build(connector="u[1] input", inner="", connections="", connectors=()):
+        return ssd.system("top", ssd.component("echo", fmus["echo"], connector, inner=inner), connections, connectors)
+
+    return build
+
+
+def test_an_unconnected_input_keeps_its_start_value_and_is_listed_once(load, run, ssd, fmus, tmp_path):
+    integrator = ssd.component("plant", fmus["integrator"], "x output")
+    system = load(ssd.system("top", ssd.component("echo", fmus["echo"], "u[1] input") + integrator,
+                             ssd.connection("plant.x", "echo.u[1]")))  # fmt: skip
+    seen = run(system)
+    assert seen["echo.y[2]"].tolist() == [0.0] * 10
+    assert simulated(system, tmp_path).warnings[-1] == (
+        "not connected, and keep their start values: echo.u[2], flag, number; plant.u"
+    )
+
+
+def simulated(system, folder):
+    """Return the summary of a run in which the first component has the process of the master."""
+    return simulate(system.with_isolation(system.components[0].name, False), folder / "summary")
+
+
+def warnings_of(system):
+    """Return the warnings, but for that of the toys' folder."""
+    return [text for text in system.warnings if "sources outside" not in text]
+
+
+def test_empty_attributes_are_read_as_not_given(load, echo, run):
+    text = echo("u[1] input Real unit=", connections='<ssd:Connection startElement="" startConnector="in" '
+                'endElement="echo" endConnector="u[1]"/>', connectors=("in input",))  # fmt: skip
+    system = load(text)
+    assert [text.partition(": ")[2] for text in warnings_of(system)] == [
+        'unit="" is read as no unit',
+        'startElement="" is read as the system itself',
+    ]
+    assert all(", line 1: " in text for text in warnings_of(system))
+    assert run(system, overrides={"in": 3.0})["echo.y[1]"][-1] == 3.0
+
+
+def test_what_the_file_does_not_define_is_left_to_the_fmu(load, ssd, fmus, run):
+    modes = ssd.component("modes", fmus["modes"], "number input Enumeration name=Aircraft", "u[1] input Real unit=Nm")
+    system = load(ssd.system("top", modes))
+    assert warnings_of(system) == [
+        "modes.number: enumeration 'Aircraft' is not defined; the items are the FMU's, the file has none",
+        "modes.u[1]: unit 'Nm' is left out, as the file defines only rad, deg, K, degC",
+    ]
+    assert run(system, overrides={"modes.number": "fine"})["modes.number_out"][-1] == 4
+
+
+@pytest.mark.parametrize(("unit", "seen"), [("[deg]", 3.141592653589793), ("deg", 3.141592653589793)])
+def test_the_unit_of_a_value_may_be_in_brackets(load, ssd, fmus, unit, seen):
+    values = ssd.bindings(ssd.binding(ssd.values(("radians", "Real", 180.0, unit))))
+    system = load(ssd.system("top", ssd.component("angle", fmus["angle"], inner=values)))
+    assert [text for text in system.warnings if "deg" in text] == (
+        ["angle.radians: unit '[deg]' is read as deg"] if unit == "[deg]" else []
+    )
+    (part,) = system.components
+    assert component_parameters(part, read_description(part))["radians"] == pytest.approx(seen, rel=1e-15)
+
+
+def test_a_value_in_an_unknown_unit_is_refused_where_a_variable_takes_it(load, ssd, fmus, run):
+    values = ssd.bindings(ssd.binding(ssd.values(("radians", "Real", 1.0, "furlong"))))
+    system = load(ssd.system("top", ssd.component("angle", fmus["angle"], inner=values)))
+    assert warnings_of(system) == ["angle.radians: unit 'furlong' is not defined; the file defines rad, deg, K, degC"]
+    with pytest.raises(InputError, match=r"angle\.radians: units 'furlong' and 'rad' cannot be compared"):
+        run(system)
+
+
+def test_the_last_of_two_values_of_one_name_is_used(load, ssd, fmus):
+    values = ssd.bindings(ssd.binding(ssd.values(("u[1]", "Real", 1.0), ("u[1]", "Real", 2.0))))
+    system = load(ssd.system("top", ssd.component("echo", fmus["echo"], inner=values)))
+    assert system.components[0].parameters["u[1]"] == 2.0
+    assert warnings_of(system) == ["echo: inline: parameter u[1]: declared twice; the last value is used"]
+
+
+def test_unknown_attributes_and_another_order_are_mended(load, echo):
+    text = echo().replace('name="u[1]"', 'name="u[1]" type="Real"')
+    connectors = '<ssd:Connectors><ssd:Connector name="in" kind="input"/></ssd:Connectors>'
+    system = load(text.replace("</ssd:Elements>", f"</ssd:Elements>{connectors}"))
+    assert {text.partition("line 1: ")[2] for text in warnings_of(system)} == {
+        "attribute type of Connector is left out, as SSP has none",
+        "the children of System are not in the order of SSP",
+    }
+
+
+def test_a_run_prints_and_records_its_warnings(tmp_path, cli, ssd, fmus):
+    path = tmp_path / "foreign.ssd"
+    text = ssd.document(ssd.system("top", ssd.component("echo", fmus["echo"], "u[1] input Real unit=")))
+    path.write_text(text.replace(' stopTime="0.01"', ""))
+    words = ("run", path, "--out", tmp_path / "out", "--share-process", "echo", "--set", "echo.number=1")
+    done = cli(*words)
+    assert done.returncode == 0, done.stderr
+    expected = [
+        f'{path}, line 1: unit="" is read as no unit',
+        "echo: neither the file nor the FMU gives a step size: stepped every 0.001 s; --step-size changes it",
+        f"echo: sources outside {tmp_path}, the folder of the system file; --within DIR refuses them",
+        "no stop time is given: 1 s are simulated; --stop-time changes it",
+        "not connected, and keep their start values: echo.u[1..2], flag",
+    ]
+    assert [line for line in done.stderr.splitlines() if "warning" in line] == [f"warning: {line}" for line in expected]
+    assert tomllib.loads((tmp_path / "out" / "run.toml").read_text())["warnings"] == expected
+    refused = cli(*words, "--strict-inputs", "--overwrite")
+    assert refused.returncode == 2
+    assert refused.stderr.splitlines()[-1].startswith("lockstep: echo.u[1..2], flag: not connected and without a value")
+
+
+def test_one_fmu_alone_is_a_system(tmp_path, fmus):
+    system = load_system(fmus["integrator"], Timing(period=1_000_000))
+    (part,) = system.components
+    assert (part.name, part.kind, system.tick) == ("toy_integrator", "continuous", 1_000_000)
+    shared = system.with_isolation("toy_integrator", False)
+    summary = simulate(shared, tmp_path / "out", stop_time=0.01, overrides={"toy_integrator.u": 2.0})
+    assert summary.rows == 10
+    assert summary.warnings == ()

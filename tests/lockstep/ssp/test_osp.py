@@ -1,0 +1,117 @@
+"""OspSystemStructure.xml is read as libcosim reads it."""
+
+import shutil
+
+import pytest
+
+from lockstep import InputError, load_system, read_signals, simulate
+
+MS = 1_000_000  # [ns]
+GROUPS = """<OspModelDescription xmlns="http://opensimulationplatform.com/MSMI/OSPModelDescription" version="0.1">
+<VariableGroups>{}</VariableGroups></OspModelDescription>"""
+
+
+@pytest.fixture
+def osp(tmp_path, fmus):
+    """Return a function that writes a system; the FMUs lie beside it."""
+    for name in ("counter", "echo", "integrator"):
+        shutil.copy(fmus[name], tmp_path / f"{name}.fmu")
+
+    def write(simulators, connections="", functions="", head="<BaseStepSize>1e-3</BaseStepSize>"):
+        path = tmp_path / "OspSystemStructure.xml"
+        path.write_text(
+            '<OspSystemStructure xmlns="http://opensimulationplatform.com/MSMI/OSPSystemStructure" version="0.1">'
+            f"{head}<Simulators>{simulators}</Simulators>{functions}<Connections>{connections}</Connections>"
+            "</OspSystemStructure>"
+        )
+        return path
+
+    return write
+
+
+def simulator(name, source, step="", values=""):
+    step = f' stepSize="{step}"' if step else ""
+    return f'<Simulator name="{name}" source="{source}.fmu"{step}><InitialValues>{values}</InitialValues></Simulator>'
+
+
+def initial(variable, kind, value):
+    return f'<InitialValue variable="{variable}"><{kind} value="{value}"/></InitialValue>'
+
+
+def wire(*ends, tag="Variable"):
+    inner = "".join(f'<{tag} simulator="{end.split(".")[0]}" name="{end.split(".")[1]}"/>' for end in ends)
+    return f"<{tag}Connection>{inner}</{tag}Connection>"
+
+
+def signal(variable, function, name):
+    owner, port = variable.split(".")
+    ends = f'<Variable simulator="{owner}" name="{port}"/><Signal function="{function}" name="{name}"/>'
+    return f"<SignalConnection>{ends}</SignalConnection>"
+
+
+def test_steps_values_and_connections(osp, tmp_path):
+    path = osp(
+        simulator("one", "counter", "2.03e-3", initial("gain", "Real", 2.0))
+        + simulator("two", "integrator", values=initial("x0", "Real", 5)),
+        wire("two.u", "one.count"),  # in any order: the FMUs decide
+        head="<EndTime>0.01</EndTime><BaseStepSize>1e-3</BaseStepSize>",
+    )
+    system = load_system(path)
+    assert {part.name: part.period for part in system.components} == {"one": 2 * MS, "two": MS}
+    assert [str(c) for c in system.connections] == ["one.count -> two.u"]
+    assert [c.delay for c in system.connections] == [1]  # all read before they step, as libcosim does
+    assert (system.tick, system.stop_time) == (MS, 10 * MS)
+    assert system.warnings == (
+        f"{path}: one: stepSize 2.03e-3 is no multiple of the base step; it is stepped every 0.002 s",
+    )
+    for name in ("one", "two"):
+        system = system.with_isolation(name, False)
+    simulate(system, tmp_path / "out")
+    seen = read_signals(tmp_path / "out")
+    # x is true at the end of a step, and u is what the counter has after 1, 2, ... steps of 2 ms, each worth 2
+    inputs = [0.0, 0.0, 2.0, 2.0, 4.0, 4.0, 6.0, 6.0, 8.0]
+    assert seen["two.x"].tolist() == pytest.approx([5.0 + 1e-3 * sum(inputs[:k]) for k in range(10)])
+
+
+def test_a_linear_transformation_is_part_of_the_connection(osp):
+    functions = '<Functions><LinearTransformation name="scale" factor="0.1" offset="123.4"/></Functions>'
+    connections = signal("one.count", "scale", "in") + signal("two.u", "scale", "out")
+    (found,) = load_system(
+        osp(simulator("one", "counter") + simulator("two", "integrator"), connections, functions)
+    ).connections
+    assert (str(found), found.factor, found.offset) == ("one.count -> two.u", 0.1, 123.4)
+
+
+def test_groups_are_connected_in_the_order_of_their_variables(osp, tmp_path):
+    for model, ports in (("ToyCounter", ("count", "began")), ("ToyEcho", ("u[1]", "u[2]"))):
+        force, speed = (f'<{t} name="{t}"><Variable ref="{p}"/></{t}>' for t, p in zip(("F", "V"), ports, strict=True))
+        (tmp_path / f"{model}_OspModelDescription.xml").write_text(
+            GROUPS.format(f'<LinearMechanicalPort name="port">{force}{speed}</LinearMechanicalPort>')
+        )
+    parts = simulator("one", "counter") + simulator("two", "echo")
+    connections = load_system(osp(parts, wire("one.port", "two.port", tag="VariableGroup"))).connections
+    assert [str(c) for c in connections] == ["one.count -> two.u[1]", "one.began -> two.u[2]"]
+    (alone,) = load_system(osp(parts, wire("one.F", "two.F", tag="VariableGroup"))).connections
+    assert str(alone) == "one.count -> two.u[1]"
+    (tmp_path / "ToyEcho_OspModelDescription.xml").unlink()
+    with pytest.raises(InputError, match=r"^two: no ToyEcho_OspModelDescription\.xml beside its FMU or the system"):
+        load_system(osp(parts, wire("one.port", "two.port", tag="VariableGroup")))
+
+
+BAD = [
+    (simulator("a", "counter") + simulator("a", "echo"), "", "", r"simulator a: declared twice"),
+    (simulator("a", "counter"), wire("a.count", "b.u"), "", r"^b: no such simulator; there are a"),
+    (simulator("a", "counter"), wire("a.count", "a.v"), "", r"^a\.v: no such output; a has"),
+    (simulator("a", "counter", values=initial("gian", "Real", 1)), "", "", r"^a\.gian: no such parameter; .*gain"),
+    (simulator("a", "counter", values=initial("gain", "Real", "x")), "", "", r"^a\.gain: 'x' is no value of type Real"),
+    (simulator("a", "counter"), signal("a.count", "sum", "in[0]"),
+     '<Functions><Sum name="sum" inputCount="2"/></Functions>', r"function sum: Sum is not supported; put it into"),
+    (simulator("a", "no"), "", "", r"^a: no such file .*no\.fmu"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("simulators", "connections", "functions", "message"), BAD)
+def test_bad_systems_are_refused_in_one_line(osp, simulators, connections, functions, message):
+    with pytest.raises(InputError, match=message) as caught:
+        load_system(osp(simulators, connections, functions))
+    assert "\n" not in str(caught.value)

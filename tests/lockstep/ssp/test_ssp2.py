@@ -1,0 +1,113 @@
+"""SSP 2.0: what it shares with 1.0 is read, arrays are written out, the rest is left out with a warning or refused."""
+
+import shutil
+
+import pytest
+
+from lockstep import InputError, load_system
+from lockstep.ssp.step_times import Timing
+
+
+@pytest.fixture
+def load2(tmp_path, ssd):
+    """Return a function that reads a system of SSP 2.0, stepped every millisecond."""
+    head, _, rest = ssd.document("SYSTEM").partition("SYSTEM")
+
+    def load_text(system):
+        path = tmp_path / "foreign.ssd"
+        path.write_text(head.replace('version="1.0"', 'version="2.0"') + system + rest)
+        return load_system(path, Timing(period=1_000_000))
+
+    return load_text
+
+
+def said(system):
+    """Return the warnings without their places, but for that of the toys' folder."""
+    return [text.rpartition("line 1: ")[2] for text in system.warnings if "sources outside" not in text]
+
+
+def test_the_types_of_fmi_3_are_those_of_1_0(load2, ssd, fmus, run):
+    values = ssd.bindings(ssd.binding(ssd.values(("u[1]", "Float32", 2.5), ("number", "UInt16", 7))
+                                      .replace('version="1.0"', 'version="2.0"')))  # fmt: skip
+    system = load2(ssd.system("top", ssd.component("echo", fmus["echo"], "u[1] input Float64", "number input Int32",
+                                                   inner=values)))  # fmt: skip
+    assert said(system) == []
+    seen = run(system)
+    assert (seen["echo.y[1]"][-1], seen["echo.number_out"][-1]) == (2.5, 7)
+
+
+def array(connectors, name, sizes="2"):
+    """Return connectors in which one has dimensions."""
+    dimensions = "".join(f'<ssc:Dimension size="{size}"/>' for size in sizes.split())
+    head, middle, tail = connectors.partition(f'name="{name}"')
+    kind, end, rest = tail.partition("</ssd:Connector>")
+    return head + middle + kind + dimensions + end + rest
+
+
+def test_arrays_are_connected_element_by_element(load2, ssd, fmus, run):
+    def part(name, kind, port):
+        return array(ssd.component(name, fmus["echo"], f"{port} {kind} Float64"), port)
+
+    given = ssd.values(("u", "Float64", "3.0 4.0")).replace('version="1.0"', 'version="2.0"')
+    values = ssd.bindings(ssd.binding(given))
+    first = part("first", "output", "y").replace("</ssd:Component>", f"{values}</ssd:Component>")
+    system = load2(ssd.system("top", first + part("second", "input", "u"), ssd.connection("first.y", "second.u")))
+    assert [str(c) for c in system.connections] == [f"first.y[{i}] -> second.u[{i}]" for i in (1, 2)]
+    seen = run(system)
+    assert [seen[f"second.y[{i}]"][-1] for i in (1, 2)] == [3.0, 4.0]
+
+
+def test_a_part_of_an_array_is_connected(load2, ssd, fmus):
+    first = array(ssd.component("first", fmus["echo"], "y output Float64"), "y")
+    wire = ssd.connection("first.y", "second.u[2]", startIndices="1")
+    system = load2(ssd.system("top", first + ssd.component("second", fmus["echo"], "u[2] input"), wire))
+    assert [str(c) for c in system.connections] == ["first.y[1] -> second.u[2]"]
+
+
+def test_the_last_index_of_a_matrix_runs_fastest(load2, ssd, fmus):
+    echo = array(ssd.component("echo", fmus["echo"], "m input Float64"), "m", sizes="2 2")
+    system = load2(ssd.system("top", echo))
+    assert [c.name for c in system.components[0].connectors] == ["m[1,1]", "m[1,2]", "m[2,1]", "m[2,2]"]
+
+
+def test_what_1_0_lacks_is_left_out_with_a_warning(load2, ssd, fmus, run):
+    echo = ssd.component("echo", fmus["echo"], "u[1] input Float64", "tick input Clock", "hidden local Float64")
+    meta = '<ssc:MetaData kind="general" type="text/plain" source="notes.txt"/>'
+    text = ssd.system("top", echo.replace("</ssd:Connectors>", f"</ssd:Connectors>{meta}"))
+    system = load2(text)
+    assert said(system) == [
+        "connectors of type Clock are left out",
+        "connectors of kind constant, local, unspecified are left out",
+    ]
+    assert [c.name for c in system.components[0].connectors] == ["u[1]"]
+    assert run(system)["echo.y[1]"][-1] == 0.0
+
+
+REFUSED = [
+    (lambda ssd, e: array(ssd.component("a", e, "y output"), "y").replace('size="2"', 'sizeConnector="n"')
+        + ssd.component("b", e), "", r"a\.y: its size is that of the connector n; give it as a number"),
+    (lambda ssd, e: array(ssd.component("a", e, "y output"), "y")
+        + array(ssd.component("b", e, "u input"), "u", "3"), "a.y b.u", r"y -> u: connects 2 elements to 3"),
+    (lambda ssd, e: ssd.component("a", e, inner=ssd.bindings(ssd.binding(
+        ssd.values(("u", "Float64", "1 2 3")).replace("</ssv:Parameter>", '<ssc:Dimension size="2"/></ssv:Parameter>')
+        .replace('version="1.0"', 'version="2.0"')))), "", r"parameter u: has 3 values for 2 elements"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("parts", "wire", "message"), REFUSED)
+def test_arrays_that_do_not_fit_are_refused_in_one_line(load2, ssd, fmus, parts, wire, message):
+    wires = ssd.connection(*wire.split()) if wire else ""
+    with pytest.raises(InputError, match=message) as caught:
+        load2(ssd.system("top", parts(ssd, fmus["echo"]), wires))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_lone_file_of_2_0_values_is_read(load2, ssd, fmus, tmp_path):
+    values = ssd.values(("u[1]", "Float64", 5.5)).replace('version="1.0"', 'version="2.0"')
+    (tmp_path / "v.ssv").write_text(values)
+    shutil.copy(fmus["echo"], tmp_path / "echo.fmu")
+    system = load2(
+        ssd.system("top", ssd.component("echo", "echo.fmu", inner=ssd.bindings(ssd.binding(source="v.ssv"))))
+    )
+    assert system.components[0].parameters == {"u[1]": 5.5}
+    assert system.warnings == ()
