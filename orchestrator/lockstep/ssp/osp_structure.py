@@ -68,11 +68,17 @@ class _Structure:
             raise InputError(f"{self.location}: StartTime {start} must be 0; a simulation begins there")
         stop = self._text("EndTime", "")
         components = tuple(self.components.values())
+        connections = tuple(self._connections())
         system = System(
             name=self.location.document.stem,
             tick=self.timing.tick_of(None, (c.period for c in components)),
             components=components,
-            connections=tuple(self._connections()),
+            connections=connections,
+            start_values=tuple(
+                f"{c.to_component}.{c.input}"
+                for c in connections
+                if c.input in self.components[c.to_component].parameters
+            ),
             stop_time=nanoseconds(stop, f"{self.location}: EndTime") if stop else None,
             path=self.location.document,
             sha256=digest,
