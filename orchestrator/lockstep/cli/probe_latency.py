@@ -14,6 +14,7 @@ from lockstep.cli.options import assignments, refuse_repeated
 from lockstep.cli.parameter_types import NUMBER, PATH, WHOLE_NUMBER, OneOf
 from lockstep.errors import InputError
 from lockstep.interrupt import exit_code
+from lockstep.whole_file import write_whole
 
 if TYPE_CHECKING:
     from lockstep.system.component import Kind
@@ -82,7 +83,7 @@ def probe_latency(
     else:
         print("\n".join(as_lines(report, shutil.get_terminal_size((120, 40)).columns)))
         if json is not None:
-            json.write_text(as_json(report), encoding="utf-8")
+            write_whole(json, as_json(report).encode())
             print(json)
     return 1 if report.of("contradicted") else 0
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from collections.abc import Iterable
@@ -21,6 +20,7 @@ from lockstep.cli.options import (
 )
 from lockstep.cli.timing_options import with_delays, with_step_sizes
 from lockstep.errors import InputError
+from lockstep.whole_file import write_whole
 
 _EXAMPLES = """
 example:
@@ -72,10 +72,7 @@ def write_ssp(
         number = f"{len(problems)} entr{'ies' if len(problems) > 1 else 'y'}"
         raise InputError(f"{out}: not written: SSP cannot express {number} of an adapter; --partial leaves them out")
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        part = out.with_name(f".{out.name}.{os.getpid()}")
-        part.write_bytes(content)
-        part.replace(out)
+        write_whole(out, content)
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
     print(out)

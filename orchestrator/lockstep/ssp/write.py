@@ -16,6 +16,7 @@ from lockstep.system.component import Component, Connector
 from lockstep.system.system import Connection, System
 from lockstep.system.transformation import End, convert
 from lockstep.system.units import known_unit
+from lockstep.whole_file import write_whole
 
 PARAMETER_SET = "initialValues"  # for every component: ecos applies the sets of one name, which its user gives
 
@@ -63,7 +64,7 @@ def write_ssd(system: System, path: Path | str) -> None:
     write_units(root, SSD, {u.name: u for c in system.components for u in c.units.values()})
     if system.stop_time is not None:
         add(root, SSD, "DefaultExperiment", startTime="0", stopTime=seconds_text(system.stop_time))
-    path.write_bytes(document_bytes(root))
+    write_whole(path, document_bytes(root))
 
 
 def _write_component(

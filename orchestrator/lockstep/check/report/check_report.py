@@ -12,6 +12,7 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from lockstep.check.report.finding import STATUSES, Finding, Status
+from lockstep.whole_file import write_whole
 
 _FIELDS = ("file", "sha256", "model", "guid", "tool", "checked", "host", "seconds")
 FORMAT = 1  # of the JSON file; raised when a reader of the old one would fail
@@ -163,10 +164,4 @@ def _xml(text: str) -> str:
 
 def write_text(path: Path, text: str) -> None:
     """Write a file completely or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_text(text, encoding="utf-8", errors="replace")
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    write_whole(path, text.encode("utf-8", "replace"))
