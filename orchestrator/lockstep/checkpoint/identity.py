@@ -44,7 +44,10 @@ def _shadow(component: Component, plan: Plan) -> dict[str, Any]:
         return {}
     shadow = component.shadow.component
     adapter = shadow.adapter.sha256 if shadow.adapter else ""
-    return {"shadow": [plan.shadows[shadow.name].sha256, adapter, shadow.period, component.shadow.period]}
+    return {
+        "shadow": [plan.shadows[shadow.name].sha256, adapter, shadow.period, component.shadow.period],
+        "shadow_tolerance": plan.tolerances.get(shadow.name),
+    }
 
 
 def _way(connection: Connection) -> list[Any]:
@@ -90,9 +93,10 @@ def _same_component(component: str, saved: Mapping[str, Any] | None, present: Ma
         if saved[key] != present[key]:
             times = f"{seconds_text(saved[key])} s, not {seconds_text(present[key])} s"
             raise InputError(f"{component}: {name} was made with another {word}, {times}; {remedy}")
-    if saved.get("tolerance", present["tolerance"]) != present["tolerance"]:  # older checkpoints lack it
-        tolerances = f"{saved['tolerance']}, not {present['tolerance']}"
-        raise InputError(f"{component}: {name} was made with another tolerance, {tolerances}; {remedy}")
+    for key, whose in (("tolerance", ""), ("shadow_tolerance", " of the shadow")):
+        if key in saved and saved[key] != present.get(key):  # older checkpoints lack it
+            tolerances = f"{saved[key] or 'none'}, not {present.get(key) or 'none'}"
+            raise InputError(f"{component}: {name} was made with another tolerance{whose}, {tolerances}; {remedy}")
     if saved["kind"] != present["kind"]:
         raise InputError(f"{component}: is {saved['kind']} in {name}, and {present['kind']} here; {remedy}")
 

@@ -10,7 +10,7 @@ from lockstep.errors import RunError
 from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Listener, Log, Messages
 from lockstep.fmi.signatures import ENDINGS, SIGNATURES
-from lockstep.fmi.slave import ERROR, FATAL, OK
+from lockstep.fmi.slave import ERROR, FATAL, OK, WARNING, returned
 
 BoundCall = Callable[..., int]  # an FMI function with its instance, and perhaps more arguments, filled in
 Instantiate = Callable[[Library, Messages], int | None]  # returns the instance's address; None: there is none
@@ -38,6 +38,7 @@ class Instance:
     def __init__(self, fmu: UnpackedFmu, prefix: str, hooks: Hooks, instantiate: Instantiate) -> None:
         """Load the library and instantiate the FMU, or raise RunError."""
         self.prefix, self.worst, self.stepping = prefix, OK, False
+        self._name = fmu.name
         self.messages = Messages(fmu.name, hooks.log, hooks.message)
         self._hooks = hooks
         hooks.call("loading the library")
@@ -84,7 +85,10 @@ class Instance:
             return  # no call is allowed any more; not even unloading is safe
         terminate, free = ENDINGS[self.prefix]
         if self.stepping and self.worst < ERROR:
-            self.failed(self.call(terminate))
+            status = self.call(terminate)
+            self.failed(status)
+            if status > WARNING:
+                self._hooks.log(self._name, status, "", returned(self.prefix, terminate, status))
         if self.worst < FATAL:
             self.call(free)  # returns nothing; what ctypes makes of that is not looked at
             self._hooks.call("unloading the library")

@@ -129,6 +129,14 @@ def test_discarded_step_is_described(opened):
     assert slave.outcome("DoStep", 17) == "fmi2DoStep returned the unknown status 17"
 
 
+def test_failed_terminate_is_logged(opened):
+    logged = []
+    slave = started(opened(log=lambda *words: logged.append(words)))
+    slave.close()
+
+    assert logged == [("part", ERROR, "", "fmi2Terminate returned fmi2Error")]
+
+
 def test_status_below_zero_is_worse_than_all_others(opened):
     slave = started(opened())
     status = slave.getter("Real", np.array([6], np.uint32), np.zeros(1))()

@@ -11,7 +11,7 @@ from dataclasses import replace
 import pytest
 
 from fmus.setup.setup_fmu import setup_fmu
-from lockstep import Component, Connection, InputError, System, read_signals, resume, simulate, write_ssd
+from lockstep import Component, Connection, InputError, RunOptions, System, read_signals, resume, simulate, write_ssd
 from lockstep.__main__ import main
 from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
@@ -91,17 +91,19 @@ def test_constants_and_parameters_of_an_adapter_outlast_it(system, fmus, tmp_pat
 
 
 def test_shadow_gets_start_values_and_its_own_tolerance(system, fmus, tmp_path):
-    shadowed = with_shadow(replace_sampled(system), "s", fmus[0])
-    simulate(shadowed, tmp_path / "out", overrides={"s.p": 1.0, "s.u": 2.0}, record=["all"], tolerance={"s": 1e-2})
+    parts = tuple(replace(c, kind="sampled") for c in system.components if c.name != "newer")  # which saves no state
+    shadowed = with_shadow(replace(system, components=parts), "s", fmus[0])
+    given = RunOptions(overrides={"s.p": 1.0, "s.u": 2.0}, record=["all"], tolerance={"s": 1e-2})
+    simulate(shadowed, tmp_path / "out", given, checkpoints=CheckpointSchedule(times=["0.03"]))
 
     assert last(tmp_path / "out", "s.original.y", "s.shadow.y", "reader.v") == [1.0, 1.0, 1.0]
     assert component_of(tmp_path / "out", "s")["tolerance"] == 1e-2
     assert component_of(tmp_path / "out", "s")["shadow"]["tolerance"] == 1e-7
-
-
-def replace_sampled(system):
-    """Return the system with sampled components, as shadows need them."""
-    return replace(system, components=tuple(replace(c, kind="sampled") for c in system.components))
+    restart = Restart(checkpoint=read_checkpoint(tmp_path / "out/checkpoints/t=0.03.ckpt"))
+    with pytest.raises(
+        InputError, match=r"was made with another tolerance of the shadow, 1e-07, not 0.5; give the same"
+    ):
+        simulate(shadowed, tmp_path / "other", restart=restart, tolerance={"s_shadow": 0.5})
 
 
 def test_restarted_runs_keep_start_values_and_tolerance(system, tmp_path):

@@ -23,17 +23,22 @@ def start_values(task: ProbeTask) -> ProbeResult:
     refused = ""
     for chosen in (changed, reals, inputs):  # an FMU may refuse what it has not designed for
         try:
-            expected = _read(task, chosen, early=False)
+            found = _read(task, chosen, early=False)
         except RunError as error:
             refused = refused or str(error)
             continue
         if chosen:
-            return _compared(task, chosen, expected)
+            return _compared(task, chosen, found)
     return ProbeResult(status="skipped", message=f"other start values are refused: {refused}")
 
 
 def _compared(task: ProbeTask, chosen: Sequence[tuple[Port, float]], expected: Values) -> ProbeResult:
     """Set the same before fmi2SetupExperiment, and compare."""
+    # an FMU may round values or limit them: what is nearer to the start value than to the other one is lost
+    never = [p.name for p, value in chosen if abs(expected[p.name] - p.start) < abs(expected[p.name] - value)]
+    if never:
+        message = f"loses start values even if they are set after fmi2SetupExperiment: {compact(never)}"
+        return ProbeResult(status="warning", message=message)
     try:
         early = _read(task, chosen, early=True)
     except RunError as error:
