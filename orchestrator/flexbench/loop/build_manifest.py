@@ -64,7 +64,7 @@ def write_manifest(folder: Path, entries: Mapping[ConfigurationName, dict[str, A
 def _configurations(path: Path) -> dict[str, Any]:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))["configurations"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return {}  # none yet, or none that can be trusted
     return found if isinstance(found, dict) else {}
 
@@ -73,7 +73,7 @@ def _unchanged(folder: Path, entry: Any) -> bool:
     try:
         listed = {**entry["fmus"], **entry["files"]}
         return all(_sha256(folder / name) == facts["sha256"] for name, facts in listed.items())
-    except (OSError, KeyError, TypeError):
+    except (OSError, KeyError, TypeError, AttributeError):
         return False
 
 

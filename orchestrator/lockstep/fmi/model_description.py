@@ -79,8 +79,10 @@ class Variable:
     @property
     def settable(self) -> bool:
         """Whether a value may be given before initialization."""
+        if self.variability == "constant":
+            return False
         if self.causality in ("output", "local"):
-            return self.initial in ("exact", "approx") and self.variability != "constant"
+            return self.initial in ("exact", "approx")
         return self.causality in ("parameter", "input")
 
     @property

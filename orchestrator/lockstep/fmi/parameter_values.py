@@ -30,6 +30,8 @@ def settable(component: str, name: str, description: Description) -> Variable:
     variable = description.variables.get(name)
     if variable is None:
         raise InputError(description.lacks(component, name, "parameter"))
+    if variable.variability == "constant":
+        raise InputError(f"{component}.{name}: is constant in the FMU; remove the value")
     if not variable.settable:
         what = f"{component}.{name}: is the FMU's {variable.causality}"
         raise InputError(f"{what}; only parameters and inputs can be set, and what has initial exact or approx")

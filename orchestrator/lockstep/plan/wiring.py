@@ -86,6 +86,8 @@ def wire(
             if first not in name_and_arrays(key):  # one element may differ from the array that is given before it
                 raise InputError(f"{name}.{variable.name}: has a value by {first} and by {key}; give one of them")
             parameters[name][variable.name] = item
+    for name, values in parameters.items():
+        _check_aliases(name, values, descriptions[name])
     unconnected = _unconnected(system, descriptions, parameters)
     if strict_inputs or system.strict_inputs:
         for name, loose in unconnected.items():
@@ -101,6 +103,19 @@ def _refuse_fed(component: str, variable: str, feeding: Mapping[tuple[str, str],
             f"{component}.{variable}: is connected to {connection.from_component}.{connection.output}, so that a value "
             f"for it has no effect; {remedy}, remove the connection, or inject a fault of kind stuck"
         )
+
+
+def _check_aliases(component: str, values: Mapping[str, Value], description: Description) -> None:
+    """Refuse two values for one variable that has two names."""
+    known: dict[tuple[Scalar | None, int], str] = {}
+    for name, value in values.items():
+        variable = description.variables[name]
+        first = known.setdefault((variable.scalar, variable.reference), name)
+        if values[first] != value:
+            raise InputError(
+                f"{component}.{name}: is {value!r}, and {first}, another name of the same variable, {values[first]!r}; "
+                "give one of them"
+            )
 
 
 def _check_connectors(component: Component, description: Description) -> None:

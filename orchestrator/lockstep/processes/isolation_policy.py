@@ -67,7 +67,7 @@ def read_contents(component: Component, description: Description) -> Contents:
         if BUILD_RECORD in archive.namelist():
             try:
                 own = json.loads(archive.read(BUILD_RECORD))["guid"] == description.guid
-            except (ValueError, KeyError, TypeError):
+            except (ValueError, KeyError, TypeError, RecursionError):
                 own = False
         for member in archive.infolist():
             path = PurePosixPath(member.filename)

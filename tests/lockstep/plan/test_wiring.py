@@ -140,6 +140,20 @@ def test_a_value_for_a_connected_input_is_refused_by_name(loop, key, value):
         assert str(caught.value).startswith(f"{why}remove it from the system's parameters, remove the connection")
 
 
+def test_two_values_for_one_variable_with_two_names_are_refused(loop):
+    descriptions = {c.name: read_description(c) for c in loop.components}
+    x0 = descriptions["plant"].variables["x0"]
+    alias, fixed = replace(x0, name="alias"), replace(x0, name="fixed", reference=99, variability="constant")
+    variables = {**descriptions["plant"].variables, "alias": alias, "fixed": fixed}
+    descriptions["plant"] = replace(descriptions["plant"], variables=variables)
+    assert wire(loop, descriptions, {"plant.alias": 3.0}).parameters["plant"] == {"x0": 3.0, "alias": 3.0}
+    message = r"plant\.alias: is 4\.0, and x0, another name of the same variable, 3\.0; give one of them"
+    with pytest.raises(InputError, match=message):
+        wire(loop, descriptions, {"plant.alias": 4.0})
+    with pytest.raises(InputError, match=r"plant\.fixed: is constant in the FMU; remove the value"):
+        wire(loop, descriptions, {"plant.fixed": 4.0})
+
+
 def test_one_variable_has_one_value_but_an_element_may_differ_from_its_array(loop):
     free = replace(loop, connections=loop.connections[1:])
     assert check(free, {"echo.u": 1.0, "echo.u[2]": 5.0}).parameters["echo"] == {"u[1]": 1.0, "u[2]": 5.0}

@@ -102,7 +102,7 @@ class ProbeRunner:
         try:
             found = json.loads((self.results / "result.json").read_text(encoding="utf-8"))
             result = ProbeResult(**{**found, "details": tuple(found["details"])})
-        except (OSError, ValueError, TypeError, KeyError):  # not written, or not by the check
+        except (OSError, ValueError, TypeError, KeyError, RecursionError):  # not written, or not by the check
             if code is None:
                 return ProbeResult(status="error", message=f"no answer within {limit:g} s {where}")
             if code == 1 and not call:

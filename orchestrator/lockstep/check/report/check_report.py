@@ -12,6 +12,8 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from lockstep.check.report.finding import STATUSES, Finding, Status
+from lockstep.data_text import check_shape, parse_json
+from lockstep.errors import InputError
 from lockstep.whole_file import write_whole
 
 _FIELDS = ("file", "sha256", "model", "guid", "tool", "checked", "host", "seconds")
@@ -93,11 +95,29 @@ def _as_dict(report: CheckReport) -> dict[str, Any]:
     }
 
 
+_SHAPE = {
+    "fmus": [
+        dict.fromkeys(_FIELDS, "text")
+        | {
+            "seconds": "number",
+            "findings": [
+                {
+                    "check": "text", "group": "text", "title": "text", "status": "text", "message": "text",
+                    "details": ["text"], "numbers": {"*": "number?"},
+                }
+            ]
+        }
+    ]
+}  # fmt: skip
+
+
 def from_json(text: str) -> tuple[CheckReport, ...]:
-    """Read what `as_json` wrote; raise ValueError for another format."""
-    content: dict[str, Any] = json.loads(text)
+    """Read what `as_json` wrote; raise InputError for another format."""
+    content = parse_json(text, "report")
+    check_shape(content, {"?format": "number"}, "report")
     if content.get("format") != FORMAT:
-        raise ValueError(f"format {content.get('format')!r} of the report is not {FORMAT}")
+        raise InputError(f"format {content.get('format')!r} of the report is not {FORMAT}")
+    check_shape(content, _SHAPE, "report")
     reports = []
     for fmu in content["fmus"]:
         findings = tuple(

@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from lockstep import InputError
 from lockstep.__main__ import main
 from lockstep.check.report.check_report import CheckReport, as_json, as_junit, fails, from_json, write_text
 from lockstep.check.report.finding import Finding
@@ -65,6 +66,21 @@ def test_json_reads_back() -> None:
 def test_json_of_another_format_is_refused() -> None:
     with pytest.raises(ValueError, match="format 99"):
         from_json('{"format": 99}')
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[]", r"report: \[\] must be a table"),
+        ("[" * 100_000, "report: is nested too deeply"),
+        ('{"format": 1}', "report: fmus is missing"),
+        ('{"format": 1, "fmus": [{}]}', r"report: fmus\[1\]\.file is missing"),
+        ("{", "report: is no JSON file"),
+    ],
+)
+def test_json_of_another_shape_is_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        from_json(text)
 
 
 @pytest.mark.parametrize(("strict", "failed"), [(False, ["dynamic.d"]), (True, ["dynamic.c", "dynamic.d"])])
