@@ -80,5 +80,5 @@ def test_text_that_is_too_deep_is_refused_in_one_line(parse):
     deep = "[" * 100_000
     with pytest.raises(InputError, match=r"^f: is nested too deeply to be read; restore it$"):
         parse(deep if parse is parse_json else f"x = {deep}", "f", "restore it")
-    with pytest.raises(InputError, match=r"^f: is no (JSON|TOML) \(.*\)$"):
+    with pytest.raises(InputError, match=r"^f: is no (JSON|TOML) file \(.*\)$"):
         parse(b"\xff", "f")

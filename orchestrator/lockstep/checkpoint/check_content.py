@@ -46,9 +46,9 @@ def check_header(header: Mapping[str, Any], where: str) -> None:
     check_shape(header, shape, where, _REMEDY)
     check_whole_record(header["run"], where, _REMEDY)
     tick, time, length = header["tick"], header["time"], header["identity"]["tick"]
-    if length <= 0 or tick < 1 or time != tick * length:
+    if length <= 0 or tick < 0 or time != tick * length:
         times = f"tick = {tick} of {length} ns and time = {time} ns"
-        raise InputError(f"{where}: {times} do not agree, or are not > 0; {_REMEDY}")
+        raise InputError(f"{where}: {times} do not agree, or are < 0; {_REMEDY}")
     for name, value in {"rows": header["rows"], "wall_time": header["wall_time"], **header["events"]["counts"],
                         "events.size": header["events"]["size"]}.items():  # fmt: skip
         if not 0 <= value < float("inf"):

@@ -53,7 +53,7 @@ def cut(name, count=-1):
 HEADERS = [
     (
         put("tick", value=-5),
-        r"tick = -5 of 1000000 ns and time = 31000000 ns do not agree, or are not",
+        r"tick = -5 of 1000000 ns and time = 31000000 ns do not agree, or are < 0",
     ),
     (put("time", value=32_000_000), r"tick = 31 of 1000000 ns and time = 32000000 ns do not agree"),
     (put("tick", value="31"), r"tick = '31' must be a whole number"),
