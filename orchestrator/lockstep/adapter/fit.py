@@ -29,16 +29,16 @@ def whole(values: Array, variables: Sequence[Variable], dtype: np.dtype[Any]) ->
     Raises
     ------
     Unfit
-        If one is not finite, or out of the range of the type.
+        If one is not finite, or out of the range of an integer type.
     """
-    rounded = np.rint(values)
+    rounded, flags = np.rint(values), np.array([v.type == "Boolean" for v in variables])
     low, high = _LIMITS[dtype]
-    fits = (rounded >= low) & (rounded <= high)  # NaN does not
+    fits = np.where(flags, np.isfinite(values), (rounded >= low) & (rounded <= high))  # NaN does not
     if not fits.all():
         first = int(np.argmin(fits))
         variable = variables[first]
         raise Unfit(f"{variable.name}: {values[first]:.9g} does not fit into {variable.native or variable.type}")
-    return np.where([v.type == "Boolean" for v in variables], rounded != 0.0, rounded)
+    return np.where(flags, rounded != 0.0, rounded)
 
 
 def doubles(values: NDArray[Any], variables: Sequence[Variable]) -> Array:

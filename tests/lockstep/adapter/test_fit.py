@@ -1,12 +1,16 @@
 """Numbers between doubles and other types in an adapter: rounded to the nearest, and refused where they do not fit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from lockstep import Component, RunError, read_signals, simulate
 from lockstep.adapter.bind import bind
+from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
 from lockstep.adapter.slave import AdaptedSlave
-from lockstep.fmi.model_description import Variable
+from lockstep.fmi.model_description import Variable, read_description
 from lockstep.fmi.slave import DTYPES, ERROR, OK
 
 
@@ -72,6 +76,10 @@ def test_a_real_that_does_not_fit_the_input_of_an_fmu_is_refused_by_name(tmp_pat
     assert slave.exit_initialization() == OK
     assert call(slave, "setter", "Real", value)[0] == OK
 
+    if foreign == "Boolean" and np.isfinite(value):  # any number but 0 is true
+        assert slave.do_step(0.0, 0.1, 1) == OK
+        assert inner.input == 1
+        return
     assert slave.do_step(0.0, 0.1, 1) == ERROR
 
     assert slave.outcome("DoStep", ERROR) == f"foreign: {value:.9g} does not fit into {foreign}"
@@ -144,3 +152,25 @@ def test_a_number_that_overflows_in_the_conversion_is_refused_and_an_injected_na
     call(slave, "setter", "Real", np.nan)  # a fault of kind nan: the reaction of the FMU decides
     assert slave.do_step(0.0, 0.1, 1) == OK
     assert np.isnan(inner.input)
+
+
+@pytest.mark.parametrize("version", ["1.0", "2.0", "3.0"])
+def test_a_run_ends_with_the_variable_and_the_time(loop, reference_fmu, tmp_path, version):
+    """The count times 1e9 fits two times into an Integer; the third value has to end the run, not to be bent."""
+    fmu = reference_fmu("feedthrough", version)
+    inputs = read_description(Component(name="x", source=fmu, period=1)).variables.values()
+    name = "Int32_in" if version == "3.0" else "Integer_in"
+    others = [v for v in inputs if v.causality == "input" and v.name != name]
+    constants = "".join(f'"{v.name}" = {_constant(v)}\n' for v in others)
+    path = tmp_path / "vendor.toml"
+    path.write_text(f'ignore = ["*"]\n[[input]]\nport = "u[1]"\nvariable = "{name}"\n[constants]\n{constants}')
+    system = replace_component(loop, "echo", fmu, replace(read_adapter(path), step=1_000_000))
+    message = rf"^echo: {name}: 3e\+09 does not fit into {name.removesuffix('_in')} at 0\.002 s$"
+    system, out = system.with_isolation("echo", version == "2.0"), tmp_path / "out"
+    with pytest.raises(RunError, match=message):
+        simulate(system, out, overrides={"counter.gain": 1e9}, record=["counter.count"])
+    assert read_signals(out)["counter.count"].tolist() == [1e9, 2e9]
+
+
+def _constant(variable):
+    return {"String": '""', "Boolean": "false"}.get(variable.type, variable.start or 0)
