@@ -17,7 +17,7 @@ from lockstep.fmi.model_description import PLATFORMS, Description, read_descript
 from lockstep.fmi.parameter_values import parse_value
 from lockstep.fmi.safe_zip import TemporaryFolderError
 from lockstep.simulation import simulate
-from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.system.clock import positive_nanoseconds, seconds_text
 from lockstep.system.component import Component
 from lockstep.system.system import System
 
@@ -72,7 +72,7 @@ def other_version_checks(fmu: FmuArchive, dynamic: bool, report: Report) -> list
 def _run(component: Component, description: Description) -> tuple[Status, str]:
     """Step an FMU at its start values; return status and message."""
     try:
-        step = nanoseconds(description.step_size, "step size") if description.step_size else _STEP
+        step = positive_nanoseconds(description.step_size, "step size") if description.step_size else _STEP
         given = {
             v.name: parse_value(v.start, v, v.name)
             for v in description.variables.values()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -22,9 +23,12 @@ class Number(click.ParamType[float]):
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number, or raise UsageError."""
         try:
-            return float(str(value))
+            number = float(str(value))
         except ValueError:
             raise _error(f"'{value}' is not a number", param, ctx) from None
+        if not math.isfinite(number):
+            raise _error(f"'{value}' is not a finite number", param, ctx)
+        return number
 
 
 class WholeNumber(click.ParamType[int]):

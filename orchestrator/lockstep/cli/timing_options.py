@@ -89,12 +89,9 @@ def with_step_sizes(system: System, texts: Sequence[str]) -> System:
 
 
 def _positive(text: str, option: str) -> int:
-    from lockstep.system.clock import nanoseconds
+    from lockstep.system.clock import positive_nanoseconds
 
-    time = nanoseconds(text, option)
-    if time <= 0:
-        raise InputError(f"{option} {text}: must be > 0 s")
-    return time
+    return positive_nanoseconds(text, option)
 
 
 def _ticks(text: str, given: str | None = None) -> int:

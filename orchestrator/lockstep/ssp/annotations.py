@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from lockstep.errors import InputError
 from lockstep.ssp.documents.xml import ANNOTATION, LOCKSTEP, NS, Element
-from lockstep.system.clock import nanoseconds
+from lockstep.system.clock import nanoseconds, positive_nanoseconds
 from lockstep.system.component import Kind
 
 SYSTEM_ATTRIBUTES = ("tick", "recordPeriod", "strictInputs")
@@ -40,7 +40,7 @@ def annotation(element: Element, tag: str, name: str, attributes: Sequence[str])
 def declared_steps(element: Element, name: str) -> DeclaredSteps:
     """Read the steps that the annotations of a component declare, or raise InputError."""
     hints = element.findall("ssd:Annotations/ssc:Annotation/osp:StepSizeHint", NS)
-    hint = nanoseconds(hints[0].get("value", ""), f"{name}: StepSizeHint") if hints else None
+    hint = positive_nanoseconds(hints[0].get("value", ""), f"{name}: StepSizeHint") if hints else None
     own = annotation(element, "Component", name, ("period", "offset", "kind", "isolated", "tolerance"))
     if own is None:
         return DeclaredSteps(hint=hint)
@@ -48,7 +48,7 @@ def declared_steps(element: Element, name: str) -> DeclaredSteps:
     if kind not in ("sampled", "continuous"):
         raise InputError(f"{name}: kind {kind!r} must be sampled or continuous")
     return DeclaredSteps(
-        period=nanoseconds(own.attrib["period"], f"{name}: period") if "period" in own.attrib else None,
+        period=positive_nanoseconds(own.attrib["period"], f"{name}: period") if "period" in own.attrib else None,
         offset=nanoseconds(own.get("offset", "0"), f"{name}: offset"),
         kind="continuous" if kind == "continuous" else "sampled",
         isolated=flag(own, "isolated", name),
@@ -64,7 +64,7 @@ def master_step(root: Element) -> int | None:
         for tag, attribute in (("FixedStepMaster", "stepSize"), ("FixedStepAlgorithm", "baseStepSize")):
             for found in root.iterfind(f"{holder}/ssd:Annotations/ssc:Annotation//{{*}}{tag}", NS):
                 if found.get(attribute):
-                    return nanoseconds(found.get(attribute), f"{tag} {attribute}")
+                    return positive_nanoseconds(found.get(attribute), f"{tag} {attribute}")
     return None
 
 

@@ -23,7 +23,7 @@ from typing import Any
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description
 from lockstep.ssp.annotations import DeclaredSteps
-from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.system.clock import nanoseconds, positive_nanoseconds, seconds_text
 from lockstep.system.component import Kind
 
 DEFAULT_STEP = 1_000_000  # [ns], where nothing gives one
@@ -66,7 +66,7 @@ class Timing:
             return None
         remedy = f"give --step-size {name}=S in seconds, or --step-size S for all"
         try:
-            return nanoseconds(description.step_size, f"{name}: the FMU's step size")
+            return positive_nanoseconds(description.step_size, f"{name}: the FMU's step size")
         except InputError as error:
             raise InputError(f"{error}; {remedy}") from None
 

@@ -33,6 +33,14 @@ def nanoseconds(seconds: str | float | int | Decimal, what: str) -> int:
     return whole
 
 
+def positive_nanoseconds(seconds: str | float | int | Decimal, what: str) -> int:
+    """Convert decimal seconds to nanoseconds exactly; raise InputError, also for 0 and less."""
+    time = nanoseconds(seconds, what)
+    if time <= 0:
+        raise InputError(f"{what} {seconds}: must be > 0 s")
+    return time
+
+
 def seconds(time: int) -> float:
     """Return the double nearest to `time` nanoseconds, in seconds."""
     return time / 1e9  # true division of exactly represented operands rounds once
