@@ -22,6 +22,7 @@ FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/python", "fmu/python/shim", "fmu/documentation", "design", "spacecraft"),
         *("ports", "runtime", "structure", "parameters", "quantities", "fixed_order", "double_double", "arrays"),
+        "errors",
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),

@@ -49,7 +49,7 @@ def figures(results: tuple[Path, ...], configuration: tuple[str, ...], out: Path
         for name, make in drawn.items():
             try:
                 figure = make()
-            except ValueError as error:  # a signal was not recorded, or not often enough
+            except InputError as error:  # a signal was not recorded, or not often enough
                 raise InputError(f"figure {name}: {error}") from error
             for path in save_figure(figure, folder, name):
                 print(path, flush=True)

@@ -40,7 +40,6 @@ PROGRAM = Program(
     label="flexsat",
     description="Co-simulation bench for the attitude control of large flexible spacecraft.",
     epilog="examples:\n  {program} build\n  {program} run fmus/distributed/slew.ssd --stop-time 60",
-    bad_input=ValueError,  # lockstep.InputError is one
     interrupted="interrupted; what was simulated is in the results folder",
 )
 

@@ -26,6 +26,7 @@ from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import RPM, ConfigurationName
 from flexsat.spacecraft.assembly import Spacecraft
+from lockstep.errors import InputError
 
 from .drawing import AXES, STYLE, WIDTH, axis_name
 from .palette import PURPLE
@@ -61,11 +62,11 @@ def campbell_diagram(designs: Mapping[ConfigurationName, Design]) -> Figure:
 
     Raises
     ------
-    ValueError
+    InputError
         If there are no designs.
     """
     if not designs:
-        raise ValueError("campbell_diagram: designs must hold one configuration at least, got none")
+        raise InputError("campbell_diagram: designs must hold one configuration at least, got none")
     maps = {
         name: campbell(design.spacecraft, MAP_SPEEDS, _frequencies(design.spacecraft))
         for name, design in designs.items()

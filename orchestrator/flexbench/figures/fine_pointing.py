@@ -17,6 +17,7 @@ from flexbench.runs import histories
 from flexbench.runs.metrics import SETTLED_FROM
 from flexsat.parameters import ARCSECOND, ConfigurationName
 from lockstep import Signals
+from lockstep.errors import InputError
 
 from .drawing import (  # fmt: skip
     DASHED,
@@ -65,11 +66,11 @@ def fine_pointing_comparison(
 
     Raises
     ------
-    ValueError
+    InputError
         If there are no results.
     """
     if not closed and not open_loop:
-        raise ValueError("fine_pointing_comparison: results must hold one run at least, got none")
+        raise InputError("fine_pointing_comparison: results must hold one run at least, got none")
     results: dict[ScenarioName, Mapping[ConfigurationName, Signals]] = {
         "fine_pointing": closed,
         "fine_pointing_open_loop": open_loop,

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flexsat.arrays import Array
+from lockstep.errors import InputError
 
 from ..studies.margins.study import Curve, curves
 from .drawing import STYLE, WIDTH
@@ -29,11 +30,11 @@ def nichols_chart(loops: Sequence[Curve], disk: float | None = None) -> Figure:
 
     Raises
     ------
-    ValueError
+    InputError
         If there are no loops.
     """
     if not loops:
-        raise ValueError("nichols_chart: there must be one loop at least, got none")
+        raise InputError("nichols_chart: there must be one loop at least, got none")
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
         left, right = figure.subplots(1, 2)

@@ -20,6 +20,7 @@ from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.structure.mesh import record_mesh
 from flexsat.structure.modes import Structure, build_structure
+from lockstep.errors import InputError
 
 from .drawing import STYLE, WIDTH
 
@@ -42,14 +43,14 @@ def mode_shapes(structure: Structure | Design, count: int = 6) -> Figure:
 
     Raises
     ------
-    ValueError
+    InputError
         If the structure has fewer modes, or none is asked for.
     """
     if isinstance(structure, Design):
         structure = build_structure(record_mesh(structure.config.aperture), structure.config.plate)
     available = len(structure.frequency)
     if not 1 <= count <= available:
-        raise ValueError(f"mode_shapes: count must be from 1 to {available}, got {count}")
+        raise InputError(f"mode_shapes: count must be from 1 to {available}, got {count}")
     deflection = structure.shape[::3, :count]
     limit = float(np.max(np.abs(deflection)))
     levels = np.linspace(-limit, limit, LEVELS + 1)

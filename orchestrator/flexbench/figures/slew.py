@@ -20,6 +20,7 @@ from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName
 from lockstep import Signals
+from lockstep.errors import InputError
 
 from .drawing import LOOKS, PUBLISHED, STYLE, WIDTH, draw_line, draw_noisy, draw_published, make_logarithmic, span_runs
 
@@ -42,11 +43,11 @@ def slew_comparison(
 
     Raises
     ------
-    ValueError
+    InputError
         If there are no results, or the cost cannot be summed at the rate they were recorded.
     """
     if not results:
-        raise ValueError("slew_comparison: results must hold one configuration at least, got none")
+        raise InputError("slew_comparison: results must hold one configuration at least, got none")
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, 8.2), layout="constrained")
         grid = figure.subplots(3, 3, sharex=True)

@@ -19,6 +19,7 @@ from flexsat.design.chain import Design
 from flexsat.parameters import ConfigurationName
 from flexsat.spacecraft.assembly import Points, Spacecraft
 from flexsat.structure.mesh import tile_centres, tile_vertices
+from lockstep.errors import InputError
 
 from .drawing import AXES, STYLE, WIDTH, axis_name
 
@@ -47,11 +48,11 @@ def structure_layout(designs: Mapping[ConfigurationName, Design]) -> Figure:
 
     Raises
     ------
-    ValueError
+    InputError
         If there are no designs.
     """
     if not designs:
-        raise ValueError("structure_layout: designs must hold one configuration at least, got none")
+        raise InputError("structure_layout: designs must hold one configuration at least, got none")
     with matplotlib.rc_context(STYLE | {"axes.grid": False}):
         figure = Figure(figsize=(WIDTH, 5.9 if len(designs) > 1 else 5.0), layout="constrained")
         panels = figure.subplots(1, len(designs), squeeze=False, sharey=True)[0]

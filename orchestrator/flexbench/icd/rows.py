@@ -9,6 +9,7 @@ from flexsat.closed_loop import PORTS
 from flexsat.design.chain import Designs
 from flexsat.parameters import ConfigurationName, Rates
 from flexsat.ports.table import Port
+from lockstep.errors import InputError
 
 from .ranges import range_text, signal_ranges
 
@@ -41,7 +42,7 @@ def port_rows(designs: Mapping[ConfigurationName, Designs], wires: Sequence[Wire
     for ports in zip(*tables.values(), strict=True):
         first = ports[0]
         if any(port.name != first.name for port in ports):
-            raise ValueError(f"{component}: the configurations order their ports differently, at {first.name}")
+            raise InputError(f"{component}: the configurations order their ports differently, at {first.name}")
         found.append(
             PortRow(
                 name=first.name,

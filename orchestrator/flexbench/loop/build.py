@@ -6,10 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from flexsat.design.chain import Designs, build_designs
+from flexsat.errors import BuildError
 from flexsat.fmu.build import build_configuration
 from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from lockstep.errors import InputError
 from lockstep.plan.timeline_svg import timeline_svg
 from lockstep.ssp.package_members import package_entries
 from lockstep.ssp.traceability import srmd_bytes
@@ -35,7 +37,19 @@ def build_all(
     folder : to write to
     print_line : called with the path of each file written
     flat : also build the FMUs with flat variable names, in a folder of their own
+
+    Raises
+    ------
+    InputError
+        If this machine lacks a compiler, or what else a build needs.
     """
+    try:
+        _build_all(names, folder, print_line, flat)
+    except BuildError as error:
+        raise InputError(str(error)) from None
+
+
+def _build_all(names: Sequence[ConfigurationName], folder: Path, print_line: PrintLine, flat: bool) -> None:
     designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
     entries = {}
     for name in names:

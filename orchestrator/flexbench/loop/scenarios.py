@@ -10,6 +10,7 @@ import numpy as np
 from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND, RUN_DURATION, Slew
 from flexsat.runtime.slew_guidance import Profile, plan
+from lockstep.errors import InputError
 
 ScenarioName = Literal["slew", "fine_pointing", "fine_pointing_open_loop"]
 SCENARIOS: tuple[ScenarioName, ...] = ("slew", "fine_pointing", "fine_pointing_open_loop")
@@ -35,11 +36,11 @@ def scenario_parameters(
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown scenario.
     """
     if scenario not in SCENARIOS:
-        raise ValueError(f"scenario {scenario!r}: no such scenario; there are {', '.join(SCENARIOS)}")
+        raise InputError(f"scenario {scenario!r}: no such scenario; there are {', '.join(SCENARIOS)}")
     command, slewing = slew or Slew(), scenario == "slew"
     parameters: Parameters = {
         "plant": {

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from flexbench.html.document import Picture
+from lockstep.errors import InputError
 
 from .results import Result
 
@@ -56,7 +57,7 @@ def drawn_images(results: Sequence[Result]) -> list[Image]:
 
     images = []
     for name, draw in result_figures([result.run for result in results if result.run is not None]).items():
-        with suppress(ValueError):  # a signal that the figure needs was not recorded, or in part
+        with suppress(InputError):  # a signal that the figure needs was not recorded, or in part
             images.append(_image(name.replace("-", " "), draw()))
     return images
 

@@ -48,7 +48,7 @@ class Result:
             return {}
         try:
             return self.run.metrics()
-        except ValueError:  # a signal that they need was not recorded, or in part
+        except InputError:  # a signal that they need was not recorded, or in part
             return {}
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from flexbench.html.document import Block, Heading, Paragraph
 from flexbench.runs.run_folder import Run
+from lockstep.errors import InputError
 
 from .results import Result
 from .sections import SECTIONS, Section
@@ -37,5 +38,5 @@ def _blocks_of(section: Section, run: Run) -> list[Block]:
         blocks = list(section(run))
         # the page writes the title itself
         return blocks[1:] if blocks and isinstance(blocks[0], Heading) else blocks
-    except ValueError as error:
+    except InputError as error:
         return [Paragraph(f"Not for this run: {error}")]

@@ -8,6 +8,7 @@ from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.runtime.rotations import error_angle, error_rotation, quaternion_from_mrp
 from lockstep import Signals
+from lockstep.errors import InputError
 
 ATTITUDE, ATTITUDE_REFERENCE = "plant.attitude.mrp", "controller.reference.mrp"
 TORQUE, TORQUE_REFERENCE = "controller.wheel.torque", "controller.reference.torque"
@@ -99,14 +100,14 @@ def controller_rows(signals: Signals, design: Design) -> slice:
 
     Raises
     ------
-    ValueError
+    InputError
         If the record period does not divide the controller's period.
     """
     period = design.config.rates.controller
     interval = float(signals.time[1] - signals.time[0]) if len(signals.time) > 1 else period
     stride = round(period / interval)
     if stride < 1 or abs(stride * interval - period) > 1e-9:
-        raise ValueError(
+        raise InputError(
             f"record period {interval:.9g} s: must divide the controller's period of {period:.9g} s, to sum its cost"
         )
     return slice(None, None, stride)

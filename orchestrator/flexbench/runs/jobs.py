@@ -24,6 +24,7 @@ from lockstep import RunError, load_system, simulate
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.rebuild_system import system_of
 from lockstep.checkpoint.restart import Restart
+from lockstep.errors import InputError
 from lockstep.interrupt import ENDING
 from lockstep.operating_system import accept_interrupts, available_cores, end_with_parent, interrupts_held_back
 from lockstep.results.results_folder import claim
@@ -97,7 +98,7 @@ def run_job(job: Job) -> Finished:
     elif restart is not None:
         system = system_of(restart.checkpoint.run)
     else:
-        raise ValueError(f"{job.title}: neither a system nor a checkpoint")
+        raise InputError(f"{job.title}: neither a system nor a checkpoint")
     with claim(job.folder, overwrite=True) as folder:
         summary = simulate(
             system,
@@ -164,7 +165,7 @@ def _result(future: Future[Finished], job: Job) -> Finished:
         return future.result()
     except BrokenProcessPool:
         raise RunError(f"{job.title}: its process died; run it alone with `flexsat run` to see why") from None
-    except (ValueError, RunError) as error:
+    except (InputError, RunError) as error:
         raise type(error)(f"{job.title}: {error}") from None
 
 

@@ -35,7 +35,6 @@ class Program(click.Group):
         label: str,
         description: str,
         epilog: str,
-        bad_input: type[Exception] | tuple[type[Exception], ...] = InputError,
         interrupted: str = "interrupted",
     ) -> None:
         """Make a program.
@@ -46,7 +45,6 @@ class Program(click.Group):
         commands : module and one line of help of each command, in the order of the help
         label : what each message on standard error begins with
         description, epilog : of the help; `{program}` in the epilog is the name
-        bad_input : the exceptions that end the program with exit code 2
         interrupted : message after Ctrl-C
         """
         super().__init__(
@@ -59,7 +57,7 @@ class Program(click.Group):
             subcommand_metavar="COMMAND ...",
         )
         self._modules = dict(commands)
-        self._label, self._bad_input, self._interrupted = label, bad_input, interrupted
+        self._label, self._interrupted = label, interrupted
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
         """Return the names of all commands."""
@@ -131,7 +129,7 @@ class Program(click.Group):
             return 2, describe_usage_error(error, context, self._modules)
         if isinstance(error, RunError):
             return 1, str(error)
-        if isinstance(error, self._bad_input):
+        if isinstance(error, InputError):
             return 2, str(error)
         if isinstance(error, KeyboardInterrupt):
             code = exit_code(error)

@@ -60,7 +60,7 @@ def test_the_help_imports_no_command():
     ("error", "code", "line"),
     [
         (InputError("plant.x: no such parameter"), 2, "flexsat: plant.x: no such parameter\n"),
-        (ValueError("two\nlines"), 2, "flexsat: two lines\n"),
+        (InputError("two\nlines"), 2, "flexsat: two lines\n"),
         (RunError("plant: fmi2DoStep returned fmi2Error"), 1, "flexsat: plant: fmi2DoStep returned fmi2Error\n"),
         (OSError(28, "No space left on device", "a/run.toml"), 1, "flexsat: a/run.toml: No space left on device\n"),
         (KeyboardInterrupt(), 130, "flexsat: interrupted; what was simulated is in the results folder\n"),

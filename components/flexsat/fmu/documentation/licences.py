@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.metadata import distribution
 from pathlib import Path
 
+from ...errors import BuildError
 from .render import fill
 
 ENTRY = "license.txt"  # FMI 2.0, section 2.3: where a reader begins
@@ -16,7 +17,7 @@ def licence_files() -> dict[str, bytes]:
 
     Raises
     ------
-    ValueError
+    BuildError
         If an installed package came without its licence.
     """
     entry = fill("license.txt", own=OWN, wrapper=WRAPPER, wrapper_version=distribution("pythonfmu").version)
@@ -33,4 +34,4 @@ def _installed_licence(package: str) -> bytes:
     for file in distribution(package).files or ():
         if file.name == "LICENSE" and ".dist-info" in file.parts[0]:
             return Path(str(file.locate())).read_bytes()
-    raise ValueError(f"package {package}: no LICENSE in its installation; install it again, from a wheel")
+    raise BuildError(f"package {package}: no LICENSE in its installation; install it again, from a wheel")

@@ -22,6 +22,7 @@ from itertools import combinations
 import numpy as np
 
 from flexsat.arrays import Array
+from lockstep.errors import InputError
 
 
 def absolute(error: Array) -> Array:
@@ -46,7 +47,7 @@ def drifts(error: Array, samples: int, separation: int) -> Array:
     The first windows of the pairs follow one another. No pair where the history is too short for one.
     """
     if separation < 1:
-        raise ValueError(f"separation must be 1 sample or more, got {separation}")
+        raise InputError(f"separation must be 1 sample or more, got {separation}")
     if len(error) < samples + separation:
         return np.empty((0, error.shape[1]))
     later = window_means(error[separation:], samples)
@@ -56,7 +57,7 @@ def drifts(error: Array, samples: int, separation: int) -> Array:
 def reproducibility(error: Array, samples: int, observation: int) -> Array:
     """Return PRE, (pairs, k): window means of one observation less those at the same time in an earlier one."""
     if observation < samples:
-        raise ValueError(f"observation must hold a window of {samples} samples, got {observation}")
+        raise InputError(f"observation must hold a window of {samples} samples, got {observation}")
     means = [window_means(part, samples) for part in _windows(error, observation)]
     pairs = [later - earlier for earlier, later in combinations(means, 2)]
     return np.concatenate(pairs) if pairs else np.empty((0, error.shape[1]))
@@ -73,6 +74,6 @@ def at_level(sizes: Array, level: float) -> float:
 def _windows(error: Array, samples: int) -> Array:
     """Return consecutive windows, (windows, samples, k)."""
     if samples < 1:
-        raise ValueError(f"a window must hold 1 sample or more, got {samples}")
+        raise InputError(f"a window must hold 1 sample or more, got {samples}")
     count = len(error) // samples
     return error[: count * samples].reshape(count, samples, error.shape[1])

@@ -15,6 +15,7 @@ from flexsat.design.chain import Design
 from flexsat.ports import controller as interface
 from flexsat.runtime.controller import PreparedController, prepare
 from flexsat.runtime.zero_order_hold import zero_order_hold
+from lockstep.errors import InputError
 
 from .periodic_loop import PeriodicLoop, Phase
 
@@ -30,7 +31,7 @@ class Delays:
 
     def __post_init__(self) -> None:
         if self.samples < 0 or not self.actuation >= 0.0:
-            raise ValueError(f"Delays: must be >= 0, got {self.samples} samples and {self.actuation!r} s")
+            raise InputError(f"Delays: must be >= 0, got {self.samples} samples and {self.actuation!r} s")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +52,7 @@ class DesignedLoop:
 
         Raises
         ------
-        ValueError
+        InputError
             For a parameter that the controller does not have or refuses.
         """
         model = self.design.model

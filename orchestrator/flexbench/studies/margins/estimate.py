@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from flexsat.arrays import Array, Complex
+from lockstep.errors import InputError
 
 from .analysis import body_loops
 from .multisine import Multisine
@@ -74,12 +75,12 @@ def estimate_loop(
 
     Raises
     ------
-    ValueError
+    InputError
         With fewer than two periods, or another number of experiments than of directions.
     """
     periods = experiments[0][0].shape[0]
     if periods < 2 or len(experiments) != len(makes):
-        raise ValueError(
+        raise InputError(
             f"an estimate needs two periods at least and {len(makes)} experiments, got {periods} and {len(experiments)}"
         )
     scale = 2.0 / experiments[0][0].shape[1]
@@ -120,12 +121,12 @@ def merged(
 
     Raises
     ------
-    ValueError
+    InputError
         If they average different numbers of periods.
     """
     one, two = first[0], second[0]
     if one.periods != two.periods:
-        raise ValueError(f"measurements of {one.periods} and {two.periods} periods cannot be merged")
+        raise InputError(f"measurements of {one.periods} and {two.periods} periods cannot be merged")
     apart = np.min(np.abs(one.frequency[:, None] - two.frequency[None, :]), axis=1) > 1e-9
     order = np.argsort(np.concatenate([one.frequency[apart], two.frequency]))
 
@@ -162,12 +163,12 @@ def measured_margins(measured: MeasuredLoop, replicas: Sequence[Replica], which:
 
     Raises
     ------
-    ValueError
+    InputError
         If fewer than two lines are coherent.
     """
     response, keep = measured.of(which)
     if np.sum(keep) < 2:
-        raise ValueError(
+        raise InputError(
             f"only {int(np.sum(keep))} of {len(keep)} lines are coherent in {which}: inject more, measure more "
             "periods, or choose another band"
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexsat.arrays import Array, Index
+from lockstep.errors import InputError
 
 REACH = 0.1  # relative: greatest distance of a line from the frequency asked for
 FILLED = 0.6  # share of the lines free of aliasing that are used by default
@@ -51,20 +52,20 @@ def design_multisine(
 
     Raises
     ------
-    ValueError
+    InputError
         If periods are not whole multiples, or the band does not fit.
     """
     _multiple("length", length, sample)
     low, high = band
     if not 1.0 / length <= low * (1.0 + 1e-9) or not low < high or not high < 0.5 / sample:
-        raise ValueError(
+        raise InputError(
             f"band {low:g} to {high:g} Hz: must rise, from 1 / length = {1.0 / length:g} Hz "
             f"to below half the sampling rate, {0.5 / sample:g} Hz"
         )
     if lines is None:
         lines = room(sample, length, slow_period)
     if lines < 1:
-        raise ValueError(f"lines must be >= 1, got {lines}")
+        raise InputError(f"lines must be >= 1, got {lines}")
     return multisine_at(sample, length, np.geomspace(low, high, lines), slow_period)
 
 
@@ -97,7 +98,7 @@ def room(sample: float, length: float, slow_period: float | None = None) -> int:
 def _multiple(name: str, long: float, short: float) -> int:
     count = round(long / short)
     if count < 1 or abs(count * short - long) > 1e-9 * long:
-        raise ValueError(f"{name} {long:g} s must be a whole multiple of {short:g} s")
+        raise InputError(f"{name} {long:g} s must be a whole multiple of {short:g} s")
     return count
 
 

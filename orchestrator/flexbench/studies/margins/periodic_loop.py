@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexsat.arrays import Array, Complex
+from lockstep.errors import InputError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,12 +36,12 @@ class PeriodicLoop:
         size, channels = self.b.shape
         for phase in (self.first, self.rest):
             if phase.a.shape != (size, size) or phase.c.shape != (channels, size):
-                raise ValueError(
+                raise InputError(
                     f"PeriodicLoop: a and c must be ({size}, {size}) and ({channels}, {size}) to match b, "
                     f"got {phase.a.shape} and {phase.c.shape}"
                 )
         if self.steps < 1 or not self.period > 0.0:
-            raise ValueError(f"PeriodicLoop: steps and period must be > 0, got {self.steps} and {self.period!r}")
+            raise InputError(f"PeriodicLoop: steps and period must be > 0, got {self.steps} and {self.period!r}")
 
     @property
     def channels(self) -> int:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lockstep.errors import InputError
+
 from .periodic_loop import PeriodicLoop
 
 LONGEST_DELAY = 0.1  # s, up to which a delay margin is searched
@@ -37,13 +39,13 @@ def stability_margins(loop_at: Callable[[float], PeriodicLoop]) -> StabilityMarg
 
     Raises
     ------
-    ValueError
+    InputError
         If the loop is unstable as it is: then it has no margins.
     """
     loop = loop_at(0.0)
     radius = loop.radius()
     if not radius < 1.0:
-        raise ValueError(f"the closed loop is unstable, spectral radius {radius:.6g}: it has no margins")
+        raise InputError(f"the closed loop is unstable, spectral radius {radius:.6g}: it has no margins")
     up = _first(loop.radius, _factors(GAIN_STEP, LARGEST_GAIN))
     down = _first(loop.radius, _factors(1.0 / GAIN_STEP, 1.0 / LARGEST_GAIN))
     phase = _first(

@@ -81,7 +81,7 @@ def measure(
     for name in (TOGETHER, *loop.names):
         try:
             found = measured_margins(measured, replicas, name)
-        except ValueError as error:
+        except InputError as error:
             margins[name] = {"problem": str(error)}
             continue
         margins[name] = {"value": _plain(asdict(found.value)), "uncertainty": _plain(found.uncertainty)}

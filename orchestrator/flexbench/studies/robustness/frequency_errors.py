@@ -51,7 +51,7 @@ def frequency_errors(kind: str, level: float, seed: int, modes: int) -> Array:
         return np.asarray(np.random.default_rng([seed, _STREAM]).normal(0.0, level, modes))
     shift = {"nominal": 0.0, "all higher": level, "all lower": -level}
     if kind not in shift:
-        raise ValueError(f"{kind!r}: no such kind of error; there are {', '.join(shift)}, random")
+        raise InputError(f"{kind!r}: no such kind of error; there are {', '.join(shift)}, random")
     return np.full(modes, shift[kind])
 
 

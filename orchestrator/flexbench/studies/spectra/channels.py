@@ -10,6 +10,7 @@ import numpy as np
 from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND, DEGREE
 from lockstep import Signals
+from lockstep.errors import InputError
 
 from ...runs import histories
 from ...runs.run_folder import Run
@@ -62,7 +63,7 @@ def channel_history(signals: Signals, channel: str, mass: float) -> Array:
             return np.asarray(signals["plant.modal.displacement"] / np.sqrt(mass))
         case "torque":
             return signals[histories.TORQUE]
-    raise ValueError(f"channel {channel!r}: no such channel; there are {', '.join(c.name for c in CHANNELS)}")
+    raise InputError(f"channel {channel!r}: no such channel; there are {', '.join(c.name for c in CHANNELS)}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

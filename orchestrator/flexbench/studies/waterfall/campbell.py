@@ -12,6 +12,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from flexsat.spacecraft.assembly import Spacecraft
+from lockstep.errors import InputError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,12 +36,12 @@ def campbell(spacecraft: Spacecraft, speed: Array, frequency: Array) -> Campbell
 
     Raises
     ------
-    ValueError
+    InputError
         If a frequency or speed is not positive.
     """
     for name, values in (("speed", speed), ("frequency", frequency)):
         if not np.all(values > 0.0):
-            raise ValueError(f"campbell: {name} must be > 0 throughout, got {values.min():g} rad/s")
+            raise InputError(f"campbell: {name} must be > 0 throughout, got {values.min():g} rad/s")
     grid = np.array([imbalance_deformation(spacecraft, w, frequency).max(axis=0) for w in speed.tolist()])
     return Campbell(speed=speed, modes=modal_frequencies(spacecraft, speed), frequency=frequency, response=grid.T)
 

@@ -11,6 +11,8 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+from ....errors import BuildError
+
 SOURCES = ("shim.c", "fmi2.h")
 WRAPPER = "libpythonfmu-export.so"  # in the shim's folder; shim.c states the same name
 _FLAGS = (
@@ -34,16 +36,16 @@ def shim_library(python: str = f"libpython{sys.version_info[0]}.{sys.version_inf
 
     Raises
     ------
-    ValueError
+    BuildError
         If this is another platform, or there is no C compiler (`CC`, or cc, or gcc), or it fails.
     """
     here = f"{platform.system()} {platform.machine()}"
     if here != "Linux x86_64":
-        raise ValueError(f"FMUs are built on Linux x86_64, and this is {here}; build them there")
+        raise BuildError(f"FMUs are built on Linux x86_64, and this is {here}; build them there")
     given = os.environ.get("CC", "").split()
     compiler = given or [name for name in ("cc", "gcc") if shutil.which(name)][:1]
     if not compiler or not shutil.which(compiler[0]):
-        raise ValueError(f"C compiler {' '.join(given) or 'cc'!r}: not found; install gcc, or name one in CC")
+        raise BuildError(f"C compiler {' '.join(given) or 'cc'!r}: not found; install gcc, or name one in CC")
     with tempfile.TemporaryDirectory(prefix="flexsat_shim_") as folder:
         for name, content in shim_sources().items():
             Path(folder, name).write_bytes(content)
@@ -52,5 +54,5 @@ def shim_library(python: str = f"libpython{sys.version_info[0]}.{sys.version_inf
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             reason = next((line for line in done.stderr.splitlines() if "error" in line), "it gave no reason")
-            raise ValueError(f"{compiler[0]} cannot compile {SOURCES[0]}: {reason.strip()}")
+            raise BuildError(f"{compiler[0]} cannot compile {SOURCES[0]}: {reason.strip()}")
         return Path(folder, "shim.so").read_bytes()
