@@ -12,7 +12,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, from_option, option_group, out_option
-from lockstep.cli.parameter_types import COUNT, NUMBER, PATH, WHOLE_NUMBER
+from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, PATH, WHOLE_NUMBER
 from lockstep.errors import InputError
 
 from .options import DEFAULT_SEED, SETTLED_HELP
@@ -55,7 +55,7 @@ split_options = option_group(
     click.option("--split", type=PATH, metavar="SYSTEM", help="instead run a system with one error source at a time"),
     click.option("--seed", type=WHOLE_NUMBER, default=DEFAULT_SEED, metavar="N",
                  help=f"with --split: seed of plant and sensors (default: {DEFAULT_SEED})"),
-    click.option("--stop-time", type=NUMBER, default=300.0, metavar="S",
+    click.option("--stop-time", type=DURATION, default=300.0, metavar="S",
                  help="with --split: simulated time in seconds (default: 300)"),
     out_option("folder for results and figures (default: the run's; of several runs, one folder in it for each; "
                f"with --split: results/SYSTEM-split-seedN{DISTINGUISHED})"),
@@ -89,10 +89,10 @@ class EvaluationOptions:
 evaluation_options = option_group(
     "evaluation",
     EvaluationOptions,
-    click.option("--window", type=NUMBER, default=10.0, metavar="S",
+    click.option("--window", type=DURATION, default=10.0, metavar="S",
                  help="length of the means in MPE, RPE, PDE and PRE (default: 10)"),
-    click.option("--separation", type=NUMBER, default=60.0, metavar="S", help="of the windows of PDE (default: 60)"),
-    click.option("--observation", type=NUMBER, default=50.0, metavar="S", help="compared by PRE (default: 50)"),
+    click.option("--separation", type=DURATION, default=60.0, metavar="S", help="of the windows of PDE (default: 60)"),
+    click.option("--observation", type=DURATION, default=50.0, metavar="S", help="compared by PRE (default: 50)"),
     click.option("--level", type=NUMBER, multiple=True, metavar="P", help="share of times (default: 0.95 and 0.9973)"),
     from_option(SETTLED_HELP),
 )  # fmt: skip

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lockstep.cli.command import command
+from lockstep.cli.given_options import refuse_given
 from lockstep.cli.options import (
     DISTINGUISHED,
     assignments,
@@ -21,7 +22,7 @@ from lockstep.cli.options import (
     set_option,
     system_argument,
 )
-from lockstep.cli.parameter_types import NUMBER, WHOLE_NUMBER, OneOf
+from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, OneOf, WholeNumber
 from lockstep.cli.timing_options import with_delays
 
 from .options import seed_option, seed_overrides
@@ -74,10 +75,11 @@ measurement_options = option_group(
     MeasurementOptions,
     click.option("--noise-free", is_flag=True, help="without sensor noise and jitter"),
     click.option("--band", type=NUMBER, nargs=2, metavar="LOW HIGH", help="frequencies of the test signal in Hz"),
-    click.option("--lines", type=WHOLE_NUMBER, metavar="N", help="number of frequencies (default: as many as fit)"),
-    click.option("--length", type=NUMBER, default=20.0, metavar="S", help="period of the test signal (default: 20)"),
-    click.option("--periods", type=WHOLE_NUMBER, default=4, metavar="N", help="periods to average (default: 4)"),
-    click.option("--settle", type=WHOLE_NUMBER, default=2, metavar="N", help="periods left out at first (default: 2)"),
+    click.option("--lines", type=COUNT, metavar="N", help="number of frequencies (default: as many as fit)"),
+    click.option("--length", type=DURATION, default=20.0, metavar="S", help="period of the test signal (default: 20)"),
+    click.option("--periods", type=COUNT, default=4, metavar="N", help="periods to average (default: 4)"),
+    click.option("--settle", type=WholeNumber(0, 1_000_000), default=2, metavar="N",
+                 help="periods left out at first (default: 2)"),
     click.option("--zoom", type=NUMBER, default=0.0, metavar="N",
                  help="measure again, with periods N times as long, where lines are too far apart"),
     click.option("--amplitude", type=NUMBER, metavar="A",
@@ -94,7 +96,7 @@ measurement_options = option_group(
 @set_option
 @delay_option
 @measurement_options
-@click.option("--slow-period", type=NUMBER, metavar="S",
+@click.option("--slow-period", type=DURATION, metavar="S",
               help="of the slowest sampler in the loop (default: that of the star tracker, where known)")  # fmt: skip
 @click.option("--directions", type=OneOf(("body", "channels")), default="body", metavar="KIND",
               help="body axes, or channels: each input of the plant alone (default: body where known)")  # fmt: skip
@@ -131,6 +133,9 @@ def margins(
     from ..studies.margins.system_loop import read_loop, with_controller
     from ..studies.margins.tables import EXACT_HEADER, HEADER, exact_rows, explanation, margin_rows
 
+    if analytic_only:
+        names = MeasurementOptions.__dataclass_fields__
+        refuse_given(names, "has no effect on the design, which --analytic-only analyses; leave one of them out")
     loaded = with_delays(load_system(system), delay)
     for name, fmu in replacements(replace, loaded).items():
         loaded = with_controller(loaded, name, fmu)

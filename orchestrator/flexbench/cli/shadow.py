@@ -8,7 +8,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import from_option, out_option, results_argument
-from lockstep.cli.parameter_types import NUMBER
+from lockstep.cli.parameter_types import DURATION
 
 _EXAMPLES = """
 example:
@@ -23,7 +23,7 @@ example:
 @command("shadow", _EXAMPLES)
 @results_argument
 @from_option("leave out what is before this time in seconds (default: 0)")
-@click.option("--window", type=NUMBER, metavar="S",
+@click.option("--window", type=DURATION, metavar="S",
               help="length of the compared parts: before the switchover, and at the end (default: all)")  # fmt: skip
 @out_option("folder for results and figures (default: the run's); of several runs, one folder in it for each")
 def shadow(results: tuple[Path, ...], start: float | None, window: float | None, out: Path | None) -> int:

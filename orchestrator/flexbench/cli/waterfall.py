@@ -8,7 +8,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
-from lockstep.cli.parameter_types import NUMBER, PATH, WHOLE_NUMBER
+from lockstep.cli.parameter_types import COUNT, NUMBER, PATH
 
 from .options import DEFAULT_SEED, seed_option
 
@@ -21,7 +21,7 @@ example:
 @command("waterfall", _EXAMPLES)
 @click.argument("system", type=PATH, metavar="SYSTEM",
                 help="a system file that `flexsat build` has written; its loop is opened")  # fmt: skip
-@click.option("--points", type=WHOLE_NUMBER, default=24, metavar="N", help="speeds (default: 24)")
+@click.option("--points", type=COUNT, default=24, metavar="N", help="speeds (default: 24)")
 @stop_time_option(20.0, "simulated time of each run in seconds")
 @click.option("--speed-range", type=NUMBER, nargs=2, metavar="LOW HIGH",
               help="speeds in rpm (default: all modes and bands)")  # fmt: skip

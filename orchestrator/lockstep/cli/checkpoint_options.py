@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from click.core import ParameterSource
 
+from lockstep.cli.given_options import given_options
 from lockstep.cli.options import option_group, reinitialise_option
 from lockstep.cli.parameter_types import PATH
 from lockstep.cli.usage_errors import option_name
@@ -95,10 +95,8 @@ def resume_run(
     from lockstep.simulation import resume
     from lockstep.system.clock import seconds
 
-    context = click.get_current_context()
-    for parameter in context.command.params:
-        given = context.get_parameter_source(str(parameter.name)) is ParameterSource.COMMANDLINE
-        if given and parameter.name not in _WITH_RESUME:
+    for parameter in given_options():
+        if parameter.name not in _WITH_RESUME:
             remedy = "leave it out, or branch with --restart-from"
             raise InputError(f"{option_name(parameter)}: a resumed run continues unchanged; {remedy}")
     pacer = pacer_given(pace)

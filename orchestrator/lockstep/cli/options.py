@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from lockstep.cli.parameter_types import COUNT, NUMBER, PATH
+from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, PATH
 from lockstep.errors import InputError
 
 Function = Callable[..., Any]
@@ -45,7 +45,7 @@ jobs_option = click.option("--jobs", type=COUNT, metavar="N", help="processes at
 def stop_time_option(default: float | None, text: str = "simulated time in seconds") -> Decorator:
     """Return the option of the stop time; without a default it is that of the system or the earlier run."""
     shown = "" if default is None else f" (default: {default:g})"
-    return click.option("--stop-time", type=NUMBER, default=default, metavar="S", help=text + shown)
+    return click.option("--stop-time", type=DURATION, default=default, metavar="S", help=text + shown)
 
 
 def out_option(text: str, default: str | None = None, metavar: str = "DIR", required: bool = False) -> Decorator:

@@ -16,9 +16,12 @@ PATH: click.ParamType[Path] = click.Path(path_type=Path)
 
 
 class Number(click.ParamType[float]):
-    """A real number."""
+    """A finite number, in a range if one is given."""
 
     name = "number"
+
+    def __init__(self, *, above: float = -math.inf, most: float = math.inf) -> None:
+        self._above, self._most = above, most
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number, or raise UsageError."""
@@ -28,16 +31,19 @@ class Number(click.ParamType[float]):
             raise _error(f"'{value}' is not a number", param, ctx) from None
         if not math.isfinite(number):
             raise _error(f"'{value}' is not a finite number", param, ctx)
+        if not self._above < number <= self._most:
+            accepted = f"must be > {self._above:g} and <= {self._most:.10g}"
+            raise click.UsageError(f"{_name(param)} {number:g}: {accepted}", ctx)
         return number
 
 
 class WholeNumber(click.ParamType[int]):
-    """A whole number, of a least value if one is given."""
+    """A whole number, in a range if one is given."""
 
     name = "whole number"
 
-    def __init__(self, minimum: int | None = None) -> None:
-        self._minimum = minimum
+    def __init__(self, minimum: int | None = None, maximum: int | None = None) -> None:
+        self._minimum, self._maximum = minimum, maximum
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> int:
         """Return the number, or raise UsageError."""
@@ -47,6 +53,8 @@ class WholeNumber(click.ParamType[int]):
             raise _error(f"'{value}' is not a whole number", param, ctx) from None
         if self._minimum is not None and number < self._minimum:
             raise click.UsageError(f"{_name(param)} {number}: must be {self._minimum} or more", ctx)
+        if self._maximum is not None and number > self._maximum:
+            raise click.UsageError(f"{_name(param)} {number}: must be {self._maximum} or less", ctx)
         return number
 
 
@@ -92,4 +100,5 @@ def _name(param: click.Parameter | None) -> str:
     return "value" if param is None else option_name(param)
 
 
-NUMBER, WHOLE_NUMBER, COUNT = Number(), WholeNumber(), WholeNumber(1)
+NUMBER, WHOLE_NUMBER, COUNT = Number(), WholeNumber(), WholeNumber(1, 1_000_000)
+DURATION = Number(above=0.0, most=9.2e9)  # [s]: the longest time of the master's clock

@@ -11,7 +11,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import assignments, refuse_repeated
-from lockstep.cli.parameter_types import NUMBER, PATH, WHOLE_NUMBER, OneOf
+from lockstep.cli.parameter_types import COUNT, DURATION, PATH, OneOf
 from lockstep.errors import InputError
 from lockstep.interrupt import exit_code
 from lockstep.whole_file import write_whole
@@ -31,7 +31,7 @@ example:
 @click.argument("fmu", type=PATH, metavar="FMU",
                 help="a co-simulation FMU of any version of FMI; it runs in a process of its own")  # fmt: skip
 @click.option("--step-size", metavar="S", help="its step in seconds (default: what it recommends, or 0.001)")
-@click.option("--steps", type=WHOLE_NUMBER, default=104, metavar="N",
+@click.option("--steps", type=COUNT, default=104, metavar="N",
               help="steps to observe after a change (default: 104)")  # fmt: skip
 @click.option("--set", "settings", multiple=True, metavar="NAME=V",
               help="value of a parameter, or start value of an input; an array takes V,V,...")  # fmt: skip
@@ -41,7 +41,7 @@ example:
 @click.option("--kind", type=OneOf(("sampled", "continuous")), metavar="KIND",
               help="sampled: outputs hold from the start of a step; continuous: they are true at its end (default: "
                    "found with a shorter step; sampled where the FMU makes none)")  # fmt: skip
-@click.option("--time-limit", type=NUMBER, default=60.0, metavar="S",
+@click.option("--time-limit", type=DURATION, default=60.0, metavar="S",
               help="wall time for all changes; arrays are changed as a whole where it is too short "
                    "(default: 60)")  # fmt: skip
 @click.option("--json", type=PATH, metavar="FILE", help="also write every pair as JSON; - prints it instead")

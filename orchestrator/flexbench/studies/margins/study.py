@@ -25,6 +25,7 @@ from .system_loop import SystemLoop
 from .unstable_delay import UnstableDelay, destabilising_delay
 
 FILE = "margins.json"
+_LONGEST_PERIOD, _MOST_ZOOM = 1e5, 1e3  # [s], 1: beyond them a measurement takes days
 LOCI_KEPT = 3  # of all wheels together: those that come nearest to -1
 Log = Callable[[str], None]
 
@@ -42,6 +43,18 @@ class Settings:
     quiet: bool = False
     zoom: float = 0.0  # length of a period over this one's, to measure again where lines were too far apart; 0: not
     overrides: Mapping[str, Value] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, accepted, must in (
+            ("length", 0.0 < self.length <= _LONGEST_PERIOD, f"must be > 0 and at most {_LONGEST_PERIOD:g} s"),
+            ("settle", self.settle >= 0, "must be 0 periods or more"),
+            ("periods", self.periods >= 2, "must be 2 or more, for an uncertainty"),
+            ("lines", self.lines is None or self.lines >= 1, "must be 1 or more"),
+            ("amplitude", self.amplitude is None or 0.0 < self.amplitude < np.inf, "must be > 0"),
+            ("zoom", self.zoom == 0.0 or 1.0 < self.zoom <= _MOST_ZOOM, f"must be 0, or > 1 and <= {_MOST_ZOOM:g}"),
+        ):
+            if not accepted:
+                raise InputError(f"--{name} {getattr(self, name)}: {must}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
