@@ -7,6 +7,7 @@ the texts of others through `printable` itself.
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import unicodedata
@@ -17,8 +18,15 @@ from typing import Any, TextIO
 _CONTROLS = {"Cc", "Cf", "Cs", "Zl", "Zp"}  # of Unicode: they act on a terminal, reverse the text, or break the line
 
 
-class StreamError(OSError):
-    """Standard output cannot be written: its reader is gone, or its disk is full."""
+class StreamError(Exception):
+    """Standard output cannot be written: its reader is gone, or its disk is full.
+
+    No OSError: whoever catches one around a `print` expects that of a file.
+    """
+
+    def __init__(self, error: OSError) -> None:
+        super().__init__(f"standard output: {error.strerror or error}")
+        self.reader_is_gone = error.errno == errno.EPIPE
 
 
 def printable(text: str, keep: str = "") -> str:
@@ -65,7 +73,7 @@ class PlainStream:
         except OSError as error:
             _discard(self._stream)
             if self._required:
-                raise StreamError(error.errno, error.strerror, "standard output") from None
+                raise StreamError(error) from None
 
     def __getattr__(self, name: str) -> Any:
         """Return whatever else the stream has."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import sys
 import traceback
 from collections.abc import Mapping, Sequence
@@ -115,7 +114,7 @@ class Program(click.Group):
         except click.exceptions.Exit as end:
             return int(end.exit_code)
         except (Exception, KeyboardInterrupt) as error:
-            if isinstance(error, StreamError) and error.errno == errno.EPIPE:
+            if isinstance(error, StreamError) and error.reader_is_gone:
                 return 1
             if context is not None and traceback_asked(context):
                 traceback.print_exception(error)
@@ -127,7 +126,7 @@ class Program(click.Group):
         """Return the exit code and the message of an error."""
         if isinstance(error, click.UsageError):
             return 2, describe_usage_error(error, context, self._modules)
-        if isinstance(error, RunError):
+        if isinstance(error, RunError | StreamError):
             return 1, str(error)
         if isinstance(error, InputError):
             return 2, str(error)
