@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Iterable
 
-from lockstep.array_names import split_element, stem
+from lockstep.array_names import in_order, split_element, stem
 
 
 class InputError(ValueError):
@@ -36,7 +36,7 @@ def refuse_undecodable(path: str | os.PathLike[str], what: str = "") -> None:
 def compact(names: Iterable[str], limit: int = 12) -> str:
     """Print names with their array elements folded: `rate[1..3], energy`."""
     runs: list[tuple[str, int, int] | str] = []
-    for name in names:
+    for name in in_order(names):
         base, indices = split_element(name)
         if len(indices) != 1:
             runs.append(name)

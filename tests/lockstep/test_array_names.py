@@ -17,6 +17,7 @@ from lockstep.array_names import (
     split_range,
     stem,
 )
+from lockstep.errors import compact
 
 VECTOR = [f"p[{k}]" for k in range(1, 13)]
 MATRIX = [f"a[{row},{column}]" for row in (1, 2) for column in range(1, 11)]
@@ -88,3 +89,7 @@ def test_indices_that_fill_a_grid_have_a_shape():
 def test_name_is_followed_by_the_arrays_that_hold_it():
     assert list(name_and_arrays("a[1][2,3]")) == ["a[1][2,3]", "a[1]", "a"]
     assert list(name_and_arrays("a[1].b")) == ["a[1].b"]
+
+
+def test_folded_names_are_in_order():
+    assert compact(["p[10]", "x", "p[9]", "p[11]"]) == "p[9], x, p[10..11]"

@@ -78,7 +78,10 @@ def join(name: str, outputs: Sequence[str], original: Description, shadow: Descr
     for match in acting:
         show(ORIGINAL, match.shown)
         if match.shown.scalar == "Real":
-            show(RESIDUAL, replace(match.shown, description="shadow minus original", minimum=None, maximum=None))
+            change = replace(
+                match.shown, description="shadow minus original", minimum=None, maximum=None, relative=True
+            )
+            show(RESIDUAL, change)
     seen, alone = [], []
     for variable in others.values():
         if variable.causality == "output" and variable.scalar is not None:
