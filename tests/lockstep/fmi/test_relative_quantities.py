@@ -10,6 +10,7 @@ from lockstep import Component, Connection, System, read_signals, simulate
 from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
 from lockstep.faults.read import read_scenario
+from lockstep.shadow.component import with_shadow
 from lockstep.system.unit_table import UNITS
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the FMUs are compiled with gcc")
@@ -85,3 +86,14 @@ def test_adapters_treat_differences_as_such(case, tmp_path):
     assert signals["warm.y"][-1] == 3.0 - offset
     assert signals["cold.v"][-1] == pytest.approx(3.0, abs=1e-12)
     assert signals["warm.v"][-1] == pytest.approx(2.0 - offset, abs=1e-12)
+
+
+def test_shadows_treat_differences_as_such(case, tmp_path):
+    offset, system = case
+    shadowed = with_shadow(system, "warm", system.component("cold").source)
+    simulate(shadowed, tmp_path / "out", overrides={"warm.shadow.p": 6.0}, record=["all"])
+    signals = read_signals(tmp_path / "out")
+
+    assert signals["warm.shadow.y"][-1] == pytest.approx(6.0 - offset, abs=1e-12)
+    assert signals["warm.residual.y"][-1] == pytest.approx(1.0, abs=1e-12)
+    assert signals["warm.shadow.v"][-1] == pytest.approx(2.0, abs=1e-12)
