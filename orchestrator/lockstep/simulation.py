@@ -58,6 +58,7 @@ class RunOptions:
     restart: Restart | None = None  # checkpoint to start from, instead of time 0
     tolerance: Tolerances | None = None  # of the FMUs' integration, for all or by component; None: what they declare
     strict_inputs: bool = False  # refuse inputs without connection and value, which else keep their start values
+    strict: bool = False  # refuse system files and model descriptions with offences that are else amended
 
 
 class _Named(TypedDict, total=False):
@@ -76,6 +77,7 @@ class _Named(TypedDict, total=False):
     restart: Restart | None
     tolerance: Tolerances | None
     strict_inputs: bool
+    strict: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,7 +214,7 @@ def _plan(system: System, options: RunOptions) -> tuple[Plan, Mapping[str, Overr
     overrides, record = dict(options.overrides), options.record
     if options.restart is None:
         return Plan(
-            system, options.stop_time, overrides, record, options.record_period, options.strict_inputs
+            system, options.stop_time, overrides, record, options.record_period, options.strict_inputs, options.strict
         ), overrides
     return options.restart.plan(system, options.stop_time, overrides, record, options.record_period)
 

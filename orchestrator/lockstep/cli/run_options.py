@@ -54,6 +54,7 @@ class RunRequest:
     checkpoints: CheckpointOptions
     pace: str | None
     strict_inputs: bool
+    strict: bool
     within: Path | None
 
 
@@ -82,6 +83,7 @@ run_options = option_group(
     checkpoint_options,
     click.option("--pace", metavar="X", help="at most X times real time (default: as fast as possible)"),
     click.option("--strict-inputs", is_flag=True, help="refuse inputs without connection and value"),
+    click.option("--strict", is_flag=True, help="refuse system files and FMUs with offences that give warnings"),
     click.option("--within", type=PATH, metavar="DIR",
                  help="refuse a system file that names files outside this folder"),
 )  # fmt: skip
@@ -142,6 +144,7 @@ def run_system(
                 checkpoints=request.checkpoints.schedule(),
                 restart=restart,
                 strict_inputs=request.strict_inputs,
+                strict=request.strict,
             )
         print_warnings(summary.warnings)
         if system.ignored:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import fmpy
 from fmpy.model_description import read_model_description
@@ -114,6 +114,7 @@ class Description:
     version: str = "2.0"  # of FMI: 1.0, 2.0 or 3.0
     tolerance: float | None = None  # of the default experiment, if it can be passed
     negated: Mapping[str, str] = field(default_factory=dict)  # of FMI 1.0, not among the variables: alias by name
+    problems: tuple[str, ...] = ()  # offences of the file that the master can do without, each beginning with its name
 
     @property
     def prefix(self) -> str:
@@ -152,7 +153,7 @@ def read_description(component: Component) -> Description:
         stream.seek(0)
         where = f"{component.name}: {component.source}"
         try:
-            model = parse_description(stream)
+            model, problems = _tolerant_description(stream)
             stream.seek(0)
             root = read_root(stream)
         except ValueError as error:
@@ -175,8 +176,11 @@ def read_description(component: Component) -> Description:
     else:
         variables = [v for v in _scalars(model, units) if v.name not in negated]
     twice = [name for name, count in Counter(v.name for v in variables).items() if count > 1]
+    ports = [name for name in twice if any(v.name == name and v.causality != "local" for v in variables)]
+    if ports:
+        raise InputError(f"{where} has {compact(ports)} twice; names must be unique")
     if twice:
-        raise InputError(f"{where} has {compact(twice)} twice; names must be unique")
+        problems += (f"{compact(twice)}: there twice; the last one of a name is used",)
     return Description(
         model=model.modelName,
         guid=model.guid,
@@ -192,7 +196,36 @@ def read_description(component: Component) -> Description:
         step_size=model.defaultExperiment.stepSize if model.defaultExperiment else None,
         tolerance=declared_tolerance(model),
         negated=negated,
+        problems=tuple(f"{component.name}: {component.source.name}: {problem}" for problem in problems),
     )
+
+
+def _tolerant_description(stream: IO[bytes]) -> tuple[Any, tuple[str, ...]]:
+    """Return a model description, and what its validation objects to, if it can be read nevertheless.
+
+    Raises
+    ------
+    ValueError
+        If it cannot, with what the validation said.
+    """
+    try:
+        return parse_description(stream), ()
+    except ValueError as error:
+        stream.seek(0)
+        try:
+            model = parse_description(stream, validate=False)
+        except ValueError:
+            raise error from None
+        problems = error.args[1:] or (str(error),)
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        return model, (f"modelDescription.xml: {problems[0]}{more}",)
+
+
+class _BadDescription(ValueError):
+    """Its arguments are all problems in one line, then each problem."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 def parse_description(source: Any, *, validate: bool = True) -> Any:
@@ -206,7 +239,8 @@ def parse_description(source: Any, *, validate: bool = True) -> Any:
             source.seek(0)
         model = read_model_description(readable(source, root), validate=validate)
     except Exception as error:  # fmpy raises bare Exception for whatever is wrong in the XML
-        raise ValueError(" ".join(str(error).split())) from None
+        problems = (" ".join(str(problem).split()) for problem in getattr(error, "problems", ()))
+        raise _BadDescription(" ".join(str(error).split()), *problems) from None
     correct(model, root)
     return model
 

@@ -30,6 +30,7 @@ class Plan:
         record: Sequence[str] | None,
         record_period: float | str | None,
         strict_inputs: bool = False,
+        strict: bool = False,
     ) -> None:
         self.system = system
         stop = system.stop_time if stop_time is None else nanoseconds(stop_time, "stop time")
@@ -45,6 +46,8 @@ class Plan:
         check_before(system, stop)
         self.tolerances = tolerances_of(system, {**self.descriptions, **self.shadows})
         self.system = system = settle(system, {**self.descriptions, **self.shadows})
+        if strict:
+            self._refuse_warnings()
         self.wiring: Wiring = wire(system, self.descriptions, overrides, strict_inputs)
         self.record = _patterns(system.record if record is None else record)
         self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)
@@ -63,12 +66,19 @@ class Plan:
             if variable.scalar is not None and variable.causality in ("output", "input")
         }
 
+    def _refuse_warnings(self) -> None:
+        """Raise InputError for the first offence of a file."""
+        problems = [text for description in self.descriptions.values() for text in description.problems]
+        for text in (*self.system.warnings, *problems):
+            raise InputError(f"{text}; with --strict this is an error")
+
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was amended in the system file, and which inputs keep their start values."""
+        """What was amended in the system file or is wrong in an FMU's, and which inputs keep their start values."""
         inputs = [f"{name}.{compact(loose)}" for name, loose in self.wiring.unconnected.items()]
         kept = [f"not connected, and keep their start values: {'; '.join(inputs)}"] if inputs else []
-        return (*self.system.warnings, *self.assumed, *kept)
+        problems = [text for description in self.descriptions.values() for text in description.problems]
+        return (*self.system.warnings, *dict.fromkeys(problems), *self.assumed, *kept)
 
     def starts(self, name: str) -> dict[Scalar, dict[int, Value]]:
         """Return a component's parameters and start values by type and reference."""

@@ -1,10 +1,11 @@
 """System files of other tools that are slightly off run with a warning; inputs without a source keep their starts."""
 
 import tomllib
+import zipfile
 
 import pytest
 
-from lockstep import InputError, load_system, simulate
+from lockstep import InputError, load_system, read_signals, simulate
 from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import component_parameters
 from lockstep.ssp.step_times import Timing
@@ -130,3 +131,42 @@ def test_one_fmu_alone_is_a_system(tmp_path, fmus):
     summary = simulate(shared, tmp_path / "out", stop_time=0.01, overrides={"toy_integrator.u": 2.0})
     assert summary.rows == 10
     assert summary.warnings == ()
+
+
+def altered(source, target, *changes):
+    """Copy an FMU with texts of its model description replaced."""
+    with zipfile.ZipFile(source) as given, zipfile.ZipFile(target, "w") as written:
+        for member in given.infolist():
+            content = given.read(member)
+            if member.filename == "modelDescription.xml":
+                text = content.decode()
+                for old, new in changes:
+                    assert old in text
+                    text = text.replace(old, new, 1)
+                content = text.encode()
+            written.writestr(member, content)
+    return target
+
+
+def test_a_model_description_with_small_offences_is_read_with_a_warning(tmp_path, fmus):
+    fmu = altered(fmus["echo"], tmp_path / "echo.fmu", ("<Real", '<Real unit="parsec"'))
+    system = load_system(fmu, EACH_MS).with_isolation("echo", False)
+    summary = simulate(system, tmp_path / "out", stop_time=0.01, overrides={"echo.u[1]": 2.0})
+    assert read_signals(tmp_path / "out")["echo.y[1]"][-1] == 2.0
+    (text,) = (line for line in summary.warnings if line.startswith("echo: echo.fmu: "))
+    assert text.startswith('echo: echo.fmu: modelDescription.xml: The unit "parsec" of variable "u[1]"')
+    with pytest.raises(InputError, match=r"^echo: echo\.fmu: .*parsec.*; with --strict this is an error$"):
+        simulate(system, tmp_path / "strict", stop_time=0.01, strict=True)
+    assert not (tmp_path / "strict").exists()
+
+
+def test_names_of_locals_may_be_there_twice_but_those_of_ports_may_not(tmp_path, fmus):
+    locals_ = '<ScalarVariable name="twin" valueReference="{}" causality="local"><Real/></ScalarVariable>'
+    two = "".join(map(locals_.format, (901, 902)))
+    fmu = altered(fmus["echo"], tmp_path / "echo.fmu", ("</ModelVariables>", f"{two}</ModelVariables>"))
+    summary = simulate(load_system(fmu, EACH_MS).with_isolation("echo", False), tmp_path / "out", stop_time=0.01)
+    assert any("twin: there twice" in text for text in summary.warnings)
+    port = '<ScalarVariable name="y[1]" valueReference="903" causality="local"><Real/></ScalarVariable>'
+    bad = altered(fmus["echo"], tmp_path / "bad.fmu", ("</ModelVariables>", f"{port}</ModelVariables>"))
+    with pytest.raises(InputError, match=r"^bad: .*bad\.fmu has y\[1\] twice; names must be unique"):
+        simulate(load_system(bad, EACH_MS), tmp_path / "no", stop_time=0.01)
