@@ -119,6 +119,9 @@ def simulate(
     KeyboardInterrupt
         After Ctrl-C, SIGTERM or SIGHUP, with the folder closed in the same way.
     """
+    for name in ("overrides", "faults", "checkpoints"):  # None: none of them
+        if named.get(name, ()) is None:
+            del named[name]  # type: ignore[misc]
     chosen = replace(options or RunOptions(), **named)
     restart = chosen.restart
     limits, pacer = limits_given(chosen.step_limit), pacer_given(chosen.pace)

@@ -8,12 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lockstep import Component, Connection, InputError, System
+from lockstep import Component, Connection, InputError, System, Unit
 from lockstep.data_text import parse_json, parse_toml
 from lockstep.plain_values import plain_value
-from lockstep.results.run_record import to_toml
-from lockstep.ssp.typed_values import literal
+from lockstep.results.read_events import read_events
+from lockstep.results.run_record import Events, to_toml
+from lockstep.ssp.documents.xml import SSC, SSV, new_root
+from lockstep.ssp.typed_values import literal, read_hop, read_units, write_transformation, write_units
 from lockstep.system.clock import nanoseconds
+from lockstep.system.transformation import Table
 
 KEPT = [
     (np.float64(0.1), 0.1, "Real"),
@@ -73,6 +76,24 @@ def test_systems_made_with_numbers_of_numpy_hold_plain_ones():
         Component(name="a", source=Path("a.fmu"), period=0.5)
     with pytest.raises(InputError, match=r"a\.y -> a\.u: factor: None cannot be kept"):
         Connection(**ends, factor=None)
+
+
+def test_units_and_tables_with_numbers_of_numpy_are_written_as_plain_ones():
+    root = new_root(SSV, "ParameterSet", {"ssv": SSV, "ssc": SSC})
+    unit = Unit(name="deg", exponents=(0,) * 7 + (1,), factor=np.float64(0.5), offset=np.float32(2.0))
+    write_units(root, SSV, {"deg": unit})
+    table = Table(kind="Boolean", entries=((np.bool_(True), np.bool_(False)),))
+    write_transformation(root, 1.0, 0.0, table)
+    assert read_units(root, "x") == {"deg": Unit(name="deg", exponents=unit.exponents, factor=0.5, offset=2.0)}
+    assert read_hop(root).table == Table(kind="Boolean", entries=((True, False),))
+
+
+def test_events_with_numbers_of_numpy_are_written(tmp_path):
+    events = Events(np.float64(1.5))
+    events.add("fault", values={"value": np.int64(3), "list": np.arange(2)})
+    events.open(tmp_path)
+    events.close()
+    assert read_events(tmp_path) == [{"time": 1.5, "event": "fault", "values": {"value": 3, "list": [0, 1]}}]
 
 
 @pytest.mark.parametrize("parse", [parse_json, parse_toml])

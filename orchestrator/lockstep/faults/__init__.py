@@ -32,7 +32,8 @@ until the next transfer: faults on the commands of a controller of 5 ms begin an
 transfer is refused. Values exchanged before the first step are not altered. Several faults on one value act in the
 order of the file, each on the result of the ones before, and each with its own memory: stuck and delay refer to the
 values that reach them. Noise and random spikes depend on seed, names and time alone, not on other faults nor on the
-recording. Integers are rounded to the nearest; on Booleans only stuck, dropout and delay act.
+recording. Integers are rounded to the nearest and saturate at the limits of their type; on Booleans only stuck, dropout
+and delay act.
 """
 
 HELP = str(__doc__)  # of the command lines

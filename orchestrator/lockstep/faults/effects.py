@@ -100,10 +100,12 @@ class Change:
 
     def act(self, tick: int, values: GroupValues) -> GroupValues:
         """Return the changed values."""
-        changed = self._function(tick, values.astype(np.float64))
+        doubles = values.astype(np.float64)
+        changed = self._function(tick, doubles)
         if values.dtype.kind == "f":
             return changed
-        return np.rint(np.clip(changed, self._low, self._high)).astype(values.dtype)
+        rounded = np.rint(np.clip(changed, self._low, self._high)).astype(values.dtype)
+        return np.where(changed == doubles, values, rounded)  # a double may lack digits of 64 bits
 
     def saved(self) -> Any:
         """Return nothing."""

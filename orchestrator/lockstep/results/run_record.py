@@ -219,7 +219,9 @@ class Events:
 
     def add(self, event: str, **details: object) -> None:
         """Write an event at the present simulated time."""
-        self._write(json.dumps({"time": self.time, "event": event, **details}, ensure_ascii=False) + "\n")
+        self._write(
+            json.dumps({"time": self.time, "event": event, **details}, ensure_ascii=False, default=_plain) + "\n"
+        )
 
     def log(self, component: str, status: int, category: str, message: str) -> None:
         """Write an FMU's message if it is a warning or worse, up to a number of them."""
@@ -243,6 +245,10 @@ class Events:
             self._waiting.append(line)
         else:
             _write_whole(self._file, line.encode("utf-8", "replace"))  # unbuffered: it survives a kill
+
+
+def _plain(value: object) -> object:
+    return plain_value(value, EVENTS)
 
 
 def _write_whole(file: int, data: bytes) -> None:

@@ -22,7 +22,11 @@ def read_batches(path: Path) -> Iterator[tuple[pa.Schema, Iterator[pa.RecordBatc
     InputError
         If the file was cut off before its first row, cannot be read, or is damaged before its end.
     """
-    with pa.OSFile(str(path), "rb") as source:
+    try:
+        file = pa.OSFile(str(path), "rb")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be opened ({error.strerror or error})") from None
+    with file as source:
         size = source.size()  # a run that goes on appends to it
         try:
             reader = pa.ipc.open_stream(source)

@@ -162,8 +162,8 @@ def write_units(parent: Element | None, namespace: str, units: Mapping[str, Unit
             if exponent:
                 base.set(symbol, str(exponent))
         if (unit.factor, unit.offset) != (1.0, 0.0):
-            base.set("factor", repr(unit.factor))
-            base.set("offset", repr(unit.offset))
+            base.set("factor", repr(float(unit.factor)))
+            base.set("offset", repr(float(unit.offset)))
 
 
 def literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
@@ -185,4 +185,5 @@ def literal(value: Value, items: Mapping[str, int]) -> tuple[str, str]:
 
 
 def _entry_text(entry: MapValue) -> str:
-    return str(entry).lower() if isinstance(entry, bool) else str(entry)
+    plain = plain_value(entry, "entry of a mapping transformation")
+    return str(plain).lower() if isinstance(plain, bool) else str(plain)

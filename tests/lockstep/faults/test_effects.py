@@ -20,6 +20,15 @@ def test_integers_are_rounded_within_the_range_of_their_type(kind):
     assert effects.Change(effects.bias(np.full(3, -1e30)), limits).act(0, values).tolist() == [info.min] * 3
 
 
+def test_integers_that_a_fault_does_not_change_keep_every_digit():
+    values = np.array([2**53 + 1, -(2**60) - 1, 5], np.int64)
+    limits = effects.limits_of([-(2**63)] * 3, [2**63 - 1] * 3)
+    for function in (effects.scale(np.ones(3)), effects.bias(np.zeros(3)), effects.bias(np.array([0.0, 0.0, 2.0]))):
+        found = effects.Change(function, limits).act(0, values).tolist()
+        assert found[:2] == [2**53 + 1, -(2**60) - 1]
+    assert found[2] == 7
+
+
 def test_texts_are_held_and_delayed():
     first, second, third = (np.array([text], np.object_) for text in ("a", "b", "c"))
     stuck, delay = effects.Stuck(1), effects.Delay(2)

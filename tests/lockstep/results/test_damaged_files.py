@@ -112,10 +112,11 @@ def test_a_stream_that_grows_while_it_is_read_is_not_damaged(tmp_path, monkeypat
 
 def test_a_resumed_run_leaves_the_earlier_rows_when_they_cannot_all_be_copied(tmp_path):
     made, begins = recorded(tmp_path)
+    waiting = made.saved().waiting
     made._file.close()
     os.truncate(tmp_path / STREAM, begins[5])
     with pytest.raises(OSError, match="50 of 80 rows of the earlier part could be read"):
-        Recorder(tmp_path, signals(("Real", "Real")), 10, SavedRows(written=80, waiting=b""))
+        Recorder(tmp_path, signals(("Real", "Real")), 10, SavedRows(written=80, waiting=waiting))
     assert [path.name for path in tmp_path.iterdir()] == [STREAM]
     assert len(read_signals(tmp_path).time) == 50
 
