@@ -57,12 +57,6 @@ def test_one_defect_is_found_where_it_is_and_nothing_else(tmp_path, defect, chec
 @pytest.mark.parametrize(
     ("defect", "check", "status", "words"),
     [
-        (
-            "FORGETS_START_VALUES",
-            "start_values",
-            "warning",
-            "loses what is set before fmi2SetupExperiment: gain, level, rate; gain is 2 instead of 2.002",
-        ),
         ("LEAVES_A_FILE", "working_directory", "error", "leaves files in the working directory: trace.log"),
         ("NOT_A_NUMBER", "step", "error", "output scaled is nan after the step at t = 0.07 s"),
         ("ACCEPTS_ANY_STEP", "refuses_step", "error", "silently accepts a step of 0.015 s and of 0.005 s"),

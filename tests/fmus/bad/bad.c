@@ -150,15 +150,6 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t n
     return fmi2OK;
 }
 
-#ifdef DEFECT_FORGETS_START_VALUES
-fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean defined, fmi2Real tolerance, fmi2Real begin,
-                               fmi2Boolean ends, fmi2Real end) {
-    (void)defined; (void)tolerance; (void)begin; (void)ends; (void)end;
-    start(component);
-    return fmi2OK;
-}
-#endif
-
 fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
     Instance *instance = component;
     instance->now.real[SCALED] = instance->now.real[GAIN] * instance->now.real[LEVEL];

@@ -1,5 +1,6 @@
 /* An FMU of FMI 2.0 whose fmi2SetupExperiment initialises all variables, as code that 20-sim generates does: what was
-   set before it is lost. Without RESETS it keeps them. y is p, v is u, and tolerance is what the host passed, or -1. */
+   set before it is lost. RESETS_LATE loses what is set after it too; without either nothing is lost. y is p, v is u, and
+   tolerance is what the host passed, or -1. */
 
 #include <stdlib.h>
 
@@ -32,6 +33,13 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean defined, fmi2Real to
     it->real[TOLERANCE] = defined ? tolerance : -1.0;
     return fmi2OK;
 }
+
+#ifdef RESETS_LATE
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+    *(Instance *)c = STARTS;
+    return fmi2OK;
+}
+#endif
 
 static void copy(Instance *it) {
     it->real[Y] = it->real[P];

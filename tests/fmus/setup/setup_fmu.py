@@ -51,18 +51,19 @@ def setup_fmu(
     folder: Path,
     *,
     fmi: int = 2,
-    resets: bool = True,
+    resets: str = "RESETS",
     tolerance: str | None = None,
     edits: Mapping[str, str] | None = None,
 ) -> Path:
     """Compile and zip an FMU of FMI 2.0 or 3.0 that declares this tolerance, or none; return its path.
 
-    `edits` are texts of the model description and what is there instead.
+    `resets` says when that of FMI 2.0 loses start values: RESETS, RESETS_LATE or nothing. `edits` are texts of the model
+    description and what is there instead.
     """
     folder.mkdir(exist_ok=True)
     library = folder / "setup.so"
     source = HERE / ("setup.c" if fmi == 2 else "setup3.c")
-    compile_library(library, [source], fmi=fmi, defines=["RESETS"] if resets else [])
+    compile_library(library, [source], fmi=fmi, defines=[resets] if resets else [])
     declared = "" if tolerance is None else f' tolerance="{tolerance}"'
     xml = (XML2 if fmi == 2 else XML3).format(tolerance=declared)
     for old, new in (edits or {}).items():

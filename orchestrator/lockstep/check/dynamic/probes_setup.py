@@ -44,7 +44,7 @@ def _compared(task: ProbeTask, chosen: Sequence[tuple[Port, float]], expected: V
     except RunError as error:
         message = f"refuses before fmi2SetupExperiment what it takes after it: {error}"
         return ProbeResult(status="warning", message=message)
-    lost = [name for name, value in expected.items() if early[name] != value]
+    lost = [port.name for port, _ in chosen if early[port.name] != expected[port.name]]
     if lost:
         first = f"{lost[0]} is {early[lost[0]]:.9g} instead of {expected[lost[0]]:.9g}"
         message = f"loses what is set before fmi2SetupExperiment: {compact(lost)}; {first}"
