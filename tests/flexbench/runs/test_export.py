@@ -169,12 +169,15 @@ def test_failed_export_leaves_no_file(run, tmp_path, to):
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
+OWN = ("signals.parquet", "signals.arrows", "run.toml", "events.jsonl", "metrics.json")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({"to": "xls"}, "--format xls: no such format; there are csv, mat, hdf5, parquet"),
         ({"to": "csv", "patterns": ["plant.rat"]}, "--signals plant.rat: matches nothing.*did you mean plant.rate"),
-        ({"to": "parquet", "out": "signals.parquet"}, "is the run's own record"),
+        *(({"to": "parquet", "out": name}, "is the run's own record") for name in OWN),
         ({"to": "csv", "out": "."}, "is a folder"),
     ],
 )
@@ -294,3 +297,18 @@ def test_full_disk_is_one_line_and_leaves_the_earlier_file(run, tmp_path, to):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert (out.read_text(), [path.name for path in tmp_path.iterdir()]) == ("earlier", [out.name])
+
+
+@pytest.mark.parametrize("to", SUFFIXES)
+def test_damaged_signals_are_named_and_not_the_file_to_write(run, tmp_path, to):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    for path in run.iterdir():
+        if path.is_file():
+            (folder / path.name).write_bytes(path.read_bytes())
+    with (folder / "signals.parquet").open("r+b") as file:
+        file.seek(200)
+        file.write(bytes(200))
+    with pytest.raises(InputError, match=r"run/signals\.parquet: cannot be read \(.*; restore the file, or run again"):
+        export_run(folder, to, tmp_path / "out")
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
