@@ -5,7 +5,8 @@
   first.
 - nominal, min and max of a variable's type are not inherited; `lockstep.fmi.model_description.bound_text` does that.
 - FMI 1.0: capabilities, direct dependencies and negated aliases are not read.
-- Lists of dependencies with two blanks, or on several lines, end in an exception.
+- Lists of dependencies with two blanks, or on several lines, end in an exception; parameters of FMI 2.0 without a
+  variability too, whether FMPy is to validate the description or not.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from lxml import etree  # type: ignore[import-untyped]
 _NAME = "modelDescription.xml"
 _LISTS = ("dependencies", "dependenciesKind")
 _TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")  # elements inside a variable of FMI 1.0 and 2.0
+_PARAMETERS = ("parameter", "calculatedParameter")
 _TRUE = ("true", "1")
 
 
@@ -40,9 +42,17 @@ def read_root(source: str | IO[bytes]) -> etree._Element:
         return etree.fromstring(archive.read(_NAME), parser)
 
 
-def readable(source: str | IO[bytes], root: etree._Element) -> str | IO[bytes]:
-    """Return the source, or, if FMPy cannot read its lists of dependencies, an FMU of a corrected description alone."""
+def readable(source: str | IO[bytes], root: etree._Element, *, lenient: bool) -> str | IO[bytes]:
+    """Return the source, or, where FMPy would end in an exception, an FMU that holds a corrected description alone.
+
+    What is valid is corrected always; a `lenient` reader also reads parameters without a variability, as fixed.
+    """
     changed = False
+    if lenient and root.get("fmiVersion") == "2.0":
+        for variable in root.iterfind("ModelVariables/ScalarVariable"):
+            if variable.get("variability") is None and variable.get("causality") in _PARAMETERS:
+                variable.set("variability", "fixed")
+                changed = True
     for unknown in root.iterfind("ModelStructure//*"):
         for name in _LISTS:
             text = unknown.get(name)

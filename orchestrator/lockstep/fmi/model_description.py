@@ -237,7 +237,7 @@ def parse_description(source: Any, *, validate: bool = True) -> Any:
         root = read_root(source)
         if not isinstance(source, str):
             source.seek(0)
-        model = read_model_description(readable(source, root), validate=validate)
+        model = read_model_description(readable(source, root, lenient=not validate), validate=validate)
     except Exception as error:  # fmpy raises bare Exception for whatever is wrong in the XML
         problems = (" ".join(str(problem).split()) for problem in getattr(error, "problems", ()))
         raise _BadDescription(" ".join(str(error).split()), *problems) from None

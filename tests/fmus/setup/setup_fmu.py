@@ -57,8 +57,8 @@ def setup_fmu(
 ) -> Path:
     """Compile and zip an FMU of FMI 2.0 or 3.0 that declares this tolerance, or none; return its path.
 
-    `resets` says when that of FMI 2.0 loses start values: RESETS, RESETS_LATE or nothing. `edits` are texts of the model
-    description and what is there instead.
+    `resets` says when that of FMI 2.0 loses start values: RESETS, RESETS_LATE or nothing. `edits` are texts of the
+    model description and what is there instead.
     """
     folder.mkdir(exist_ok=True)
     library = folder / "setup.so"

@@ -250,3 +250,12 @@ def test_negated_alias_of_fmi_1_is_refused_by_name(read):
 @pytest.mark.parametrize("text", ["0", "-1", "INF"])
 def test_declared_tolerance_that_is_no_positive_number_is_not_passed(tmp_path, text):
     assert described(packed(tmp_path, "2.0", FMI2.replace("1e-7", text))[0]).tolerance is None
+
+
+def test_parameters_without_a_variability_are_read_as_fixed_with_a_warning(tmp_path):
+    xml = FMI2.replace(' causality="parameter" variability="tunable"', ' causality="parameter"')
+    description = described(packed(tmp_path, "2.0", xml)[0])
+
+    assert description.variables["typed"].variability == "fixed"
+    (problem,) = description.problems
+    assert problem.endswith('has an illegal combination of causality="parameter" and variability="continuous".')
