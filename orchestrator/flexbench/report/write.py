@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from flexbench.runs.run_folder import refuse_own_file
 from lockstep import InputError
 
 from .compose import compose_page
@@ -45,6 +46,7 @@ def write_report(
     out = out or paths[0] / PAGE
     if out.is_dir():
         raise InputError(f"{out}: is a folder; give a file, for example {out / PAGE}")
+    refuse_own_file(out)
     if pdf:
         find_browser()  # before the work
     page = compose_page(results, studies, window)

@@ -18,18 +18,15 @@ from scipy.io import savemat
 
 from lockstep import InputError
 from lockstep.errors import compact, suggestion
-from lockstep.results.read import PARQUET, read_signals
+from lockstep.results.read import read_signals
 from lockstep.results.read_run_record import read_run_record
-from lockstep.results.run_record import EVENTS, RUN
 from lockstep.results.signal_patterns import matching
-from lockstep.results.stream import STREAM
 
 from .dataset import load_dataset, run_attributes
-from .run_folder import METRICS
+from .run_folder import refuse_own_file
 
 LONGEST_FIELD = 63  # letters of a MATLAB name
 SUFFIXES = {"csv": ".csv", "mat": ".mat", "hdf5": ".h5", "parquet": ".parquet"}
-_OWN = (RUN, EVENTS, PARQUET, STREAM, METRICS)  # files of a run
 
 
 def export_run(folder: Path, to: str, out: Path | None = None, patterns: Sequence[str] = ()) -> Path:
@@ -53,8 +50,7 @@ def export_run(folder: Path, to: str, out: Path | None = None, patterns: Sequenc
     out = out or folder / f"{folder.resolve().name}{SUFFIXES[to]}"
     if out.is_dir():
         raise InputError(f"{out}: is a folder; give a file, for example {out / ('signals' + SUFFIXES[to])}")
-    if out.name in _OWN and (out.parent / RUN).exists():
-        raise InputError(f"{out}: is the run's own record; choose another file")
+    refuse_own_file(out)
     names = chosen_signals(folder, patterns)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

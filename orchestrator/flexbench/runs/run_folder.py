@@ -11,14 +11,17 @@ from typing import Any
 from flexsat.design.chain import Design, Designs, build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import InputError, Signals, read_signals
+from lockstep.results.read import PARQUET
 from lockstep.results.read_run_record import read_run_record
-from lockstep.results.run_record import RUN
+from lockstep.results.run_record import EVENTS, RUN
+from lockstep.results.stream import STREAM
 
 from ..loop.scenarios import slew_end
 from .json_file import write_json
 from .metrics import Windows, check_length, compute_metrics
 
 METRICS = "metrics.json"
+_OWN = (RUN, EVENTS, PARQUET, STREAM, METRICS)  # files of a run
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,3 +114,9 @@ def write_metrics(run: Run) -> Mapping[str, float]:
     }
     write_json(run.folder / METRICS, content)
     return metrics
+
+
+def refuse_own_file(out: Path) -> None:
+    """Raise InputError if a file to write is one that a run has recorded."""
+    if out.name in _OWN and (out.parent / RUN).exists():
+        raise InputError(f"{out}: is the run's own record; choose another file")

@@ -125,7 +125,7 @@ def read_checkpoint(path: Path | str) -> Checkpoint:
             check_arrays(header, values, f"{path}: is a damaged checkpoint")
         except InputError:
             raise
-        except (ValueError, KeyError, EOFError, OSError, zipfile.BadZipFile) as error:
+        except (ValueError, KeyError, EOFError) as error:
             raise InputError(f"{path}: is a damaged checkpoint ({error}); use another one") from None
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     return Checkpoint(path=path.absolute(), sha256=digest, header=header, arrays=values, states=states)

@@ -35,6 +35,12 @@ def test_run_without_rows_is_refused(tmp_path, foreign_run):
         write_report([run])
 
 
+def test_a_page_does_not_replace_a_record(tmp_path, foreign_run):
+    run = foreign_run(tmp_path / "run")
+    with pytest.raises(InputError, match=r"run\.toml: is the run's own record; choose another file"):
+        write_report([run], run / "run.toml")
+
+
 def test_short_window_keeps_every_row(tmp_path, foreign_run):
     (result,) = load_results([foreign_run(tmp_path / "run")])
 
