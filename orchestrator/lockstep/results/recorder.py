@@ -201,7 +201,7 @@ def convert(folder: Path, rows: int) -> None:
         partial.replace(folder / PARQUET)
     except BaseException as error:
         partial.unlink(missing_ok=True)
-        if isinstance(error, InputError):  # of the stream, which this run wrote
+        if isinstance(error, InputError | pa.ArrowException):  # of the stream, which this run wrote
             raise OSError(f"{error}; it is kept") from None
         raise
     (folder / STREAM).unlink()

@@ -46,6 +46,7 @@ def _batches(
         begin = source.tell()
         try:
             batch = reader.read_next_batch()
+            batch.validate(full=True)  # texts lie where their positions say
         except StopIteration:
             reason = "an end where rows follow"
         except (pa.ArrowException, OSError) as error:

@@ -76,6 +76,13 @@ def test_damage_inside_a_stream_is_no_end_of_it(tmp_path, kind, kinds):
     assert read_signals(tmp_path).time.tolist() == [row / 10 for row in range(50)]
 
 
+def test_texts_that_lie_nowhere_are_damage(tmp_path):
+    made, begins = recorded(tmp_path, kinds=("String",))
+    overwrite(tmp_path / STREAM, begins[6] - 200, b"\x7f" * 190)
+    with pytest.raises(OSError, match=r"signals\.arrows: is damaged after row 50 .*; it is kept"):
+        made.close()
+
+
 def test_a_stream_that_lost_its_end_is_not_converted(tmp_path):
     """A cut at the end is what a killed run leaves; a run that ends knows how many rows it has written."""
     _, begins = recorded(tmp_path)
