@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lockstep.cli.command import command
+from lockstep.cli.given_options import refuse_given
 from lockstep.cli.options import DISTINGUISHED, from_option, option_group, out_option
 from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, PATH, WHOLE_NUMBER
 from lockstep.errors import InputError
@@ -113,6 +114,7 @@ def budget(
                 "--split: takes neither results nor --requirements; run `flexsat budget` on one of its runs"
             )
         return _split(split.split, split, evaluation)
+    refuse_given({"seed", "stop_time", "jobs"}, "has an effect only with --split SYSTEM; leave it out")
     if not results:
         raise InputError("RESULTS: missing; give folders of runs, or --split SYSTEM")
     return _evaluate(results, requirements, evaluation, split.out)

@@ -39,6 +39,9 @@ class CheckpointOptions:
         """Return when to save."""
         from lockstep.checkpoint.schedule import CheckpointSchedule
 
+        if self.checkpoint_without and not self.checkpoint and self.checkpoint_every is None:
+            what = f"--checkpoint-without {self.checkpoint_without[0]}"
+            raise InputError(f"{what}: needs --checkpoint S or --checkpoint-every S as well")
         return CheckpointSchedule(times=self.checkpoint, every=self.checkpoint_every, without=self.checkpoint_without)
 
     def restart(self) -> Restart | None:
