@@ -1,0 +1,361 @@
+"""Every option of every command has an effect on the result, or is refused: the test that shows it, by option.
+
+A new option without an entry here fails. An entry is the test of the effect, in any file; options of `flexsat` that
+`test_option_values.py` follows to the call of a study name a test of what the study does with the value.
+"""
+
+import ast
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import click
+import pytest
+
+from flexbench.cli.parser import PROGRAM as FLEXSAT
+from lockstep import Component, Connection, System, load_system, write_ssd
+from lockstep.__main__ import PROGRAM as LOCKSTEP
+
+ROOT = Path(__file__).parents[2]
+PROGRAMS = {"flexsat": FLEXSAT, "lockstep": LOCKSTEP}
+MS = 1_000_000  # [ns]
+HERE = "flexbench/cli/test_option_effects.py"
+
+_TIMING = "lockstep/ssp/test_timing.py::test_command_line_overrides_the_fmus"
+_RECORD = "lockstep/run/test_run.py::test_the_run_record_describes_the_run"
+_BRANCH = "lockstep/checkpoint/test_branch.py::test_the_command_line_branches_without_a_system_file"
+_LEFT_OUT = "lockstep/checkpoint/test_branch.py::test_what_was_left_out_begins_anew_only_when_told"
+_RESUME = "lockstep/checkpoint/test_resume.py::test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes"
+_SHADOW = "lockstep/shadow/test_shadow.py::test_shadow_acts_at_its_own_rate_without_a_jump"
+_ADAPTER = "system/test_adapter.py::test_our_controller_in_foreign_conventions_gives_the_same_run"
+_SHOWN = f"{HERE}::test_timing_options_change_what_is_shown"
+_SSP = "system/test_write_ssp.py::test_the_loop_is_that_with_the_adapter"
+_EVERY_FILE = "lockstep/check/report/test_check_report.py::test_good_fmu_gets_0_and_every_file"
+_PROBE = "lockstep/check/latency/test_probe_latency.py::"
+_VALUES = "flexbench/cli/test_option_values.py::test_an_option_reaches_the_study_with_its_value"
+_MULTISINE = "flexbench/studies/margins/test_margins_measured.py::test_a_multisine_has_its_lines_and_no_others"
+_VENDOR = "system/test_margins.py::test_the_command_measures_a_vendors_controller"
+_BUDGET = "flexbench/studies/budget/test_budget.py::"
+_SPLIT = "system/test_budget.py::test_the_seed_is_that_of_every_run"
+_EVALUATED = "system/test_budget.py::test_results_that_may_only_be_read_are_evaluated_into_another_folder"
+_WATERFALL = "system/test_budget.py::test_waterfall_of_three_speeds_peaks_at_the_resonance"
+_JOBS = "system/test_bad_input.py::test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs"
+_TRACEBACK = f"{HERE}::test_a_traceback_is_shown_on_request_and_never_else"
+_ADAPTED = "lockstep/ssp/test_adapted_package.py::"
+_BUILD = "flexbench/loop/test_build.py::"
+_VALUE_FILE = "flexbench/cli/test_option_values.py::"
+_MARGINS = "system/test_margins.py::"
+_SHADOWS = "flexbench/studies/shadow/test_shadow.py::"
+_ADAPT = "system/test_adapter.py::"
+
+SHOWN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--sampled"), _SHOWN)
+RUN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--sampled"), _TIMING) | {
+    "--out": "lockstep/run/test_run.py::test_every_sample_carries_the_time_at_which_it_is_true",
+    "--stop-time": "lockstep/run/test_run.py::test_every_sample_carries_the_time_at_which_it_is_true",
+    **dict.fromkeys(("--set", "--record", "--record-period"), _RECORD),
+    **dict.fromkeys(("--replace", "--adapter"), _ADAPTER),
+    "--faults": "lockstep/faults/test_kinds.py::test_every_kind_gives_its_sequence",
+    **dict.fromkeys(("--shadow", "--shadow-adapter", "--switchover", "--blend"), _SHADOW),
+    "--isolate": f"{HERE}::test_the_process_of_a_component_is_recorded",
+    "--share-process": f"{HERE}::test_the_process_of_a_component_is_recorded",
+    "--step-limit": "lockstep/processes/test_hostile_fmus.py::test_a_run_ends_with_one_line_and_keeps_earlier_rows",
+    "--tolerance": "lockstep/run/test_start_values.py::test_command_line_takes_a_tolerance_for_all_and_for_one",
+    "--within": "lockstep/ssp/test_packages.py::test_nothing_outside_an_unpacked_package_is_opened",
+    "--strict-inputs": "lockstep/ssp/test_foreign_files.py::test_a_run_prints_and_records_its_warnings",
+    "--strict": f"{HERE}::test_a_strict_run_refuses_what_is_else_a_warning",
+    "--overwrite": "lockstep/run/test_run.py::test_a_folder_with_a_run_is_kept_without_overwrite",
+    "--checkpoint": _BRANCH,
+    "--checkpoint-every": _RESUME,
+    "--checkpoint-without": _LEFT_OUT,
+    "--resume": _RESUME,
+    "--restart-from": _BRANCH,
+    "--reinitialise": _LEFT_OUT,
+    "--pace": f"{HERE}::test_a_paced_run_says_so",
+}
+WRITE_SSP = dict.fromkeys(("--replace", "--adapter", "--source", "--out"), _SSP) | {
+    "--delay": f"{HERE}::test_a_written_package_has_the_delay_and_the_step",
+    "--step-size": f"{HERE}::test_a_written_package_has_the_delay_and_the_step",
+    "--partial": _ADAPTED + "test_entry_without_a_connection_is_listed_and_refused_or_left_out",
+}
+CHECK = dict.fromkeys(("--html", "--json", "--junit", "--strict"), _EVERY_FILE) | {
+    "--static": f"{HERE}::test_a_static_check_runs_nothing",
+}
+PROBE_LATENCY = {
+    "--step-size": f"{HERE}::test_options_change_what_is_probed",
+    "--steps": f"{HERE}::test_options_change_what_is_probed",
+    "--set": _PROBE + "test_values_and_amplitudes_decide_what_is_excited",
+    "--amplitude": _PROBE + "test_values_and_amplitudes_decide_what_is_excited",
+    "--kind": _PROBE + "test_integral_is_feedthrough_unless_the_fmu_declares_any_step",
+    "--time-limit": _PROBE + "test_bad_setting_is_refused",
+    "--json": _PROBE + "test_command_prints_a_matrix_and_writes_json",
+}
+EFFECTS = {
+    "lockstep run": RUN,
+    "lockstep show": SHOWN,
+    "lockstep write-ssp": WRITE_SSP,
+    "lockstep check": CHECK,
+    "lockstep probe-latency": PROBE_LATENCY,
+    "flexsat run": RUN | {
+        "--seed": "flexbench/cli/test_seeds.py::test_a_given_seed_is_set_or_refused_by_the_run",
+        "--as-published": _VALUE_FILE + "test_as_published_sets_the_parameters_of_the_release",
+    },
+    "flexsat write-ssp": WRITE_SSP,
+    "flexsat check": CHECK | {"--like": "system/test_acceptance.py::test_a_controller_of_the_other_size_misses_wheels"},
+    "flexsat probe-latency": PROBE_LATENCY,
+    "flexsat timeline": SHOWN | dict.fromkeys(
+        ("--ticks", "--svg"), "system/test_foreign_package.py::test_the_command_shows_and_draws_it"
+    ),
+    "flexsat build": {
+        "--configuration": _BUILD + "test_building_one_configuration_keeps_the_unchanged_other_one",
+        "--out": "flexsat/fmu/test_built_components.py::test_builds_in_another_process_and_folder_give_equal_bytes",
+        "--flat": "flexsat/fmu/test_built_components.py::test_builds_in_another_process_and_folder_give_equal_bytes",
+    },
+    "flexsat paper": {
+        "--as-published": "flexbench/studies/paper/test_table.py::test_a_variant_that_was_not_run_has_no_column",
+        "--corrected": "flexbench/studies/paper/test_table.py::test_a_variant_that_was_not_run_has_no_column",
+        "--seeds": "flexbench/studies/paper/test_table.py::test_a_cell_is_mean_and_standard_deviation_over_the_seeds",
+        "--stop-time": _VALUES,
+        **dict.fromkeys(("--out", "--fmus", "--jobs"), _JOBS),
+    },
+    "flexsat branch": {
+        "--vary": "flexbench/runs/test_branches.py::test_all_combinations_are_named_by_their_values",
+        **dict.fromkeys(("--set", "--reinitialise", "--stop-time", "--record", "--out", "--jobs"), _VALUES),
+    },
+    "flexsat report": {
+        "--out": "system/test_report_files.py::test_run_with_parts_of_arrays_has_a_page_of_these",
+        "--time-range": "flexbench/report/test_results.py::test_short_window_keeps_every_row",
+        "--pdf": "system/test_report_files.py::test_pdf_on_request",
+    },
+    "flexsat figures": dict.fromkeys(
+        ("--configuration", "--out"), "system/test_figures.py::test_the_design_is_drawn_without_results"
+    ),
+    "flexsat export": {
+        "--format": "flexbench/runs/test_export.py::test_hdf5_read_by_h5py",
+        "--out": "flexbench/runs/test_export.py::test_failed_export_leaves_no_file",
+        "--signals": "flexbench/runs/test_export.py::test_only_requested_signals_are_written",
+    },
+    "flexsat margins": {
+        **dict.fromkeys(("--replace", "--set", "--out", "--amplitude", "--periods", "--settle"), _VENDOR),
+        "--analytic-only": _VALUE_FILE + "test_measurement_options_beside_analytic_only_are_refused",
+        "--find-delay": _MARGINS + "test_the_delay_that_destabilises_the_co_simulation_is_the_analysed_one",
+        "--seed": _VALUES,
+        "--delay": "flexbench/studies/margins/test_margins.py::test_delays_of_the_system_and_of_the_margin_act_alike",
+        "--noise-free": _MARGINS + "test_the_measured_margins_are_the_designs_without_noise",
+        **dict.fromkeys(("--band", "--lines", "--length"), _MULTISINE),
+        "--zoom": "flexbench/studies/margins/test_margins_measured.py::"
+                  "test_zoom_adds_lines_where_a_mode_is_narrower_than_their_spacing",
+        "--slow-period": "flexbench/studies/margins/test_margins_measured.py::test_no_line_is_an_alias_of_another",
+        "--directions": "flexbench/studies/margins/test_margins.py::test_one_direction_opened_leaves_the_others_closed",
+        "--controller": _MARGINS + "test_bad_input_gets_one_line",
+        "--plant": _VALUES,
+    },
+    "flexsat budget": {
+        "--requirements": "system/test_budget.py::test_budget_judges_requirements_by_its_exit_code",
+        **dict.fromkeys(("--split", "--seed", "--stop-time"), _SPLIT),
+        "--out": _EVALUATED,
+        "--jobs": _VALUES,
+        "--window": _BUDGET + "test_mean_error_of_a_sine",
+        "--separation": _BUDGET + "test_drift_of_a_sine",
+        "--observation": _BUDGET + "test_reproducibility_of_a_ramp_and_a_periodic_error",
+        "--level": _BUDGET + "test_value_at_a_level_is_an_order_statistic",
+        "--from": _BUDGET + "test_bad_windows_levels_and_starts_are_refused",
+    },
+    "flexsat spectra": {
+        "--resolution": "flexbench/studies/spectra/test_spectra.py::test_bad_resolution_is_refused",
+        "--confidence": "flexbench/studies/spectra/test_spectra.py::"
+                        "test_bounds_cover_the_true_density_with_their_confidence",
+        "--from": _VALUES,
+        "--out": _EVALUATED,
+    },
+    "flexsat health": {
+        "--seeds": "flexbench/studies/health/test_health.py::test_bounds_of_an_average_are_those_of_chi_square",
+        **dict.fromkeys(("--stop-time", "--out", "--jobs"), _VALUES),
+    },
+    "flexsat robustness": {
+        "--levels": "flexbench/studies/robustness/test_robustness.py::test_errors_are_shifts_or_draws_of_the_level",
+        "--stop-time": "flexbench/studies/robustness/test_robustness.py::"
+                       "test_bad_levels_and_stop_times_are_refused_before_anything_runs",
+        **dict.fromkeys(("--configuration", "--scenario", "--seeds", "--out", "--fmus", "--jobs"), _VALUES),
+    },
+    "flexsat waterfall": {
+        **dict.fromkeys(("--points", "--speed-range", "--stop-time", "--out"), _WATERFALL),
+        **dict.fromkeys(("--seed", "--jobs"), _VALUES),
+    },
+    "flexsat shadow": {
+        "--from": _SHADOWS + "test_residuals_begin_at_the_given_time_and_end_at_the_switchover",
+        "--window": "system/test_shadow.py::test_windows_that_do_not_fit_are_refused",
+        "--out": f"{HERE}::test_results_of_two_runs_go_to_folders_of_their_own",
+    },
+    "flexsat equivalence": dict.fromkeys(
+        ("--configuration", "--scenario", "--seed", "--stop-time", "--record", "--out", "--fmus"), _VALUES
+    ),
+    "flexsat adapt": dict.fromkeys(
+        ("--like", "--out"), _ADAPT + "test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide"
+    ),
+    "flexsat check-adapter": {
+        "--adapter": _ADAPT + "test_a_wrong_convention_is_named",
+        "--like": _ADAPT + "test_a_controller_that_cannot_be_judged_is_refused_in_one_line",
+    },
+}  # fmt: skip
+COMMANDS = [(label, name) for label, program in PROGRAMS.items() for name in program.list_commands(None)]
+
+
+def command(label, name):
+    """Return a command of a program."""
+    return PROGRAMS[label].get_command(None, name)
+
+
+def options_of(label, name):
+    """Return the long names of a command's options."""
+    options = [one for one in command(label, name).params if isinstance(one, click.Option)]
+    return {max(one.opts, key=len) for one in options} - {"--traceback"}
+
+
+@cache
+def names_in(file):
+    """Return the names of the tests in a file."""
+    tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+    return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")}
+
+
+@pytest.mark.parametrize(("label", "name"), COMMANDS)
+def test_every_option_has_a_test_of_its_effect(label, name):
+    listed = EFFECTS.get(f"{label} {name}", {})
+    missing = {test for test in listed.values() if test.partition("::")[2] not in names_in(test.partition("::")[0])}
+
+    assert set(listed) == options_of(label, name)
+    assert missing == set()
+
+
+def test_no_command_is_listed_that_does_not_exist():
+    assert set(EFFECTS) == {f"{label} {name}" for label, name in COMMANDS}
+
+
+class Bug(Exception):
+    """An error that no command expects."""
+
+
+@pytest.mark.parametrize(("label", "name"), COMMANDS)
+def test_a_traceback_is_shown_on_request_and_never_else(monkeypatch, capsys, label, name):
+    """Also that of a bug, which says that it is one."""
+    found = command(label, name)
+
+    def fail(**_):
+        raise Bug("beyond\nrepair")
+
+    monkeypatch.setattr(found, "callback", fail)
+    monkeypatch.setattr(found, "params", [one for one in found.params if one.name in ("traceback", "help")])
+    line = (f"{label}: Bug: beyond repair: this is a bug of {label}, not of the input; please report it with the "
+            "command line, the input files and what the same command prints with --traceback\n")  # fmt: skip
+
+    assert PROGRAMS[label].run([name]) == 70
+    assert capsys.readouterr() == ("", line)
+    for words in ([name, "--traceback"], ["--traceback", name]):
+        assert PROGRAMS[label].run(words) == 70
+        error = capsys.readouterr().err
+        assert error.startswith("Traceback (most recent call last):\n")
+        assert error.endswith(line)
+
+
+@pytest.fixture(scope="module")
+def pair(reference_fmu, tmp_path_factory):
+    """Return the system file of an integrator that feeds another one."""
+    source = reference_fmu("integrator", "2.0")
+    parts = [Component(name=name, source=source, period=10 * MS, kind="continuous", isolated=False) for name in "ab"]
+    system = System(
+        name="pair",
+        tick=5 * MS,
+        stop_time=20 * MS,
+        components=(parts[0], parts[1]),
+        connections=(
+            Connection(from_component="a", output="x", to_component="b", input="u", delay=2, convert_units=False),
+        ),
+    )
+    path = tmp_path_factory.mktemp("pair") / "pair.ssd"
+    write_ssd(system, path)
+    return path
+
+
+TIMING = {
+    "--delay": "6",
+    "--step-size": "a=0.02",
+    "--continuous": "b",  # as it is
+    "--sampled": "a",
+    "--tick": "0.001",  # the file has one: refused
+}
+
+
+@pytest.mark.parametrize("option", TIMING)
+@pytest.mark.parametrize(("label", "name"), [("lockstep", "show"), ("flexsat", "timeline")])
+def test_timing_options_change_what_is_shown(pair, capsys, label, name, option):
+    def shown(*options):
+        code = PROGRAMS[label].run([name, str(pair), *options])
+        return code, capsys.readouterr()
+
+    (plain_code, plain), (code, given) = shown(), shown(option, TIMING[option])
+    assert plain_code == 0
+    if option == "--tick":
+        assert (code, given.out) == (2, "")
+        assert "--tick 0.001: the file has a tick of 0.005 s" in given.err
+    elif option == "--continuous":
+        assert (code, given.out) == (0, plain.out)
+        assert shown("--sampled", "b")[1].out != given.out
+    else:
+        assert code == 0
+        assert given.out != plain.out
+
+
+def test_a_written_package_has_the_delay_and_the_step(pair, tmp_path, capsys):
+    words = ["write-ssp", str(pair), "--delay", "a:b=4", "--step-size", "b=0.02", "--out", str(tmp_path / "pair.ssp")]
+    assert LOCKSTEP.run(words) == 0, capsys.readouterr()
+    written = load_system(tmp_path / "pair.ssp")
+
+    assert [(one.from_component, one.delay) for one in written.connections] == [("a", 4)]
+    assert {one.name: one.period for one in written.components} == {"a": 10 * MS, "b": 20 * MS}
+
+
+@pytest.mark.parametrize(("option", "isolated"), [("--isolate", True), ("--share-process", False)])
+def test_the_process_of_a_component_is_recorded(pair, tmp_path, capsys, option, isolated):
+    words = ["run", str(pair), "--set", "a.u=1", option, "a", "--out", str(tmp_path / "out")]
+    assert LOCKSTEP.run(words) == 0, capsys.readouterr()
+    record = tomllib.loads((tmp_path / "out" / "run.toml").read_text(encoding="utf-8"))
+
+    assert [part["isolated"] for part in record["component"]] == [isolated, False]
+
+
+def test_a_paced_run_says_so(pair, tmp_path, capsys):
+    words = ["run", str(pair), "--set", "a.u=1", "--pace", "0.25", "--out", str(tmp_path / "out")]
+    assert LOCKSTEP.run(words) == 0
+    record = tomllib.loads((tmp_path / "out" / "run.toml").read_text(encoding="utf-8"))
+
+    assert "paced at 0.25 x real time" in capsys.readouterr().out
+    assert record["wall_time"] > 0.9 * 0.02 / 0.25
+
+
+def test_a_strict_run_refuses_what_is_else_a_warning(reference_fmu, tmp_path, capsys):
+    words = ["run", str(reference_fmu("integrator", "2.0")), "--stop-time", "0.01", "--out", str(tmp_path / "out")]
+    assert LOCKSTEP.run([*words, "--strict"]) == 2
+    assert "neither the file nor the FMU gives a step size" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+    assert LOCKSTEP.run(words) == 0
+
+
+def test_a_static_check_runs_nothing(reference_fmu, capsys):
+    assert LOCKSTEP.run(["check", "--static", str(reference_fmu("integrator", "2.0"))]) == 0
+    shown = capsys.readouterr().out
+    assert "static.archive" in shown
+    assert "dynamic." not in shown
+
+
+def test_options_change_what_is_probed(reference_fmu, capsys):
+    fmu = str(reference_fmu("integrator", "2.0"))
+    assert LOCKSTEP.run(["probe-latency", fmu, "--step-size", "0.25", "--steps", "5"]) == 0
+    assert "integrator, step 0.25 s (as given), 5 steps watched" in capsys.readouterr().out
+
+
+def test_results_of_two_runs_go_to_folders_of_their_own(tmp_path):
+    from flexbench.runs.evaluation_folder import evaluation_folders
+
+    runs = [tmp_path / "a", tmp_path / "b"]
+    assert evaluation_folders(runs, tmp_path / "out") == [tmp_path / "out" / "a", tmp_path / "out" / "b"]
+    assert evaluation_folders(runs, None) == runs
