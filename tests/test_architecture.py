@@ -236,7 +236,7 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     assert {"flexsat.runtime.plant", "flexsat.runtime.sensors", "flexsat.runtime.controller"} <= inside
     assert {module for module, _ in foreign} == {"flexsat.fmu.python.life_cycle"}
     assert {name.partition(".")[0] for _, name in foreign} == {"pythonfmu"}
-    allowed = {None, "runtime", "ports", "fmu", "fmu/python", "parameters", "quantities", "arrays"}
+    allowed = {None, "runtime", "ports", "fmu", "fmu/python", "parameters", "quantities", "fixed_order", "arrays"}
     assert {folder_of(module) for module in inside} <= allowed
 
 

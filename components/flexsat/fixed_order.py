@@ -2,7 +2,7 @@
 
 The sums inside a BLAS are ordered as suits the processor. Here products are summed by the loops of `numpy.einsum`,
 which call no BLAS and are compiled once for all processors, and the rest is elementwise, where IEEE 754 rounds in one
-way. A design is computed with these; the run-time steps are not.
+way. A design is computed with these, and a run is prepared; its steps use BLAS.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ BLOCK = 16  # rows that are eliminated one by one, before the rest is updated by
 
 
 def product(a: Array, b: Array) -> Array:
-    """Return the matrix product, (n, k) times (k, m)."""
-    return np.asarray(np.einsum("ij,jk->ik", np.ascontiguousarray(a), np.ascontiguousarray(b), optimize=False))
+    """Return the product of a matrix, (n, k), with a matrix, (k, m), or a vector, (k,)."""
+    summed = "ij,jk->ik" if b.ndim == 2 else "ij,j->i"
+    return np.asarray(np.einsum(summed, np.ascontiguousarray(a), np.ascontiguousarray(b), optimize=False))
 
 
 def solve(a: Array, b: Array) -> Array:

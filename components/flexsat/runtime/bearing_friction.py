@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Index, make_read_only
+from ..fixed_order import inverse, product
 from .prepared_plant import PreparedPlant
 
 
@@ -36,7 +37,7 @@ def prepare(plant: PreparedPlant, limits: Array) -> PreparedFriction:
     size, n = 2 * plant.modes + 6, plant.wheels
     wheels = np.flatnonzero(limits > 0.0)
     speed = plant.output_map[size : size + n, :size][wheels]  # of the mounts alone: the rotors' own is added below
-    mount_speed = np.ascontiguousarray(speed @ plant.whole_step[:size])
+    mount_speed = product(speed, plant.whole_step[:size])
     response = mount_speed[:, size + wheels] + np.eye(len(wheels)) * (plant.step_length / plant.wheel_inertia)
     return PreparedFriction(
         wheels=wheels,
@@ -44,7 +45,7 @@ def prepare(plant: PreparedPlant, limits: Array) -> PreparedFriction:
         step_length=plant.step_length,
         wheel_inertia=plant.wheel_inertia,
         mount_speed=mount_speed,
-        torque_of_speed=np.asarray(np.linalg.inv(response), np.float64),
+        torque_of_speed=inverse(response),
         held_torque=size + wheels,
     )
 

@@ -235,7 +235,7 @@ def observe(prepared: PreparedPlant, state: PlantState) -> PlantOutputs:
     outputs.flat[:7] = (*state.mrp, *rotations.quaternion_from_mrp(state.mrp))
     outputs.wheel_angle[:] = state.angle
     eta = outputs.modal_displacement
-    outputs.rms_deformation[0] = math.sqrt(eta.dot(eta) / prepared.mass[0, 0])
+    outputs.rms_deformation[0] = math.hypot(*eta.tolist()) / math.sqrt(prepared.mass[0, 0])
     return outputs
 
 
@@ -253,6 +253,6 @@ def telemetry(prepared: PreparedPlant, state: PlantState) -> Telemetry:
         energy=float(
             0.5 * velocity @ (prepared.mass @ velocity)
             + 0.5 * eta @ (prepared.stiffness * eta)
-            + 0.5 * state.momentum @ state.momentum / prepared.wheel_inertia
+            + 0.5 * np.sum(state.momentum * state.momentum) / prepared.wheel_inertia
         ),
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, make_read_only
+from ..fixed_order import inverse, product
 from . import slew_guidance as guidance
 from .controller_parameters import ControllerMatrices, ControllerParameters
 from .zero_order_hold import zero_order_hold
@@ -78,15 +79,16 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         shift = np.zeros((s, (whole + 2) * n))
         shift[:, (k - 1) * n : k * n] = late
         shift[:, k * n : (k + 1) * n] = early
-        ahead = a @ ahead
+        ahead = product(a, ahead)
         ahead[:, s:] += shift
     if part > 0.0:
         a_part, b_part = zero_order_hold(matrices.a, matrices.b_torque, part)
-        ahead = a_part @ ahead
+        ahead = product(a_part, ahead)
         ahead[:, s : s + n] += b_part
 
     reference_a, reference_b = zero_order_hold(matrices.reference_a, matrices.reference_b, period)
-    capability = np.sum(np.abs(matrices.wheel_axis), axis=0) * parameters.authority
+    axes = matrices.wheel_axis
+    capability = np.sum(np.abs(axes), axis=0) * parameters.authority
     return PreparedController(
         period=period,
         states=s,
@@ -116,7 +118,7 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         ahead=np.ascontiguousarray(ahead[:controlled]),
         reference_a=reference_a,
         reference_b=reference_b,
-        distribution=np.asarray(-np.linalg.pinv(matrices.wheel_axis.T), np.float64),
+        distribution=-product(axes, inverse(product(axes.T, axes))),
         body_torque=capability * parameters.torque_limit,
         body_momentum=capability * matrices.wheel_inertia * parameters.speed_band,
         shaper=guidance.shaper_for_pole(matrices.shaper_frequency, matrices.shaper_damping, period),
@@ -128,7 +130,7 @@ def _split_hold(a: Array, b: Array, period: float, part: float) -> tuple[Array, 
     if part == 0.0:
         return np.zeros_like(b), zero_order_hold(a, b, period)[1]
     rest, late = zero_order_hold(a, b, period - part)
-    return rest @ zero_order_hold(a, b, part)[1], late
+    return product(rest, zero_order_hold(a, b, part)[1]), late
 
 
 def plan_slew(prepared: PreparedController, rotation: Array, start: float) -> guidance.Profile:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, make_read_only
+from ..fixed_order import inverse, product
 from .plant_parameters import PlantMatrices, PlantParameters
 from .zero_order_hold import zero_order_hold
 
@@ -68,7 +69,7 @@ def prepare(matrices: PlantMatrices, parameters: PlantParameters, step: float) -
         )
     stiffness = (matrices.frequency * (1.0 + parameters.frequency_dispersion)) ** 2
     damping = matrices.damping * (1.0 + parameters.damping_dispersion)
-    inverse_mass = np.linalg.inv(mass)
+    inverse_mass = inverse(mass)
     force = _force_of_held(matrices, mass)
     held = force.shape[1]
 
@@ -80,7 +81,7 @@ def prepare(matrices: PlantMatrices, parameters: PlantParameters, step: float) -
     a[m:size, m + 6 : size] = -inverse_mass[:, 6:] * damping
     a[size:, m + 3 : m + 6] = np.eye(3)
     b = np.zeros((size + 3, held))
-    b[m:size] = inverse_mass @ force
+    b[m:size] = product(inverse_mass, force)
     full, full_held = zero_order_hold(a, b, step)
     half, half_held = zero_order_hold(a, b, 0.5 * step)
 
@@ -91,7 +92,9 @@ def prepare(matrices: PlantMatrices, parameters: PlantParameters, step: float) -
 
     axial_slope = np.einsum("ni,nim->nm", matrices.wheel_axis, matrices.wheel_slope)
     inertial_speed = (
-        parameters.wheel_speed + matrices.wheel_axis @ parameters.rate + axial_slope @ parameters.modal_velocity
+        parameters.wheel_speed
+        + product(matrices.wheel_axis, parameters.rate)
+        + product(axial_slope, parameters.modal_velocity)
     )
     return PreparedPlant(
         step_length=step,
@@ -107,10 +110,10 @@ def prepare(matrices: PlantMatrices, parameters: PlantParameters, step: float) -
         mass=mass,
         stiffness=stiffness,
         whole_step=np.ascontiguousarray(np.hstack([full[:, :size], full_held])),
-        mid_step=np.ascontiguousarray(momentum_map @ mid),
+        mid_step=product(momentum_map, mid),
         momentum_map=momentum_map,
-        output_map=_output_map(matrices, sensed @ a[m:size, :size]),
-        acceleration_of_held=np.ascontiguousarray(sensed @ b[m:size]),
+        output_map=_output_map(matrices, product(sensed, a[m:size, :size])),
+        acceleration_of_held=product(sensed, b[m:size]),
         tilt=np.cross(matrices.wheel_slope, matrices.wheel_axis[:, :, None], axis=1),
         initial_mrp=parameters.mrp.copy(),
         initial_structure=np.concatenate(

@@ -9,6 +9,7 @@ torque).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,7 +76,7 @@ def plan(rotation: Array, start: float, inertia: Array, torque: Array, momentum:
 
     Source: P, section 4. The wheels must turn J n: its largest share of the capability decides.
     """
-    angle = float(np.linalg.norm(rotation))
+    angle = math.hypot(*rotation.tolist())
     if angle == 0.0:
         return Profile(axis=np.array([1.0, 0.0, 0.0]), angle=0.0, start=start, ramp=0.0, coast_rate=0.0, coast=0.0)
     axis = rotation / angle

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from ..arrays import Array
+from ..fixed_order import product
 
-Product = Callable[[Array, Array], Array]
 TAYLOR_TERMS = 18  # with the norm scaled below 1/2 the remainder is under 2^-18/18! < 1e-21
 
 
-def transition(a: Array, period: float, product: Product = np.matmul) -> tuple[Array, Array]:
-    """Return exp(a t) at t = period and its integral from 0 to the period, (n, n) each; `product` multiplies matrices.
+def transition(a: Array, period: float) -> tuple[Array, Array]:
+    """Return exp(a t) at t = period and its integral from 0 to the period, (n, n) each.
 
     By scaling, Taylor polynomials, and squaring: both double together. The plant and the controller need it at run
     time, where scipy is not available; the test compares it with scipy's exponential of the augmented matrix,
@@ -42,7 +40,7 @@ def matrix_exponential(matrix: Array) -> Array:
     return transition(matrix, 1.0)[0]
 
 
-def zero_order_hold(a: Array, b: Array, period: float, product: Product = np.matmul) -> tuple[Array, Array]:
+def zero_order_hold(a: Array, b: Array, period: float) -> tuple[Array, Array]:
     """Sample dx/dt = a x + b u, with u held over each period.
 
     Parameters
@@ -50,7 +48,6 @@ def zero_order_hold(a: Array, b: Array, period: float, product: Product = np.mat
     a : (n, n) [1/s in the states' units]
     b : (n, m)
     period : [s]
-    product : of two matrices
 
     Returns
     -------
@@ -71,5 +68,5 @@ def zero_order_hold(a: Array, b: Array, period: float, product: Product = np.mat
         raise ValueError(f"zero_order_hold: a must be ({n}, {n}) to match b {b.shape}, got {a.shape}")
     if not period > 0.0:
         raise ValueError(f"zero_order_hold: period must be > 0 s, got {period!r}")
-    exponential, integral = transition(a, period, product)
+    exponential, integral = transition(a, period)
     return exponential, product(integral, b)

@@ -87,7 +87,7 @@ class LinearModel:
 
     def sampled(self, period: float) -> tuple[Array, Array, Array]:
         """Return the transition matrix and the two input matrices for inputs held over `period` [s]."""
-        ad, bd = zero_order_hold(self.a, np.hstack([self.b_torque, self.b_jitter]), period, product)
+        ad, bd = zero_order_hold(self.a, np.hstack([self.b_torque, self.b_jitter]), period)
         torques = self.b_torque.shape[1]
         return ad, bd[:, :torques], bd[:, torques:]
 

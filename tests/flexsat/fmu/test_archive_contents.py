@@ -169,7 +169,7 @@ def test_a_host_that_simulates_from_the_files_gets_the_same(delivered, name):
 
 
 def test_another_order_of_summation_stays_within_the_stated_tolerance(delivered, monkeypatch):
-    """Other kernels of OpenBLAS add in another order, as on a receiver's other processor. The others replay bitwise."""
+    """Other kernels of OpenBLAS add in another order, as on a receiver's other processor."""
     monkeypatch.setenv("OPENBLAS_CORETYPE", "Prescott")
     script = "from replay import check_experiments; [check_experiments(path, 1e-9) for path in sys.argv[1:]]"
     python(script, *(delivered / "centralised" / f"{component}.fmu" for component in COMPONENTS))

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ...ports.table import KINDS, PortTable, Scalar, Variable
 from .experiments import Experiment
+from .fixed_order_run import use_fixed_order
 from .xml_text import xml_bytes
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -57,7 +58,11 @@ class Run:
 
 
 def run_experiments(
-    shell: Callable[..., Any], resources: Mapping[str, bytes], experiments: Sequence[Experiment]
+    shell: Callable[..., Any],
+    resources: Mapping[str, bytes],
+    experiments: Sequence[Experiment],
+    *,
+    fixed_order: bool = True,
 ) -> tuple[PortTable, list[Run]]:
     """Run experiments through a shell as a plain Python class.
 
@@ -65,6 +70,7 @@ def run_experiments(
     ----------
     shell : the class, of which only the calls that the wrapper makes are used
     resources : files it reads
+    fixed_order : so that results are the same bits on every processor; without it, those of the FMU on this one
 
     Raises
     ------
@@ -77,6 +83,8 @@ def run_experiments(
         runs = []
         for experiment in experiments:
             slave = shell(instance_name=experiment.name, resources=folder)
+            if fixed_order:
+                use_fixed_order(slave)
             runs.append(_run(slave, experiment))
         return slave.table, runs
 

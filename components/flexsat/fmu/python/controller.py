@@ -29,7 +29,7 @@ class Controller(ComponentSlave):
         """Sample the design for the parameters, and plan the slew."""
         path = self.resource(MODEL_FILE)
         matrices = load_matrices(path, ControllerMatrices, as_published=self.value("as_published"))
-        self._controller = controller.prepare(matrices, interface.parameters(matrices, self.value))
+        self._controller = self.in_use(controller.prepare(matrices, interface.parameters(matrices, self.value)))
         self._rotation, self._start_time = self.view("command.rotation"), self.view("command.start_time")
         self.state = controller.init(self._controller, self._rotation.copy(), float(self._start_time))
         names = ("gyro.rate", "accelerometer.acceleration", "encoder.speed", "encoder.angle", "star_tracker.mrp",

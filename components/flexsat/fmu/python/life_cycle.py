@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from enum import Enum, auto
 from math import isfinite, nan
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -34,6 +34,8 @@ from .port_values import AnyArray, PortValues, Refused
 from .resources import build_facts, finalise_at_exit, find_resource, remove_from_search_path
 from .saved_state import pack_state, prefixed, section, unpack_state
 from .shared_buffers import BUFFERS_REFERENCE, SharedBuffers
+
+Prepared = TypeVar("Prepared")
 
 STEP_TOLERANCE = 1e-6  # relative; a host that subtracts times at t = 1e5 s errs by 1e-11 s in its step
 
@@ -114,6 +116,10 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         """Use the present values of tunable parameters, one of which has just changed."""
 
     # What a final class uses.
+
+    def in_use(self, prepared: Prepared) -> Prepared:
+        """Return what the steps use of what was prepared: that itself, or where it is replaced, its equal."""
+        return prepared
 
     def view(self, name: str) -> AnyArray:
         """Return a port's values as a view that stays valid; shape () for a scalar."""

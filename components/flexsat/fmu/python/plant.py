@@ -34,7 +34,7 @@ class Plant(ComponentSlave):
         path = self.resource(MODEL_FILE)
         self._matrices = load_matrices(path, PlantMatrices, as_published=self.value("as_published"))
         self._parameters = interface.parameters(self._matrices, self.value)
-        self._plant = plant.prepare(self._matrices, self._parameters, self.preferred_step)
+        self._plant = self.in_use(plant.prepare(self._matrices, self._parameters, self.preferred_step))
         self._plants = {self.preferred_step: self._plant}
         self.state = plant.init(self._plant)
         self.tuned()
@@ -57,7 +57,7 @@ class Plant(ComponentSlave):
         if step not in self._plants:
             if len(self._plants) == KEPT_STEPS:
                 self._plants.pop(next(iter(self._plants)))
-            self._plants[step] = plant.prepare(self._matrices, self._parameters, step)
+            self._plants[step] = self.in_use(plant.prepare(self._matrices, self._parameters, step))
         self._plant = self._plants[step]
         self.tuned()
 

@@ -34,7 +34,7 @@ class Sensors(ComponentSlave):
         model = load_matrices(self.resource(MODEL_FILE), SensorMatrices, as_published=self.value("as_published"))
         parameters = interface.parameters(model, self.value)
         self.fixed_step = parameters.step
-        self._sensors = sensors.prepare(parameters)
+        self._sensors = self.in_use(sensors.prepare(parameters))
         self.state = sensors.init(self._sensors)
         names = ("attitude.quaternion", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.speed",
                  "wheel.angle")  # fmt: skip
