@@ -10,6 +10,7 @@ from fmus.bad.bad_fmus import bad_fmu
 from lockstep import Component, Connection, System, write_ssd
 
 STEP = 10_000_000  # [ns] the FMUs accept no other
+LEVEL, RATE = {"level": 1.0}, {"rate": 1.0}
 SAME_TICK, NEXT_TICK = 0, 1
 
 # Many runs in one process: it is the claim that no FMU can take it down. What each of them left is looked for at once.
@@ -76,8 +77,8 @@ def pair():
             tick=STEP,
             stop_time=20 * STEP,
             components=tuple(
-                Component(name=name, source=fmu, period=STEP, parameters={"level": 1.0, "rate": 1.0}, **options)
-                for name, fmu in parts.items()
+                Component(name=name, source=fmu, period=STEP, parameters=given, **options)
+                for (name, fmu), given in zip(parts.items(), (LEVEL | RATE, RATE), strict=True)
             ),
             connections=(
                 Connection(from_component="a", output="scaled", to_component="b", input="level", delay=delay),
