@@ -17,12 +17,12 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import psutil
 
 _CURRENT_PERSONALITY, _SAME_LAYOUT = 0xFFFFFFFF, 0x0040000  # linux/personality.h: ADDR_NO_RANDOMIZE
-_PARENT_DEATH_SIGNAL = 1  # linux/prctl.h: PR_SET_PDEATHSIG
+_PARENT_DEATH_SIGNAL, _CHILD_SUBREAPER = 1, 36  # linux/prctl.h: PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER
 
 LOCK = ".lock"  # file in a locked folder, where a folder itself cannot be locked
 
@@ -203,10 +203,60 @@ def resident_memory() -> int:
     return int(psutil.Process().memory_info().rss)
 
 
-def end_with_parent() -> None:
-    """Have the system kill this process when its parent ends."""
+def end_with_parent(number: int | None = None) -> None:
+    """Have the system send this process a signal when its parent ends: SIGKILL if no other is given."""
     if sys.platform == "linux":
-        _c_library().prctl(_PARENT_DEATH_SIGNAL, signal.SIGKILL)
+        _c_library().prctl(_PARENT_DEATH_SIGNAL, number or signal.SIGKILL)
+
+
+def adopt_orphans() -> None:
+    """Have descendants whose parents end become children of this process."""
+    if sys.platform == "linux":
+        _c_library().prctl(_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def copy_process() -> int:
+    """Copy this process; return the number of the copy, and 0 in it."""
+    return os.fork()
+
+
+def wait_for_child(process: int) -> int:
+    """Wait for the end of this child and return its exit code, negative for a signal; others are reaped meanwhile."""
+    while True:
+        ended, status = os.waitpid(-1, 0)
+        if ended == process:
+            return os.waitstatus_to_exitcode(status)
+
+
+def reap() -> bool:
+    """Reap the children that have ended; return whether there are others."""
+    with suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+        return True
+    return False
+
+
+def kill(process: int) -> None:
+    """Kill a process; do nothing if it has ended."""
+    with suppress(ProcessLookupError):
+        os.kill(process, signal.SIGKILL)
+
+
+def end_like(code: int) -> NoReturn:
+    """End this process with an exit code, or by a signal if it is negative."""
+    if code < 0:
+        limit_process(core=0)
+        with suppress(OSError):  # it cannot be handled
+            signal.signal(-code, signal.SIG_DFL)
+        os.kill(os.getpid(), -code)
+    os._exit(abs(code))
+
+
+def close_descriptors(*, but: int) -> None:
+    """Close all descriptors of this process except one and those of the standard streams."""
+    os.closerange(3, but)
+    os.closerange(but + 1, os.sysconf("SC_OPEN_MAX"))
 
 
 def has_fork() -> bool:

@@ -8,20 +8,30 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
+from threading import Lock
 
 import psutil
 
-from lockstep.operating_system import session_of
+from lockstep.operating_system import has_fork, session_of
+from lockstep.processes.guard import END
+from lockstep.processes.running_time import RunningTime
 
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 _LISTS = ("PYTHONPATH", "LD_LIBRARY_PATH", "PATH")  # of folders
 _TAIL = 4000  # bytes of what a process printed, in which its last lines are looked for
 _LONGEST_LINE = 200  # letters
+_GUARD = "lockstep.processes.guard"
+_PATIENCE = 10.0  # [s] for a guard that is to end
+_STOPPED = (psutil.STATUS_STOPPED, psutil.STATUS_TRACING_STOP)
 
 
 class ChildProcess:
-    """A Python process whose output goes to a file. Its temporary folder marks the processes that it starts."""
+    """A Python process whose output goes to a file, and its guard, which ends what the process started.
+
+    Where the system cannot copy processes there is no guard. The temporary folder marks the processes that it starts.
+    """
 
     def __init__(
         self,
@@ -35,42 +45,111 @@ class ChildProcess:
         temporary.mkdir(parents=True, exist_ok=True)
         self.printed = printed
         self._marks = {"TMPDIR": str(temporary)}
+        self._pid = 0
+        self._left = -1  # processes that were left running; -1: not known
+        self._lock = Lock()
         printed.unlink(missing_ok=True)
-        with printed.open("ab") as stream:  # for appending: whoever cuts the file off does not leave a hole in it
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", *arguments],
-                cwd=directory,
-                stdin=subprocess.DEVNULL,
-                stdout=stream,
-                stderr=subprocess.STDOUT,
-                pass_fds=descriptors,
-                start_new_session=True,
-                env=_ONE_THREAD | dict(os.environ) | absolute_paths() | self._marks,
-            )
-        self.pid = self._process.pid
+        report, reports = os.pipe()
+        self._report = os.fdopen(report)
+        guard = ["-m", _GUARD, str(reports)] if has_fork() else []
+        try:
+            with printed.open("ab") as stream:  # for appending: whoever cuts the file off does not leave a hole in it
+                self._process = subprocess.Popen(
+                    [sys.executable, "-P", *guard, *arguments],
+                    cwd=directory,
+                    stdin=subprocess.DEVNULL,
+                    stdout=stream,
+                    stderr=subprocess.STDOUT,
+                    pass_fds=(*descriptors, *([reports] if guard else [])),
+                    start_new_session=True,
+                    env=_ONE_THREAD | dict(os.environ) | absolute_paths() | self._marks,
+                )
+        except BaseException:
+            self._report.close()
+            raise
+        finally:
+            os.close(reports)
+
+    @property
+    def guard(self) -> int:
+        """The number of the process that guards this one, or its own."""
+        return self._process.pid
+
+    @property
+    def pid(self) -> int:
+        """The number of the process; waits until it is there."""
+        with self._lock:
+            if not self._pid:
+                line = self._report.readline()
+                self._pid = int(line) if line else self._process.pid
+            return self._pid
+
+    @cached_property
+    def process(self) -> psutil.Process:
+        """The process, to ask for its state; raises psutil.Error where it has ended."""
+        return psutil.Process(self.pid)
 
     @property
     def code(self) -> int | None:
         """The exit code, negative for a signal; None while the process runs."""
-        return self._process.poll()
+        code = self._process.poll()
+        if code is not None and not self._report.closed:
+            pid = self.pid
+            with self._lock:
+                if not self._report.closed:
+                    text = self._report.read()
+                    self._report.close()
+                    self._left = int(text) if text and pid != self._process.pid else -1
+        return code
 
-    def wait(self, limit: float | None = None) -> int | None:
-        """Wait for the end, so many seconds at most; return the exit code, or None if the process still runs."""
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(limit)
+    @property
+    def stopped(self) -> bool:
+        """Whether the process was stopped by a signal or a debugger, and may go on."""
+        with suppress(psutil.Error):
+            return self.process.status() in _STOPPED
+        return False
+
+    @property
+    def left_running(self) -> bool:
+        """Whether it ended before processes that it had started."""
+        if self.code is not None and self._left >= 0:
+            return self._left > 0
+        return bool(self.others())
+
+    def wait(self, limit: float | None = None, *, pauses: bool = False) -> int | None:
+        """Wait for the end, so many seconds at most; return the exit code, or None if the process still runs.
+
+        Time does not count in which this process is stopped, nor that of the other one's `pauses`.
+        """
+        if limit is None:
+            self._process.wait()
+            return self.code
+        time = RunningTime(limit)
+        while not time.is_over:
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(time.next_look)
+                break
+            time.look(counts=not (pauses and self.stopped))
         return self.code
 
     def others(self) -> list[psutil.Process]:
         """Return the processes that it started, directly or not, and that still run."""
-        return [process for process in running(self.pid, self._marks) if process.pid != self.pid]
+        own = (self.pid, self._process.pid)
+        return [process for process in running(self._process.pid, self._marks) if process.pid not in own]
 
     def kill(self) -> None:
-        """Kill the process and those that it started."""
+        """End the process and those that it started."""
         if self.code is None:  # until then its number cannot belong to another process
-            self._process.kill()
-        for process in self.others():
-            with suppress(psutil.Error):
-                process.kill()
+            if self.pid != self._process.pid:
+                self._process.send_signal(END)  # the guard ends the others
+                with suppress(subprocess.TimeoutExpired):
+                    self._process.wait(_PATIENCE)
+            if self.code is None:
+                self._process.kill()
+        if self.code is None or self._left < 0:
+            for process in self.others():
+                with suppress(psutil.Error):
+                    process.kill()
 
 
 def absolute_paths() -> dict[str, str]:

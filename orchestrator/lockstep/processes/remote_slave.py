@@ -91,7 +91,7 @@ class RemoteSlave:
         finally:
             for descriptor in (memory, worker_commands, worker_answers):
                 os.close(descriptor)
-        self._worker = self._cores.add(self._process.pid, self._last_call)
+        self._worker = self._cores.add(self._process.guard, self._last_call)
         source, archive = component.source, component.archive
         if archive is None:
             source = source.absolute()  # the worker has another working directory
@@ -106,6 +106,7 @@ class RemoteSlave:
         if not self._ready:
             self._ready = True
             answer = self._complete()
+            self._worker.pid = self._process.pid
             if "refused" in answer:
                 raise (InputError if answer["refused"] == "InputError" else RunError)(str(answer["reason"]))
 
@@ -223,6 +224,7 @@ class RemoteSlave:
         try:
             if not self._broken:
                 self._process.interrupt = Interrupt()  # the FMU is being ended anyway
+                self._process.closing = True
                 self._process.limit = _LAST_STEP
                 self.complete()
                 self._process.limit = _LAST_CALLS

@@ -14,6 +14,7 @@ import psutil
 from lockstep.interrupt import Interrupt
 from lockstep.operating_system import physical_memory, same_memory_layout
 from lockstep.processes.child_process import ChildProcess, ending, printed_lines
+from lockstep.processes.running_time import RunningTime
 
 GIGABYTE = 2**30
 _INTERVAL = 0.05  # [s] between two looks at time and memory
@@ -38,6 +39,7 @@ class WatchedProcess:
     def __init__(self, descriptors: tuple[int, ...], folder: Path, limits: Limits) -> None:
         self.busy_since = 0.0
         self.limit = limits.step  # [s] for one call
+        self.closing = False  # a worker that is stopped is not waited for any more
         self.cause = ""  # why it was ended, if it was
         self.interrupt = limits.interrupt
         self.interrupted = False  # whether it was ended for that
@@ -52,22 +54,35 @@ class WatchedProcess:
                 directory=directory,
                 descriptors=descriptors,
             )
-        self.pid = self._child.pid
-        self._process = psutil.Process(self.pid)
         self._ended = Event()
-        self._watch = Thread(target=self._look, name=f"watch {self.pid}", daemon=True)
+        self._watch = Thread(target=self._look, name="watch", daemon=True)
         self._watch.start()
+
+    @property
+    def guard(self) -> int:
+        """The number of the process that guards the worker."""
+        return self._child.guard
+
+    @property
+    def pid(self) -> int:
+        """The number of the worker's process; waits until it is there."""
+        return self._child.pid
 
     def _look(self) -> None:
         limits, child = self._limits, self._child
         asked = 0.0  # when Ctrl-C was seen
+        call, time = (0.0, 0.0), RunningTime(self.limit)  # what is measured: when it began, and its limit
         while not self._ended.wait(_INTERVAL):
             since = self.busy_since
             if child.code is not None:
                 child.kill()  # what it started keeps the pipes open
                 return
-            if since and monotonic() - since > self.limit:
-                self._end_for(f"no answer within {self.limit:g} s")
+            if (since, self.limit) != call:
+                call, time = (since, self.limit), RunningTime(self.limit)
+            elif since:
+                time.look(counts=self.closing or not child.stopped)
+                if time.is_over:
+                    self._end_for(f"no answer within {self.limit:g} s")
             if self.interrupt.requested:
                 asked = asked or monotonic()
                 if since and monotonic() - max(since, asked) > _PATIENCE:
@@ -75,7 +90,7 @@ class WatchedProcess:
                     self.interrupt.end()  # from here on a second Ctrl-C does not disturb the closing of files
                     self._end_for("interrupted")
             with suppress(psutil.Error, OSError):
-                memory = self._process.memory_info()
+                memory = child.process.memory_info()
                 if memory.rss > limits.memory or memory.data > limits.reserved * limits.memory:
                     self._end_for(f"took more than {limits.memory / GIGABYTE:.3g} GB of memory")
                 if child.printed.stat().st_size > _MOST_PRINTED:

@@ -22,7 +22,7 @@ from lockstep.errors import InputError, RunError
 from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.slave import ERROR, FATAL, WARNING, Slave
 from lockstep.interrupt import ENDING
-from lockstep.operating_system import end_with_parent, limit_process
+from lockstep.operating_system import limit_process
 from lockstep.processes.last_call import BUSY, CALL, STEP, TIME
 from lockstep.processes.shared_memory import ANSWER, PROGRAM, REQUEST, WAKE, SharedMemory
 from lockstep.processes.string_transfer import first_decode, then_encode
@@ -216,12 +216,11 @@ def _serve(worker: Worker, commands: int, answers: int) -> None:
 
 
 def _limit() -> None:
-    """Write no core files, leave the signals that end a run to the master, and end with it."""
+    """Write no core files, and leave the signals that end a run to the master."""
     limit_process(core=0)
     for number in ENDING:  # not ignored, which what the FMU starts would inherit
         signal.signal(number, lambda *_: None)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end_with_parent()
 
 
 if __name__ == "__main__":

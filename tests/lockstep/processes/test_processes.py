@@ -103,7 +103,7 @@ def start(system, tmp_path, rows=250):
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
         time.sleep(0.02)
-    assert len(workers(temporary)) == 2
+    assert len(workers(temporary)) == 4  # each with its guard
     return process, temporary
 
 

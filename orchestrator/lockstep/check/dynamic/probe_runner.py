@@ -86,8 +86,8 @@ class ProbeRunner:
             directory=directory or usual,
         )
         try:
-            code = child.wait(limit)
-            left = code is not None and child.others()
+            code = child.wait(limit, pauses=True)
+            left = code is not None and child.left_running
         finally:
             child.kill()
             child.wait()
