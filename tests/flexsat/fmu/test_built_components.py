@@ -211,9 +211,11 @@ with Driven(argument(0)) as one, Driven(argument(0), "two") as two:
     )
 
 
-def test_builds_in_another_process_and_folder_give_equal_bytes(fmus, tmp_path):
+def test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes(fmus, tmp_path):
+    """Another processor: other kernels of OpenBLAS, two threads, and numpy without AVX2 and FMA."""
     (tmp_path / "elsewhere").mkdir()
     environment = os.environ | {"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo", "LC_ALL": "C"}
+    environment |= {"OPENBLAS_CORETYPE": "Prescott", "OPENBLAS_NUM_THREADS": "2", "NPY_DISABLE_CPU_FEATURES": "X86_V3"}
     subprocess.run(
         [FLEXSAT, "build", "--flat", "--out", "zweite Fassung"],
         check=True,
