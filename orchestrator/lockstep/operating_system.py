@@ -190,7 +190,9 @@ def limit_process(*, core: int | None = None, data: int | None = None, file_size
 
 def refuses_programs(folder: Path) -> bool:
     """Return whether a folder is on a file system from which no library can be loaded: mounted `noexec`."""
-    return hasattr(os, "ST_NOEXEC") and bool(os.statvfs(folder).f_flag & os.ST_NOEXEC)
+    with suppress(OSError):  # one that is not there is reported when something is written to it
+        return hasattr(os, "ST_NOEXEC") and bool(os.statvfs(folder).f_flag & os.ST_NOEXEC)
+    return False
 
 
 def physical_memory() -> int:

@@ -30,10 +30,15 @@ class StreamError(Exception):
 
 
 def printable(text: str, keep: str = "") -> str:
-    r"""Return a text with its control characters, other than those to keep, as escapes of TOML and JSON: \u001b."""
+    r"""Return a text with its control characters, other than those to keep, as escapes of TOML: \u001b."""
     if text.isprintable():  # nearly all
         return text
-    return "".join(c if c in keep or unicodedata.category(c) not in _CONTROLS else f"\\u{ord(c):04x}" for c in text)
+    return "".join(c if c in keep or unicodedata.category(c) not in _CONTROLS else _escape(c) for c in text)
+
+
+def _escape(character: str) -> str:
+    number = ord(character)
+    return f"\\u{number:04x}" if number < 0x10000 else f"\\U{number:08x}"
 
 
 class PlainStream:

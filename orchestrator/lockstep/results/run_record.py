@@ -12,6 +12,7 @@ from typing import Any
 
 from lockstep.fmi.model_description import Description
 from lockstep.plain_values import plain_value
+from lockstep.standard_streams import printable
 from lockstep.system.clock import seconds
 from lockstep.system.component import Component, Value
 from lockstep.system.system import System
@@ -176,7 +177,8 @@ def _key(key: str) -> str:
 
 
 def _text(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML's basic strings escape as JSON's
+    known = text.encode("utf-8", "replace").decode()  # TOML has no escape for half a character
+    return printable(json.dumps(known, ensure_ascii=False))  # TOML's basic strings escape as JSON's
 
 
 def _literal(value: object) -> str:
@@ -219,9 +221,10 @@ class Events:
 
     def add(self, event: str, **details: object) -> None:
         """Write an event at the present simulated time."""
-        self._write(
-            json.dumps({"time": self.time, "event": event, **details}, ensure_ascii=False, default=_plain) + "\n"
-        )
+        entry = {"time": self.time, "event": event, **details}
+        line = json.dumps(entry, ensure_ascii=False, default=_plain)
+        # an FMU's message must not control the terminal of whoever prints the file
+        self._write((line if line.isprintable() else json.dumps(entry, default=_plain)) + "\n")
 
     def log(self, component: str, status: int, category: str, message: str) -> None:
         """Write an FMU's message if it is a warning or worse, up to a number of them."""

@@ -51,7 +51,7 @@ def test_only_a_near_name_is_suggested():
 
 def test_the_run_record_is_toml():
     content = {
-        "text": 'quote " backslash \\ tab \t line \n ä \x7f',
+        "text": 'quote " backslash \\ tab \t line \n ä \x7f \x9b31m \u202e \U000e0001',
         "number": 1e-06,
         "flag": True,
         "list": ["a", 1.5],
@@ -59,7 +59,21 @@ def test_the_run_record_is_toml():
         "table": {"u[2]": 7.0, "a.b": 1},
         "rows": [{"name": "x", "inner": {"k": 1}}, {"name": "y", "inner": {}}],
     }
-    assert tomllib.loads(to_toml(content)) == content
+    text = to_toml(content)
+    assert tomllib.loads(text) == content
+    assert text.replace("\n", "").isprintable()  # no control character reaches a terminal
+
+
+def test_messages_of_an_fmu_keep_their_control_characters_as_escapes(tmp_path):
+    events = Events()
+    events.open(tmp_path)
+    message = "\x1b[2J\x9b31m\x7f ä\u202e\U000e0001"
+    events.log("c", 1, "category", message)
+    events.close()
+    text = (tmp_path / "events.jsonl").read_text(encoding="utf-8")
+
+    assert json.loads(text)["message"] == message
+    assert text.rstrip("\n").isprintable()
 
 
 def test_events_wait_for_their_file_and_are_limited_in_number(tmp_path):
