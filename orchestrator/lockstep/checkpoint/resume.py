@@ -14,6 +14,7 @@ from lockstep.faults.read import read_scenario
 from lockstep.faults.scenario import Scenario
 from lockstep.results.read import recorded_rows
 from lockstep.results.read_run_record import read_run_record
+from lockstep.results.run_record import EVENTS
 
 
 def resumable(folder: Path | str) -> Checkpoint:
@@ -30,7 +31,11 @@ def resumable(folder: Path | str) -> Checkpoint:
 
 
 def refuse_missing_rows(folder: Path, checkpoint: Checkpoint) -> None:
-    """Raise InputError if the folder holds fewer rows than had been recorded at the checkpoint."""
+    """Raise InputError if the folder holds fewer rows, or less of its events, than had been there at the checkpoint."""
+    events, size = folder / EVENTS, int(checkpoint.header["events"]["size"])
+    if (found := events.stat().st_size if events.is_file() else 0) < size:
+        remedy = "restore it, or remove that checkpoint to use an earlier one"
+        raise InputError(f"{events}: has {found} bytes, and {checkpoint.path.name} needs {size}; {remedy}")
     needed = int(checkpoint.header["rows"])
     rows = recorded_rows(folder, needed)
     if rows < needed:

@@ -108,20 +108,21 @@ def test_a_header_that_is_no_table_is_refused(tmp_path, text):
 def ended(triple, whole, tmp_path):
     """Return a function that makes a folder of a failed run with a changed checkpoint, and resumes it."""
 
-    def go(**changes):
+    def go(*, header=None, arrays=None):
         out = tmp_path / "out"
         (out / "checkpoints").mkdir(parents=True)
         for name in ("run.toml", "events.jsonl", "signals.parquet"):
-            (out / name).write_bytes((whole / name).read_bytes())
+            if not (out / name).exists():
+                (out / name).write_bytes((whole / name).read_bytes())
         run = (out / "run.toml").read_text()
         (out / "run.toml").write_text(run.replace('"completed"', '"failed"'))
         good = newest_checkpoint(whole)
-        rewritten(good, out / "checkpoints" / good.name, **changes)
+        rewritten(good, out / "checkpoints" / good.name, header, arrays)
         before = {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()}
         try:
             resume(out, triple)
         finally:
-            if changes:
+            if header or arrays:
                 assert {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()} == before
         return out
 
@@ -142,6 +143,14 @@ def test_a_run_resumes_from_a_checkpoint_that_was_only_packed_again(ended, whole
 def test_rows_that_do_not_fit_are_refused_before_anything_changes(ended, changes, message):
     with pytest.raises(InputError, match=message):
         ended(**changes)
+
+
+def test_events_that_were_cut_are_refused_and_not_filled_with_zeros(ended, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/events.jsonl").write_text('{"time": 0.0, "event": "start"}\n')
+    message = r"events\.jsonl: has 32 bytes, and t=0\.031\.ckpt needs \d+; restore it, or remove that checkpoint"
+    with pytest.raises(InputError, match=message):
+        ended()
 
 
 def test_a_state_that_is_cut_is_refused_by_the_name_of_its_component(triple, whole, tmp_path):
