@@ -3,7 +3,7 @@
 - relativeQuantity of a variable is always None: FMPy looks for an attribute among the children.
 - min, max and quantity of unsigned integers of FMI 3.0 are left out, and all Start elements of a String array but the
   first.
-- nominal, min and max of a variable's type are not inherited; `lockstep.fmi.model_description.bound_text` does that.
+- nominal of a type is not inherited by its variables (nor min and max: see `bound_text` in `model_description`).
 - FMI 1.0: capabilities, direct dependencies and negated aliases are not read.
 - Lists of dependencies with two blanks, or on several lines, end in an exception; parameters of FMI 2.0 without a
   variability too, whether FMPy is to validate the description or not.
