@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -49,6 +49,7 @@ _SCALARS: Mapping[str, Scalar] = {
     "String": "String",
 }
 _BOUNDS = ("min", "max")
+_NUMBERS: Mapping[str, Callable[[str], float]] = {"Real": float, "Integer": int, "Enumeration": int}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +68,7 @@ class Variable:
     relative: bool = False  # a difference: the unit's offset does not apply
     minimum: float | None = None
     maximum: float | None = None
+    nominal: float = 1.0  # usual size of a Real
     description: str = ""
     variability: str = "continuous"
     initial: str = ""  # exact, approx or calculated
@@ -169,12 +171,15 @@ def read_description(component: Component) -> Description:
     if library_path(identifier, version) not in members:
         there = sorted({m.split("/")[1] for m in members if m.startswith("binaries/") and m.count("/") > 1})
         raise InputError(f"{where} has no binary for {platform}; it has {', '.join(there) or 'none'}")
-    units = {unit.name: _unit(unit) for unit in model.unitDefinitions}
     negated = negated_aliases(root)
-    if version == "3.0":
-        variables = list(_elements(model.modelVariables, units, text_starts(root)))
-    else:
-        variables = [v for v in _scalars(model, units) if v.name not in negated]
+    try:
+        units = {unit.name: _unit(unit) for unit in model.unitDefinitions}
+        if version == "3.0":
+            variables = list(_elements(model.modelVariables, units, text_starts(root)))
+        else:
+            variables = [v for v in _scalars(model, units) if v.name not in negated]
+    except (ValueError, OverflowError) as error:  # numbers that are none: the problem found before says where
+        raise InputError(f"{where} has a bad model description: {problems[0] if problems else error}") from None
     twice = [name for name, count in Counter(v.name for v in variables).items() if count > 1]
     ports = [name for name in twice if any(v.name == name and v.causality != "local" for v in variables)]
     if ports:
@@ -272,7 +277,10 @@ def _unit(unit: Any) -> Unit:
     if base is None:
         return Unit(name=unit.name)
     exponents = tuple(int(getattr(base, name)) for name in BASES)
-    return Unit(name=unit.name, exponents=exponents, factor=float(base.factor), offset=float(base.offset))
+    factor, offset = float(base.factor), float(base.offset)
+    if not (math.isfinite(factor) and factor and math.isfinite(offset)):
+        return Unit(name=unit.name)  # it converts nothing: it is known by its name alone
+    return Unit(name=unit.name, exponents=exponents, factor=factor, offset=offset)
 
 
 def _scalars(model: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
@@ -295,6 +303,11 @@ def _elements(variables: Any, units: Mapping[str, Unit], texts: Mapping[str, lis
         # a String's start is one text, blanks and all; one number is that of all elements
         text = kind == "String" or variable.start is None
         starts = texts.get(variable.name, [variable.start]) if text else variable.start.split()
+        size = math.prod(variable.shape)
+        if len(starts) not in (1, size):
+            raise ValueError(f"{variable.name}: {len(starts)} start values for {size} elements")
+        if kind in _NUMBERS and variable.start is not None:
+            list(map(_NUMBERS[kind], starts))  # ValueError for what is no number
         for position, index in enumerate(product(*(range(1, size + 1) for size in variable.shape))):
             yield Variable(
                 name=element_name(variable.name, index),
@@ -303,13 +316,15 @@ def _elements(variables: Any, units: Mapping[str, Unit], texts: Mapping[str, lis
                 native=variable.type,
                 array=variable.valueReference,
                 element=position,
-                start=starts[position] if position < len(starts) else starts[0] if len(starts) == 1 else None,
+                start=starts[0] if len(starts) == 1 else starts[position],
                 **shared,
             )
             reference += 1
 
 
 def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, Any]:
+    if not 0 <= variable.valueReference < 2**32:
+        raise ValueError(f"{variable.name}: value reference {variable.valueReference} is not in 0 to 2^32 - 1")
     declared = variable.declaredType
     unit = variable.unit or (declared.unit if declared else None)
     minimum, maximum = (_bound(variable, bound) if kind in ("Real", "Integer") else None for bound in _BOUNDS)
@@ -319,6 +334,7 @@ def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, An
         "relative": _is_relative(variable),
         "minimum": minimum,
         "maximum": maximum,
+        "nominal": float(variable.nominal) if kind == "Real" and variable.nominal else 1.0,
         "description": variable.description or "",
         "variability": variable.variability or ("continuous" if kind == "Real" else "discrete"),
         "initial": variable.initial or "",

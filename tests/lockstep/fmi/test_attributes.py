@@ -7,9 +7,10 @@ import zipfile
 
 import pytest
 
-from lockstep import Component
+from lockstep import Component, InputError
 from lockstep.check.dynamic.experiment import read_experiment, read_other_experiment
 from lockstep.fmi.model_description import PLATFORMS, read_description
+from lockstep.system.units import Unit
 
 UNITS = """<UnitDefinitions>
   <Unit name="odd"><BaseUnit kg="1" m="2" s="-3" A="4" K="-5" mol="6" cd="-7" rad="8" factor="0.5" offset="2"/></Unit>
@@ -164,10 +165,11 @@ def test_real_with_attributes_of_its_own_and_of_its_type(read, name):
     assert variable.start == {"own": "1.5", "typed": "2.5"}[name]
     if name == "own":
         assert (variable.causality, variable.variability, variable.description) == ("input", "discrete", "text")
+        assert variable.nominal == 7.0
         port = next(port for port in experiment.inputs if port.name == "own")
         assert (port.start, port.minimum, port.maximum, port.nudge) == (1.5, -3.0, 4.0, 0.07)
     else:
-        assert variable.causality == "parameter"
+        assert (variable.causality, variable.nominal) == ("parameter", 7.0)
         assert variable.variability == ("fixed" if version == "1.0" else "tunable")
 
 
@@ -259,3 +261,36 @@ def test_parameters_without_a_variability_are_read_as_fixed_with_a_warning(tmp_p
     assert description.variables["typed"].variability == "fixed"
     (problem,) = description.problems
     assert problem.endswith('has an illegal combination of causality="parameter" and variability="continuous".')
+
+
+@pytest.mark.parametrize(
+    ("version", "old", "new", "message"),
+    [
+        ("2.0", 'min="-3"', 'min="abc"', "attribute 'min': 'abc' is not a valid value"),
+        ("2.0", 'value="2"', 'value="b"', "attribute 'value': 'b' is not a valid value"),
+        (
+            "2.0",
+            'valueReference="11"',
+            'valueReference="-11"',
+            "attribute 'valueReference': '-11' is not a valid value",
+        ),
+        ("3.0", 'start="1.5">', 'start="abc">', "attribute 'start': 'abc' is not a valid value"),
+        ("3.0", 'start="1 2 3 4"', 'start="1 2"', "grid: 2 start values for 4 elements"),
+    ],
+)
+def test_numbers_that_are_none_are_refused_in_one_line(tmp_path, version, old, new, message):
+    xml = {"2.0": FMI2, "3.0": FMI3}[version]
+    assert old in xml
+    path = packed(tmp_path, version, xml.replace(old, new))[0]
+
+    with pytest.raises(InputError, match="has a bad model description") as caught:
+        described(path)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("factor", ["0", "INF", "NaN"])
+def test_unit_with_a_factor_that_converts_nothing_is_known_by_its_name_alone(tmp_path, factor):
+    path = packed(tmp_path, "2.0", FMI2.replace('factor="0.5"', f'factor="{factor}"'))[0]
+
+    assert described(path).variables["own"].unit == Unit(name="odd")

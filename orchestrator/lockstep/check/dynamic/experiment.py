@@ -260,7 +260,8 @@ def _element_port(variable: Variable, feeds: tuple[str, ...] | None) -> Port:
     low, high = (float(limit) for limit in variable.limits) if kind == "Integer" else (-math.inf, math.inf)
     low = low if variable.minimum is None else variable.minimum
     high = high if variable.maximum is None else variable.maximum
-    return _numeric(port, variable.start, (low, high), 1.0, variable.variability == "continuous")
+    nominal = _number(variable.nominal, 1.0)
+    return _numeric(port, variable.start, (low, high), nominal, variable.variability == "continuous")
 
 
 def _numeric(port: Port, start_text: Any, limits: tuple[float, float], nominal: float, continuous: bool) -> Port:
