@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lockstep import Component, RunError, read_signals, simulate
+from lockstep import Component, InputError, RunError, read_signals, simulate
 from lockstep.adapter.bind import bind
 from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
@@ -167,6 +167,8 @@ def test_a_run_ends_with_the_variable_and_the_time(loop, reference_fmu, tmp_path
     system = replace_component(loop, "echo", fmu, replace(read_adapter(path), step=1_000_000))
     message = rf"^echo: {name}: 3e\+09 does not fit into {name.removesuffix('_in')} at 0\.002 s$"
     system, out = system.with_isolation("echo", version == "2.0"), tmp_path / "out"
+    with pytest.raises(InputError, match=r"^echo\.u\[1\]: is connected to counter\.count, so that a value"):
+        simulate(system, out, overrides={"echo.u[1]": 5.0})  # also behind an adapter
     with pytest.raises(RunError, match=message):
         simulate(system, out, overrides={"counter.gain": 1e9}, record=["counter.count"])
     assert read_signals(out)["counter.count"].tolist() == [1e9, 2e9]
