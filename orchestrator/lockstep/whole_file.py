@@ -5,13 +5,19 @@ from pathlib import Path
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file, and its folder if there is none, so that a reader sees the old one or the new one; or OSError."""
+    """Write a file, and its folder if there is none, so that a reader sees the old one or the new one.
+
+    Raises OSError with the path.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name[:200]}.{secrets.token_hex(4)}")
     try:
         with partial.open("xb") as file:
             file.write(content)
         partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from None
     except BaseException:
         partial.unlink(missing_ok=True)
         raise

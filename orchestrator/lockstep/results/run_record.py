@@ -123,9 +123,9 @@ def write_run_record(folder: Path, content: Mapping[str, object], *, rename: boo
     try:
         partial.write_text(to_toml(content) + _room(content), encoding="utf-8")
         return partial.replace(folder / RUN) if rename else partial
-    except OSError:
+    except OSError as error:
         partial.unlink(missing_ok=True)
-        raise
+        raise OSError(error.errno, error.strerror, str(folder / RUN)) from None
 
 
 def end_run_record(folder: Path, content: Mapping[str, object]) -> None:
