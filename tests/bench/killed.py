@@ -1,4 +1,4 @@
-"""Kill runs at twenty moments, start pairs of runs at twenty offsets: `python tests/bench/killed.py [MOMENTS]`.
+"""Kill runs at twenty moments, start pairs of runs at twenty offsets: `python tests/bench/killed.py [MOMENTS [ROW...]]`.
 
 A run is killed with SIGKILL: with and without checkpoints, its FMUs isolated or in the process of the master, into a
 new folder and over an earlier run. Then: what is on disk is readable and equal to the rows of a run that was not
@@ -97,8 +97,19 @@ class Bench:
         return all(np.array_equal(signals[name], self.whole[name][:rows]) for name in self.whole.columns)
 
 
+def wait_until(process: subprocess.Popen[str], moment: float, out: Path) -> None:
+    """Wait so many seconds; a negative number is of simulated time, from the first row on."""
+    if moment >= 0.0:
+        time.sleep(moment)
+        return
+    stream = out / "signals.arrows"
+    while process.poll() is None and not stream.exists():
+        time.sleep(0.005)
+    time.sleep(-moment / PACE)
+
+
 def killed(bench: Bench, moment: float, system: str, checkpoints: bool, over: bool) -> Iterator[tuple[str, bool]]:
-    """Kill a run after so many seconds; yield what was found, and whether it is right."""
+    """Kill a run at a moment, see `wait_until`; yield what was found, and whether it is right."""
     home = Path(tempfile.mkdtemp(dir=bench.folder))
     out = home / "out"
     if over:
@@ -108,7 +119,7 @@ def killed(bench: Bench, moment: float, system: str, checkpoints: bool, over: bo
     options: list[object] = ["--pace", PACE, *(["--overwrite"] if over else [])]
     options += ["--checkpoint-every", "0.3"] if checkpoints else []
     with bench.start(system, out, *options) as process:
-        time.sleep(moment)
+        wait_until(process, moment, out)
         process.kill()
         process.communicate()
     yield "no process is left", not bench.left_processes()
@@ -201,7 +212,7 @@ def paired(bench: Bench, offset: float, kind: str) -> Iterator[tuple[str, bool]]
 
 def main() -> int:
     """Run all and print a table."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    count, words = int(sys.argv[1]) if len(sys.argv) > 1 else 20, sys.argv[2:]
     wrong = 0
     with tempfile.TemporaryDirectory() as name:
         bench = Bench(Path(name))
@@ -209,19 +220,26 @@ def main() -> int:
         with bench.start("shared", bench.folder / "timed", "--pace", PACE) as process:
             process.communicate()
         length = time.monotonic() - began  # [s] of wall time
-        moments = np.linspace(0.0, 1.02 * length, count).tolist()
-        print(f"kill -9 at {count} moments of {length:.1f} s")
-        for system, checkpoints, over in product(("shared", "isolated"), (False, True), (False, True)):
-            words = ("checkpoints" if checkpoints else "no checkpoints", "over a run" if over else "new")
-            title = ", ".join((system, *words))
-            wrong += report(title, [list(killed(bench, moment, system, checkpoints, over)) for moment in moments])
-        study = [list(killed_study(bench, 2.0 * moment)) for moment in moments]
-        wrong += report("study of two isolated runs", study)
-        print(f"two runs at {count} offsets up to {length:.1f} s")
-        for kind in ("new", "overwrite", "default"):
-            wrong += report(kind, [list(paired(bench, offset, kind)) for offset in moments])
+        early, late = np.linspace(0.0, length, count - count // 2), -np.linspace(0.01, STOP, count // 2)
+        moments, offsets = [*early.tolist(), *late.tolist()], np.linspace(0.0, 1.02 * length, count).tolist()
+        print(f"{count} moments or offsets; a run takes {length:.1f} s")
+        for title, row in rows(bench, moments, offsets).items():
+            if not words or any(word in title for word in words):
+                wrong += report(title, [list(result) for result in row])
     print("nothing lost, mixed or left behind" if not wrong else f"{wrong} wrong")
     return 1 if wrong else 0
+
+
+def rows(bench: Bench, moments: list[float], offsets: list[float]) -> dict[str, Iterator[Iterator[tuple[str, bool]]]]:
+    """Return the rows of the table, each begun when it is read."""
+    found: dict[str, Iterator[Iterator[tuple[str, bool]]]] = {}
+    for system, saved, over in product(("shared", "isolated"), (False, True), (False, True)):
+        parts = (system, "checkpoints" if saved else "no checkpoints", "over a run" if over else "new folder")
+        found[", ".join(parts)] = (killed(bench, moment, system, saved, over) for moment in moments)
+    found["study of two isolated runs"] = (killed_study(bench, 2.0 * offset) for offset in offsets)
+    for kind in ("new", "overwrite", "default"):
+        found[f"two runs, {kind}"] = (paired(bench, offset, kind) for offset in offsets)
+    return found
 
 
 def report(title: str, results: list[list[tuple[str, bool]]]) -> int:
