@@ -9,11 +9,16 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from .quantities import NOT_NEGATIVE, PERIOD, POSITIVE, Range, check_ranges
+from .quantities import PERIOD, POSITIVE, Range, check_ranges
 
 RPM = 2.0 * math.pi / 60.0  # rad/s
 DEGREE = math.pi / 180.0  # rad
 ARCSECOND = DEGREE / 3600.0  # rad
+
+# Upper limits are far from anything that is built; beyond them results are not those of a spacecraft, or not numbers.
+UP_TO_ONE = Range(minimum=0.0, maximum=1.0)
+ERROR_ANGLE = Range(minimum=0.0, maximum=0.5)  # rad; larger errors wrap round
+TURN = Range(minimum=-2.0 * math.pi, maximum=2.0 * math.pi)  # rad
 
 ConfigurationName = Literal["centralised", "distributed"]
 CONFIGURATIONS: tuple[ConfigurationName, ...] = ("centralised", "distributed")
@@ -59,12 +64,16 @@ class Wheel:
     """One reaction wheel and its imbalance. The broadband part stands for every harmonic but the first."""
 
     inertia: Annotated[float, "kg.m2", POSITIVE] = 0.84  # P, table 1
-    torque_limit: Annotated[float, "N.m", POSITIVE] = 0.8  # P, table 1
-    speed_band: Annotated[float, "rad/s", POSITIVE] = 25.0 * RPM  # P: 50 rpm wide about the nominal speed
-    imbalance_force: Annotated[float, "N.s2/rad2", NOT_NEGATIVE] = 0.7852e-7 / RPM**2  # C: 0.7852e-7 N/rpm2
-    imbalance_torque: Annotated[float, "N.m.s2/rad2", NOT_NEGATIVE] = 0.3239e-7 / RPM**2  # C: 0.3239e-7 N.m/rpm2
-    broadband_force: Annotated[float, "N", NOT_NEGATIVE] = 0.7852e-7 * 3600.0  # C: 60^2 in rpm2, held 5 ms
-    broadband_torque: Annotated[float, "N.m", NOT_NEGATIVE] = 0.3239e-7 * 3600.0  # C
+    torque_limit: Annotated[float, "N.m", Range(above=0.0, maximum=1e6)] = 0.8  # P, table 1
+    speed_band: Annotated[float, "rad/s", Range(above=0.0, maximum=1e6)] = (
+        25.0 * RPM
+    )  # P: 50 rpm wide about the nominal speed
+    imbalance_force: Annotated[float, "N.s2/rad2", UP_TO_ONE] = 0.7852e-7 / RPM**2  # C: 0.7852e-7 N/rpm2
+    imbalance_torque: Annotated[float, "N.m.s2/rad2", UP_TO_ONE] = 0.3239e-7 / RPM**2  # C: 0.3239e-7 N.m/rpm2
+    broadband_force: Annotated[float, "N", Range(minimum=0.0, maximum=1e4)] = (
+        0.7852e-7 * 3600.0
+    )  # C: 60^2 in rpm2, held 5 ms
+    broadband_torque: Annotated[float, "N.m", Range(minimum=0.0, maximum=1e4)] = 0.3239e-7 * 3600.0  # C
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -115,12 +124,12 @@ SITES_OF_MODE_ROWS_AS_PUBLISHED: tuple[tuple[float, float], ...] = (
 class SensorNoise:
     """Standard deviation of one sample of each sensor (P prints them as densities; C uses them so)."""
 
-    gyro: Annotated[float, "rad/s", NOT_NEGATIVE] = 1e-5 * DEGREE
-    accelerometer: Annotated[float, "m/s2", NOT_NEGATIVE] = 2e-5
-    encoder: Annotated[float, "rad/s", NOT_NEGATIVE] = 3e-4
-    star_tracker_coarse: Annotated[float, "rad", NOT_NEGATIVE] = 10.0 * ARCSECOND  # SST, slews
-    star_tracker_fine: Annotated[float, "rad", NOT_NEGATIVE] = 0.1 * ARCSECOND  # fine guidance sensor
-    filter_frequency: Annotated[float, "Hz", Range(minimum=1e-3)] = 80.0  # P: accelerometers, 2nd order
+    gyro: Annotated[float, "rad/s", Range(minimum=0.0, maximum=10.0)] = 1e-5 * DEGREE
+    accelerometer: Annotated[float, "m/s2", Range(minimum=0.0, maximum=1e3)] = 2e-5
+    encoder: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1e3)] = 3e-4
+    star_tracker_coarse: Annotated[float, "rad", ERROR_ANGLE] = 10.0 * ARCSECOND  # SST, slews
+    star_tracker_fine: Annotated[float, "rad", ERROR_ANGLE] = 0.1 * ARCSECOND  # fine guidance sensor
+    filter_frequency: Annotated[float, "Hz", Range(minimum=1e-3, maximum=1e6)] = 80.0  # P: accelerometers, 2nd order
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -157,7 +166,7 @@ class Weights:
 class Slew:
     """Guidance of the slew."""
 
-    rotation: Annotated[tuple[float, float, float], "rad"] = (0.5 * DEGREE, 0.0, 0.0)  # P
+    rotation: Annotated[tuple[float, float, float], "rad", TURN] = (0.5 * DEGREE, 0.0, 0.0)  # P
     start_time: Annotated[float, "s"] = 5.0  # C
     authority: Annotated[float, "1", Range(above=0.0, maximum=1.0)] = 0.8  # P: share of torque and of speed band
 

@@ -43,7 +43,7 @@ class Range:
 
 NOT_NEGATIVE = Range(minimum=0.0)
 POSITIVE = Range(above=0.0)
-PERIOD = Range(minimum=1e-6)
+PERIOD = Range(minimum=1e-6, maximum=3600.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -181,11 +181,11 @@ def test_every_unit_is_known():
     ("make", "message"),
     [
         (lambda: Wheel(inertia=0.0), r"^Wheel\.inertia \[kg\.m2\] must be > 0, got 0\.0$"),
-        (lambda: Rates(plant=0.0), r"^Rates\.plant \[s\] must be >= 1e-06, got 0\.0$"),
+        (lambda: Rates(plant=0.0), r"^Rates\.plant \[s\] must be >= 1e-06 and <= 3600, got 0\.0$"),
         (lambda: Slew(authority=1.1), r"^Slew\.authority \[1\] must be > 0 and <= 1, got 1\.1$"),
         (lambda: Slew(authority=float("nan")), r"must be > 0 and <= 1, got nan$"),
         (lambda: Slew(start_time=float("nan")), r"^Slew\.start_time \[s\] must be a number, got nan$"),
-        (lambda: SensorNoise(gyro=-1e-9), r"^SensorNoise\.gyro \[rad/s\] must be >= 0, got -1e-09$"),
+        (lambda: SensorNoise(gyro=-1e-9), r"^SensorNoise\.gyro \[rad/s\] must be >= 0 and <= 10, got -1e-09$"),
         (lambda: replace(STOCK.plate, poisson_ratio=0.5), r"must be > -1 and < 0\.5, got 0\.5$"),
         (
             lambda: replace(STOCK.plate, damping_frequencies=(0.5, 0.0)),

@@ -105,5 +105,5 @@ def test_our_fmus_refuse_what_is_not_a_number_in_one_line(flexsat, fmus, tmp_pat
                    "--out", tmp_path / "out")  # fmt: skip
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
-    assert done.stderr.startswith("flexsat: controller: fmi2DoStep returned fmi2Discard")
+    assert done.stderr.startswith("flexsat: controller: fmi2SetReal returned fmi2Error")
     assert " at 0.1 s: setReal: gyro.rate[2] must be finite, got nan" in done.stderr

@@ -18,6 +18,12 @@ import numpy as np
 NamedValues = dict[str, np.ndarray[Any, Any]]
 NOT_SAVED: Mapping[str, bool] = MappingProxyType({"saved": False})  # metadata of a field
 WORD = 64  # bits
+GENERATORS = ("PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64")  # bit generators that are saved; no others
+# The greatest value of each of their numbers that is less than its type allows: numpy does not check, and would read
+# beyond the generator's memory.
+GREATEST: Mapping[str, int] = MappingProxyType(
+    {"has_uint32": 1, "uinteger": 2**32 - 1, "pos": 624, "buffer_pos": 4},
+)
 
 
 def named_values(state: object) -> NamedValues:
@@ -52,7 +58,19 @@ def restore_values(state: object, saved: Mapping[str, np.ndarray[Any, Any]]) -> 
     if unknown:
         raise ValueError(f"the saved state has {unknown[0]}, which this component does not know")
     if state is not None:
+        _check_generators(state, "", saved)
         _write(state, "", saved)
+
+
+def _check_generators(state: Any, prefix: str, saved: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    for _, name, value in _saved_fields(state, prefix):
+        if isinstance(value, np.random.Generator):
+            for number, greatest in GREATEST.items():
+                for path in (f"{name}.{number}", f"{name}.state.{number}"):
+                    if path in saved and not saved[path] <= greatest:
+                        raise ValueError(f"{path} must be <= {greatest}, got {saved[path].item()}")
+        elif is_dataclass(value):
+            _check_generators(value, f"{name}.", saved)
 
 
 def _saved_fields(state: Any, prefix: str) -> Iterator[tuple[str, str, Any]]:
@@ -65,7 +83,7 @@ def _saved_fields(state: Any, prefix: str) -> Iterator[tuple[str, str, Any]]:
 def _values(state: Any, prefix: str) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
     for _, name, value in _saved_fields(state, prefix):
         if isinstance(value, np.random.Generator):
-            yield from _generator_values(value.bit_generator.state, f"{name}.")
+            yield from _generator_values(_bit_generator_state(name, value), f"{name}.")
         elif is_dataclass(value):
             yield from _values(value, f"{name}.")
         else:
@@ -81,6 +99,13 @@ def _array(name: str, value: object) -> np.ndarray[Any, Any]:
         if array.dtype.kind in "biuf":
             return array
     raise ValueError(f"state.{name}: a {type(value).__qualname__} cannot be saved; a state is arrays and numbers")
+
+
+def _bit_generator_state(name: str, generator: np.random.Generator) -> Mapping[str, Any]:
+    state: Mapping[str, Any] = generator.bit_generator.state
+    if state["bit_generator"] not in GENERATORS:
+        raise ValueError(f"state.{name}: a {state['bit_generator']} cannot be saved; use {', '.join(GENERATORS)}")
+    return state
 
 
 def _generator_values(state: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
@@ -99,7 +124,7 @@ def _write(state: Any, prefix: str, saved: Mapping[str, np.ndarray[Any, Any]]) -
         if isinstance(value, np.ndarray):
             np.copyto(value, saved[name])
         elif isinstance(value, np.random.Generator):
-            value.bit_generator.state = _generator_state(value.bit_generator.state, f"{name}.", saved)
+            value.bit_generator.state = _generator_state(_bit_generator_state(name, value), f"{name}.", saved)
         elif is_dataclass(value):
             if value.__dataclass_params__.frozen:  # type: ignore[union-attr]  # others may hold it: make a new one
                 value = _copy(value)

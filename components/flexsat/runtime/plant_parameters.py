@@ -75,6 +75,9 @@ class PlantParameters:
         for name, errors in (("frequency", self.frequency_dispersion), ("inertia", self.inertia_dispersion)):
             if not np.all(errors > -1.0):
                 raise ValueError(f"dispersion.{name}: every relative error must be > -1, got {float(errors.min())!r}")
+        if not np.all(self.damping_dispersion >= -1.0):
+            least = float(self.damping_dispersion.min())
+            raise ValueError(f"dispersion.damping: every relative error must be >= -1, got {least!r}")
 
 
 def parameters_of_run(

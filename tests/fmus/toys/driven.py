@@ -51,5 +51,5 @@ def refused(one, time, step):
     except FMICallException as error:
         accepted, status = False, error.status
     assert not accepted, "the step was accepted"
-    assert status == 2, status  # fmi2Discard
+    assert status == 3, status  # fmi2Error
     return one.messages[-1][2]

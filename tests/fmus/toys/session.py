@@ -6,6 +6,7 @@ import ctypes
 import shutil
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import fmpy
@@ -51,7 +52,8 @@ class Session:
         return self
 
     def __exit__(self, *_):
-        self.fmu.terminate()
+        with suppress(FMICallException):  # where a call was refused, or initialisation did not end
+            self.fmu.terminate()
         self.fmu.freeInstance()
         shutil.rmtree(self.folder)
 

@@ -1,26 +1,20 @@
 """Run a component as an FMI 2.0 co-simulation slave: the one class between pythonfmu and the final shells.
 
-The wrapper of pythonfmu 0.7 limits how errors can be reported to the host:
-
-- `do_step` returns true (fmi2OK) or false (fmi2Discard, and fmi2Terminated becomes true);
-- every other call is fmi2OK, or fmi2Fatal if it raises, and then the instance's memory is freed twice.
-
-So no method raises. A failed call is logged with status fmi2Error at once; from then on real outputs read
-not-a-number and each `do_step` returns fmi2Discard without calling the model. `fmi2Reset`, or setting a saved
-state, makes the instance usable again.
+The wrapper of pythonfmu 0.7 returns fmi2OK from every call, or fmi2Fatal if it raises, and then the instance's memory
+is freed twice. So no method raises. A refused call is logged at once and noted in memory that the shim reads, which
+returns fmi2Error in place of the wrapper. From then on real outputs read not-a-number, and no call reaches the model.
+`fmi2Reset`, or setting a saved state, makes the instance usable again.
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
-from enum import Enum, auto
+from collections.abc import Callable, Mapping, Sequence
 from math import isfinite, nan
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 from xml.etree.ElementTree import Element
 
-import numpy as np
 from pythonfmu import Fmi2Slave
 from pythonfmu._version import __version__ as pythonfmu_version
 from pythonfmu.enums import Fmi2Status
@@ -28,25 +22,17 @@ from pythonfmu.enums import Fmi2Status
 from ...ports.table import Kind, Naming, Port, PortTable
 from ...runtime.named_state import named_values, restore_values
 from .access_plans import AccessPlans
+from .call_order import Phase, check_order
+from .communication_points import CommunicationPoints
 from .host_log import log_text, printf_safe, reason_of
 from .model_description import About, build_date, model_description
 from .port_values import AnyArray, PortValues, Refused
 from .resources import build_facts, finalise_at_exit, find_resource, remove_from_search_path
+from .saved_life_cycle import SavedLifeCycle
 from .saved_state import pack_state, prefixed, section, unpack_state
-from .shared_buffers import BUFFERS_REFERENCE, SharedBuffers
+from .shared_buffers import BUFFERS_REFERENCE, REFUSAL_REFERENCE, SharedBuffers
 
 Prepared = TypeVar("Prepared")
-
-STEP_TOLERANCE = 1e-6  # relative; a host that subtracts times at t = 1e5 s errs by 1e-11 s in its step
-
-
-class Phase(Enum):
-    """State of an instance in the FMI life cycle."""
-
-    INSTANTIATED = auto()
-    INITIALIZING = auto()
-    STEPPING = auto()
-    TERMINATED = auto()
 
 
 class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type information
@@ -72,12 +58,21 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        if "logger" in kwargs:  # instantiated by the wrapper, not by a build or a test
+        self._failure: str | None = None
+        if "logger" not in kwargs:  # a build or a test
+            self._make()
+            return
+        try:  # raising would crash the host in a reset
             remove_from_search_path(self.resources)
+            finalise_at_exit(self.resources)
+            self._make()
+        except BaseException as error:
+            self._failure = reason_of("instantiate", error, brief=False)
+            self._log_error(log_text("instantiate", error, isinstance(error, ValueError)))
+
+    def _make(self) -> None:
         build = build_facts(self.resources)
         self.modelName = str(build.get("model_name", type(self).__name__))
-        if "logger" in kwargs:
-            finalise_at_exit(self.resources)
         self.guid = str(build.get("guid", type(self).__qualname__))
         self._version = str(build.get("version", type(self).version))
         naming: Naming = "flat" if build.get("naming") == "flat" else "structured"
@@ -86,11 +81,11 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         self._starting = {port.name for port in self.table if self.table.starts_from(port)}
         self._feeds_on_demand = any(port.on_demand and port.depends_on for port in self.table)
         self._buffers = SharedBuffers(self.values, self._feeds_on_demand)
-        self._enter(Phase.INSTANTIATED)
+        self._plans = AccessPlans()
+        self._points = CommunicationPoints()
         self._started = False  # whether `start` has run with the present parameters and inputs
         self._stale = False  # whether the outputs on demand are older than the state
-        self._failure: str | None = None
-        self._plans = AccessPlans()
+        self._enter(Phase.INSTANTIATED)
 
     # What a final class implements.
 
@@ -138,38 +133,28 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
-        """Accept any experiment."""
+        """Accept an experiment."""
+        self._attempt("setupExperiment", self._points.set_up, start_time, stop_time, tolerance)
 
     def enter_initialization_mode(self) -> None:
         """Begin initialisation."""
-        self._enter(Phase.INITIALIZING)
+        self._attempt("enterInitializationMode", self._begin_initialisation)
 
     def exit_initialization_mode(self) -> None:
         """Start the model; from here on parameters are fixed."""
-        try:
-            if self._failure is not None:
-                raise Refused(f"not started since: {self._failure}")
-            self._prepare()
-            self._enter(Phase.STEPPING)
-        except BaseException as error:
-            self._fail("exitInitializationMode", error)
+        self._attempt("exitInitializationMode", self._end_initialisation)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance the model, or log why not and return false."""
         try:
-            if self._failure is not None or self._phase is not Phase.STEPPING:
-                raise Refused("not initialised" if self._failure is None else f"not stepped since: {self._failure}")
+            if self._phase is not Phase.STEPPING:
+                check_order("doStep", self._phase, self._failure)
             fixed = self.fixed_step
-            if fixed is not None:
-                if step_size != fixed and not abs(step_size - fixed) <= STEP_TOLERANCE * fixed:
-                    remedy = f", set by parameter {self.step_parameter}" if self.step_parameter else ""
-                    raise Refused(f"a step of {step_size!r} s is not accepted; the step is {fixed!r} s{remedy}")
-                step_size = fixed
-            elif not step_size > 0.0:
-                raise Refused(f"a step of {step_size!r} s is not accepted; a step is > 0 s")
+            self._points.check_step(current_time, step_size, fixed, self.step_parameter)
             self._stale = True
-            self.advance(current_time, step_size)
+            self.advance(current_time, step_size if fixed is None else fixed)
             self.values.check_outputs()
+            self._points.advance(current_time, step_size)
             return True
         except BaseException as error:
             self._fail(f"doStep at t = {current_time!r} s", error)
@@ -177,7 +162,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
 
     def terminate(self) -> None:
         """End the run; values can still be read."""
-        self._enter(Phase.TERMINATED)
+        self._attempt("terminate", self._enter, Phase.TERMINATED)
 
     # Values, called by the wrapper with fresh lists at every step: the two methods for reals are the hot path where
     # no shim copies them.
@@ -185,9 +170,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     def get_real(self, vrs: list[int]) -> list[float]:
         """Read reals."""
         try:
-            if not vrs:
-                return []
-            plan = self._plans.reads.get((vrs[0], len(vrs)))
+            plan = self._plans.reads.get((vrs[0], len(vrs))) if vrs else None
             if plan is None or plan[0] != vrs:
                 return self._read("real", vrs)
             if plan[2] and self._stale:
@@ -200,9 +183,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Write reals."""
         try:
-            if not vrs:
-                return
-            plan = self._plans.writes.get((vrs[0], len(vrs)))
+            plan = self._plans.writes.get((vrs[0], len(vrs))) if vrs else None
             if plan is None or plan[0] != vrs or not isfinite(sum(values)):
                 self._write("real", vrs, values)
                 return
@@ -223,8 +204,9 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     def get_string(self, vrs: list[int]) -> list[str]:
         """Read strings; the shim asks for one that is no variable."""
         if vrs == [BUFFERS_REFERENCE]:
-            return [self._buffers.layout()]
-        return self._read_or("string", vrs, "")
+            made = hasattr(self, "_points")
+            return [self._buffers.layout(str(self.guid), self._points.address) if made else ""]
+        return [text.encode("utf-8", "replace").decode() for text in self._read_or("string", vrs, "")]
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
         """Write integers."""
@@ -235,46 +217,51 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         self._write_or_fail("boolean", vrs, values)
 
     def set_string(self, vrs: list[int], values: list[str]) -> None:
-        """Write strings."""
+        """Write strings; the shim writes what it refuses to one that is no variable."""
+        if vrs == [REFUSAL_REFERENCE]:
+            call, _, reason = values[0].partition(": ")
+            self._fail(call, Refused(reason))
+            return
         self._write_or_fail("string", vrs, values)
 
     # State: bytes from the start, so that restoring it here and in a new process is the same.
 
     def _get_fmu_state(self) -> bytes:
         try:
-            life_cycle = {
-                "phase": np.array(self._phase.value),
-                "started": np.array(self._started),
-                "stale": np.array(self._stale),
-            }
-            values = prefixed(life_cycle, "life_cycle") | prefixed(self.values.saved(), "ports")
+            life_cycle = SavedLifeCycle(phase=self._phase, experiment=self._points.defined, time=self._points.present,
+                                        started=self._started, stale=self._stale)  # fmt: skip
+            values = prefixed(life_cycle.values(), "life_cycle") | prefixed(self.values.saved(), "ports")
             return pack_state(str(self.guid), values | prefixed(named_values(self.state), "state"))
         except BaseException as error:
             self._fail("getFMUstate", error)
             return b""
 
     def _set_fmu_state(self, state: bytes) -> None:
+        call = "deSerializeFMUstate" if self._buffers.checking else "setFMUstate"
         try:
             saved = unpack_state(str(self.guid), state)
-            life_cycle, ports = section(saved, "life_cycle"), section(saved, "ports")
-            phase, started = Phase(life_cycle["phase"].item()), bool(life_cycle["started"])
-            parameters = self.values.parameter_bytes()
-            self.values.restore(ports)
-            if started and not (
-                self._started and self._failure is None and parameters == self.values.parameter_bytes()
-            ):
-                self.start()
-                self.values.restore(ports)
-            if started:
-                restore_values(self.state, section(saved, "state"))
-            self._enter(phase)
-            self._started, self._stale = started, bool(life_cycle["stale"])
-            self._failure = None
-            self._plans.clear()
+            then, ports = SavedLifeCycle.read(section(saved, "life_cycle")), section(saved, "ports")
+            self.values.check_saved(ports)
+            if not self._buffers.checking:
+                self._restore(ports, section(saved, "state"), started=then.started)
+                self._points.restore(then.time, then.experiment)
+                self._started, self._stale = then.started, then.stale
+                self._failure = None if then.phase is not Phase.FAILED else "the state was saved after an error"
+                self._enter(then.phase)
         except ValueError as error:
-            self._fail("setFMUstate", Refused(str(error)))
+            self._fail(call, Refused(str(error)))
         except BaseException as error:
-            self._fail("setFMUstate", error)
+            self._fail(call, error)
+
+    def _restore(self, ports: Mapping[str, AnyArray], state: Mapping[str, AnyArray], *, started: bool) -> None:
+        before = self.values.parameter_bytes() if self._started else None
+        self._started = False  # until all of it is restored
+        self.values.restore(ports)
+        if started and before != self.values.parameter_bytes():
+            self.start()
+            self.values.restore(ports)
+        if started:
+            restore_values(self.state, state)
 
     @staticmethod
     def _fmu_state_to_bytes(state: bytes) -> bytes:
@@ -308,7 +295,24 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
 
     def _enter(self, phase: Phase) -> None:
         self._phase = phase
-        self._buffers.allow(phase in (Phase.STEPPING, Phase.TERMINATED))
+        self._plans.clear()
+        self._buffers.enter(phase)
+
+    def _attempt(self, call: str, action: Callable[..., None], *arguments: object) -> None:
+        """Do what a call asks for, unless it is out of order; report what that raises."""
+        try:
+            check_order(call, self._phase, self._failure)
+            action(*arguments)
+        except BaseException as error:
+            self._fail(call, error)
+
+    def _begin_initialisation(self) -> None:
+        self._points.check_defined()
+        self._enter(Phase.INITIALIZING)
+
+    def _end_initialisation(self) -> None:
+        self._prepare()
+        self._enter(Phase.STEPPING)
 
     def _prepare(self) -> None:
         """Run `start` unless it has run with the present parameters and inputs."""
@@ -323,6 +327,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         self.values.check_outputs()
 
     def _read(self, kind: Kind, vrs: list[int]) -> list[Any]:
+        check_order("get", self._phase, self._failure)
         if not vrs:
             return []
         reader = self.values.reader(kind, vrs)
@@ -338,10 +343,11 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         return reader()
 
     def _write(self, kind: Kind, vrs: list[int], values: Sequence[Any]) -> None:
+        check_order("set", self._phase, self._failure)
         if not vrs:
             return
         writer = self.values.writer(kind, vrs)
-        running = self._phase in (Phase.STEPPING, Phase.TERMINATED)
+        running = self._phase is Phase.STEPPING
         for reference, value in zip(vrs, values, strict=True):
             self.values.admit(kind, reference, value, parameters=not running)
         writer(*values)
@@ -380,8 +386,10 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         brief = isinstance(error, Refused) or (self._phase is Phase.INITIALIZING and isinstance(error, ValueError))
         if self._failure is None:
             self._failure = reason_of(call, error, brief)
-            self._plans.clear()
             self.values.poison()
+        self._started &= isinstance(error, Refused)  # else the model is in an unknown state
+        self._enter(Phase.FAILED)
+        self._buffers.fail(Fmi2Status.error)
         self._log_error(log_text(call, error, brief))
 
     def _log_error(self, text: str) -> None:

@@ -25,7 +25,7 @@ class PortValues:
     A view of a port stays valid for the life of the object: values are only ever written in place.
     """
 
-    __slots__ = ("_outputs", "_variables", "_zeros", "arrays", "strings", "table")
+    __slots__ = ("_outputs", "_parameters", "_ranges", "_variables", "_zeros", "arrays", "strings", "table")
 
     def __init__(self, table: PortTable) -> None:
         self.table = table
@@ -39,6 +39,9 @@ class PortValues:
         self.strings: list[str] = [str(text) for text in starts["string"]]
         self._outputs = self.arrays["real"][table.run("output")]
         self._zeros = np.zeros_like(self._outputs)
+        self._parameters = [array[table.run("parameter", kind)] for kind, array in self.arrays.items()]
+        numbers: tuple[Kind, ...] = ("real", "integer")
+        self._ranges = {kind: _limits(self._variables[kind]) for kind in numbers}
 
     def view(self, name: str) -> AnyArray:
         """Return a port as a writable view: shape (size,), or () for a scalar, which is written `view[()] = x`."""
@@ -147,25 +150,25 @@ class PortValues:
 
     def parameter_bytes(self) -> bytes:
         """Return all that decides how a model starts, to be compared."""
-        parts = [array[self.table.run("parameter", kind)].tobytes() for kind, array in self.arrays.items()]
-        return b"".join(parts) + repr(self.strings).encode()
+        return b"".join(part.tobytes() for part in self._parameters) + repr(self.strings).encode()
 
     def saved(self) -> dict[str, AnyArray]:
         """Return all values by kind, to be saved; strings as UTF-8, each ended by a zero byte."""
-        texts = b"".join(text.encode("utf-8", "surrogateescape") + b"\0" for text in self.strings)
+        texts = b"".join(text.encode("utf-8", "replace") + b"\0" for text in self.strings)
         arrays: dict[str, AnyArray] = {str(kind): array for kind, array in self.arrays.items()}
         return arrays | {"string": np.frombuffer(texts, dtype=np.uint8)}
 
-    def restore(self, saved: Mapping[str, AnyArray]) -> None:
-        """Write saved values back, in place.
+    def check_saved(self, saved: Mapping[str, AnyArray]) -> None:
+        """Refuse saved values of other ports, and any that a host could not have set.
+
+        Outputs are not examined: those of a failed instance are not-a-number.
 
         Raises
         ------
         ValueError
-            If a kind is missing, or has another number of values or another type.
+            If a kind is missing, or has another number of values or another type; or by the name of a variable.
         """
-        texts = bytes(saved.get("string", np.empty(0, np.uint8))).decode("utf-8", "surrogateescape").split("\0")[:-1]
-        counts = {"string": (len(texts), len(self.strings))}
+        counts = {"string": (len(_texts(saved)), len(self.strings))}
         for kind, array in self.arrays.items():
             if kind not in saved or saved[kind].dtype != array.dtype:
                 raise ValueError(f"the saved state lacks the {kind} values of the ports")
@@ -173,6 +176,28 @@ class PortValues:
         for name, (found, needed) in counts.items():
             if found != needed:
                 raise ValueError(f"the saved state has {found} {name} values, this component {needed}")
+        for number, (lowest, highest) in self._ranges.items():
+            given = saved[number].reshape(-1)
+            wrong = np.flatnonzero(~((given >= lowest) & (given <= highest)))  # the negation also finds NaN
+            for variable in (self._variables[number][i] for i in wrong):
+                if variable.port.causality != "output":
+                    objection = variable.port.objection(given[variable.value_reference].item())
+                    raise ValueError(f"{variable.name} {objection} in the saved state")
+
+    def restore(self, saved: Mapping[str, AnyArray]) -> None:
+        """Write saved values back, in place; `check_saved` has found no fault in them."""
         for kind, array in self.arrays.items():
-            np.copyto(array, saved[kind])
-        self.strings[:] = texts
+            np.copyto(array, saved[kind].reshape(-1))
+        self.strings[:] = _texts(saved)
+
+
+def _texts(saved: Mapping[str, AnyArray]) -> list[str]:
+    return bytes(saved.get("string", np.empty(0, np.uint8))).decode("utf-8").split("\0")[:-1]
+
+
+def _limits(variables: Sequence[Variable]) -> tuple[AnyArray, AnyArray]:
+    """Return the least and the greatest value of each variable; finite, so that infinity lies outside."""
+    ports = [variable.port for variable in variables]
+    greatest = np.finfo(np.float64).max
+    lowest = np.array([-greatest if port.minimum is None else port.minimum for port in ports])
+    return lowest, np.array([greatest if port.maximum is None else port.maximum for port in ports])

@@ -1,35 +1,49 @@
 """Pack the saved state of an FMU, named arrays and numbers, into bytes and back: exact, and readable by a new process.
 
-Layout: one line of ASCII JSON, a line feed, then the memory of the arrays in the order of the line, in C order and
-without gaps. The line is `{"component": GUID, "layout": 1, "values": {name: [type, shape], ...}}` with numpy's names of
-types, byte order included (`<f8`). A number is an array of shape []; a text is the bytes of its UTF-8.
+Layout: one line of ASCII JSON, a line feed, the memory of the arrays in the order of the line, in C order and without
+gaps, and the BLAKE2b digest, 16 bytes, of all before it: damaged bytes are refused, whatever they would mean. The line
+is `{"component": GUID, "layout": 2, "values": {name: [type, shape], ...}}` with numpy's names of types, byte order
+included (`<f8`). A number is an array of shape []; a text is the bytes of its UTF-8.
 
-Names: `life_cycle.phase`, `life_cycle.started` and `life_cycle.stale` (numbers); `ports.real`, `ports.integer` and
-`ports.boolean`, each by value reference; `ports.string`, the texts in that order, each ended by a zero byte; and
-`state.<name>`, the model's own (flexsat.runtime.named_state).
+Names: `life_cycle.phase`, `life_cycle.experiment`, `life_cycle.time`, `life_cycle.started` and `life_cycle.stale`
+(numbers); `ports.real`, `ports.integer` and `ports.boolean`, each by value reference; `ports.string`, the texts in that
+order, each ended by a zero byte; and `state.<name>`, the model's own (flexsat.runtime.named_state).
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-LAYOUT = 1  # version of the layout
+LAYOUT = 2  # version of the layout
+DIGEST = 16  # bytes
+TYPES = frozenset({"<f8", "<i8", "<u8", "<i4", "<u4", "|u1", "|b1"})  # of the arrays; no other is made from bytes
 AnyArray = np.ndarray[Any, Any]
 
 
 def pack_state(component: str, values: Mapping[str, AnyArray]) -> bytes:
-    """Return the bytes of a saved state of the component with this GUID."""
+    """Return the bytes of a saved state of the component with this GUID; raise ValueError for another type of array."""
+    for name, array in values.items():
+        if array.dtype.str not in TYPES:
+            raise ValueError(f"{name} has the type {array.dtype.str!r}; there are {', '.join(sorted(TYPES))}")
     head = {
         "component": component,
         "layout": LAYOUT,
         "values": {name: [array.dtype.str, list(array.shape)] for name, array in values.items()},
     }
     line = json.dumps(head, separators=(",", ":")).encode("ascii")
-    return b"\n".join([line, b"".join(array.tobytes() for array in values.values())])
+    content = b"\n".join([line, b"".join(array.tobytes() for array in values.values())])
+    return content + digest(content)
+
+
+def digest(content: bytes) -> bytes:
+    """Return what stands at the end of a saved state."""
+    return hashlib.blake2b(content, digest_size=DIGEST).digest()
 
 
 def unpack_state(component: str, data: bytes) -> dict[str, AnyArray]:
@@ -38,15 +52,18 @@ def unpack_state(component: str, data: bytes) -> dict[str, AnyArray]:
     Raises
     ------
     ValueError
-        If the bytes were cut short or are no saved state, or belong to another component.
+        If the bytes were cut short, changed or are no saved state, or belong to another component.
     """
-    line, separator, memory = data.partition(b"\n")
+    content, found = data[:-DIGEST], data[-DIGEST:]
+    line, separator, memory = content.partition(b"\n")
     try:
+        if found != digest(content):
+            raise ValueError("cut short, or changed since they were saved")
         if not separator:
             raise ValueError("no first line")
         head = json.loads(line)
         owner, layout, listed = head["component"], head["layout"], head["values"]
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ValueError(f"these bytes are not a saved state of this component: {error}") from error
     if owner != component:
         raise ValueError(f"the saved state belongs to {str(owner)[:60]}, this is {component}")
@@ -54,7 +71,7 @@ def unpack_state(component: str, data: bytes) -> dict[str, AnyArray]:
         raise ValueError(f"the saved state has layout {layout!r}; this component reads layout {LAYOUT}")
     try:
         return _arrays(listed, memory)
-    except (ValueError, TypeError, AttributeError) as error:
+    except (ValueError, TypeError, AttributeError, OverflowError) as error:
         raise ValueError(f"these bytes are not a saved state of this component: {error}") from error
 
 
@@ -62,10 +79,12 @@ def _arrays(listed: Mapping[str, list[Any]], memory: bytes) -> dict[str, AnyArra
     found: dict[str, AnyArray] = {}
     position = 0
     for name, (kind, shape) in listed.items():
+        if kind not in TYPES:
+            raise ValueError(f"{name} has the type {kind!r}; there are {', '.join(sorted(TYPES))}")
+        if not all(type(length) is int and length >= 0 for length in shape):
+            raise ValueError(f"{name} has the shape {shape!r}")
         dtype = np.dtype(kind)
-        if dtype.kind not in "biuf":
-            raise ValueError(f"{name} has the type {kind!r}, which is no number")
-        size = int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
+        size = math.prod(shape) * dtype.itemsize
         part = memory[position : position + size]
         if len(part) != size:
             raise ValueError(f"{name} has {len(part)} of its {size} bytes")

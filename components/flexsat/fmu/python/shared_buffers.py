@@ -1,7 +1,7 @@
 """Describe the buffers of the values to the shim, which copies those that Python would only copy.
 
-The shim (`shim/shim.c`) asks for one String by a reference that no variable has, and states the same reference, the
-same bits and the same order as here.
+The shim (`shim/shim.h`) asks for one String by a reference that no variable has, and states the same references, the
+same bits and the same order as here. What it refuses itself it writes as a text to another such String.
 """
 
 from __future__ import annotations
@@ -9,24 +9,27 @@ from __future__ import annotations
 import numpy as np
 
 from ...ports.table import Kind
+from .call_order import Phase
 from .port_values import PortValues
 
-BUFFERS_REFERENCE = 0x7FFFFFF0
+BUFFERS_REFERENCE, REFUSAL_REFERENCE = 0x7FFFFFF0, 0x7FFFFFF1
 READ, WRITE, ON_DEMAND = 1, 2, 4
 
 
 class SharedBuffers:
-    """Which values a host may read and write without Python, and whether it may now.
+    """Which values a host may read and write without Python, and whether it may now; and the outcome of a call.
 
     Reals and Booleans may be read, and inputs without declared limits be written, during a run: before it,
     parameters may change, and outputs with them. Values that are not finite, and inputs that feed outputs on demand,
     always go through Python.
     """
 
+    __slots__ = ("_access", "_control", "_values")
+
     def __init__(self, values: PortValues, feeds_on_demand: bool) -> None:
         self._values = values
         self._access = {kind: self._bits(kind, feeds_on_demand) for kind in ("real", "boolean")}
-        self._running = np.zeros(1, dtype=np.int32)
+        self._control = np.zeros(4, dtype=np.int32)  # access, outcome, checking, phase: `Control` of the shim
 
     def _bits(self, kind: Kind, feeds_on_demand: bool) -> np.ndarray[tuple[int], np.dtype[np.uint8]]:
         bits = np.full(len(self._values.arrays[kind]), READ, dtype=np.uint8)
@@ -39,14 +42,30 @@ class SharedBuffers:
                 bits[self._values.table.span(port.name)] |= ON_DEMAND
         return bits
 
-    def allow(self, running: bool) -> None:
-        """Allow the shim to access the buffers from now on, or forbid it."""
-        self._running[0] = running
+    def enter(self, phase: Phase) -> None:
+        """Allow the shim to access the buffers as the phase does."""
+        self._control[0] = {Phase.STEPPING: READ | WRITE, Phase.TERMINATED: READ, Phase.FAILED: READ}.get(phase, 0)
+        self._control[3] = phase
 
-    def layout(self) -> str:
-        """Return what the shim parses: counts and addresses, which stay the same for the life of the object."""
-        parts = []
+    def fail(self, status: int) -> None:
+        """Have the shim return a status from the present call: the wrapper cannot."""
+        self._control[1] = status
+
+    @property
+    def checking(self) -> bool:
+        """Whether a state that is set is to be examined only."""
+        return bool(self._control[2])
+
+    def layout(self, guid: str, present: int) -> str:
+        """Return what the shim parses: counts and addresses, which stay the same for the life of the object.
+
+        Parameters
+        ----------
+        present : address of the present communication point
+        """
+        parts = ["buffers", guid]
         for kind, access in self._access.items():
             array = self._values.arrays[kind]  # type: ignore[index]
-            parts += [f"{array.ctypes.data:#x}", str(len(array)), f"{access.ctypes.data:#x}"]
-        return " ".join(["buffers", *parts, f"{self._running.ctypes.data:#x}"])
+            parts += [str(len(array)), f"{array.ctypes.data:#x}", f"{access.ctypes.data:#x}"]
+        parts += [str(len(self._values.arrays["integer"])), str(len(self._values.strings))]
+        return " ".join([*parts, f"{self._control.ctypes.data:#x}", f"{present:#x}"])

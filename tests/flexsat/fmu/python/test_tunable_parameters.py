@@ -32,6 +32,7 @@ class Tuned(ComponentSlave):
 @pytest.fixture
 def running():
     made = Tuned(instance_name="tuned")
+    made.setup_experiment(0.0)
     made.enter_initialization_mode()
     made.set_real([2], [1.5])  # before the run it is a parameter like any other
     made.exit_initialization_mode()
@@ -41,9 +42,9 @@ def running():
 def test_a_tunable_parameter_may_be_set_in_a_run_and_the_component_is_notified_each_time(running):
     assert running.notes == 0
     seen = []
-    for gain in (3.0, 4.0, 4.0):
+    for k, gain in enumerate((3.0, 4.0, 4.0)):
         running.set_real([2], [gain])
-        running.do_step(0.0, 1e-3)
+        running.do_step(k * 1e-3, 1e-3)
         seen += running.get_real([0])
 
     assert seen == [6.0, 8.0, 8.0]

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ....errors import BuildError
 
-SOURCES = ("shim.c", "fmi2.h")
+SOURCES = ("shim.c", "calls.c", "states.c", "messages.c", "shim.h", "fmi2.h")
 WRAPPER = "libpythonfmu-export.so"  # in the shim's folder; shim.c states the same name
 _FLAGS = (
     "-std=gnu11", "-O2", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-fvisibility=hidden", "-s",
@@ -50,7 +50,8 @@ def shim_library(python: str = f"libpython{sys.version_info[0]}.{sys.version_inf
         for name, content in shim_sources().items():
             Path(folder, name).write_bytes(content)
         # compiled in the folder by plain names: no path of this machine gets into the library
-        command = [*compiler, *_FLAGS, f'-DLIBPYTHON="{python}"', "-o", "shim.so", "shim.c", "-ldl"]
+        units = [name for name in SOURCES if name.endswith(".c")]
+        command = [*compiler, *_FLAGS, f'-DLIBPYTHON="{python}"', "-o", "shim.so", *units, "-ldl"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             reason = next((line for line in done.stderr.splitlines() if "error" in line), "it gave no reason")

@@ -3,61 +3,30 @@
    - It passes the wrapper a resource location that the wrapper accepts, whatever valid form of URI the host uses. The
      wrapper (pythonfmu 0.7) cuts off the first seven characters, decodes %20, and aborts when it finds no file there.
    - It logs what is missing, Python or a resource, where the wrapper would end the process.
+   - It refuses what the wrapper cannot: another GUID, model exchange, NULL, text that is not UTF-8, states of others. It
+     returns fmi2Error for calls that the model refuses, where the wrapper returns fmi2OK (calls.c, states.c).
+   - It logs why, whatever log categories the host has switched on (messages.c).
    - It copies Reals and Booleans straight between the host and the buffers of the model where Python would do nothing
-     but copy. The wrapper calls Python for each set and get, and builds four objects for each scalar.
+     but copy. The wrapper calls Python for each set and get, and builds four objects for each scalar (calls.c).
 
    Every other call is forwarded, and so is any set or get that must be checked, refused or computed.
    shared_buffers.py defines where the values lie and which may be accessed; it states the same constants. */
 
 #define _GNU_SOURCE
-#include "fmi2.h"
+#include "shim.h"
 
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#ifdef __x86_64__ /* the oldest versions of these symbols: it loads with an older glibc than that of its build */
-__asm__(".symver dlopen,dlopen@GLIBC_2.2.5");
-__asm__(".symver dlsym,dlsym@GLIBC_2.2.5");
-__asm__(".symver dladdr,dladdr@GLIBC_2.2.5");
-__asm__(".symver dlclose,dlclose@GLIBC_2.2.5");
-__asm__(".symver dlerror,dlerror@GLIBC_2.2.5");
-__asm__(".symver memcpy,memcpy@GLIBC_2.2.5");
-#endif
-
-#define EXPORTED __attribute__((visibility("default")))
 #define WRAPPER "libpythonfmu-export.so"
 #define MARKER "slavemodule.txt" /* in the resources: the wrapper opens it first of all */
-#define CATEGORY "logStatusError"
-#define BUFFERS_REFERENCE 0x7ffffff0u /* the String that describes the shared buffers; no variable has it */
-enum { READ = 1, WRITE = 2, ON_DEMAND = 4 };
 
-typedef struct {
-    size_t count;
-    unsigned char *values; /* doubles or bytes */
-    const unsigned char *access;
-} Buffer;
-
-typedef struct {
-    fmi2Component wrapped;
-    const int *running; /* not 0 while values may be accessed; NULL if the model shares no buffers */
-    Buffer reals, booleans;
-} Instance;
-
-#define MEMBER(name, parameters, ...) fmi2Status(*name) parameters;
-static struct {
-    void *handle;
-    fmi2Component (*fmi2Instantiate)(fmi2String name, int type, fmi2String guid, fmi2String resources,
-                                     const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging);
-    void (*fmi2FreeInstance)(fmi2Component);
-    FORWARDED(MEMBER)
-    INTERCEPTED(MEMBER)
-} wrapper;
+Wrapper wrapper;
 
 /* Where errors are logged. */
 typedef struct {
@@ -66,9 +35,7 @@ typedef struct {
 } Host;
 
 static void log_error(const Host *host, const char *what, const char *detail) {
-    if (host->functions && host->functions->logger)
-        host->functions->logger(host->functions->componentEnvironment, host->name, fmi2Error, CATEGORY, "%s%s", what,
-                                detail ? detail : "");
+    log_to_host(host->functions, host->name, fmi2Error, "%s%s", what, detail ? detail : "");
 }
 
 /* Write the folder of this library, with a slash at its end. */
@@ -114,8 +81,7 @@ static int load_wrapper(const Host *host) {
     }
     FIND(fmi2Instantiate)
     FIND(fmi2FreeInstance)
-    FORWARDED(FIND)
-    INTERCEPTED(FIND)
+    WRAPPED(FIND)
     wrapper.handle = handle;
     return 1;
 }
@@ -158,10 +124,17 @@ static int decode(const char *uri, char *path, size_t size) {
     return length > 0;
 }
 
+/* Return whether a folder holds the marker and the script that it names: without them the wrapper crashes. */
 static int holds_resources(const char *folder) {
-    char marker[PATH_MAX + sizeof MARKER + 1];
-    snprintf(marker, sizeof marker, "%s/" MARKER, folder);
-    return access(marker, R_OK) == 0;
+    char path[2 * PATH_MAX], script[NAME_MAX + 1] = "";
+    snprintf(path, sizeof path, "%s/" MARKER, folder);
+    FILE *marker = fopen(path, "r");
+    if (!marker) return 0;
+    int named = fgets(script, sizeof script, marker) != NULL;
+    fclose(marker);
+    script[strcspn(script, "\r\n")] = '\0';
+    snprintf(path, sizeof path, "%s/%s.py", folder, script);
+    return named && access(path, R_OK) == 0;
 }
 
 /* Write the location for the wrapper: the one that the host gave, or else the resources next to the binaries. */
@@ -182,6 +155,10 @@ static int locate(const Host *host, fmi2String given, char *location) {
         log_error(host, "no resources at fmuResourceLocation = ", given ? given : "NULL");
         return 0;
     }
+    if (!is_utf8(folder)) {
+        log_error(host, "the path of the resources is not UTF-8, which Python needs; unpack elsewhere than to ", folder);
+        return 0;
+    }
     if (strstr(folder, "%20")) {
         log_error(host, "the letters %20 in a path are a blank to pythonfmu's wrapper; unpack elsewhere than to ",
                   folder);
@@ -191,117 +168,102 @@ static int locate(const Host *host, fmi2String given, char *location) {
     return 1;
 }
 
-/* Ask the model where its buffers lie. One that shares none gives no answer, and Python then does all the copying. */
-static void connect(Instance *instance) {
+/* Ask the model where its buffers lie; return 0 if there is no model, which has then logged why. */
+static int connect(Instance *instance) {
     const fmi2ValueReference reference = BUFFERS_REFERENCE;
     fmi2String layout = NULL;
-    instance->running = NULL;
-    if (wrapper.fmi2GetString(instance->wrapped, &reference, 1, &layout) != fmi2OK || !layout) return;
-    Buffer reals, booleans;
-    const int *running;
-    if (sscanf(layout, "buffers %p %zu %p %p %zu %p %p", (void **)&reals.values, &reals.count, (void **)&reals.access,
-               (void **)&booleans.values, &booleans.count, (void **)&booleans.access, (void **)&running) != 7)
-        return;
-    instance->reals = reals;
-    instance->booleans = booleans;
-    instance->running = running;
+    Instance found = *instance;
+    instance->control = NULL;
+    if (wrapper.fmi2GetString(instance->wrapped, &reference, 1, &layout) != fmi2OK || !layout) return 0;
+    Buffer *reals = &found.reals, *booleans = &found.booleans;
+    if (sscanf(layout, "buffers %127s %zu %p %p %zu %p %p %zu %zu %p %p", found.guid, &reals->count,
+               (void **)&reals->values, (void **)&reals->access, &booleans->count, (void **)&booleans->values,
+               (void **)&booleans->access, &found.integers, &found.strings, (void **)&found.control,
+               (void **)&found.now) != 11)
+        return 0;
+    *instance = found;
+    return 1;
 }
 
 EXPORTED const char *fmi2GetTypesPlatform(void) { return "default"; }
 
 EXPORTED const char *fmi2GetVersion(void) { return "2.0"; }
 
-EXPORTED fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String guid, fmi2String resources,
-                                       const fmi2CallbackFunctions *functions, fmi2Boolean visible,
-                                       fmi2Boolean logging) {
-    const Host host = {functions, name};
-    char location[PATH_MAX + 8];
-    if (!locate(&host, resources, location) || !load_wrapper(&host)) return NULL;
+static int is_blank(fmi2String text) { return !text || !text[strspn(text, " \t\r\n\v\f")]; }
+
+/* Free an instance; the wrapper may not be called after fmi2Fatal, and keeps its part of it. */
+static void discard(Instance *instance) {
+    free_states(instance);
+    if (instance->wrapped && !instance->fatal) wrapper.fmi2FreeInstance(instance->wrapped);
+    free(instance->name);
+    free(instance);
+}
+
+/* Return an instance without a model; the host's name is kept as it is. */
+static Instance *allocate(fmi2String name, const fmi2CallbackFunctions *functions, fmi2Boolean logging) {
     Instance *instance = calloc(1, sizeof *instance);
-    if (!instance) return NULL;
-    instance->wrapped = wrapper.fmi2Instantiate(name, type, guid, location, functions, visible, logging);
-    if (!instance->wrapped) {
+    if (!instance || !(instance->name = strdup(name))) {
         free(instance);
         return NULL;
     }
-    connect(instance);
+    if (functions) instance->callbacks = *functions;
+    instance->callbacks.logger = log_of_wrapper;
+    instance->callbacks.componentEnvironment = instance;
+    instance->host = functions;
+    instance->logging = logging;
+    return instance;
+}
+
+EXPORTED fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                                       const fmi2CallbackFunctions *functions, fmi2Boolean visible,
+                                       fmi2Boolean logging) {
+    const Host host = {functions, name ? name : ""};
+    char location[PATH_MAX + 8], *readable;
+    if (is_blank(name)) {
+        log_error(&host, "fmi2Instantiate: the instance has no name", NULL);
+        return NULL;
+    }
+    if (type != fmi2CoSimulation) {
+        log_error(&host, "fmi2Instantiate: this FMU is for co-simulation only", NULL);
+        return NULL;
+    }
+    if (!guid) {
+        log_error(&host, "fmi2Instantiate: the GUID is NULL", NULL);
+        return NULL;
+    }
+    if (!locate(&host, resources, location) || !load_wrapper(&host)) return NULL;
+    Instance *instance = allocate(name, functions, logging);
+    if (!instance || !(readable = copy_as_utf8(name))) {
+        if (instance) discard(instance);
+        return NULL;
+    }
+    instance->wrapped =
+        wrapper.fmi2Instantiate(readable, type, guid, location, &instance->callbacks, visible, 1 /* messages.c */);
+    free(readable);
+    if (!instance->wrapped || !connect(instance)) {
+        discard(instance);
+        return NULL;
+    }
+    if (strcmp(guid, instance->guid)) {
+        log_to_host(functions, name, fmi2Error,
+                    "fmi2Instantiate: the GUID %.100s is not that of this FMU, %s; read the model description again",
+                    guid, instance->guid);
+        discard(instance);
+        return NULL;
+    }
     return instance;
 }
 
 EXPORTED void fmi2FreeInstance(fmi2Component c) {
-    Instance *instance = c;
-    if (!instance) return;
-    wrapper.fmi2FreeInstance(instance->wrapped);
-    free(instance);
+    if (c) discard(c);
 }
 
 EXPORTED fmi2Status fmi2Reset(fmi2Component c) {
     Instance *instance = c;
-    instance->running = NULL; /* the wrapper makes a new object, whose buffers lie elsewhere */
-    fmi2Status status = wrapper.fmi2Reset(instance->wrapped);
-    if (status == fmi2OK) connect(instance);
-    return status;
-}
-
-#define FORWARD(name, parameters, arguments)                                                                           \
-    EXPORTED fmi2Status name parameters {                                                                              \
-        fmi2Component i = ((Instance *)c)->wrapped;                                                                    \
-        return wrapper.name arguments;                                                                                 \
-    }
-FORWARDED(FORWARD)
-
-/* Return whether all references allow `access`; `on_demand` becomes one that has to be computed first, if any. */
-static int allowed(const Instance *instance, const Buffer *buffer, const fmi2ValueReference vr[], size_t n, int access,
-                   const fmi2ValueReference **on_demand) {
-    if (!instance->running || !*instance->running) return 0;
-    for (size_t k = 0; k < n; k++) {
-        if (vr[k] >= buffer->count || !(buffer->access[vr[k]] & access)) return 0;
-        if (buffer->access[vr[k]] & ON_DEMAND) *on_demand = &vr[k];
-    }
-    return 1;
-}
-
-EXPORTED fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
-    Instance *instance = c;
-    const fmi2ValueReference *on_demand = NULL;
-    if (!allowed(instance, &instance->reals, vr, n, READ, &on_demand))
-        return wrapper.fmi2GetReal(instance->wrapped, vr, n, values);
-    if (on_demand) { /* Python computes all of them when one is asked for */
-        fmi2Real computed;
-        fmi2Status status = wrapper.fmi2GetReal(instance->wrapped, on_demand, 1, &computed);
-        if (status > fmi2Warning) return status;
-    }
-    const fmi2Real *all = (const fmi2Real *)instance->reals.values;
-    for (size_t k = 0; k < n; k++) values[k] = all[vr[k]];
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
-    Instance *instance = c;
-    const fmi2ValueReference *on_demand = NULL;
-    int shared = allowed(instance, &instance->reals, vr, n, WRITE, &on_demand);
-    for (size_t k = 0; shared && k < n; k++) shared = isfinite(values[k]); /* Python refuses it, by name */
-    if (!shared) return wrapper.fmi2SetReal(instance->wrapped, vr, n, values);
-    fmi2Real *all = (fmi2Real *)instance->reals.values;
-    for (size_t k = 0; k < n; k++) all[vr[k]] = values[k];
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean values[]) {
-    Instance *instance = c;
-    const fmi2ValueReference *on_demand = NULL;
-    if (!allowed(instance, &instance->booleans, vr, n, READ, &on_demand) || on_demand)
-        return wrapper.fmi2GetBoolean(instance->wrapped, vr, n, values);
-    for (size_t k = 0; k < n; k++) values[k] = instance->booleans.values[vr[k]] != 0;
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n,
-                                   const fmi2Boolean values[]) {
-    Instance *instance = c;
-    const fmi2ValueReference *on_demand = NULL;
-    if (!allowed(instance, &instance->booleans, vr, n, WRITE, &on_demand))
-        return wrapper.fmi2SetBoolean(instance->wrapped, vr, n, values);
-    for (size_t k = 0; k < n; k++) instance->booleans.values[vr[k]] = values[k] != 0;
-    return fmi2OK;
+    if (!instance) return fmi2Error;
+    if (instance->fatal) return fmi2Fatal;
+    instance->control = NULL; /* the wrapper makes a new object, whose buffers lie elsewhere */
+    fmi2Status status = outcome(instance, wrapper.fmi2Reset(instance->wrapped));
+    if (status > fmi2Warning) return status;
+    return connect(instance) ? fmi2OK : fmi2Error;
 }
