@@ -16,6 +16,14 @@ class RunError(RuntimeError):
     """End a run that had started: one line that names the component and the simulated time (exit code 1)."""
 
 
+class EndOfSimulation(RunError):
+    """End a run regularly, as a component asks for it: after its step, or before that, if it is not complete."""
+
+    def __init__(self, text: str, component: str, complete: bool) -> None:
+        super().__init__(text)
+        self.component, self.complete = component, complete
+
+
 def refuse_undecodable(path: str | os.PathLike[str], what: str = "") -> None:
     """Raise InputError for a path whose bytes are no UTF-8 text; `what` comes before it in the message."""
     try:

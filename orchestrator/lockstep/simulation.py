@@ -15,7 +15,7 @@ from lockstep.checkpoint.restart import Restart
 from lockstep.checkpoint.resume import earlier_options, refuse_missing_rows, resumable
 from lockstep.checkpoint.save import Saver
 from lockstep.checkpoint.schedule import CheckpointSchedule
-from lockstep.errors import InputError, RunError
+from lockstep.errors import EndOfSimulation, InputError, RunError
 from lockstep.faults.inject import Faults
 from lockstep.faults.resolve import resolve
 from lockstep.faults.scenario import Scenario
@@ -92,6 +92,7 @@ class RunSummary:
     start_time: float = 0.0  # [s] simulated: that of the checkpoint, if it was started from one
     pacer: Pacer | None = None  # how well real time was kept
     warnings: tuple[str, ...] = ()  # what was amended in the system file, and inputs that keep their start values
+    terminated: str | None = None  # why it ended before the stop time, if a component asked for that
 
 
 def simulate(
@@ -172,7 +173,8 @@ def simulate(
         simulated_time=run.loop.time,
         wall_time=wall_time,
         ticks=run.loop.done,
-        rows=_rows_before(plan.ticks, plan) - _rows_before(first, plan),
+        rows=_rows_before(run.recorded_ticks, plan) - _rows_before(first, plan),
+        terminated=None if run.terminated is None else str(run.terminated),
         start_time=seconds(first * plan.system.tick),
         pacer=pacer,
         warnings=plan.warnings,
@@ -303,8 +305,16 @@ def _run_loop(
         if progress is not None:
             progress(time, stop)
 
-    loop.run(phases, [(tick, partial(save, tick)) for tick in saver.ticks], look)
-    saver.exchange.finish()
+    exchange = saver.exchange
+    exchange.on_end = loop.end_after_tick
+    try:
+        loop.run(phases, [(tick, partial(save, tick)) for tick in saver.ticks], look)
+    except EndOfSimulation as end:
+        if loop.done % saver.plan.layout.record_ticks == 0 and saver.plan.layout.recorded:
+            exchange.last_row(loop.done, recorder.row, end.component)(loop.time)
+    if exchange.end is not None:
+        run.terminated, stop = exchange.end, loop.time
+    exchange.finish()
     if pacer is not None:
         pacer(stop)
     if progress is not None:

@@ -22,7 +22,7 @@ def resumable(folder: Path | str) -> Checkpoint:
     folder = Path(folder)
     status = read_run_record(folder)[0].get("status")
     newest = newest_checkpoint(folder)
-    if status == "completed":
+    if status in ("completed", "terminated"):
         remedy = f"; branch from {newest} with --restart-from" if newest else ""
         raise InputError(f"{folder}: its run is complete, there is nothing to resume{remedy}")
     if newest is None:

@@ -78,6 +78,8 @@ def print_summary(summary: RunSummary) -> None:
     begun = f", from {summary.start_time:g} s on" if summary.start_time else ""
     took = f"{simulated:g} s simulated{begun} in {summary.wall_time:.1f} s ({speed:.1f} x real time)"
     print(f"{took}: {summary.folder}")
+    if summary.terminated:
+        print(f"ended before the stop time: {summary.terminated}")
     if summary.pacer is not None:
         print(summary.pacer)
 

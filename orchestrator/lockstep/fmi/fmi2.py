@@ -1,7 +1,7 @@
 """Running instances of FMI 2.0 co-simulation FMUs."""
 
 from collections.abc import Callable, Mapping
-from ctypes import byref, c_char_p, c_int, c_void_p
+from ctypes import byref, c_char_p, c_double, c_int, c_void_p
 
 import fmpy
 import numpy as np
@@ -14,12 +14,12 @@ from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
 from lockstep.fmi.saved_state import restore_state, save_state
 from lockstep.fmi.scalar_calls import Scalars
-from lockstep.fmi.slave import DISCARD, ERROR, OK, WARNING, Buffer, Scalar, returned
+from lockstep.fmi.slave import DISCARD, ERROR, OK, WARNING, Buffer, Scalar, asked_for_end, returned
 from lockstep.system.component import Value
 
 _LOGGER = fmi2.fmi2CallbackLoggerTYPE(take_message)
 _INSTANTIATE = (c_char_p, c_int, c_char_p, c_char_p, c_void_p, c_int, c_int)
-_TERMINATED = 3  # fmi2StatusKind: fmi2Terminated
+_LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # fmi2StatusKind
 
 
 class Fmi2Slave:
@@ -99,8 +99,14 @@ class Fmi2Slave:
             ended = c_int(0)
             answer = self.instance.call("GetBooleanStatus", _TERMINATED, byref(ended))
             if answer <= WARNING and ended.value:
-                return "fmi2DoStep returned fmi2Discard, asking for the end,"
+                return f"fmi2DoStep returned fmi2Discard and {asked_for_end(self._reached())}"
         return returned("fmi2", call, status)
+
+    def _reached(self) -> float | None:
+        """Return the last time that the FMU has computed [s]; None if it does not know."""
+        reached = c_double(0.0)
+        answer = self.instance.call("GetRealStatus", _LAST_SUCCESSFUL_TIME, byref(reached))
+        return reached.value if answer <= WARNING else None
 
     def last_messages(self) -> str:
         """Return what the FMU logged last above fmi2OK."""

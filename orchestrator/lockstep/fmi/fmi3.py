@@ -17,7 +17,7 @@ from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
 from lockstep.fmi.model_description import Variable
 from lockstep.fmi.saved_state import restore_state, save_state
-from lockstep.fmi.slave import DISCARD, ERROR, WARNING, Buffer, Scalar, returned
+from lockstep.fmi.slave import DISCARD, ERROR, WARNING, Buffer, Scalar, asked_for_end, returned
 from lockstep.system.component import Value
 
 _INSTANTIATE = (
@@ -78,7 +78,7 @@ class Fmi3Slave:
         if flags[_EARLY]:
             self._problem = f"fmi3DoStep returned early, having reached {reached:.9g} s, which is not allowed,"
         elif flags[_END]:
-            self._problem = "fmi3DoStep asked for the end"
+            self._problem = f"fmi3DoStep {asked_for_end(reached)}"
         else:
             self._problem = "fmi3DoStep asked for event mode, which is not used,"
         return DISCARD

@@ -42,6 +42,7 @@ SIGNATURES: Mapping[str, Mapping[str, Signature]] = {
         "ExitInitializationMode": (),
         "DoStep": (c_double, c_double, c_int),
         "GetBooleanStatus": (c_int, c_void_p),
+        "GetRealStatus": (c_int, c_void_p),
         "SetDebugLogging": (c_int, c_size_t, c_void_p),
         "Reset": (),
         "Terminate": (),

@@ -6,6 +6,7 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from lockstep.errors import EndOfSimulation
 from lockstep.system.component import Value
 
 # The types in which values travel. An Integer has 32 bits: all of FMI 1.0 and 2.0, and those of FMI 3.0 that fit.
@@ -22,6 +23,7 @@ DTYPES: Mapping[str, type] = {
 Buffer = NDArray[np.float64] | NDArray[np.int32] | NDArray[np.int64] | NDArray[np.uint64] | NDArray[np.object_]
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
+ASKED_FOR_END, _REACHED = "asked for the end of the simulation", ", having reached "
 _STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")  # FMI 3.0 has no fmi3Pending
 
 
@@ -92,6 +94,21 @@ def status_name(prefix: str, status: int) -> str:
     if 0 <= status < (PENDING if prefix == "fmi3" else len(_STATUS)):
         return f"{prefix}{_STATUS[status]}"
     return f"the unknown status {status - 2**32 if status >= 2**31 else status}"  # as the FMU meant it: an int of C
+
+
+def asked_for_end(reached: float | None) -> str:
+    """Describe that an FMU asked for a regular end in a step; `reached` is the last time that it has computed [s]."""
+    return ASKED_FOR_END if reached is None else f"{ASKED_FOR_END}{_REACHED}{reached!r} s"
+
+
+def regular_end(outcome: str, name: str, time: float, step: float) -> EndOfSimulation | None:
+    """Return the end of a run if the outcome of a step [s] is what `asked_for_end` describes; None for a failure."""
+    if ASKED_FOR_END not in outcome:
+        return None
+    _, found, reached = outcome.rpartition(_REACHED)
+    end = time + step
+    complete = bool(found) and float(reached.removesuffix(" s")) >= end - 1e-9 * max(1.0, abs(end))
+    return EndOfSimulation(f"{name}: {outcome}, in the step from {time:.9g} s", name, complete)
 
 
 def returned(prefix: str, call: str, status: int) -> str:

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.log_callbacks import Log
 from lockstep.fmi.model_description import Description
-from lockstep.fmi.slave import ERROR, OK, WARNING, Buffer, Scalar, returned
+from lockstep.fmi.slave import ERROR, OK, WARNING, Buffer, Scalar, regular_end, returned
 from lockstep.interrupt import Interrupt
 from lockstep.operating_system import can_isolate
 from lockstep.processes.cpu_affinity import SAMPLE, core_assignment
@@ -343,6 +343,10 @@ class RemoteSlave:
             raise self._death() from None
         if failed is not None:
             logged = f": {self.last_messages()}" if self._messages else ""
+            end = regular_end(failed, self.name, self._time, self._last_call.reals[STEP])
+            if end is not None:
+                self._current = self._under_way.gets if end.complete else _NONE
+                raise end
             raise RunError(f"{self.name}: {failed} at {self._time:.9g} s{logged}")
         self._current = self._under_way.gets
         return dict(message)

@@ -20,7 +20,7 @@ import numpy as np
 
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.instantiate import instantiate
-from lockstep.fmi.slave import ERROR, FATAL, WARNING, Slave
+from lockstep.fmi.slave import ERROR, FATAL, WARNING, Slave, regular_end
 from lockstep.interrupt import ENDING
 from lockstep.operating_system import limit_process
 from lockstep.processes.last_call import BUSY, CALL, STEP, TIME
@@ -56,6 +56,7 @@ class Worker:
         self.fatal = False
         self._process = os.getpid()
         self._sent = 0
+        self._ended = False  # the FMU asked for the end, with a complete step whose outputs count
         self._messages: deque[tuple[int, str, str]] = deque()
 
     def log(self, _component: str, status: int, category: str, message: str) -> None:
@@ -84,13 +85,17 @@ class Worker:
             integers[CALL] = number_of_call = number_of_call + 1
             status = slave.do_step(reals[TIME], reals[STEP], 1)
             if status > WARNING:
-                return self._failed(number, number_of_call, status)
+                failed = self._failed(number, number_of_call, status)
+                if not self._ended:
+                    return failed
         for call in gets:
             integers[CALL] = number_of_call = number_of_call + 1
             status = call()
             if status > WARNING:
                 return self._failed(number, number_of_call, status)
         integers[CALL] = 0
+        if self._ended:
+            return failed
         return self._reply({}) if self._messages else b""
 
     def _failed(self, number: int, number_of_call: int, status: int) -> bytes:
@@ -98,6 +103,8 @@ class Worker:
         self.last_call.integers[CALL] = 0
         assert self.slave is not None
         outcome = self.slave.outcome(self.names[number][number_of_call - 1], status)
+        end = regular_end(outcome, "", self.last_call.reals[TIME], self.last_call.reals[STEP])
+        self._ended = end is not None and end.complete
         return self._reply({"failed": outcome})
 
     def _reply(self, content: dict[str, Any]) -> bytes:

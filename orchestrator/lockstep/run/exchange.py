@@ -3,16 +3,16 @@
 No scalar is handled in Python in a tick: each step is one gather from the bus, one set, one doStep and one get.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.errors import RunError, compact
+from lockstep.errors import EndOfSimulation, RunError, compact
 from lockstep.faults.inject import Faults
-from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer, Scalar, Slave
+from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer, Scalar, Slave, regular_end
 from lockstep.plan.bus_layout import Layout
 from lockstep.plan.schedule import Task
 from lockstep.plan.transfer import Way, converter, linear
@@ -44,6 +44,8 @@ class Exchange:
         self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
         self._steps: dict[object, Action] = {}  # equal phases share one action
         self._initial: dict[tuple[str, Scalar], dict[int, Any]] = {}
+        self.end: EndOfSimulation | None = None  # the first that a component asked for
+        self.on_end: Callable[[], None] = lambda: None  # called when a complete step asks for the end
 
     def phases(self, row: NextRow) -> list[tuple[Action, ...]]:
         """Return the actions of every tick of the cycle, in order."""
@@ -121,14 +123,27 @@ class Exchange:
     def _labels(self, name: str, scalar: Scalar, references: Sequence[int]) -> list[str]:
         return [f"{name}.{self._names.get((name, scalar, r), r)}" for r in references]
 
-    def check(self, name: str, call: str, time: float, status: int) -> None:
-        """Raise RunError, with the slave's log, if a call failed; its name is without the prefix of FMI."""
+    def check(self, name: str, call: str, time: float, status: int, step: float = 0.0) -> None:
+        """Raise RunError, with the slave's log, if a call failed; its name is without the prefix of FMI. Times in s.
+
+        A step that asked for a regular end raises EndOfSimulation if it is not complete; else `on_end` is called.
+        """
         if status <= WARNING:
             return
         slave = self._slaves[name]
         slave.failed(status)
         outcome, message = slave.outcome(call, status), slave.last_messages()
+        end = regular_end(outcome, name, time, step) if call == "DoStep" else None
+        if end is not None:
+            self._end(end)
+            return
         raise RunError(f"{name}: {outcome} at {time:.9g} s" + (f": {message}" if message else ""))
+
+    def _end(self, end: EndOfSimulation) -> None:
+        self.end = self.end or end
+        if not end.complete:
+            raise end
+        self.on_end()
 
     def _get(self, name: str, scalar: Scalar, references: list[int], buffer: Buffer) -> Transfer:
         return self._slaves[name].getter(scalar, np.array(references, np.uint32), buffer)
@@ -179,7 +194,15 @@ class Exchange:
                     call(time)
                 do_step(time, length, 1)
 
-            return StartedStep(begin, slave.complete, after)
+            complete = slave.complete
+
+            def completed() -> None:
+                try:
+                    complete()
+                except EndOfSimulation as end:
+                    self._end(end)
+
+            return StartedStep(begin, completed, after)
         if len(before) == 1 and len(after) == 1:  # the usual step, without the two loops
             first, last = before[0], after[0]
 
@@ -187,7 +210,7 @@ class Exchange:
                 first(time)
                 status = do_step(time, length, 1)
                 if status:
-                    check(name, "DoStep", time, status)
+                    check(name, "DoStep", time, status, length)
                 last(time)
 
             return usual_step
@@ -197,7 +220,7 @@ class Exchange:
                 call(time)
             status = do_step(time, length, 1)
             if status:
-                check(name, "DoStep", time, status)
+                check(name, "DoStep", time, status, length)
             for call in after:
                 call(time)
 
@@ -313,13 +336,23 @@ class Exchange:
                 + (f"; it logged: {logged}" if logged else "")
             )
 
-    def _capture(self, tick: int, row: NextRow) -> Action:
-        """Bind the copy of what is true at this tick into the recorder's next row."""
+    def last_row(self, tick: int, row: NextRow, ended_by: str) -> Action:
+        """Bind the copy of what is true at a tick in which a component ended the run.
+
+        It and the sampled components after it have made no step in this tick: their outputs are those of before.
+        """
+        stepping = [task for task in self._layout.schedule.tasks if task.steps_at(tick)]
+        names = [task.name for task in stepping]
+        late = {task.name for task in stepping[names.index(ended_by) :] if not task.continuous}
+        return self._capture(tick, row, late)
+
+    def _capture(self, tick: int, row: NextRow, late: Container[str] = ()) -> Action:
+        """Bind the copy of what is true at this tick into the recorder's next row; `late` ones have not stepped yet."""
         layout = self._layout
         index: dict[Scalar, NDArray[np.intp]] = {}
         for scalar in SCALARS:
             positions = [
-                layout.position(name, scalar, reference, layout.schedule.task(name).true_at(tick))
+                layout.position(name, scalar, reference, layout.schedule.task(name).true_at(tick) - (name in late))
                 for name, references in layout.recorded.items()
                 for kind, reference in references
                 if kind == scalar

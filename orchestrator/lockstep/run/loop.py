@@ -31,12 +31,17 @@ class Loop:
         self.tick, self.first, self.last = tick, first, last
         self.done = first
         self._clock = clock
+        self._ending = False
         clock.time = self.time
 
     @property
     def time(self) -> float:
         """Simulated time that is complete [s]."""
         return seconds(self.done * self.tick)
+
+    def end_after_tick(self) -> None:
+        """End the loop when the present tick is complete."""
+        self._ending = True
 
     def run(self, phases: Sequence[tuple[Action, ...]], pauses: Iterable[Pause], look: Action) -> None:
         """Run all ticks.
@@ -52,6 +57,9 @@ class Loop:
         with np.errstate(over="ignore"):  # a value that overflows ends the run by name, without a warning before
             for end, act in [*pauses, (self.last, None)]:
                 due = self._ticks(phases, range(first, end), due, look)
+                if self._ending:
+                    self._clock.time = self.time
+                    return
                 self.done = first = end
                 self._clock.time = self.time
                 if act is not None:
@@ -66,6 +74,9 @@ class Loop:
             events.time = time = tick * tick_length / 1e9  # the nearest double, never a sum of steps
             for action in phase:
                 action(time)
+            if self._ending:
+                self.done = tick + 1
+                break
             if clock() >= due:
                 self.done = tick + 1  # the tick is complete: every recorded row lies before the simulated time
                 look(time)

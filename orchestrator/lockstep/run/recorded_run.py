@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
-from lockstep.errors import RunError
+from lockstep.errors import EndOfSimulation, RunError
 from lockstep.interrupt import Stopped
 from lockstep.results.recorder import Recorder
 from lockstep.results.run_record import Events, end_run_record
@@ -28,7 +28,13 @@ class RecordedRun:
     pacer: Pacer | None
     close_slaves: ExitStack
     wall_time_before: float = 0.0  # [s] of an earlier part of the same run
+    terminated: EndOfSimulation | None = None  # before the stop time, as a component asked for it
     _started: float = 0.0
+
+    @property
+    def recorded_ticks(self) -> int:
+        """How many ticks of the whole run have been recorded: one more than complete where one ended the run."""
+        return self.loop.done + (self.terminated is not None and not self.terminated.complete)
 
     @property
     def wall_time(self) -> float:
@@ -72,7 +78,10 @@ class RecordedRun:
         except BaseException as error:
             self._end("failed", str(error))
             raise
-        self._end("completed", None)
+        if self.terminated is None:
+            self._end("completed", None)
+        else:
+            self._end("terminated", str(self.terminated))
         return wall_time
 
     def _end(self, status: str, reason: str | None) -> None:

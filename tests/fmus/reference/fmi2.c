@@ -15,6 +15,7 @@ typedef struct {
     const fmi2CallbackFunctions *callbacks;
     char name[256];
     bool stepping, ended;
+    double reached;
 } Instance;
 
 static fmi2Status say(Instance *it, fmi2Status status, const char *text) {
@@ -77,7 +78,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
     if (outcome >= RAW - 10) return (fmi2Status)(outcome - RAW);
     if (outcome == FAILED) return say(it, fmi2Error, message);
     if (outcome == BROKEN) return say(it, fmi2Fatal, message);
-    it->ended = outcome == END;
+    it->ended = outcome == END || outcome == LAST;
+    it->reached = outcome == LAST ? time + step : time;
     return outcome == DONE ? fmi2OK : fmi2Discard;
 }
 
@@ -86,6 +88,12 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
     if (kind != fmi2Terminated) return fmi2Discard;
     *value = ((Instance *)c)->ended;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+    if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
+    *value = ((Instance *)c)->reached;
     return fmi2OK;
 }
 

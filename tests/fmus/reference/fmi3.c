@@ -63,12 +63,12 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
     const char *message = "";
     *event = *end = *early = false;
     Outcome outcome = model_advance(&it->state, time, step, &message);
-    *reached = outcome == EARLY ? time + step / 2 : time + step;
+    *reached = outcome == EARLY ? time + step / 2 : outcome == END ? time : time + step;
     if (outcome >= RAW - 10) return (fmi3Status)(outcome - RAW);
     if (outcome == FAILED) return say(it, fmi3Error, message);
     if (outcome == BROKEN) return say(it, fmi3Fatal, message);
     *event = outcome == EVENT;
-    *end = outcome == END;
+    *end = outcome == END || outcome == LAST;
     *early = outcome == EARLY;
     return fmi3OK;
 }

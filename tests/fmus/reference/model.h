@@ -32,8 +32,8 @@ typedef struct {
     int steps;
 } State; /* plain memory: saving it is copying it */
 
-/* Results of a step other than success. */
-typedef enum { DONE, END, EARLY, EVENT, FAILED, BROKEN, RAW = 1000 } Outcome; /* RAW + s: the status s itself */
+/* Results of a step: END is an end that the model asks for instead of the step, LAST one after it. */
+typedef enum { DONE, END, LAST, EARLY, EVENT, FAILED, BROKEN, RAW = 1000 } Outcome; /* RAW + s: the status s itself */
 
 const char *model_open(State *state, const char *resources); /* a path; returns what went wrong, or NULL */
 void model_initialise(State *state);

@@ -7,7 +7,7 @@
 
 #include "model.h"
 
-enum { WELL, RETURNS_EARLY, WANTS_EVENT, NOT_A_NUMBER, FAILS, BREAKS, CRASHES };
+enum { WELL, RETURNS_EARLY, WANTS_EVENT, NOT_A_NUMBER, FAILS, BREAKS, CRASHES, ENDS_AFTER };
 
 const char *model_open(State *state, const char *resources) {
     (void)state; (void)resources;
@@ -29,6 +29,7 @@ Outcome model_step(State *state, double step, const char **message) {
     case NOT_A_NUMBER: v->height = NAN; return DONE;
     case FAILS: *message = "the stair has a broken step"; return FAILED;
     case BREAKS: *message = "the stair fell down"; return BROKEN;
+    case ENDS_AFTER: return LAST;
     case CRASHES: *(volatile int *)NULL = 1;
     }
     if (v->mode >= 100) return (Outcome)(RAW + v->mode - 110);

@@ -7,7 +7,8 @@ import pytest
 from fmpy.simulation import simulate_fmu
 from numpy.testing import assert_allclose, assert_array_equal
 
-from lockstep import Component, RunError, System, read_signals, simulate
+from lockstep import Component, Connection, RunError, System, read_signals, simulate
+from lockstep.results.read_run_record import read_run_record
 
 STEP = 7_812_500  # [ns]: 2^-7 s, which FMPy adds up without rounding
 TICKS = 256
@@ -143,8 +144,6 @@ def test_resources_are_found(run, reference, reference_fmu):
 
 
 MESSAGES = {
-    ("2.0", 0): "stair: fmi2DoStep returned fmi2Discard, asking for the end, at 0.078125 s",
-    ("3.0", 0): "stair: fmi3DoStep asked for the end at 0.078125 s",
     ("1.0", 0): "stair: fmiDoStep returned fmiDiscard at 0.078125 s",
     ("3.0", 1): "stair: fmi3DoStep returned early, having reached 0.03515625 s, which is not allowed, at 0.03125 s",
     ("3.0", 2): "stair: fmi3DoStep asked for event mode, which is not used, at 0.03125 s",
@@ -165,7 +164,7 @@ MESSAGES = {
 
 
 BROKEN = [(*key, False) for key in MESSAGES if key[1] != 6]  # which would end this process
-BROKEN += [("1.0", 0, True), *(("3.0", mode, True) for mode in (0, 1, 5, 6)), ("2.0", 109, True)]
+BROKEN += [("1.0", 0, True), *(("3.0", mode, True) for mode in (1, 5, 6)), ("2.0", 109, True)]
 
 
 @pytest.mark.parametrize(("version", "mode", "isolated"), BROKEN)
@@ -185,3 +184,45 @@ def test_end_or_failure_is_one_line_and_earlier_steps_are_kept(reference_fmu, tm
     assert signals["stair.counter"].tolist() == list(range(1, 5 if mode else 11))
     log = (tmp_path / "out" / "events.jsonl").read_text()
     assert ('"terminated"' in log) == (mode < 4)  # neither after an error nor after fatal; nor after a crash
+
+
+ENDED = {
+    # version, mode: where the step that asks for the end begins, what it reaches, and how many rows there are
+    ("2.0", 0): ("fmi2DoStep returned fmi2Discard and", 0.078125, 0.078125, 11),
+    ("3.0", 0): ("fmi3DoStep", 0.078125, 0.078125, 11),
+    ("2.0", 7): ("fmi2DoStep returned fmi2Discard and", 0.03125, 0.0390625, 5),
+    ("3.0", 7): ("fmi3DoStep", 0.03125, 0.0390625, 5),
+}
+
+
+@pytest.mark.parametrize("isolated", [False, True], ids=["inside", "isolated"])
+@pytest.mark.parametrize(("version", "mode"), ENDED)
+def test_a_regular_end_completes_the_run_with_its_last_row(reference_fmu, tmp_path, version, mode, isolated):
+    """The end comes instead of the 11th step, or after the 5th; a continuous reader sees all values before it."""
+    stair = Component(
+        name="stair", source=reference_fmu("stair", version), period=STEP, isolated=isolated,
+        parameters={"mode": mode, "at": 5 if mode else -1},
+    )  # fmt: skip
+    reader = Component(
+        name="reader", source=reference_fmu("integrator", version), period=STEP, kind="continuous", isolated=isolated,
+        parameters={"rate": 1e-300, "x0": 0.0},
+    )  # fmt: skip
+    wire = Connection(from_component="stair", output="height", to_component="reader", input="u")
+    system = System(name="s", tick=STEP, stop_time=STOP, components=(stair, reader), connections=(wire,))
+    summary = simulate(system, tmp_path / "out")
+
+    call, begins, reached, rows = ENDED[version, mode]
+    asked = f"stair: {call} asked for the end of the simulation, having reached {reached!r} s"
+    assert summary.terminated == f"{asked}, in the step from {begins:.9g} s"
+    assert (summary.rows, summary.simulated_time) == (rows, reached)
+    record, _ = read_run_record(tmp_path / "out")
+    assert (record["status"], record["reason"]) == ("terminated", summary.terminated)
+    assert record["simulated_time"] == reached
+    signals = read_signals(tmp_path / "out")
+    steps = [*range(1, 11), 10] if mode == 0 else [1, 2, 3, 4, 5]  # the last step is not made, or it is the last
+    assert signals["stair.counter"].tolist() == steps
+    assert signals.time.tolist() == [k * STEP / 1e9 for k in range(rows)]
+    last = json.loads((tmp_path / "out" / "events.jsonl").read_text().splitlines()[-1])
+    assert (last["event"], last["status"], last["time"]) == ("end", "terminated", reached)
+    integral = [0.5 * STEP / 1e9 * sum(range(1, k + 1)) for k in range(rows)]
+    assert signals["reader.x"].tolist() == pytest.approx(integral, rel=1e-12)
