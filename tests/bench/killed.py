@@ -1,4 +1,4 @@
-"""Kill runs at twenty moments, start pairs of runs at twenty offsets: `python tests/bench/killed.py [MOMENTS [ROW...]]`.
+"""Kill runs at twenty moments, start pairs at twenty offsets: `python tests/bench/killed.py [MOMENTS [ROW...]]`.
 
 A run is killed with SIGKILL: with and without checkpoints, its FMUs isolated or in the process of the master, into a
 new folder and over an earlier run. Then: what is on disk is readable and equal to the rows of a run that was not
