@@ -84,8 +84,9 @@ def test_the_archive_holds_what_the_shell_imports_and_what_it_was_given(tmp_path
         assert {info.date_time for info in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
     inside = {name.split("/", 2)[2] for name in names if name.startswith("resources/flexsat_")}
-    shell = ("__init__", "access_plans", "host_log", "life_cycle", "model_description", "port_values", "resources",
-             "saved_state", "shared_buffers")  # fmt: skip
+    shell = ("__init__", "access_plans", "call_order", "communication_points", "host_log", "life_cycle",
+             "model_description", "port_values", "resources", "saved_life_cycle", "saved_state",
+             "shared_buffers")  # fmt: skip
     expected = {"__init__.py", "toys/__init__.py", "toys/counter.py", "fmu/__init__.py"}
     expected |= {f"ports/{name}.py" for name in ("__init__", "table", "units")}
     expected |= {f"runtime/{name}.py" for name in ("__init__", "named_state")}
