@@ -281,6 +281,19 @@ def test_no_module_imports_itself_through_others():
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}}) == ["a", "b", "c", "a"]
 
 
+def test_the_bench_refuses_bad_input_by_input_error():
+    """A ValueError of a library is a bug of flexsat: exit code 70. What a user can mend is an InputError."""
+    raised = {
+        f"{module}:{node.lineno}"
+        for module, tree in TREES.items()
+        if module.startswith("flexbench")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Raise) and node.exc is not None and "ValueError" in ast.unparse(node.exc).split("(")[0]
+    }
+
+    assert raised == set()
+
+
 def test_no_file_is_too_long():
     roots = [ROOT / name for name in ("components", "orchestrator", "tests", "examples")]
     files = [path for root in roots for kind in ("py", "c", "h", "js") for path in root.rglob(f"*.{kind}")]
