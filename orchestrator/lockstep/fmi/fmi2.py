@@ -94,11 +94,14 @@ class Fmi2Slave:
         self.instance.failed(status)
 
     def outcome(self, call: str, status: int) -> str:
-        """Describe a call that failed; a step may have been discarded because the FMU asks for the end."""
+        """Describe a call that failed; a step may have been discarded because the FMU asks for the end.
+
+        One that logged an error has failed: pythonfmu's wrapper answers so for a step that was refused.
+        """
         if call == "DoStep" and status == DISCARD and self.instance.alive:
             ended = c_int(0)
             answer = self.instance.call("GetBooleanStatus", _TERMINATED, byref(ended))
-            if answer <= WARNING and ended.value:
+            if answer <= WARNING and ended.value and self.instance.messages.last_status < ERROR:
                 return f"fmi2DoStep returned fmi2Discard and {asked_for_end(self._reached())}"
         return returned("fmi2", call, status)
 

@@ -25,6 +25,7 @@ class Messages:
         self._log = log
         self._listener = listener
         self._last: deque[str] = deque(maxlen=3)
+        self.last_status = OK  # of the last message above OK
         self.environment = next(_environments)
         _instances[self.environment] = self
 
@@ -38,6 +39,7 @@ class Messages:
             self._listener(status, words[0], words[1], text)
         if status != OK:
             self._last.append(" ".join(text.split()))
+            self.last_status = status
             self._log(self._component, status, words[0], text)
 
     def last(self) -> str:

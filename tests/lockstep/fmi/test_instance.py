@@ -125,7 +125,7 @@ def test_discarded_step_is_described(opened):
     assert slave.do_step(0.0, 0.1, 1) == DISCARD
     assert slave.outcome("DoStep", DISCARD) == "fmi2DoStep returned fmi2Discard"
     slave.do_step(1.0, 0.1, 1)
-    assert slave.outcome("DoStep", DISCARD) == "fmi2DoStep returned fmi2Discard, asking for the end,"
+    assert slave.outcome("DoStep", DISCARD) == "fmi2DoStep returned fmi2Discard and asked for the end of the simulation"
     assert slave.outcome("DoStep", 17) == "fmi2DoStep returned the unknown status 17"
 
 
