@@ -1,4 +1,4 @@
-"""Arrays that multiply in a fixed order give the products of numpy's, hand their kind on, and write where told."""
+"""Arrays that multiply in a fixed order give the products of numpy, keep their type, and fill the given array."""
 
 from dataclasses import dataclass
 
