@@ -78,7 +78,7 @@ def test_budget_judges_requirements_by_its_exit_code(split, flexsat, tmp_path):
 
 
 def test_results_that_may_only_be_read_are_evaluated_into_another_folder(split, tmp_path, capsys):
-    run = split[0] / "none"
+    run = split[0] / "jitter"
     before = sorted(run.rglob("*"))
 
     assert PROGRAM.run(["budget", str(run), *WINDOWS, "--out", str(tmp_path / "one")]) == 0
