@@ -20,6 +20,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -235,10 +236,10 @@ def rows(bench: Bench, moments: list[float], offsets: list[float]) -> dict[str, 
     found: dict[str, Iterator[Iterator[tuple[str, bool]]]] = {}
     for system, saved, over in product(("shared", "isolated"), (False, True), (False, True)):
         parts = (system, "checkpoints" if saved else "no checkpoints", "over a run" if over else "new folder")
-        found[", ".join(parts)] = (killed(bench, moment, system, saved, over) for moment in moments)
-    found["study of two isolated runs"] = (killed_study(bench, 2.0 * offset) for offset in offsets)
+        found[", ".join(parts)] = map(partial(killed, bench, system=system, checkpoints=saved, over=over), moments)
+    found["study of two isolated runs"] = map(partial(killed_study, bench), (2.0 * offset for offset in offsets))
     for kind in ("new", "overwrite", "default"):
-        found[f"two runs, {kind}"] = (paired(bench, offset, kind) for offset in offsets)
+        found[f"two runs, {kind}"] = map(partial(paired, bench, kind=kind), offsets)
     return found
 
 

@@ -107,8 +107,8 @@ EFFECTS = {
     ),
     "flexsat build": {
         "--configuration": _BUILD + "test_building_one_configuration_keeps_the_unchanged_other_one",
-        "--out": "flexsat/fmu/test_built_components.py::test_builds_in_another_process_and_folder_give_equal_bytes",
-        "--flat": "flexsat/fmu/test_built_components.py::test_builds_in_another_process_and_folder_give_equal_bytes",
+        "--out": "flexsat/fmu/test_built_components.py::test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes",
+        "--flat": "flexsat/fmu/test_built_components.py::test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes",
     },
     "flexsat paper": {
         "--as-published": "flexbench/studies/paper/test_table.py::test_a_variant_that_was_not_run_has_no_column",
