@@ -42,6 +42,10 @@ _WATERFALL = "system/test_budget.py::test_waterfall_of_three_speeds_peaks_at_the
 _JOBS = "system/test_bad_input.py::test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs"
 _TRACEBACK = f"{HERE}::test_a_traceback_is_shown_on_request_and_never_else"
 _ADAPTED = "lockstep/ssp/test_adapted_package.py::"
+_SAME_BYTES = (
+    "flexsat/fmu/test_built_components.py"
+    "::test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes"
+)
 _BUILD = "flexbench/loop/test_build.py::"
 _VALUE_FILE = "flexbench/cli/test_option_values.py::"
 _MARGINS = "system/test_margins.py::"
@@ -107,8 +111,8 @@ EFFECTS = {
     ),
     "flexsat build": {
         "--configuration": _BUILD + "test_building_one_configuration_keeps_the_unchanged_other_one",
-        "--out": "flexsat/fmu/test_built_components.py::test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes",
-        "--flat": "flexsat/fmu/test_built_components.py::test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes",
+        "--out": _SAME_BYTES,
+        "--flat": _SAME_BYTES,
     },
     "flexsat paper": {
         "--as-published": "flexbench/studies/paper/test_table.py::test_a_variant_that_was_not_run_has_no_column",
