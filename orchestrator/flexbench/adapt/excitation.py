@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import pickle
-import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,12 +24,14 @@ from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import DTYPES, SCALARS, WARNING
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.processes.child_call import call_in_child
+from lockstep.processes.child_process import ChildProcess, printed_lines
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds
 from lockstep.system.component import Component
 
 Call = Callable[[], object]
 _TIME_LIMIT = 300.0  # [s] for all experiments of one command
+_TASK, _ANSWERS = "task", "answers"  # files between the command and the process of its experiments
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,33 +67,36 @@ def respond(fmu: Path, adapters: Sequence[Adapter], excitation: Excitation, span
     description = read_description(component)
     for adapter in adapters:
         bind(adapter, excitation.ports, description.variables)
-    task = pickle.dumps((component, description, list(adapters), excitation, span))
-    try:
-        done = subprocess.run(
-            [sys.executable, "-c", "from flexbench.adapt.excitation import serve; serve()"],
-            input=task,
-            capture_output=True,
-            timeout=_TIME_LIMIT,
-            check=False,
+    with temporary_folder("flexsat_adapt_") as folder:
+        (folder / _TASK).write_bytes(pickle.dumps((component, description, list(adapters), excitation, span)))
+        directory = folder / "directory"  # an FMU may write to the working directory
+        directory.mkdir()
+        child = ChildProcess(
+            ["-c", "from flexbench.adapt.excitation import serve; serve()", str(folder)],
+            printed=folder / "printed",
+            temporary=folder / "tmp",
+            directory=directory,
         )
-    except subprocess.TimeoutExpired:
-        raise RunError(f"{fmu}: the experiments took more than {_TIME_LIMIT:g} s") from None
-    if done.returncode != 0:
-        reason = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
-        raise RunError(f"{fmu}: the experiments failed: {reason or f'exit code {done.returncode}'}")
-    answers: list[Response | str] = pickle.loads(done.stdout.rpartition(_MARK)[2])
+        try:
+            code = child.wait(_TIME_LIMIT, pauses=True)
+        finally:
+            child.kill()
+            child.wait()
+        if code is None:
+            raise RunError(f"{fmu}: the experiments took more than {_TIME_LIMIT:g} s")
+        if code != 0:
+            reason = "".join(printed_lines(child.printed, 1)) or f"exit code {code}"
+            raise RunError(f"{fmu}: the experiments failed: {reason}")
+        answers: list[Response | str] = pickle.loads((folder / _ANSWERS).read_bytes())
     return answers
 
 
-_MARK = b"\nanswers:"  # an FMU may print before
-
-
 def serve() -> None:
-    """Answer one task; runs in a process of one thread, which may fork."""
-    component, description, adapters, excitation, span = pickle.load(sys.stdin.buffer)
+    """Answer the task in the folder that is the argument; runs in a process of one thread, which may fork."""
+    folder = Path(sys.argv[1])
+    component, description, adapters, excitation, span = pickle.loads((folder / _TASK).read_bytes())
     answers = [_variant(component, description, adapter, excitation, span) for adapter in adapters]
-    sys.stdout.buffer.write(_MARK + pickle.dumps(answers))
-    sys.stdout.buffer.flush()
+    (folder / _ANSWERS).write_bytes(pickle.dumps(answers))
 
 
 def _variant(

@@ -52,8 +52,9 @@ def main(report: int, arguments: list[str]) -> None:
     signal.signal(END, signal.SIG_DFL)
     os.close(report)
     kind, what, *rest = arguments
-    sys.argv = [what, *rest]
+    sys.argv = [kind, *rest]
     if kind == "-m":
+        sys.argv[0] = what
         runpy.run_module(what, run_name="__main__", alter_sys=True)
     else:
         exec(compile(what, "<string>", "exec"), {"__name__": "__main__"})
