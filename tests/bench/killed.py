@@ -162,7 +162,8 @@ def killed_study(bench: Bench, moment: float) -> Iterator[tuple[str, bool]]:
     ) as process:  # fmt: skip
         time.sleep(moment)
         process.kill()
-    yield "no process is left", not bench.left_processes()
+    left = [" ".join(process.cmdline()[1:4]) for process in bench.left_processes()]
+    yield f"no process is left {left}", not left
     statuses = [tomllib.loads(path.read_text())["status"] for path in out.glob("*/run.toml")]
     yield f"was {' and '.join(statuses) or 'none'}", set(statuses) <= {"running"}
     for folder in out.iterdir():
