@@ -75,6 +75,9 @@ def _prepare_worker(reports: Any, stopping: Any) -> None:
     _reports, _stopping = reports, stopping
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     end_with_parent()
+    parent = multiprocessing.parent_process()
+    if parent is not None and parent.pid != os.getppid():  # it was killed while this process started
+        os._exit(1)
     with suppress(KeyboardInterrupt):  # one that waited while the worker started: the event says it too
         accept_interrupts(ENDING)
 
