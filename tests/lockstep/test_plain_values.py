@@ -53,7 +53,9 @@ def test_values_come_back_from_toml_json_and_ssp(value, plain, kind):
 
 
 @pytest.mark.parametrize(
-    "value", [None, [1.0, None], 1j, object(), {1.0}, b"x", np.array([None]), np.array(1j)], ids=repr
+    "value",
+    [None, [1.0, None], 1j, object(), {1.0}, b"x", np.array([None]), np.array(1j)],
+    ids=lambda value: type(value).__name__,
 )
 def test_what_cannot_be_kept_is_refused_by_name(value):
     with pytest.raises(InputError, match=r"^x: .* cannot be kept; give a number, a text, True or False, or a list of"):
