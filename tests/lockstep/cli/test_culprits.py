@@ -4,6 +4,7 @@ import os
 import re
 import resource
 import shutil
+import subprocess
 import sys
 import tempfile
 import zipfile
@@ -143,12 +144,26 @@ def test_a_full_temporary_folder_is_the_culprit_and_not_the_fmu(folder, capsys, 
     assert sorted(path.name for path in folder.iterdir()) == ["a.fmu", "one.ssd"]
 
 
-def test_a_temporary_folder_that_no_program_may_run_from_is_refused(monkeypatch, tmp_path):
+@pytest.fixture
+def barred(tmp_path):
+    """Return a folder from which no program may run: mounted so, or one that is."""
+    made = tmp_path / "barred"
+    made.mkdir()
+    if subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "noexec", "none", made], check=False, capture_output=True
+    ).returncode:
+        mounted = [part.mountpoint for part in psutil.disk_partitions(all=True) if "noexec" in part.opts.split(",")]
+        found = next((Path(path) for path in mounted if refuses_programs(Path(path))), None)
+        if found is None:
+            pytest.skip("nothing is mounted noexec here, and only root can mount it so")
+        yield found
+    else:
+        yield made
+        subprocess.run(["umount", made], check=True)
+
+
+def test_a_temporary_folder_that_no_program_may_run_from_is_refused(monkeypatch, tmp_path, barred):
     assert not refuses_programs(tmp_path)
-    mounted = [part.mountpoint for part in psutil.disk_partitions(all=True) if "noexec" in part.opts.split(",")]
-    barred = next((path for path in mounted if refuses_programs(Path(path))), None)
-    if barred is None:
-        pytest.skip("nothing is mounted noexec here")
     monkeypatch.setattr(tempfile, "tempdir", str(barred))
     with pytest.raises(
         TemporaryFolderError, match=f"temporary folder {barred}: mounted noexec, so no FMU can run from it"

@@ -113,7 +113,10 @@ def test_array_elements_are_set_one_by_one(two, reference_fmu, tmp_path, isolate
         (metres,),
         vector=[-8.0, 0.0, 0.0],
     )
-    simulate(system, tmp_path / "out", overrides={"two.matrix_in": [9.0, 9.0, 9.0, 9.0, 9.0, -9.0]})
+    with pytest.raises(InputError, match=r"two\.matrix_in\[2,1\]: is connected to one\.matrix_out\[1,3\]"):
+        simulate(system, tmp_path / "no", overrides={"two.matrix_in": [9.0, 9.0, 9.0, 9.0, 9.0, -9.0]})
+    free = {"1,1": 9.0, "1,2": 9.0, "1,3": 9.0, "2,2": 9.0, "2,3": -9.0}
+    simulate(system, tmp_path / "out", overrides={f"two.matrix_in[{index}]": value for index, value in free.items()})
     signals = read_signals(tmp_path / "out")
 
     vector = signals["two.vector_out"]  # in mm; x grows by 1 m/s in its steps of two ticks, and is held between

@@ -123,7 +123,7 @@ REFUSALS = [
     ('tick="0.001"', 'tick="1e-10"', r"tick: 1e-10 s is not a whole number of nanoseconds"),
     ('tick="0.001"', 'tick="fast"', r"tick: 'fast' is not a number of seconds"),
     ('tick="0.001"', 'tick="0.001" ticks="2"', r"the system: annotation ticks: no such attribute; there are tick"),
-    ('period="0.001" ', 'period="0" ', r"counter: period 0 s must be > 0"),
+    ('period="0.001" ', 'period="0" ', r"counter: period 0: must be > 0 s"),
     ('kind="sampled"', 'kind="sample"', r"counter: kind 'sample' must be sampled or continuous"),
     ('delay="2"', 'delay="-2"', r"counter\.count -> plant\.u: delay '-2' must be a whole number of ticks >= 0"),
     ('endElement="echo"', 'endElement="ecko"', r"ecko: no such component; .*did you mean echo\?"),
