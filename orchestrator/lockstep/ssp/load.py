@@ -5,7 +5,7 @@ Periods, offsets, kinds, delays, the tick and what to record are no part of SSP.
 files without. Systems in systems are flattened; a component of one has its path as its name: `aocs/controller`.
 
 In a file whose system has no such annotation, a value without a variable is left out, as SSP defines, and listed in
-`System.ignored`; in one with annotations it is refused.
+`System.ignored`, and small offences are amended, with `System.warnings`; in one with annotations both are refused.
 """
 
 import hashlib
@@ -18,7 +18,7 @@ from lockstep.fmi.model_description import Description, Variable, read_descripti
 from lockstep.fmi.safe_zip import open_file
 from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, DeclaredSteps, annotation, flag, master_step
 from lockstep.ssp.documents.location import Location, location_of
-from lockstep.ssp.documents.xml import MAIN, NS, Element, unique
+from lockstep.ssp.documents.xml import ANNOTATION, MAIN, NS, Element, unique
 from lockstep.ssp.flatten import Settled, Way, refuse_ignored, settle, ways
 from lockstep.ssp.lone_fmu import lone_fmu
 from lockstep.ssp.osp_structure import is_osp, load_osp
@@ -103,6 +103,8 @@ class _Assembly:
             strict_inputs=self.own is not None and bool(flag(self.own, "strictInputs", "the system")),
             warnings=self.location.all_warnings,
         )
+        if self.own is not None and system.warnings:
+            raise InputError(f"{system.warnings[0]}; in a file with {ANNOTATION} annotations this is an error")
         for named in self.timing.names():
             system.component(named)
         return system
