@@ -23,8 +23,9 @@ import pytest  # noqa: E402
 from filelock import FileLock  # noqa: E402
 
 if threading.current_thread() is threading.main_thread():
-    # where SIGINT is ignored, as in a background job of a shell, what the tests start would ignore it too
+    # where signals are ignored, as in a background job of a shell or under nohup, what the tests start would ignore them
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 import fmus.reference.build  # noqa: E402
 
