@@ -23,7 +23,7 @@ import pytest  # noqa: E402
 from filelock import FileLock  # noqa: E402
 
 if threading.current_thread() is threading.main_thread():
-    # where signals are ignored, as in a background job of a shell or under nohup, what the tests start would ignore them
+    # where signals are ignored, as in a background job of a shell or under nohup, all that is started would ignore them
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
