@@ -221,7 +221,15 @@ def _plan(system: System, options: RunOptions) -> tuple[Plan, Mapping[str, Overr
         return Plan(
             system, options.stop_time, overrides, record, options.record_period, options.strict_inputs, options.strict
         ), overrides
-    return options.restart.plan(system, options.stop_time, overrides, record, options.record_period)
+    return options.restart.plan(
+        system,
+        options.stop_time,
+        overrides,
+        record,
+        options.record_period,
+        strict_inputs=options.strict_inputs,
+        strict=options.strict,
+    )
 
 
 def _start(plan: Plan, temporary: Path, events: Events, limits: Limits, close_slaves: ExitStack) -> dict[str, Slave]:

@@ -84,6 +84,9 @@ class Restart:
         overrides: Mapping[str, Override],
         record: Sequence[str] | None,
         record_period: float | str | None = None,
+        *,
+        strict_inputs: bool = False,
+        strict: bool = False,
     ) -> tuple[Plan, dict[str, Override]]:
         """Return the plan, with the settings of the checkpoint's run where none are given; and all its overrides."""
         before = self.checkpoint.run
@@ -93,7 +96,7 @@ class Restart:
             record = before["record"] if record is None else record
             record_period = before["record_period"] if record_period is None else record_period
         stop = before["stop_time"] if stop_time is None else stop_time
-        return Plan(system, stop, given, record, record_period), given
+        return Plan(system, stop, given, record, record_period, strict_inputs, strict), given
 
     def tolerances(self, system: System) -> dict[str, float]:
         """Return the tolerances of the checkpoint's run that the components of a system lack, by component."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lockstep.cli.given_options import given_options
+from lockstep.cli.given_options import given_options, refuse_given
 from lockstep.cli.options import option_group, reinitialise_option
 from lockstep.cli.parameter_types import PATH
 from lockstep.cli.usage_errors import option_name
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from lockstep.system.system import System
 
 _WITH_RESUME = {"resume", "pace", "step_limit", "traceback"}  # all else is as it was
+
+_READS_A_FILE = {"within", "tick", "continuous", "sampled"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,6 +66,7 @@ class CheckpointOptions:
             return load(path)
         if self.restart_from is None:
             raise InputError("name a system file; or give --restart-from CHECKPOINT, or --resume RESULTS; see --help")
+        refuse_given(_READS_A_FILE, "counts where a system file is read; name SYSTEM as well, or leave it out")
         return system_of(read_checkpoint(self.restart_from).run)
 
 

@@ -79,12 +79,15 @@ def with_delays(system: System, texts: Sequence[str]) -> System:
 
 
 def with_step_sizes(system: System, texts: Sequence[str]) -> System:
-    """Return the system with step sizes given as COMPONENT=SECONDS; `load_system` has applied one for all."""
+    """Return the system with step sizes given as SECONDS for all, and as COMPONENT=SECONDS, which goes before.
+
+    `load_system` has applied one for all already, but a system rebuilt from a checkpoint is without it.
+    """
     refuse_repeated(texts, "--step-size")
-    for text in texts:
+    for text in sorted(texts, key=lambda text: "=" in text):
         name, equals, size = text.rpartition("=")
-        if equals:
-            system = system.with_period(name, _positive(size, f"--step-size {name}"))
+        for each in [name] if equals else [component.name for component in system.components]:
+            system = system.with_period(each, _positive(size, f"--step-size {each}"))
     return system
 
 

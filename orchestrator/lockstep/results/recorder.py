@@ -118,7 +118,7 @@ class Recorder:
         except BaseException:
             self._whole = False
             self._file.close()
-            os.truncate(self._folder / STREAM, end)  # no part of a batch stays, which readers could not tell from one
+            os.truncate(self._folder / STREAM, end)  # no part of a batch stays: readers would take it for a whole one
             raise
         self._written += count
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lockstep import InputError, RunError, read_signals, simulate, write_ssd
+from lockstep import InputError, RunError, load_system, read_signals, simulate, write_ssd
+from lockstep.__main__ import main
 from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
 from lockstep.checkpoint.file import read_checkpoint
@@ -66,6 +67,22 @@ def test_the_command_line_branches_without_a_system_file(triple, triple_ssd, tmp
     write_ssd(replace(triple, stop_time=80 * MS), triple_ssd)
     with pytest.raises(InputError, match=r"triple\.ssd: has changed since the run"):
         system_of(read_checkpoint(file).run)
+
+
+def test_options_that_a_branch_would_not_heed_are_refused(triple, triple_ssd, whole, tmp_path, capsys):
+    simulate(load_system(triple_ssd), tmp_path / "saved", checkpoints=CheckpointSchedule(times=["0.02"]))
+    words = ["run", "--restart-from", str(tmp_path / "saved/checkpoints/t=0.02.ckpt"), "--out", str(tmp_path / "no")]
+    for option, value in (("--within", str(tmp_path)), ("--tick", "0.001"), ("--sampled", "a"), ("--continuous", "p")):
+        assert main([*words, option, value]) == 2
+        expected = f"{option}: counts where a system file is read; name SYSTEM as well, or leave it out"
+        assert expected in capsys.readouterr().err
+    assert main([*words, "--step-size", "0.006"]) == 2  # of all: other periods than those of the checkpoint
+    assert "period" in capsys.readouterr().err
+    with pytest.raises(InputError, match="not connected and without a value"):
+        branch(replace(triple, connections=()), whole, 25, tmp_path / "no", strict_inputs=True)
+    with pytest.raises(InputError, match=r"^a warning; with --strict this is an error$"):
+        branch(replace(triple, warnings=("a warning",)), whole, 25, tmp_path / "no", strict=True)
+    assert not (tmp_path / "no").exists()
 
 
 def test_a_branch_may_record_more_and_last_longer(triple, whole, tmp_path):
