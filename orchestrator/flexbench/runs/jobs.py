@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import Empty
@@ -27,6 +27,7 @@ from lockstep.checkpoint.restart import Restart
 from lockstep.errors import InputError
 from lockstep.interrupt import ENDING
 from lockstep.operating_system import accept_interrupts, available_cores, end_with_parent, interrupts_held_back
+from lockstep.processes.cpu_affinity import own_thread
 from lockstep.results.results_folder import claim
 from lockstep.standard_streams import printable, unfiltered
 
@@ -102,7 +103,8 @@ def run_job(job: Job) -> Finished:
         system = system_of(restart.checkpoint.run)
     else:
         raise InputError(f"{job.title}: neither a system nor a checkpoint")
-    with claim(job.folder, overwrite=True) as folder:
+    own = own_thread() if _stopping is not None else nullcontext()  # a worker's: `run_job` is also called directly
+    with own, claim(job.folder, overwrite=True) as folder:
         summary = simulate(
             system,
             folder,

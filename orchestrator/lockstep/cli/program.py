@@ -15,6 +15,7 @@ from lockstep.cli.command import HELP_SETTINGS, traceback_asked, traceback_optio
 from lockstep.cli.usage_errors import describe_usage_error
 from lockstep.errors import InputError, RunError, refuse_undecodable
 from lockstep.interrupt import Stopped, ended_by_signals, exit_code
+from lockstep.processes.cpu_affinity import own_thread
 from lockstep.standard_streams import StreamError, standard_streams
 
 BUG = 70  # exit code of an error of the program itself: EX_SOFTWARE of sysexits.h
@@ -107,7 +108,7 @@ class Program(click.Group):
         context: click.Context | None = None
         try:
             _refuse_paths(words)
-            with ended_by_signals(), self.make_context(self.name, words) as context:
+            with ended_by_signals(), own_thread(), self.make_context(self.name, words) as context:
                 code = int(self.invoke(context) or 0)
                 sys.stdout.flush()  # here, where a reader that is gone is no error
                 return code

@@ -1,8 +1,12 @@
 """Choose the cores that isolated FMUs run on: the master's own core while no other program needs it.
 
 Master and worker take turns. On two cores each turn wakes one that has gone to sleep, which takes 25 to 100 us on the
-machines measured; on one core it is a change of process, 3 us, and the values are in its cache. So the master stays on
-its present core and pins the workers that it only waits for to that core too.
+machines measured; on one core it is a change of process, 3 us, and the values are in its cache. So the workers that the
+master only waits for are pinned to its core.
+
+The master stays there only in a program of this project, within `own_thread`: a thread that calls `simulate` in another
+program may do other work, and what it starts inherits its cores. Such a thread is not restricted; where it has moved,
+its workers follow at the next judgement, at a cost of up to 10 us a step.
 
 The kernel places the other workers, which may use all cores: a worker during whose step the master or another worker
 does more than waking a core takes, and one whose steps are so long that waking does not count. Where the kernel reports
@@ -15,7 +19,8 @@ from __future__ import annotations
 
 import math
 import threading
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from time import monotonic, thread_time
 
@@ -55,7 +60,8 @@ class CoreAssignment:
     def __init__(self) -> None:
         self._thread = threading.get_native_id()
         self._all = available_cores()  # as the user started the master
-        self._core: int | None = None  # that the thread is pinned to
+        self._core: int | None = None  # that workers are pinned to, and the thread, if it may be
+        self._pins_thread = False
         self._workers: list[Worker] = []
         self.timed: set[Worker] = set()  # while they have something to do
         self._times: dict[int, Times] = {}  # at the last judgement, by thread
@@ -66,7 +72,8 @@ class CoreAssignment:
         """Release the thread and its workers to all cores. A process started now may run anywhere."""
         if self._core is not None:
             self._core = None
-            pin(self._thread, self._all)
+            if self._pins_thread:
+                pin(self._thread, self._all)
             for worker in self._workers:
                 self._place(worker, pinned=False)
 
@@ -75,6 +82,7 @@ class CoreAssignment:
         if not self._workers:
             self._all = available_cores()
             self._pause = _INTERVAL
+            self._pins_thread = getattr(_local, "own", False)
         worker = Worker(pid, last_call)
         self._workers.append(worker)
         self._next = monotonic() + _INTERVAL if len(self._all) > 1 else math.inf
@@ -103,7 +111,7 @@ class CoreAssignment:
         worker.overlap += SAMPLE * (thread_time() - worker.since)
 
     def _look(self, now: float) -> None:
-        """Pin all to a core, or judge each worker again, or release the core."""
+        """Choose the core, or judge each worker again, or release the core."""
         elapsed, self._last, self._next = now - self._last, now, now + _INTERVAL
         before, self._times = self._times, self._read_times()
         if not self._times:
@@ -112,7 +120,8 @@ class CoreAssignment:
         elif self._core is None:
             if any(worker.messages >= _ENOUGH for worker in self._workers):
                 self._core, self._settled = current_core(), now
-                pin(self._thread, {self._core})
+                if self._pins_thread:
+                    pin(self._thread, {self._core})
                 self._judge()
         elif self._crowded(before, elapsed):
             self.release()
@@ -120,7 +129,17 @@ class CoreAssignment:
             self._pause = min(2.0 * self._pause, _LONGEST_PAUSE) if again else _INTERVAL
             self._next = now + self._pause
         else:
+            self._follow()
             self._judge()
+
+    def _follow(self) -> None:
+        """Pin the workers of this core to the one that the thread has moved to, if it may move."""
+        core = self._core if self._pins_thread else current_core()
+        if core is not None and core != self._core:
+            self._core = core
+            for worker in self._workers:
+                if worker.pinned:
+                    pin(worker.pid, {core})
 
     def _crowded(self, before: dict[int, Times], elapsed: float) -> bool:
         """Return whether other programs used the core while the master or a pinned worker wanted it.
@@ -163,3 +182,14 @@ def core_assignment() -> CoreAssignment:
         _local.assignment = CoreAssignment()
     found: CoreAssignment = _local.assignment
     return found
+
+
+@contextmanager
+def own_thread() -> Iterator[None]:
+    """Let the calling thread be pinned too while it steps isolated FMUs: one that does nothing else meanwhile."""
+    before = getattr(_local, "own", False)
+    _local.own = True
+    try:
+        yield
+    finally:
+        _local.own = before

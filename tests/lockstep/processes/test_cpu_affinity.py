@@ -15,7 +15,7 @@ from lockstep import Component
 from lockstep.fmi.model_description import read_description
 from lockstep.operating_system import current_core, same_memory_layout, thread_times
 from lockstep.processes import cpu_affinity as module
-from lockstep.processes.cpu_affinity import SAMPLE, CoreAssignment, core_assignment
+from lockstep.processes.cpu_affinity import SAMPLE, CoreAssignment, core_assignment, own_thread
 from lockstep.processes.last_call import BUSY
 from lockstep.processes.remote_slave import RemoteSlave
 from lockstep.processes.shared_memory import SharedMemory, shared_file
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(len(ALL) < 2, reason="one core: all share it")
 
 
 @pytest.fixture
-def worker():
+def foreign_worker():
     """Return a function that starts a process that sleeps and adds it to an assignment."""
     processes, files = [], []
 
@@ -42,6 +42,13 @@ def worker():
     for file in files:
         os.close(file)
     os.sched_setaffinity(0, ALL)
+
+
+@pytest.fixture
+def worker(foreign_worker):
+    """Return the function, in a thread that may be pinned."""
+    with own_thread():
+        yield foreign_worker
 
 
 class Machine:
@@ -88,6 +95,21 @@ def test_a_worker_the_master_waits_for_is_pinned_to_its_core(worker, machine):
     assert os.sched_getaffinity(0) == {current_core()}
     assignment.remove(one)
     assert os.sched_getaffinity(0) == ALL
+
+
+def test_in_a_thread_of_another_program_only_the_workers_are_pinned(foreign_worker, machine, monkeypatch):
+    assignment = CoreAssignment()
+    one, two = foreign_worker(assignment), foreign_worker(assignment)
+    for core in sorted(ALL)[:2]:  # where the thread is, and where it has moved to
+        monkeypatch.setattr(module, "current_core", lambda core=core: core)
+        machine.interval(assignment, [one, two])
+        assert [os.sched_getaffinity(pid) for pid in (0, one.pid, two.pid)] == [ALL, {core}, {core}]
+    machine.interval(assignment, [one, two], ran=0.01, waited=0.02)
+    assert [os.sched_getaffinity(pid) for pid in (0, one.pid, two.pid)] == [ALL, ALL, ALL]
+    assignment.remove(one)
+    os.sched_setaffinity(0, {min(ALL)})  # by its program
+    assignment.remove(two)
+    assert os.sched_getaffinity(0) == {min(ALL)}
 
 
 def test_nothing_is_pinned_in_the_first_interval(worker, machine):
@@ -269,7 +291,8 @@ def test_each_thread_has_its_own_assignment(worker, machine):
 def test_an_isolated_slave_is_stepped_on_the_core_of_the_master(good, tmp_path):
     component = Component(name="a", source=good, period=10_000_000, parameters={"level": 1.0, "rate": 1.0})
     description = read_description(component)
-    slave = RemoteSlave(component, description, tmp_path / "a", lambda *_: None)
+    with own_thread():
+        slave = RemoteSlave(component, description, tmp_path / "a", lambda *_: None)
     try:
         slave.setup_experiment(0.0, 1e6)
         slave.enter_initialization()

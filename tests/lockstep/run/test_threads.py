@@ -1,6 +1,7 @@
 """Two runs in two threads of one process: each gives its results where it is asked to, and nothing else changes."""
 
 import os
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 from fmus.bad.bad_fmus import bad_fmu
 from lockstep import Component, System, load_system, read_signals, simulate, write_ssd
+from lockstep.processes import cpu_affinity
 
 STEP = 10_000_000  # [ns]
 VALUES = {"level": 1.0, "rate": 1.0}
@@ -38,6 +40,12 @@ def slow(tmp_path, monkeypatch):
     return Path("bad.fmu")
 
 
+@pytest.fixture
+def good(tmp_path):
+    """Return an FMU without a defect."""
+    return bad_fmu(tmp_path / "good", "KEEPS_A_DIARY")
+
+
 @pytest.mark.parametrize("isolated", [False, True])
 def test_runs_in_two_threads_use_relative_paths(slow, tmp_path, isolated):
     before, seen = process_state(), set()
@@ -60,3 +68,27 @@ def test_runs_in_two_threads_use_relative_paths(slow, tmp_path, isolated):
     gains = {name: read_signals(tmp_path / name)["b.scaled"] for name in GAINS}
     np.testing.assert_array_equal(gains["two"] - gains["one"], GAINS["two"] - GAINS["one"])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.fmu", "bad.so", "one", "one.ssd", "two", "two.ssd"]
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: there is nothing to choose")
+def test_a_thread_that_calls_simulate_keeps_its_cores_during_the_run(good, tmp_path, monkeypatch):
+    """Looked at from another thread, all the time; only workers are pinned."""
+    chosen, pin = [], cpu_affinity.pin
+    monkeypatch.setattr(cpu_affinity, "pin", lambda thread, to: (chosen.append((thread, len(to))), pin(thread, to)))
+    thread, cores, seen, ended = threading.get_native_id(), os.sched_getaffinity(0), [], threading.Event()
+
+    def look():
+        while not ended.wait(0.001):
+            seen.append(os.sched_getaffinity(thread))
+
+    looking = threading.Thread(target=look)
+    looking.start()
+    try:
+        simulate(system(good, 2.0, isolated=True), tmp_path / "out", stop_time=20.0)
+    finally:
+        ended.set()
+        looking.join()
+    assert any(count == 1 for _, count in chosen), "the run was too short for workers to be pinned"
+    assert thread not in [one for one, _ in chosen]
+    assert len(seen) > 20
+    assert set(map(frozenset, seen)) == {frozenset(cores)}
