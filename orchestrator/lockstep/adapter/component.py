@@ -53,7 +53,7 @@ def replace_component(system: System, name: str, fmu: Path, adapter: Adapter | N
     """
     old = system.component(name)
     if adapter is None:
-        return _with(system, replace(old, source=fmu.absolute(), archive=None))
+        return _with(system, replace(old, source=fmu.absolute(), archive=None, sums=None))
     new = Component(
         name=name,
         source=fmu.absolute(),

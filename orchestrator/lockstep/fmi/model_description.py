@@ -18,6 +18,7 @@ from lockstep.fmi.description_corrections import correct, negated_aliases, read_
 from lockstep.fmi.safe_zip import open_file, open_zip
 from lockstep.fmi.slave import Scalar
 from lockstep.system.component import Component
+from lockstep.system.sums import Sums
 from lockstep.system.units import BASES, Unit
 
 SSP_SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
@@ -145,6 +146,8 @@ class Description:
 
 def read_description(component: Component) -> Description:
     """Read the FMU of a component, or raise InputError."""
+    if component.sums is not None:
+        return _describe_sums(component.sums)
     with open_file(component.source, component.archive, component.name) as stream:
         digest = hashlib.sha256(stream.read()).hexdigest()
         stream.seek(0)
@@ -202,6 +205,24 @@ def read_description(component: Component) -> Description:
         tolerance=declared_tolerance(model),
         negated=negated,
         problems=tuple(f"{component.name}: {component.source.name}: {problem}" for problem in problems),
+    )
+
+
+def _describe_sums(sums: Sums) -> Description:
+    """Return what the description of an FMU with these sums would be."""
+    variables = [
+        Variable(name=name, reference=k, type="Real", causality="output") for k, name in enumerate(sums.inputs)
+    ]
+    inputs = enumerate((name for names in sums.inputs.values() for name in names), len(variables))
+    variables += [Variable(name=name, reference=k, type="Real", causality="input", start="0") for k, name in inputs]
+    return Description(
+        model="Sums",
+        guid="",
+        identifier="",
+        once_per_process=False,
+        saves_state=True,
+        sha256=hashlib.sha256(repr(dict(sums.inputs)).encode()).hexdigest(),
+        variables={v.name: v for v in variables},
     )
 
 

@@ -34,6 +34,7 @@ class Contents:
 def settle(system: System, descriptions: Mapping[str, Description]) -> System:
     """Return the system with `isolated` decided for every component, or raise InputError."""
     every = [*system.components, *(c.shadow.component for c in system.components if c.shadow)]
+    every = [c for c in every if c.sums is None]  # in the master's process, without a library
     contents = {c.name: read_contents(c, descriptions[c.name]) for c in every if c.isolated is not True}
     inside: list[Component] = []  # the master's process; first those that have to be there
     decided: dict[str, bool] = {}
@@ -52,7 +53,7 @@ def settle(system: System, descriptions: Mapping[str, Description]) -> System:
 
 def _settled(component: Component, decided: Mapping[str, bool]) -> Component:
     shadow = component.shadow and replace(component.shadow, component=_settled(component.shadow.component, decided))
-    return replace(component, isolated=decided[component.name], shadow=shadow)
+    return replace(component, isolated=decided.get(component.name, False), shadow=shadow)
 
 
 def read_contents(component: Component, description: Description) -> Contents:

@@ -11,6 +11,7 @@ from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.log_callbacks import Log
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import Slave
+from lockstep.fmi.sums_slave import SumsSlave
 from lockstep.processes.remote_slave import RemoteSlave
 from lockstep.processes.watched_process import Limits
 from lockstep.system.component import Component
@@ -18,6 +19,8 @@ from lockstep.system.component import Component
 
 def start_slave(component: Component, description: Description, folder: Path, log: Log, limits: Limits) -> Slave:
     """Instantiate the FMU of a component; if it is isolated, only start its process."""
+    if component.sums is not None:
+        return SumsSlave(component.name, component.sums)
     if component.adapter is not None or component.shadow is not None:
         description = read_description(component)  # the given one has interface ports, or those of the shadow too
     if component.isolated:

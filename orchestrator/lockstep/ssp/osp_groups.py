@@ -15,14 +15,15 @@ def group_pairs(
     first: _Owner, second: _Owner, ends: tuple[str, str], other: tuple[str, str], location: Location
 ) -> list[tuple[str, str]]:
     """Return the pairs of variables of two groups, in the order in which both list them. Raises InputError."""
-    one, two = _variables(first, ends[1], location), _variables(second, other[1], location)
+    one, two = group_variables(first, ends[1], location), group_variables(second, other[1], location)
     if len(one) != len(two):
         what = f"{ends[0]}.{ends[1]} -> {other[0]}.{other[1]}"
         raise InputError(f"{what}: groups of {len(one)} and {len(two)} variables; they must have the same")
     return list(zip(one, two, strict=True))
 
 
-def _variables(owner: _Owner, name: str, location: Location) -> list[str]:
+def group_variables(owner: _Owner, name: str, location: Location) -> list[str]:
+    """Return the variables of a group of an FMU, in the order in which it lists them. Raises InputError."""
     component, description = owner
     file = f"{description.model}_OspModelDescription.xml"
     for folder in (component.source.parent, location.document.parent):

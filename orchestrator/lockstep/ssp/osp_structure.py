@@ -1,11 +1,13 @@
 """Read OspSystemStructure.xml, the system files of the Open Simulation Platform, as libcosim does.
 
 Values are exchanged as they are, without conversion of units. A simulator whose step size is no multiple of the base
-step is stepped at the nearest one. `LinearTransformation` becomes part of a connection; other functions are refused.
+step is stepped at the nearest one. A `LinearTransformation` becomes part of a connection, a sum a component that has
+no FMU and adds no delay: it is computed after what it reads, in the tick in which it is read.
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from math import gcd
 from pathlib import Path
 
 from lockstep.errors import InputError, compact, suggestion
@@ -13,7 +15,8 @@ from lockstep.fmi.model_description import Description, read_description
 from lockstep.ssp.documents.location import Location
 from lockstep.ssp.documents.parse import secure_root
 from lockstep.ssp.documents.xml import Element, local_name, unique
-from lockstep.ssp.osp_groups import group_pairs
+from lockstep.ssp.osp_functions import OspFunction, read_functions
+from lockstep.ssp.osp_groups import group_pairs, group_variables
 from lockstep.ssp.step_times import Timing
 from lockstep.ssp.typed_values import boolean
 from lockstep.system.clock import nanoseconds, seconds_text
@@ -54,6 +57,7 @@ class _Structure:
             raise InputError(f"{location}: BaseStepSize {seconds_text(self.base)} s must be > 0")
         self.descriptions: dict[str, Description] = {}
         self.components: dict[str, Component] = {}
+        self.functions = read_functions(root.findall("osp:Functions/*", _NS), str(location))
 
     def system(self, digest: str) -> System:
         simulators = self.root.findall("osp:Simulators/osp:Simulator", _NS)
@@ -67,8 +71,8 @@ class _Structure:
         if float(start) != 0.0:
             raise InputError(f"{self.location}: StartTime {start} must be 0; a simulation begins there")
         stop = self._text("EndTime", "")
-        components = tuple(self.components.values())
         connections = tuple(self._connections())
+        components = tuple(self.components.values())
         system = System(
             name=self.location.document.stem,
             tick=self.timing.tick_of(None, (c.period for c in components)),
@@ -129,15 +133,13 @@ class _Structure:
             yield variable, _value(kind, f"{name}.{variable}")
 
     def _connections(self) -> Iterator[Connection]:
-        functions = {
-            str(f.get("name")): f
-            for f in self.root.findall("osp:Functions/*", _NS)
-            if local_name(f) == "LinearTransformation"
-        }
-        inputs: dict[str, _End] = {}  # of the functions
-        outputs: list[tuple[str, _End]] = []
+        """Yield all connections; those of the sums join `components` once all of theirs are known."""
+        inputs: dict[str, _End] = {}  # of the linear transformations
+        outputs: list[tuple[OspFunction, _End]] = []
+        of_sums: list[tuple[OspFunction, str, _End]] = []
         for connection in self.root.findall("osp:Connections/*", _NS):
-            match local_name(connection):
+            kind = local_name(connection)
+            match kind:
                 case "VariableConnection":
                     first, second = (_end(v, "simulator") for v in connection)
                     yield self._connection(first, second)
@@ -145,31 +147,59 @@ class _Structure:
                     first, second = (_end(v, "simulator") for v in connection)
                     for pair in group_pairs(self._owner(first), self._owner(second), first, second, self.location):
                         yield self._connection((first[0], pair[0]), (second[0], pair[1]))
-                case "SignalConnection":
-                    variable = _end(next(c for c in connection if local_name(c) == "Variable"), "simulator")
-                    function, signal = _end(next(c for c in connection if local_name(c) == "Signal"), "function")
-                    if function not in functions:
-                        raise InputError(self._no_function(function, functions))
-                    if signal == "in":
-                        inputs[function] = variable
-                    else:
-                        outputs.append((function, variable))
-                case kind:
+                case "SignalConnection" | "SignalGroupConnection":
+                    for function, signal, variable in self._signals(connection, kind):
+                        if function.hop is None:
+                            of_sums.append((function, signal, variable))
+                        elif not function.gives(signal):
+                            inputs[function.name] = variable
+                        else:
+                            outputs.append((function, variable))
+                case _:
                     raise InputError(f"{self.location}: {kind} is not supported; connect the variables one by one")
         for function, target in outputs:
-            if function not in inputs:
-                raise InputError(f"{self.location}: function {function}: nothing is connected to its signal in")
-            element = functions[function]
-            hop = Hop(
-                factor=float(element.get("factor", "1")), offset=float(element.get("offset", "0")), convert_units=False
-            )
-            yield self._connection(inputs[function], target, hop)
+            if function.name not in inputs:
+                text = "nothing is connected to its signal in"
+                raise InputError(f"{self.location}: function {function.name}: {text}")
+            yield self._connection(inputs[function.name], target, function.hop)
+        self._add_sums(of_sums)
+        for function, signal, variable in of_sums:
+            yield self._connection((function.name, signal), variable)
 
-    def _no_function(self, name: str, known: Mapping[str, Element]) -> str:
-        for element in self.root.findall("osp:Functions/*", _NS):
-            if element.get("name") == name:
-                return f"{self.location}: function {name}: {local_name(element)} is not supported; put it into an FMU"
-        return f"{self.location}: function {name}: no such function; there are {compact(known)}"
+    def _signals(self, connection: Element, kind: str) -> Iterator[tuple[OspFunction, str, _End]]:
+        """Yield the pairs of a connection of one signal or of a group: function, signal, and variable."""
+        group = "Group" if kind == "SignalGroupConnection" else ""
+        ends = {local_name(child): child for child in connection}
+        missing = [tag for tag in (f"Signal{group}", f"Variable{group}") if tag not in ends]
+        if missing:
+            raise InputError(f"{self.location}, line {connection.sourceline}: {kind} without {missing[0]}")
+        name, signal = _end(ends[f"Signal{group}"], "function")
+        variable = _end(ends[f"Variable{group}"], "simulator")
+        if name not in self.functions:
+            near = compact(self.functions) + suggestion(name, self.functions)
+            raise InputError(f"{self.location}: function {name}: no such function; there are {near}")
+        function = self.functions[name]
+        if not group:
+            function.check_signal(signal)
+            yield function, signal, variable
+            return
+        signals, names = function.group(signal), group_variables(self._owner(variable), variable[1], self.location)
+        if len(signals) != len(names):
+            what = f"{name}.{signal} -> {variable[0]}.{variable[1]}"
+            raise InputError(f"{what}: {len(signals)} signals and {len(names)} variables; they must be as many")
+        for one, other in zip(signals, names, strict=True):
+            yield function, one, (variable[0], other)
+
+    def _add_sums(self, connected: list[tuple[OspFunction, str, _End]]) -> None:
+        """Add the sums to the components, computed whenever one of their readers is stepped."""
+        for function in {f.name: f for f, _, _ in connected}.values():
+            if function.name in self.components:
+                raise InputError(f"{self.location}: function {function.name}: a simulator has this name; change one")
+            readers = (variable[0] for f, signal, variable in connected if f is function and function.gives(signal))
+            period = gcd(*(self._owner((name, ""))[0].period for name in readers)) or self.base
+            component = function.component(self.location.document, period)
+            self.components[function.name] = component
+            self.descriptions[function.name] = read_description(component)
 
     def _owner(self, end: _End) -> tuple[Component, Description]:
         name = end[0]
@@ -188,13 +218,13 @@ class _Structure:
                 raise InputError(description.lacks(end[0], end[1], "output"))
             gives.append(variable.causality in _SOURCES)
         source, target = (first, second) if gives[0] else (second, first)
-        kind = self.components[source[0]].kind
+        producer = self.components[source[0]]
         return Connection(
             from_component=source[0],
             output=source[1],
             to_component=target[0],
             input=target[1],
-            delay=self.timing.delay_of(None, kind),
+            delay=0 if producer.sums is not None else self.timing.delay_of(None, producer.kind),
             factor=hop.factor if hop else 1.0,
             offset=hop.offset if hop else 0.0,
             convert_units=False,

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from urllib.parse import quote
 
-from lockstep.errors import InputError
+from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value, settable
 from lockstep.ssp.documents.xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV, Element, add, document_bytes, new_root
@@ -32,6 +32,9 @@ def write_ssd(system: System, path: Path | str) -> None:
     InputError
         If an FMU cannot be read, lacks a variable that is set, or a path has several mapping transformations.
     """
+    sums = [component.name for component in system.components if component.sums is not None]
+    if sums:
+        raise InputError(f"{compact(sums)}: sums of an OspSystemStructure.xml, which SSP cannot express")
     path = Path(path).absolute()
     prefixes = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP, "osp": OSP}
     root = new_root(SSD, "SystemStructureDescription", prefixes, version="1.0", name=system.name)

@@ -10,6 +10,7 @@ from lockstep.errors import InputError
 from lockstep.plain_values import plain_whole
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds_text
+from lockstep.system.sums import Sums
 from lockstep.system.units import Unit
 
 Value = float | int | bool | str
@@ -53,6 +54,7 @@ class Component:
     stands_for: "Component | None" = None
     shadow: "Shadow | None" = None  # runs in shadow of it
     tolerance: float | None = None  # relative, of its integration; None: what the FMU declares, if it does
+    sums: Sums | None = None  # computed by the master, without an FMU; `source` is then the file that asks for them
 
     def __post_init__(self) -> None:
         if not self.name or "." in self.name:

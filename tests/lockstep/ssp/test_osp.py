@@ -5,6 +5,7 @@ import shutil
 import pytest
 
 from lockstep import InputError, load_system, read_signals, simulate
+from lockstep.ssp.write import write_ssd
 
 MS = 1_000_000  # [ns]
 GROUPS = """<OspModelDescription xmlns="http://opensimulationplatform.com/MSMI/OSPModelDescription" version="0.1">
@@ -43,10 +44,10 @@ def wire(*ends, tag="Variable"):
     return f"<{tag}Connection>{inner}</{tag}Connection>"
 
 
-def signal(variable, function, name):
+def signal(variable, function, name, group=""):
     owner, port = variable.split(".")
-    ends = f'<Variable simulator="{owner}" name="{port}"/><Signal function="{function}" name="{name}"/>'
-    return f"<SignalConnection>{ends}</SignalConnection>"
+    ends = f'<Variable{group} simulator="{owner}" name="{port}"/><Signal{group} function="{function}" name="{name}"/>'
+    return f"<Signal{group}Connection>{ends}</Signal{group}Connection>"
 
 
 def test_steps_values_and_connections(osp, tmp_path):
@@ -82,6 +83,49 @@ def test_a_linear_transformation_is_part_of_the_connection(osp):
     assert (str(found), found.factor, found.offset) == ("one.count -> two.u", 0.1, 123.4)
 
 
+SUM = '<Functions><Sum name="sum" inputCount="3"/></Functions>'
+
+
+def test_a_sum_adds_its_inputs_without_a_delay(osp, tmp_path):
+    parts = simulator("one", "counter", values=initial("gain", "Real", 0.1)) + simulator(
+        "two", "counter", "2e-3", initial("gain", "Real", 3.0)
+    )
+    connections = "".join(signal(f"{n}.count", "sum", f"in[{i}]") for i, n in enumerate(("one", "two", "one")))
+    parts += simulator("sink", "echo")
+    system = load_system(
+        osp(parts, connections + signal("sink.u[1]", "sum", "out") + wire("one.count", "sink.u[2]"), SUM)
+    )
+    for name in ("one", "two", "sink"):
+        system = system.with_isolation(name, False)
+    simulate(system, tmp_path / "out", stop_time=0.008)
+    seen = read_signals(tmp_path / "out")
+    rows = range(len(seen.time))
+    # the counters are continuous: after k steps they have k; the sum is that of the values which u[2] has as well
+    ones, twos = [0.1 * k for k in rows], [3.0 * (k // 2) for k in rows]
+    assert seen["sum.out"].tolist() == [one + two + one for one, two in zip(ones, twos, strict=True)]
+    assert seen["sink.y[2]"].tolist()[1:] == ones[:-1]
+    assert seen["sink.y[1]"].tolist()[1:] == seen["sum.out"].tolist()[:-1]
+    with pytest.raises(InputError, match=r"^sum: sums of an OspSystemStructure\.xml, which SSP cannot express"):
+        write_ssd(system, tmp_path / "out.ssd")
+
+
+def test_a_sum_of_vectors_is_connected_by_groups(osp, tmp_path):
+    for model, group, ports in (("ToyCounter", "c", ("count", "began")), ("ToyEcho", "e", ("u[1]", "u[2]"))):
+        variables = "".join(f'<Variable ref="{port}"/>' for port in ports)
+        (tmp_path / f"{model}_OspModelDescription.xml").write_text(
+            GROUPS.format(f'<Generic name="{group}">{variables}</Generic>')
+        )
+    parts = simulator("one", "counter") + simulator("two", "counter") + simulator("sink", "echo")
+    functions = '<Functions><VectorSum name="sum" inputCount="2" dimension="2"/></Functions>'
+    ends = (("one.c", "in[0]"), ("two.c", "in[1]"), ("sink.e", "out"))
+    connections = "".join(signal(end, "sum", name, "Group") for end, name in ends)
+    found = [str(c) for c in load_system(osp(parts, connections, functions)).connections]
+    assert found == [
+        *("one.count -> sum.in[0][0]", "one.began -> sum.in[0][1]", "two.count -> sum.in[1][0]"),
+        *("two.began -> sum.in[1][1]", "sum.out[0] -> sink.u[1]", "sum.out[1] -> sink.u[2]"),
+    ]
+
+
 def test_groups_are_connected_in_the_order_of_their_variables(osp, tmp_path):
     for model, ports in (("ToyCounter", ("count", "began")), ("ToyEcho", ("u[1]", "u[2]"))):
         force, speed = (f'<{t} name="{t}"><Variable ref="{p}"/></{t}>' for t, p in zip(("F", "V"), ports, strict=True))
@@ -104,8 +148,13 @@ BAD = [
     (simulator("a", "counter"), wire("a.count", "a.v"), "", r"^a\.v: no such output; a has"),
     (simulator("a", "counter", values=initial("gian", "Real", 1)), "", "", r"^a\.gian: no such parameter; .*gain"),
     (simulator("a", "counter", values=initial("gain", "Real", "x")), "", "", r"^a\.gain: 'x' is no value of type Real"),
-    (simulator("a", "counter"), signal("a.count", "sum", "in[0]"),
-     '<Functions><Sum name="sum" inputCount="2"/></Functions>', r"function sum: Sum is not supported; put it into"),
+    (simulator("a", "counter"), signal("a.count", "sum", "in[3]"), SUM,
+     r"^function sum: no signal in\[3\]; it has out, in\[0\.\.2\]"),
+    (simulator("a", "counter"), signal("a.count", "sun", "in[0]"), SUM, r"function sun: no such function; .*sum"),
+    (simulator("a", "counter"), signal("a.count", "sum", "in", "Group"), SUM, r"^function sum: no signal group in; it"),
+    (simulator("a", "counter"), "", SUM.replace("3", "x"), r"function sum: inputCount 'x' must be a whole number"),
+    (simulator("a", "counter"), "", SUM.replace("Sum", "Product"), r"function sum: Product is not supported; use Lin"),
+    (simulator("sum", "counter"), signal("sum.count", "sum", "in[0]"), SUM, r"function sum: a simulator has this name"),
     (simulator("a", "no"), "", "", r"^a: no such file .*no\.fmu"),
 ]  # fmt: skip
 
