@@ -47,9 +47,13 @@ class Recorder:
     ) -> None:
         """Start a file, or continue that of an earlier part of the same run after the rows saved from it."""
         self._folder = folder
-        by_type = {scalar: [signal for signal in signals if signal.variable.scalar == scalar] for scalar in SCALARS}
-        columns = [signal for group in by_type.values() for signal in group]
-        self._order = [columns.index(signal) for signal in signals]  # columns of the blocks in the order of the file
+        by_type: dict[Scalar, list[int]] = {scalar: [] for scalar in SCALARS}  # numbers of the signals
+        for number, signal in enumerate(signals):
+            if signal.variable.scalar is not None:
+                by_type[signal.variable.scalar].append(number)
+        columns = [number for group in by_type.values() for number in group]
+        positions = {number: position for position, number in enumerate(columns)}
+        self._order = [positions[k] for k in range(len(columns))]  # columns of the blocks in the order of the file
         self._size = max(1, min(rows_per_second, _BLOCK_BYTES // (8 * (len(columns) + 1))))
         self._times = np.zeros(self._size)
         ends = np.cumsum([0, *(len(by_type[scalar]) for scalar in _NUMBERS)])
