@@ -318,7 +318,7 @@ def _run_loop(
     try:
         loop.run(phases, [(tick, partial(save, tick)) for tick in saver.ticks], look)
     except EndOfSimulation as end:
-        if loop.done % saver.plan.layout.record_ticks == 0 and saver.plan.layout.recorded:
+        if loop.done % saver.plan.layout.record_ticks == 0 and saver.plan.layout.records:
             exchange.last_row(loop.done, recorder.row, end.component)(loop.time)
     if exchange.end is not None:
         run.terminated, stop = exchange.end, loop.time

@@ -75,22 +75,22 @@ def restore_bus(
         for scalar in SCALARS:
             for version in held_versions(layout, task, tick):
                 start, references = layout.fetched(task.name, scalar, version)
-                lacking: list[int] = []
+                lacking: dict[int, int] = {}  # positions by reference
                 for position, reference in enumerate(references, start):
                     output = plan.names[task.name, scalar, reference]
                     used_by = readers.get((task.name, version, scalar, reference))
                     if (task.name, scalar, version, output) in held:
                         exchange.bus[scalar][position] = held[task.name, scalar, version, output]
                     elif used_by:
-                        lacking.append(reference)
+                        lacking[reference] = position
                         if version != newest and used_by - set(reinitialised):
                             raise InputError(
                                 f"{task.name}.{output}: {checkpoint.path.name} lacks an earlier value of it, which "
                                 "would be read; record what the other run recorded"
                             )
                 if lacking:
-                    positions = [start + references.index(reference) for reference in lacking]
-                    exchange.bus[scalar][positions] = present(task.name, scalar, lacking)
+                    values = present(task.name, scalar, list(lacking))
+                    exchange.bus[scalar][list(lacking.values())] = values
 
 
 def _held(arrays: Arrays, outputs: Mapping[str, Mapping[str, list[str]]]) -> Iterator[tuple[Any, Any]]:
@@ -104,11 +104,13 @@ def _held(arrays: Arrays, outputs: Mapping[str, Mapping[str, list[str]]]) -> Ite
 
 def _read_later(layout: Layout, tick: int) -> Readers:
     """Return the values made before a tick that are read from it on, with their readers; "" is the recorder."""
-    found: Readers = {}
+    groups: dict[tuple[str, int, int], set[str]] = {}  # by component, version and number of the group
     for later in range(tick, tick + layout.cycle):
-        for producer, reader, version, references in layout.reads(later):
+        for producer, reader, version, number in layout.reads(later):
             if version <= producer.begun(tick - 1):
-                name = reader.name if reader else ""
-                for scalar, reference in references:
-                    found.setdefault((producer.name, version, scalar, reference), set()).add(name)
+                groups.setdefault((producer.name, version, number), set()).add(reader.name if reader else "")
+    found: Readers = {}
+    for (producer_name, version, number), names in groups.items():
+        for scalar, reference in layout.groups[number]:
+            found.setdefault((producer_name, version, scalar, reference), set()).update(names)
     return found

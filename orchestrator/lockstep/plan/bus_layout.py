@@ -6,8 +6,8 @@ reads of a version are fetched, so a slot's contents differ from version to vers
 cycle. Versions before the first are the initial outputs: the plan needs no special first tick.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from lockstep.fmi.slave import SCALARS, Scalar
@@ -15,24 +15,46 @@ from lockstep.plan.schedule import Schedule, Task, cycle_length, ring_size
 from lockstep.plan.wiring import Link
 
 Reference = tuple[Scalar, int]  # type and value reference: what identifies a variable of an FMU
+Contents = Mapping[
+    Scalar, Mapping[int, int]
+]  # of a version, by type: the rank of each value reference in ascending order
+Place = tuple[int, int]  # where a version's values of one type begin on the bus, and the number of its contents
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The memory plan. `recorded` maps a component to what is recorded of it every `record_ticks`."""
+    """The memory plan. `recorded` maps a component to what is recorded of it every `record_ticks`.
+
+    `held` are recorded values that a step takes at its start and keeps, which are inputs and parameters: true from the
+    start of the newest step on, whatever the kind of the component.
+    """
 
     schedule: Schedule
     links: tuple[Link, ...]
     recorded: Mapping[str, tuple[Reference, ...]]
     record_ticks: int
+    held: Mapping[str, tuple[Reference, ...]] = field(default_factory=dict)
+
+    @property
+    def records(self) -> bool:
+        """Whether anything is recorded."""
+        return bool(self.recorded or self.held)
+
+    @cached_property
+    def used(self) -> dict[str, frozenset[Reference]]:
+        """The outputs of each component that a connection transfers."""
+        used: dict[str, set[Reference]] = {task.name: set() for task in self.schedule.tasks}
+        for link in self.links:
+            used[link.producer].update((link.scalar, source) for source in link.sources)
+        return {name: frozenset(references) for name, references in used.items()}
 
     @cached_property
     def rings(self) -> dict[str, int]:
         """How many versions of each component are kept."""
-        lags: dict[str, list[int]] = {task.name: [] for task in self.schedule.tasks}
+        lags: dict[str, set[int]] = {task.name: set() for task in self.schedule.tasks}
         for tick in range(self.schedule.hyperperiod(self.record_ticks)):
             for producer, reader, version, _ in self.reads(tick):
-                lags[producer.name].append(self.schedule.begun_when_read(producer, reader, tick) - version)
+                lags[producer.name].add(self.schedule.begun_when_read(producer, reader, tick) - version)
         return {name: ring_size(values) for name, values in lags.items()}
 
     @cached_property
@@ -42,74 +64,112 @@ class Layout:
         return cycle_length(hyperperiod, self.rings, self.schedule.tasks)
 
     @cached_property
-    def _contents(self) -> dict[tuple[str, Scalar], list[list[int]]]:
-        """The value references of each version modulo the cycle, sorted."""
-        needed: dict[tuple[str, Scalar], list[set[int]]] = {
-            (task.name, scalar): [set() for _ in range(self.cycle // task.period)]
-            for task in self.schedule.tasks
-            for scalar in SCALARS
+    def _versions(self) -> tuple[dict[str, list[int]], list[Contents]]:
+        """The number of the contents of each version modulo the cycle, by component; and all different contents."""
+        needed: dict[str, list[set[int]]] = {
+            task.name: [set() for _ in range(self.cycle // task.period)] for task in self.schedule.tasks
         }
         for tick in range(self.cycle):
-            for producer, _, version, references in self.reads(tick):
-                for scalar, reference in references:
-                    versions = needed[producer.name, scalar]
-                    versions[version % len(versions)].add(reference)
-        return {key: [sorted(version) for version in versions] for key, versions in needed.items()}
+            for producer, _, version, group in self.reads(tick):
+                versions = needed[producer.name]
+                versions[version % len(versions)].add(group)
+        numbers: dict[frozenset[int], int] = {}
+        for versions in needed.values():
+            for groups in versions:
+                numbers.setdefault(frozenset(groups), len(numbers))
+        numbered = {name: [numbers[frozenset(groups)] for groups in versions] for name, versions in needed.items()}
+        return numbered, [self._contents(groups) for groups in numbers]
+
+    def _contents(self, groups: Iterable[int]) -> Contents:
+        found: dict[Scalar, set[int]] = {scalar: set() for scalar in SCALARS}
+        for number in groups:
+            for scalar, reference in self.groups[number]:
+                found[scalar].add(reference)
+        return {scalar: {r: rank for rank, r in enumerate(sorted(refs))} for scalar, refs in found.items()}
+
+    @cached_property
+    def groups(self) -> list[Sequence[Reference]]:
+        """The values that are read together: of each link, then of each component, those recorded and those held."""
+        links: list[Sequence[Reference]] = [[(link.scalar, s) for s in link.sources] for link in self.links]
+        return [*links, *self.recorded.values(), *self.held.values()]
 
     @cached_property
     def _bases(self) -> dict[tuple[str, Scalar], tuple[int, int]]:
         """Where a component's ring begins on the bus, and how wide a slot is."""
         bases: dict[tuple[str, Scalar], tuple[int, int]] = {}
+        numbers, contents = self._versions
         for scalar in SCALARS:
             start = 0
             for task in self.schedule.tasks:
-                width = max(map(len, self._contents[task.name, scalar]))
+                width = max(len(contents[number][scalar]) for number in set(numbers[task.name]))
                 bases[task.name, scalar] = (start, width)
                 start += width * self.rings[task.name]
         return bases
-
-    @cached_property
-    def _ranks(self) -> dict[tuple[str, Scalar], list[dict[int, int]]]:
-        return {
-            key: [{reference: rank for rank, reference in enumerate(version)} for version in versions]
-            for key, versions in self._contents.items()
-        }
 
     def bus_size(self, scalar: Scalar) -> int:
         """Return how many values of this type the bus holds."""
         return sum(width * self.rings[name] for (name, kind), (_, width) in self._bases.items() if kind == scalar)
 
+    def place(self, name: str, scalar: Scalar, version: int) -> Place:
+        """Return where a version of a component's outputs lies on the bus; equal places hold the same variables."""
+        start, width = self._bases[name, scalar]
+        versions = self._versions[0][name]
+        return start + version % self.rings[name] * width, versions[version % len(versions)]
+
     def fetched(self, name: str, scalar: Scalar, version: int) -> tuple[int, list[int]]:
         """Return where a version of a component's outputs begins on the bus, and what it holds."""
-        start, width = self._bases[name, scalar]
-        versions = self._contents[name, scalar]
-        return start + version % self.rings[name] * width, versions[version % len(versions)]
+        start, number = self.place(name, scalar, version)
+        return start, list(self._versions[1][number][scalar])
 
     def position(self, name: str, scalar: Scalar, reference: int, version: int) -> int:
         """Return where one value of a version lies on the bus."""
-        start, width = self._bases[name, scalar]
-        ranks = self._ranks[name, scalar]
-        return start + version % self.rings[name] * width + ranks[version % len(ranks)][reference]
+        start, number = self.place(name, scalar, version)
+        return start + self._versions[1][number][scalar][reference]
+
+    def positions(self, name: str, scalar: Scalar, references: Iterable[int], version: int) -> list[int]:
+        """Return where some values of a version lie on the bus."""
+        start, number = self.place(name, scalar, version)
+        ranks = self._versions[1][number][scalar]
+        return [start + ranks[reference] for reference in references]
+
+    @cached_property
+    def feeding(self) -> dict[str, list[Link]]:
+        """The links to each component."""
+        return {name: [link for _, link in links] for name, links in self._feeding.items()}
+
+    @cached_property
+    def _feeding(self) -> dict[str, list[tuple[int, Link]]]:
+        """The links to each component, with their numbers."""
+        feeding: dict[str, list[tuple[int, Link]]] = {task.name: [] for task in self.schedule.tasks}
+        for number, link in enumerate(self.links):
+            feeding[link.consumer].append((number, link))
+        return feeding
 
     def renewed(self, reader: Task, tick: int) -> list[tuple[Link, int]]:
         """Return the links whose value is another than at the reader's previous step, and the version to read."""
+        return [(link, version) for _, link, version in self._renewed(reader, tick)]
+
+    def _renewed(self, reader: Task, tick: int) -> list[tuple[int, Link, int]]:
         found = []
-        for link in self.links:
-            if link.consumer != reader.name:
-                continue
+        for number, link in self._feeding[reader.name]:
             seen = self.schedule.task(link.producer).seen
             version = seen(tick, link.delay)
             if version != seen(tick - reader.period, link.delay):
-                found.append((link, version))
+                found.append((number, link, version))
         return found
 
-    def reads(self, tick: int) -> Iterable[tuple[Task, Task | None, int, Sequence[Reference]]]:
-        """Yield what is read at this tick: producer, reader (None: the recorder), version and variables."""
-        task: Callable[[str], Task] = self.schedule.task
+    def reads(self, tick: int) -> Iterable[tuple[Task, Task | None, int, int]]:
+        """Yield what is read at this tick: producer, reader (None: the recorder), version and number of the group."""
+        task = self.schedule.task
         for reader in self.schedule.tasks:
             if reader.steps_at(tick):
-                for link, version in self.renewed(reader, tick):
-                    yield task(link.producer), reader, version, [(link.scalar, source) for source in link.sources]
+                for number, link, version in self._renewed(reader, tick):
+                    yield task(link.producer), reader, version, number
         if tick % self.record_ticks == 0:
-            for name, references in self.recorded.items():
-                yield task(name), None, task(name).true_at(tick), references
+            number = len(self.links)
+            for name in self.recorded:
+                yield task(name), None, task(name).true_at(tick), number
+                number += 1
+            for name in self.held:
+                yield task(name), None, task(name).begun(tick), number
+                number += 1

@@ -15,6 +15,7 @@ would be one of the future. With n = 1 a reader sees the value that is true now.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import gcd, lcm
 
 from lockstep.errors import InputError
@@ -54,16 +55,21 @@ class Task:
         return self.seen(tick, 1 if self.continuous else 0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Schedule:
     """Tasks in the order in which they are stepped within a tick."""
 
     tick: int  # [ns]
     tasks: tuple[Task, ...]
 
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        """The place of each component in the order of a tick."""
+        return {task.name: place for place, task in enumerate(self.tasks)}
+
     def task(self, name: str) -> Task:
         """Return the task of a component."""
-        return next(task for task in self.tasks if task.name == name)
+        return self.tasks[self._places[name]]
 
     def hyperperiod(self, *more: int) -> int:
         """Return the number of ticks after which everything repeats, `more` periods included."""
@@ -80,7 +86,7 @@ class Schedule:
 
     def begun_when_read(self, producer: Task, reader: Task | None, tick: int) -> int:
         """Return the producer's newest version at the moment of a read; the recorder (None) reads last."""
-        if reader is not None and self.tasks.index(producer) >= self.tasks.index(reader):
+        if reader is not None and self._places[producer.name] >= self._places[reader.name]:
             return producer.begun(tick - 1)
         return producer.begun(tick)
 

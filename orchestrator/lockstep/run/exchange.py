@@ -3,7 +3,7 @@
 No scalar is handled in Python in a tick: each step is one gather from the bus, one set, one doStep and one get.
 """
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from lockstep.errors import EndOfSimulation, RunError, compact
 from lockstep.faults.inject import Faults
 from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer, Scalar, Slave, regular_end
-from lockstep.plan.bus_layout import Layout
+from lockstep.plan.bus_layout import Layout, Reference
 from lockstep.plan.schedule import Task
 from lockstep.plan.transfer import Way, converter, linear
+from lockstep.plan.wiring import Link
 from lockstep.run.overlapped_steps import Overlapping, StartedStep, interleaved
 from lockstep.system.clock import seconds
 
@@ -42,6 +43,7 @@ class Exchange:
         self._slaves = slaves
         self._names = names
         self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
+        self._recorded = [(name, _by_scalar(references)) for name, references in layout.recorded.items()]
         self._steps: dict[object, Action] = {}  # equal phases share one action
         self._initial: dict[tuple[str, Scalar], dict[int, Any]] = {}
         self.end: EndOfSimulation | None = None  # the first that a component asked for
@@ -55,7 +57,7 @@ class Exchange:
             (
                 *first,
                 *interleaved(layout, tick, [(t, self._step(t, tick)) for t in tasks if t.steps_at(tick)]),
-                *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.recorded else ()),
+                *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.records else ()),
             )
             for tick in range(layout.cycle)
         ]
@@ -95,8 +97,7 @@ class Exchange:
     def fetch_present(self, name: str) -> None:
         """Fetch a component's present outputs, which `set_initial` then sets at their readers."""
         for scalar in SCALARS:
-            links = [link for link in self._layout.links if (link.producer, link.scalar) == (name, scalar)]
-            sources = sorted({source for link in links for source in link.sources})
+            sources = sorted(reference for kind, reference in self._layout.used[name] if kind == scalar)
             if sources:
                 values = self.present(name, scalar, sources)
                 self._initial[name, scalar] = dict(zip(sources, values.tolist(), strict=True))
@@ -105,9 +106,9 @@ class Exchange:
         """Set the inputs whose producers' initial outputs have been fetched."""
         for scalar in SCALARS:
             entries: dict[int, Any] = {}
-            for link in self._layout.links:
+            for link in self._layout.feeding[name]:
                 known = self._initial.get((link.producer, link.scalar))
-                if (link.consumer, link.target_scalar or link.scalar) == (name, scalar) and known is not None:
+                if (link.target_scalar or link.scalar) == scalar and known is not None:
                     values: NDArray[Any] = np.array([known[source] for source in link.sources], DTYPES[link.scalar])
                     convert = converter(scalar, link.ways, self._labels(name, scalar, link.targets))
                     found = convert(values)
@@ -149,28 +150,27 @@ class Exchange:
         return self._slaves[name].getter(scalar, np.array(references, np.uint32), buffer)
 
     def _step(self, task: Task, tick: int) -> Action:
-        sets, gets = self._sets(task, tick), self._gets(task, tick)
+        layout, version = self._layout, task.begun(tick)
+        renewed = layout.renewed(task, tick)
         key = (
             task.name,
-            *((scalar, *((entry.target, entry.position) for entry in entries)) for scalar, entries in sets.items()),
-            *((scalar, start, tuple(references)) for scalar, (start, references) in gets.items()),
+            *((id(link), layout.place(link.producer, link.scalar, newest)) for link, newest in renewed),
+            *(layout.place(task.name, scalar, version) for scalar in SCALARS),
         )
         if key not in self._steps:
-            self._steps[key] = self._bind(task, sets, gets)
+            fetched = {scalar: layout.fetched(task.name, scalar, version) for scalar in SCALARS}
+            gets = {scalar: (start, references) for scalar, (start, references) in fetched.items() if references}
+            self._steps[key] = self._bind(task, self._sets(renewed), gets)
         return self._steps[key]
 
-    def _sets(self, task: Task, tick: int) -> dict[Scalar, list[_SetValue]]:
+    def _sets(self, renewed: Iterable[tuple[Link, int]]) -> dict[Scalar, list[_SetValue]]:
         """Return what to set of each type, the targets in ascending order."""
         sets: dict[Scalar, list[_SetValue]] = {}
-        for link, version in self._layout.renewed(task, tick):
-            for source, target, way in zip(link.sources, link.targets, link.ways, strict=True):
-                position = self._layout.position(link.producer, link.scalar, source, version)
-                sets.setdefault(link.target_scalar or link.scalar, []).append(_SetValue(target, position, way))
+        for link, version in renewed:
+            positions = self._layout.positions(link.producer, link.scalar, link.sources, version)
+            entries = sets.setdefault(link.target_scalar or link.scalar, [])
+            entries += map(_SetValue, link.targets, positions, link.ways)
         return {scalar: sorted(entries, key=lambda entry: entry.target) for scalar, entries in sets.items()}
-
-    def _gets(self, task: Task, tick: int) -> dict[Scalar, tuple[int, list[int]]]:
-        fetched = {scalar: self._layout.fetched(task.name, scalar, task.begun(tick)) for scalar in SCALARS}
-        return {scalar: (start, references) for scalar, (start, references) in fetched.items() if references}
 
     def _bind(
         self,
@@ -349,17 +349,16 @@ class Exchange:
     def _capture(self, tick: int, row: NextRow, late: Container[str] = ()) -> Action:
         """Bind the copy of what is true at this tick into the recorder's next row; `late` ones have not stepped yet."""
         layout = self._layout
-        index: dict[Scalar, NDArray[np.intp]] = {}
-        for scalar in SCALARS:
-            positions = [
-                layout.position(name, scalar, reference, layout.schedule.task(name).true_at(tick) - (name in late))
-                for name, references in layout.recorded.items()
-                for kind, reference in references
-                if kind == scalar
-            ]
-            index[scalar] = np.array(positions, np.intp)
-        key = ("capture", *(part.tobytes() for part in index.values()))
+        parts: list[tuple[str, int, Mapping[Scalar, list[int]]]] = []
+        for name, references in self._recorded:
+            parts.append((name, layout.schedule.task(name).true_at(tick) - (name in late), references))
+        key = ("capture", *(layout.place(name, s, version) for name, version, refs in parts for s in refs))
         if key not in self._steps:
+            index: dict[Scalar, NDArray[np.intp]] = {}
+            for scalar in SCALARS:
+                of_type = [(n, refs[scalar], version) for n, version, refs in parts if scalar in refs]
+                places = [place for n, refs, version in of_type for place in layout.positions(n, scalar, refs, version)]
+                index[scalar] = np.array(places, np.intp)
             self._steps[key] = self._bind_capture(index, row)
         return self._steps[key]
 
@@ -374,3 +373,11 @@ class Exchange:
                 parts[k][:] = take_other(places)
 
         return capture
+
+
+def _by_scalar(references: Iterable[Reference]) -> dict[Scalar, list[int]]:
+    """Group references by type, in the order of SCALARS."""
+    found: dict[Scalar, list[int]] = {scalar: [] for scalar in SCALARS}
+    for scalar, reference in references:
+        found[scalar].append(reference)
+    return {scalar: numbers for scalar, numbers in found.items() if numbers}
