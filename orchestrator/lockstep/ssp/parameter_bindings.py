@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from lockstep.array_names import elements_of
 from lockstep.errors import InputError, compact
 from lockstep.ssp.documents.location import Location
 from lockstep.ssp.documents.parse import parse, validate
@@ -97,11 +98,13 @@ def _mapped(mapping: Element, values: UnitValues, base: Base, name: str, level: 
     unique((str(entry.get("target")) for entry in entries), f"{name}: {origin}: target ")
     settings = []
     for entry in entries:
-        source, target = str(entry.get("source")), str(entry.get("target"))
-        if source in values:  # a set may have a part of the values of a large mapping
-            value, unit = values[source]
-            hop = read_hop(entry)
-            hops = () if hop.converts_units_only and hop.convert_units else (hop,)
+        source = str(entry.get("source"))
+        hop = read_hop(entry)
+        hops = () if hop.converts_units_only and hop.convert_units else (hop,)
+        # a set may have a part of the values of a large mapping; those of an array are mapped one by one
+        for one in [source] if source in values else elements_of(source, values):
+            value, unit = values[one]
+            target = f"{entry.get('target')}{one.removeprefix(source)}"
             settings.append(Setting(name=target, value=value, unit=unit, hops=hops, level=level, origin=origin))
     return settings
 

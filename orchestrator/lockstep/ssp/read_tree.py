@@ -2,9 +2,12 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import count
 
+from lockstep.array_names import elements_of
 from lockstep.errors import InputError, compact, suggestion
+from lockstep.fmi.model_description import read_description
 from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, annotation, connection_delay, declared_steps
 from lockstep.ssp.documents.location import Location
 from lockstep.ssp.documents.parse import parse
@@ -14,6 +17,7 @@ from lockstep.ssp.signal_dictionary import Dictionary, bus, read_dictionaries
 from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
 from lockstep.ssp.typed_values import TYPES, items_of, read_enumerations, read_hop, read_units, unit_named
 from lockstep.system.clock import nanoseconds
+from lockstep.system.component import Component
 from lockstep.system.units import Unit
 
 _FMU = "application/x-fmu-sharedlibrary"
@@ -36,7 +40,8 @@ class Document:
 
 def open_description(location: Location, outer: Document | None = None, name: str = "") -> Document:
     """Parse and validate an SSD, that of the component `name` of another document if given, or raise InputError."""
-    root = parse(location.read(name or str(location)), str(location), DESCRIPTION, location.warnings)
+    text = location.read(name or str(location))
+    root = parse(text, str(location), DESCRIPTION, location.warnings, partial(_shape, location))
     units, enumerations = read_units(root, str(location)), read_enumerations(root, str(location))
     own = root.find(f"ssd:System/ssd:Annotations/ssc:Annotation[@type='{ANNOTATION}']", NS) is not None
     return Document(
@@ -47,6 +52,16 @@ def open_description(location: Location, outer: Document | None = None, name: st
         opened=(*(outer.opened if outer else ()), str(location)),
         elements=outer.elements if outer else count(1),
     )
+
+
+def _shape(location: Location, component: Element, connector: str) -> list[str]:
+    """Return the indices of the elements of an FMU's array, none if there is no such FMU or array."""
+    if component.get("type", _FMU) != _FMU or not component.get("source"):
+        return []
+    name = str(component.get("name"))
+    file, _ = replace(location, home=None, warnings=[]).resolve(str(component.get("source")), name)
+    description = read_description(Component(name="array", source=file.document, archive=file.archive, period=1))
+    return [element.removeprefix(connector) for element in elements_of(connector, description.variables)]
 
 
 def read_tree(document: Document) -> Branch:

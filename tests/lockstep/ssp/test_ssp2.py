@@ -70,6 +70,55 @@ def test_the_last_index_of_a_matrix_runs_fastest(load2, ssd, fmus):
     assert [c.name for c in system.components[0].connectors] == ["m[1,1]", "m[1,2]", "m[2,1]", "m[2,2]"]
 
 
+@pytest.mark.parametrize("dimension", ["<ssc:Dimension/>", '<ssc:Dimension sizeConnector="n"/>'])
+def test_a_size_that_the_file_does_not_give_is_that_of_the_fmu(load2, ssd, fmus, dimension):
+    first, second = (array(ssd.component(name, fmus["echo"], f"{port} {kind} Float64"), port)
+                     for name, port, kind in (("first", "y", "output"), ("second", "u", "input")))  # fmt: skip
+    open_ = first.replace('<ssc:Dimension size="2"/>', dimension)
+    system = load2(ssd.system("top", open_ + second, ssd.connection("first.y", "second.u")))
+    assert [str(c) for c in system.connections] == [f"first.y[{i}] -> second.u[{i}]" for i in (1, 2)]
+
+
+def test_the_entries_of_a_dictionary_may_be_arrays(load2, ssd, fmus, tmp_path):
+    entries = ssd.dictionary("u Float64").replace(
+        "</ssb:DictionaryEntry>", '<ssc:Dimension size="2"/></ssb:DictionaryEntry>'
+    )
+    (tmp_path / "bus.ssb").write_text(entries.replace('version="1.0"', 'version="2.0"'))
+    parts = array(ssd.component("first", fmus["echo"], "y output Float64"), "y")
+    parts += array(ssd.component("second", fmus["echo"], "u input Float64"), "u")
+    parts += array(ssd.reference("bus", "signals", "u inout Float64"), "u")
+    wires = ssd.connection("first.y", "bus.u") + ssd.connection("bus.u", "second.u")
+    dictionaries = (
+        '<ssd:SignalDictionaries><ssd:SignalDictionary name="signals" source="bus.ssb"/></ssd:SignalDictionaries>'
+    )
+    text = ssd.system("top", parts, wires).replace("</ssd:System>", f"{dictionaries}</ssd:System>")
+    assert [str(c) for c in load2(text).connections] == [f"first.y[{i}] -> second.u[{i}]" for i in (1, 2)]
+
+
+def test_a_mapping_applies_to_all_elements_of_an_array(load2, ssd, fmus):
+    given = ssd.values(("speeds", "Float64", "3.0 4.0"), ("other", "Float64", 1.0)).replace(
+        'version="1.0"', 'version="2.0"'
+    )
+    mapping = ssd.map(("speeds", "u", ssd.linear(2.0, 1.0))).replace('version="1.0"', 'version="2.0"')
+    values = ssd.bindings(ssd.binding(given, mapping))
+    system = load2(ssd.system("top", ssd.component("echo", fmus["echo"], inner=values)))
+    assert system.components[0].parameters == {"u[1]": 7.0, "u[2]": 9.0}
+
+
+def test_a_single_value_element_is_the_value(load2, ssd, fmus, run):
+    given = ssd.values(("number", "Enumeration", "fine")).replace('version="1.0"', 'version="2.0"')
+    given = given.replace(
+        '<ssv:Enumeration value="fine"/>', '<ssv:Enumeration><ssv:Value value="fine"/></ssv:Enumeration>'
+    )
+    system = load2(ssd.system("top", ssd.component("modes", fmus["modes"], inner=ssd.bindings(ssd.binding(given)))))
+    assert run(system)["modes.number_out"][-1] == 4
+
+
+def test_scheduled_execution_is_run_as_co_simulation(load2, ssd, fmus):
+    system = load2(ssd.system("top", ssd.component("echo", fmus["echo"], implementation="ScheduledExecution")))
+    assert said(system) == ["implementation ScheduledExecution is run as CoSimulation"]
+
+
 def test_what_1_0_lacks_is_left_out_with_a_warning(load2, ssd, fmus, run):
     echo = ssd.component("echo", fmus["echo"], "u[1] input Float64", "tick input Clock", "hidden local Float64")
     meta = '<ssc:MetaData kind="general" type="text/plain" source="notes.txt"/>'
@@ -84,8 +133,8 @@ def test_what_1_0_lacks_is_left_out_with_a_warning(load2, ssd, fmus, run):
 
 
 REFUSED = [
-    (lambda ssd, e: array(ssd.component("a", e, "y output"), "y").replace('size="2"', 'sizeConnector="n"')
-        + ssd.component("b", e), "", r"a\.y: its size is that of the connector n; give it as a number"),
+    (lambda ssd, e: array(ssd.component("a", e, "z output"), "z").replace('size="2"', 'sizeConnector="n"')
+        + ssd.component("b", e), "", r"a\.z: its size is that of the connector n, and no FMU has such an array; give"),
     (lambda ssd, e: array(ssd.component("a", e, "y output"), "y")
         + array(ssd.component("b", e, "u input"), "u", "3"), "a.y b.u", r"y -> u: connects 2 elements to 3"),
     (lambda ssd, e: ssd.component("a", e, inner=ssd.bindings(ssd.binding(

@@ -6,7 +6,7 @@ Each amendment is a warning that names its first place. What cannot be amended i
 from collections.abc import Iterator
 from typing import Any
 
-from lockstep.ssp.documents.expand_arrays import expand_arrays
+from lockstep.ssp.documents.expand_arrays import Shapes, expand_arrays, no_shapes
 from lockstep.ssp.documents.xml import NS, SSC, SSV, Element, Warnings, local_name, namespace_of
 
 _TYPES = {"Float64": "Real", "Float32": "Real"} | {
@@ -29,10 +29,10 @@ _ORDER = (  # of the children of systems, components and descriptions in SSP 1.0
 )
 
 
-def amend(root: Element, where: str, warnings: Warnings) -> None:
+def amend(root: Element, where: str, warnings: Warnings, shapes: Shapes = no_shapes) -> None:
     """Amend a document in place; report each kind of amendment once, with its first place and the number of others."""
     if str(root.get("version", "")).startswith("2."):
-        _reduce(root, where, warnings)
+        _reduce(root, where, warnings, shapes)
     _leave_out_empty(root, where, warnings)
 
 
@@ -75,12 +75,16 @@ def _leave_out_empty(root: Element, where: str, warnings: Warnings) -> None:
         _report(found, f'{attribute}="" is read as {meaning}', where, warnings)
 
 
-def _reduce(root: Element, where: str, warnings: Warnings) -> None:
+def _reduce(root: Element, where: str, warnings: Warnings, shapes: Shapes) -> None:
     """Write the elements of SSP 2.0 as those of 1.0, as far as 1.0 has them."""
     for element in _of_ssp(root):
         if local_name(element) in _VERSIONED and str(element.get("version", "")).startswith("2."):
             element.set("version", "1.0")
-    expand_arrays(root, where)
+    expand_arrays(root, where, shapes)
+    scheduled = [e for e in _of_ssp(root) if e.get("implementation") == "ScheduledExecution"]
+    for element in scheduled:
+        element.set("implementation", "CoSimulation")
+    _report(scheduled, "implementation ScheduledExecution is run as CoSimulation", where, warnings)
     _remove(root, ("MetaData", "Signature"), "", where, warnings)
     clocked = [clock for clock in root.iter("{*}Clock") if namespace_of(clock) != SSC]
     _detach(clocked)

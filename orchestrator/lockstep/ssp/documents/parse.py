@@ -8,17 +8,21 @@ from lxml import etree  # type: ignore[import-untyped]
 from lockstep.errors import InputError
 from lockstep.fmi.model_description import SSP_SCHEMAS
 from lockstep.ssp.documents.amend import amend, mend_first
+from lockstep.ssp.documents.expand_arrays import Shapes, no_shapes
 from lockstep.ssp.documents.xml import SSB, SSC, SSD, SSM, SSV, Element, Warnings
 
 
-def parse(text: bytes, where: str, schema: str, warnings: Warnings | None = None) -> Element:
+def parse(
+    text: bytes, where: str, schema: str, warnings: Warnings | None = None, shapes: Shapes = no_shapes
+) -> Element:
     """Parse, amend and validate a document, or raise InputError. Nothing is fetched, and no entity can be declared.
 
     Amendments are added to the warnings; without a list for them nothing is amended, and the schema refuses more.
+    `shapes` has the sizes of arrays that the file does not give.
     """
     root = secure_root(text, where)
     if warnings is not None:
-        amend(root, where, warnings)
+        amend(root, where, warnings, shapes)
         while mend_first(root, _problem(root, schema), where, warnings):
             pass
     validate(root, where, schema)
