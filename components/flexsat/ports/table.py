@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal
 
 from .units import unit_of
@@ -162,13 +163,15 @@ class Variable:
     ----------
     name : in FMI, in the naming of the table
     element : position in the port, from 0
-    value_reference : position among the variables of its kind, from 0
+    place : position among the variables of its kind, from 0
+    value_reference : in FMI; no two variables of a component have the same, whatever their kinds
     index : position in the model description, from 1
     """
 
     name: str
     port: Port
     element: int
+    place: int
     value_reference: int
     index: int
 
@@ -176,11 +179,14 @@ class Variable:
 class PortTable:
     """Number the scalars of some ports: of each kind inputs first, then outputs, then parameters, each port in a run.
 
+    Value references count on from kind to kind, reals first: a host that sets or reads a variable by the function of
+    another type gets an error, and not the value of another variable.
+
     Inputs and outputs come first because CPython shares the integers up to 256: comparing and making
     references is several times quicker there, and they are what is read and written at every step.
     """
 
-    __slots__ = ("_by_name", "_first", "naming", "ports", "variables")
+    __slots__ = ("_by_name", "_first", "first_reference", "naming", "ports", "variables")
 
     def __init__(self, ports: Iterable[Port], naming: Naming = "structured") -> None:
         declared = tuple(ports)
@@ -193,13 +199,20 @@ class PortTable:
         self._first: dict[str, Variable] = {}
         variables: list[Variable] = []
         counts = dict.fromkeys(KINDS, 0)
+        firsts: dict[Kind, int] = {}
+        total = 0
+        for kind in KINDS:
+            firsts[kind] = total
+            total += sum(port.length for port in self.ports if port.kind == kind)
+        self.first_reference: Mapping[Kind, int] = MappingProxyType(firsts)
         for port in self.ports:
             for element in range(port.length):
                 variable = Variable(
                     name=port.scalar_name(element, naming),
                     port=port,
                     element=element,
-                    value_reference=counts[port.kind],
+                    place=counts[port.kind],
+                    value_reference=firsts[port.kind] + counts[port.kind],
                     index=len(variables) + 1,
                 )
                 counts[port.kind] += 1
@@ -254,18 +267,18 @@ class PortTable:
         return PortTable(self.ports, naming)
 
     def of_kind(self, kind: Kind) -> tuple[Variable, ...]:
-        """Return the variables of a kind; a value reference is a position in this tuple."""
+        """Return the variables of a kind, by their places."""
         return tuple(variable for variable in self.variables if variable.port.kind == kind)
 
     def span(self, name: str) -> slice:
-        """Return the value references of a port, within its kind."""
-        first = self._first[self[name].name].value_reference
+        """Return the places of a port's variables among those of its kind."""
+        first = self._first[self[name].name].place
         return slice(first, first + self[name].length)
 
     def run(self, causality: Causality, kind: Kind = "real") -> slice:
-        """Return the value references of all inputs, outputs or parameters of a kind: one contiguous run."""
-        references = [v.value_reference for v in self.of_kind(kind) if v.port.causality == causality]
-        return slice(references[0], references[-1] + 1) if references else slice(0, 0)
+        """Return the places of all inputs, outputs or parameters of a kind: one contiguous run."""
+        places = [v.place for v in self.of_kind(kind) if v.port.causality == causality]
+        return slice(places[0], places[-1] + 1) if places else slice(0, 0)
 
     def dependencies(self, variable: Variable, *, initial: bool) -> tuple[int, ...]:
         """Return the model-description indices that an output's value (or initial value) depends on."""

@@ -143,6 +143,33 @@ for kind in KINDS:  # what the shim asks of the model is not for hosts
     )
 
 
+def test_a_variable_of_another_type_is_refused_by_name_whether_set_or_read(toy):
+    python(
+        HOST
+        + """
+for name, kind in (("wheel.torque[1]", "Real"), ("level[1]", "Real"), ("seed", "Integer"), ("explode", "Boolean"),
+                   ("valid", "Boolean"), ("label", "String")):
+    reference = library.reference[name]
+    for other in KINDS:
+        for verb in () if other == kind else ("get", "set"):
+            one = library.instantiate().initialise()
+            called = one.get(other, [reference])[0] if verb == "get" else one.set(other, [reference], [b"" if other == "String" else 1])
+            assert message(called) == (f"{verb}{other}: {other.lower()} value reference {reference}: no such variable;"
+                                       f" it is that of {name}, which is {kind.lower()}")
+            assert one.step(0.0) == ERROR
+            one.free()
+            logged.clear()
+one = library.instantiate().initialise()  # among variables of the right type too, and nothing is written
+assert one.set("Real", [library.reference["poison"]], [0.0]) == OK
+message(one.set("Real", [library.reference["poison"], library.reference["explode"]], [1.0, 1.0]))
+assert one.get("Real", [library.reference["poison"]]) == (OK, [0.0])
+assert one.get("Boolean", [library.reference["explode"]]) == (OK, [0])
+one.free()
+""",
+        toy,
+    )
+
+
 TIMES = """
 h = library.step
 level = library.reference["level[1]"]

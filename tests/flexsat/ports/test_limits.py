@@ -38,13 +38,13 @@ def test_at_each_limit_outputs_are_finite_or_the_value_is_refused_in_one_line(sh
     table = shell().table
     references = list(range(table.run("output").start, table.run("output").stop))
     for port in numbers(table):
-        span = table.span(port.name)
+        of_port = [v.value_reference for v in table.variables if v.port is port]
         for limit in (port.minimum, port.maximum):
             if limit is None:
                 continue
             slave = shell()
             value = limit if port.kind == "real" else int(limit)
-            getattr(slave, f"set_{port.kind}")(list(range(span.start, span.stop)), [value] * port.length)
+            getattr(slave, f"set_{port.kind}")(of_port, [value] * port.length)
             slave.setup_experiment(0.0)
             slave.enter_initialization_mode()
             slave.exit_initialization_mode()

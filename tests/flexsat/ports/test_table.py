@@ -39,6 +39,14 @@ def test_inputs_outputs_and_parameters_are_runs():
     assert [v.index for v in TABLE.variables] == list(range(1, 9))
 
 
+def test_no_two_variables_have_the_same_value_reference_whatever_their_kinds():
+    references = {v.name: v.value_reference for v in TABLE.variables}
+
+    assert sorted(references.values()) == list(range(len(TABLE.variables)))
+    assert (references["gain"], references["count"], references["valid"]) == (5, 6, 7)
+    assert dict(TABLE.first_reference) == {"real": 0, "integer": 6, "boolean": 7, "string": 8}
+
+
 def test_feedthrough_names_indices_of_the_model_description():
     index = {v.name: v.index for v in TABLE.variables}
     by_name = {v.name: v for v in TABLE.variables}

@@ -72,8 +72,8 @@ def _base(exponents: Mapping[str, int]) -> str:
 
 
 def _cells(table: PortTable, port: Port) -> dict[str, str]:
-    span = table.span(port.name)
-    last = span.stop - 1
+    start = table.first_reference[port.kind] + table.span(port.name).start
+    last = start + port.length - 1
     size = "" if port.size is None else f"[{port.size}]"
     description = port.description
     if port.on_demand:
@@ -83,7 +83,7 @@ def _cells(table: PortTable, port: Port) -> dict[str, str]:
     variability = "" if port.variability == "fixed" else f", {port.variability}"
     return {
         "name": name_range(table, port),
-        "value references": str(span.start) if span.start == last else f"{span.start}…{last}",
+        "value references": str(start) if start == last else f"{start}…{last}",
         "type": f"{TYPES[port.kind]}{size}{variability}",
         "unit": port.unit if port.kind == "real" else "-",
         "display": port.display_unit or "-",

@@ -71,9 +71,17 @@ class PortValues:
     def variable(self, kind: Kind, reference: int) -> Variable:
         """Return the variable behind a value reference."""
         known = self._variables[kind]
-        if not 0 <= reference < len(known):
-            raise Refused(f"{kind} value reference {reference}: no such variable; there are {len(known)}")
-        return known[reference]
+        place = reference - self.table.first_reference[kind]
+        if 0 <= place < len(known):
+            return known[place]
+        other = next((v for v in self.table.variables if v.value_reference == reference), None)
+        if other is not None:
+            reason = f"it is that of {other.name}, which is {other.port.kind}"
+        elif known:
+            reason = f"there are {len(known)}, from {self.table.first_reference[kind]} on"
+        else:
+            reason = "there are none"
+        raise Refused(f"{kind} value reference {reference}: no such variable; {reason}")
 
     def admit(self, kind: Kind, reference: int, value: Any, *, parameters: bool) -> None:
         """Refuse a value that may not be set; `parameters`: whether fixed parameters may be."""
@@ -88,18 +96,21 @@ class PortValues:
 
     def indices(self, kind: Kind, references: Sequence[int]) -> Indices:
         """Return the indices of references in the kind's buffer: a slice if they are contiguous, which is faster."""
-        for reference in references:
-            self.variable(kind, reference)
-        first = references[0]
-        if list(references) == list(range(first, first + len(references))):
-            return slice(first, first + len(references))
-        return np.array(references, dtype=np.intp)
+        places = self.places(kind, references)
+        first = places[0]
+        if places == list(range(first, first + len(places))):
+            return slice(first, first + len(places))
+        return np.array(places, dtype=np.intp)
+
+    def places(self, kind: Kind, references: Sequence[int]) -> list[int]:
+        """Return the positions of references in the kind's buffer."""
+        return [self.variable(kind, reference).place for reference in references]
 
     def reader(self, kind: Kind, references: Sequence[int]) -> Callable[[], list[Any]]:
         """Return a function that lists the values of the references."""
         indices = self.indices(kind, references)
         if kind == "string":
-            chosen = tuple(references)
+            chosen = self.places(kind, references)
             return lambda: [self.strings[i] for i in chosen]
         array = self.arrays[kind]
         if isinstance(indices, slice):
@@ -115,7 +126,7 @@ class PortValues:
         if kind == "real" and isinstance(indices, slice):
             pack = struct.Struct(f"{len(references)}d").pack_into
             return partial(pack, self.arrays["real"].data.cast("B"), 8 * indices.start)
-        chosen = tuple(references)
+        chosen = self.places(kind, references)
 
         def write_numbers(*values: Scalar) -> None:
             self.arrays[kind][indices] = values
@@ -139,7 +150,7 @@ class PortValues:
         """Name the first real input, output or parameter that is not finite, with its value."""
         assert causality in CAUSALITIES
         for variable in self._variables["real"]:
-            value = self.arrays["real"][variable.value_reference]
+            value = self.arrays["real"][variable.place]
             if variable.port.causality == causality and not np.isfinite(value):
                 return f"{variable.name} = {value}"
         return None
@@ -181,7 +192,7 @@ class PortValues:
             wrong = np.flatnonzero(~((given >= lowest) & (given <= highest)))  # the negation also finds NaN
             for variable in (self._variables[number][i] for i in wrong):
                 if variable.port.causality != "output":
-                    objection = variable.port.objection(given[variable.value_reference].item())
+                    objection = variable.port.objection(given[variable.place].item())
                     raise ValueError(f"{variable.name} {objection} in the saved state")
 
     def restore(self, saved: Mapping[str, AnyArray]) -> None:

@@ -6,8 +6,8 @@ is `{"component": GUID, "layout": 2, "values": {name: [type, shape], ...}}` with
 included (`<f8`). A number is an array of shape []; a text is the bytes of its UTF-8.
 
 Names: `life_cycle.phase`, `life_cycle.experiment`, `life_cycle.time`, `life_cycle.started` and `life_cycle.stale`
-(numbers); `ports.real`, `ports.integer` and `ports.boolean`, each by value reference; `ports.string`, the texts in that
-order, each ended by a zero byte; and `state.<name>`, the model's own (flexsat.runtime.named_state).
+(numbers); `ports.real`, `ports.integer` and `ports.boolean`, each in the order of value references; `ports.string`, the
+texts in that order, each ended by a zero byte; and `state.<name>`, the model's own (flexsat.runtime.named_state).
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ class SharedBuffers:
         return bool(self._control[2])
 
     def layout(self, guid: str, present: int) -> str:
-        """Return what the shim parses: counts and addresses, which stay the same for the life of the object.
+        """Return what the shim parses: counts, addresses and first references, which stay the same for the life of the object.
 
         Parameters
         ----------
@@ -68,4 +68,5 @@ class SharedBuffers:
             array = self._values.arrays[kind]  # type: ignore[index]
             parts += [str(len(array)), f"{array.ctypes.data:#x}", f"{access.ctypes.data:#x}"]
         parts += [str(len(self._values.arrays["integer"])), str(len(self._values.strings))]
+        parts += [str(first) for first in self._values.table.first_reference.values()]
         return " ".join([*parts, f"{self._control.ctypes.data:#x}", f"{present:#x}"])

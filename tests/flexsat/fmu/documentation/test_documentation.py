@@ -61,8 +61,8 @@ def test_every_port_has_a_row_with_its_references_unit_and_description(design, c
 
     for port in table:
         row = of_name[name_range(table, port)]
-        span = table.span(port.name)
-        assert row[1] == (str(span.start) if port.length == 1 else f"{span.start}…{span.stop - 1}")
+        of_port = [v.value_reference for v in table.variables if v.port is port]
+        assert row[1] == (str(of_port[0]) if port.length == 1 else f"{of_port[0]}…{of_port[-1]}")
         if port.kind == "real":
             assert port.unit in row[3], row
         assert any(port.description in cell for cell in row), row

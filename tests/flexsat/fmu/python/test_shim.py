@@ -150,7 +150,7 @@ def trace(library):
         assert host.step(k) == 0
         found.append(host.reals(outputs))
         flag = (ctypes.c_int * 1)()
-        host.GetBoolean((ctypes.c_uint * 1)(0), ctypes.c_size_t(1), flag)
+        host.GetBoolean((ctypes.c_uint * 1)(reference["explode"]), ctypes.c_size_t(1), flag)
         found.append([float(flag[0])])
     host.Reset()
     host.SetupExperiment(0, ctypes.c_double(0), ctypes.c_double(0), 0, ctypes.c_double(0))

@@ -73,94 +73,106 @@ EXPORTED fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fm
     CALL(fmi2DoStep, time, step, noSetFMUStatePrior);
 }
 
-/* Refuse lists without arrays, and references that no variable has. */
-static fmi2Status examine(Instance *instance, const char *call, const char *kind, size_t count,
-                          const fmi2ValueReference vr[], size_t n, const void *values) {
+/* Refuse lists without arrays, and references that no variable has; `foreign`: whether one is that of another kind,
+   which the model names. */
+static fmi2Status examine(Instance *instance, const char *call, const char *kind, fmi2ValueReference first, size_t count,
+                          const fmi2ValueReference vr[], size_t n, const void *values, int *foreign) {
+    const size_t all = instance->first.strings + instance->strings;
     if (n && !vr) return refuse(instance, "%s: %zu value references in a NULL array", call, n);
     if (n && !values) return refuse(instance, "%s: %zu values in a NULL array", call, n);
-    for (size_t k = 0; k < n; k++)
-        if (vr[k] >= count)
-            return refuse(instance, "%s: %s value reference %u: no such variable; there are %zu", call, kind, vr[k],
-                          count);
+    for (size_t k = 0; k < n; k++) {
+        if (vr[k] >= first && vr[k] - first < count) continue;
+        *foreign = 1;
+        if (vr[k] >= all && count)
+            return refuse(instance, "%s: %s value reference %u: no such variable; there are %zu, from %u on", call, kind,
+                          vr[k], count, first);
+        if (vr[k] >= all)
+            return refuse(instance, "%s: %s value reference %u: no such variable; there are none", call, kind, vr[k]);
+    }
     return fmi2OK;
 }
 
-#define EXAMINE(call, kind, count)                                                                                     \
+#define EXAMINE(call, kind, first, count)                                                                              \
     BEGIN;                                                                                                             \
-    if ((status = examine(instance, call, kind, count, vr, n, values)) != fmi2OK) return status
+    int foreign = 0;                                                                                                   \
+    if ((status = examine(instance, call, kind, first, count, vr, n, values, &foreign)) != fmi2OK) return status
 
 /* Return whether all references allow `access`; `on_demand` becomes one that has to be computed first, if any. */
-static int allowed(const Instance *instance, const Buffer *buffer, const fmi2ValueReference vr[], size_t n, int access,
-                   const fmi2ValueReference **on_demand) {
+static int allowed(const Instance *instance, const Buffer *buffer, fmi2ValueReference first,
+                   const fmi2ValueReference vr[], size_t n, int access, const fmi2ValueReference **on_demand) {
     if (!(instance->control->access & access)) return 0;
     for (size_t k = 0; k < n; k++) {
-        if (!(buffer->access[vr[k]] & access)) return 0;
-        if (buffer->access[vr[k]] & ON_DEMAND) *on_demand = &vr[k];
+        const unsigned char bits = buffer->access[vr[k] - first];
+        if (!(bits & access)) return 0;
+        if (bits & ON_DEMAND) *on_demand = &vr[k];
     }
     return 1;
 }
 
 EXPORTED fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
-    EXAMINE("getReal", "real", instance->reals.count);
-    const fmi2ValueReference *on_demand = NULL;
-    if (!allowed(instance, &instance->reals, vr, n, READ, &on_demand)) CALL(fmi2GetReal, vr, n, values);
+    EXAMINE("getReal", "real", instance->first.reals, instance->reals.count);
+    const fmi2ValueReference first = instance->first.reals, *on_demand = NULL;
+    if (foreign || !allowed(instance, &instance->reals, first, vr, n, READ, &on_demand))
+        CALL(fmi2GetReal, vr, n, values);
     if (on_demand) { /* Python computes all of them when one is asked for */
         fmi2Real computed;
         status = outcome(instance, wrapper.fmi2GetReal(instance->wrapped, on_demand, 1, &computed));
         if (status > fmi2Warning) return status;
     }
     const fmi2Real *all = (const fmi2Real *)instance->reals.values;
-    for (size_t k = 0; k < n; k++) values[k] = all[vr[k]];
+    for (size_t k = 0; k < n; k++) values[k] = all[vr[k] - first];
     return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
-    EXAMINE("setReal", "real", instance->reals.count);
-    const fmi2ValueReference *on_demand = NULL;
-    int shared = allowed(instance, &instance->reals, vr, n, WRITE, &on_demand);
+    EXAMINE("setReal", "real", instance->first.reals, instance->reals.count);
+    const fmi2ValueReference first = instance->first.reals, *on_demand = NULL;
+    int shared = !foreign && allowed(instance, &instance->reals, first, vr, n, WRITE, &on_demand);
     for (size_t k = 0; shared && k < n; k++) shared = isfinite(values[k]); /* Python refuses it, by name */
     if (!shared) CALL(fmi2SetReal, vr, n, values);
     fmi2Real *all = (fmi2Real *)instance->reals.values;
-    for (size_t k = 0; k < n; k++) all[vr[k]] = values[k];
+    for (size_t k = 0; k < n; k++) all[vr[k] - first] = values[k];
     return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean values[]) {
-    EXAMINE("getBoolean", "boolean", instance->booleans.count);
-    const fmi2ValueReference *on_demand = NULL;
-    if (!allowed(instance, &instance->booleans, vr, n, READ, &on_demand) || on_demand)
+    EXAMINE("getBoolean", "boolean", instance->first.booleans, instance->booleans.count);
+    const fmi2ValueReference first = instance->first.booleans, *on_demand = NULL;
+    if (foreign || !allowed(instance, &instance->booleans, first, vr, n, READ, &on_demand) || on_demand)
         CALL(fmi2GetBoolean, vr, n, values);
-    for (size_t k = 0; k < n; k++) values[k] = instance->booleans.values[vr[k]] != 0;
+    for (size_t k = 0; k < n; k++) values[k] = instance->booleans.values[vr[k] - first] != 0;
     return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                    const fmi2Boolean values[]) {
-    EXAMINE("setBoolean", "boolean", instance->booleans.count);
-    const fmi2ValueReference *on_demand = NULL;
-    if (!allowed(instance, &instance->booleans, vr, n, WRITE, &on_demand)) CALL(fmi2SetBoolean, vr, n, values);
-    for (size_t k = 0; k < n; k++) instance->booleans.values[vr[k]] = values[k] != 0;
+    EXAMINE("setBoolean", "boolean", instance->first.booleans, instance->booleans.count);
+    const fmi2ValueReference first = instance->first.booleans, *on_demand = NULL;
+    if (foreign || !allowed(instance, &instance->booleans, first, vr, n, WRITE, &on_demand))
+        CALL(fmi2SetBoolean, vr, n, values);
+    for (size_t k = 0; k < n; k++) instance->booleans.values[vr[k] - first] = values[k] != 0;
     return fmi2OK;
 }
 
+/* Integers and Strings always go through Python, which names a reference of another kind. */
 EXPORTED fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer values[]) {
-    EXAMINE("getInteger", "integer", instance->integers);
+    EXAMINE("getInteger", "integer", instance->first.integers, instance->integers);
     CALL(fmi2GetInteger, vr, n, values);
 }
 
 EXPORTED fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                    const fmi2Integer values[]) {
-    EXAMINE("setInteger", "integer", instance->integers);
+    EXAMINE("setInteger", "integer", instance->first.integers, instance->integers);
     CALL(fmi2SetInteger, vr, n, values);
 }
 
 EXPORTED fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String values[]) {
-    EXAMINE("getString", "string", instance->strings);
+    EXAMINE("getString", "string", instance->first.strings, instance->strings);
     CALL(fmi2GetString, vr, n, values);
 }
 
 EXPORTED fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String values[]) {
-    EXAMINE("setString", "string", instance->strings);
+    EXAMINE("setString", "string", instance->first.strings, instance->strings);
     for (size_t k = 0; k < n; k++) {
         if (!values[k]) return refuse(instance, "setString: value %zu is NULL", k + 1);
         if (!is_utf8(values[k])) return refuse(instance, "setString: value %zu is not UTF-8: %.200s", k + 1, values[k]);

@@ -176,10 +176,12 @@ static int connect(Instance *instance) {
     instance->control = NULL;
     if (wrapper.fmi2GetString(instance->wrapped, &reference, 1, &layout) != fmi2OK || !layout) return 0;
     Buffer *reals = &found.reals, *booleans = &found.booleans;
-    if (sscanf(layout, "buffers %127s %zu %p %p %zu %p %p %zu %zu %p %p", found.guid, &reals->count,
+    First *first = &found.first;
+    if (sscanf(layout, "buffers %127s %zu %p %p %zu %p %p %zu %zu %u %u %u %u %p %p", found.guid, &reals->count,
                (void **)&reals->values, (void **)&reals->access, &booleans->count, (void **)&booleans->values,
-               (void **)&booleans->access, &found.integers, &found.strings, (void **)&found.control,
-               (void **)&found.now) != 11)
+               (void **)&booleans->access, &found.integers, &found.strings, &first->reals,
+               &first->integers, &first->booleans, &first->strings, (void **)&found.control,
+               (void **)&found.now) != 15)
         return 0;
     *instance = found;
     return 1;

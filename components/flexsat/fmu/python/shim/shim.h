@@ -38,6 +38,11 @@ typedef struct {
     const unsigned char *access;
 } Buffer;
 
+/* The first value reference of each kind: no two variables of a model have the same one. */
+typedef struct {
+    fmi2ValueReference reals, integers, booleans, strings;
+} First;
+
 /* A saved state: what a host gets is the address of one of these. */
 typedef struct State {
     struct State *next;
@@ -57,6 +62,7 @@ typedef struct {
     char guid[128];                          /* of the model */
     Buffer reals, booleans;
     size_t integers, strings;                /* how many there are */
+    First first;                             /* value references of all kinds follow each other */
     State *states;
 } Instance;
 
