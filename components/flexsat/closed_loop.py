@@ -85,14 +85,16 @@ class ClosedLoop:
         rates = designs.corrected.config.rates
         self.step = rates.plant
         self.controller_ticks = whole_multiple("controller period", rates.controller, self.step)
-        if self.values["sensors"]["step_size"] != self.step:
+        if self.values["sensors"]["step_size"] not in (0.0, self.step):
             raise ValueError(f"sensors.step_size must be {self.step} s in the monolith: it has one tick")
         self.mounts = models["plant"].mounts
         self.plant_inputs = [port.name for port in plant_ports.ports(models["plant"]) if port.causality == "input"]
         self.plant = plant.prepare(
             models["plant"], plant_ports.parameters(models["plant"], self.values["plant"].__getitem__), self.step
         )
-        self.sensors = sensors.prepare(sensor_ports.parameters(models["sensors"], self.values["sensors"].__getitem__))
+        self.sensors = sensors.prepare(
+            sensor_ports.parameters(models["sensors"], self.values["sensors"].__getitem__, self.step)
+        )
         self.controller = controller.prepare(
             models["controller"],
             controller_ports.parameters(models["controller"], self.values["controller"].__getitem__),
@@ -129,6 +131,7 @@ class ClosedLoop:
         n = self.plant.wheels
         inputs = np.concatenate([self.values["plant"][name] for name in self.plant_inputs])
         wrench = inputs[n : n + len(sensed.wrench)]
+        plant.feed_through(self.plant, plant_state, inputs, self.friction)
 
         known = self._readers(plant_state, sensed, controller_state.outputs)
         for name in record:

@@ -34,7 +34,11 @@ def component_resources(designs: Designs, component: str) -> dict[str, bytes]:
 
 
 def build_configuration(
-    designs: Designs, folder: Path, report: Callable[[str], None] = lambda _: None, naming: Naming = "structured"
+    designs: Designs,
+    folder: Path,
+    report: Callable[[str], None] = lambda _: None,
+    naming: Naming = "structured",
+    execution_tool: bool = False,
 ) -> dict[str, BuiltFmu]:
     """Build plant, sensors and controller into `folder`/<configuration>/, each replaced in one piece.
 
@@ -44,6 +48,7 @@ def build_configuration(
     folder : usually `fmus`
     report : called with a line for each file written
     naming : "flat" builds the same FMUs with flat names into `folder`/<configuration>/flat/
+    execution_tool : declare that the FMUs need a tool to be executed
     """
     config = designs.corrected.config
     flat = naming == "flat"
@@ -67,6 +72,7 @@ def build_configuration(
             version=importlib.metadata.version("flexsat"),
             step=step,
             stop=shell.stop_time,
+            execution_tool=execution_tool,
         )
         built[component] = build_fmu(
             f"{shell.__module__}:{shell.__name__}",
@@ -76,6 +82,7 @@ def build_configuration(
             documentation=content.documentation,
             extra=content.extra,
             naming=naming,
+            execution_tool=execution_tool,
         )
         report(f"{path}  {path.stat().st_size / 1e6:.1f} MB  {built[component].guid}")
     return built

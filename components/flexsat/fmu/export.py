@@ -48,6 +48,7 @@ def build_fmu(
     documentation: Mapping[str, bytes] | None = None,
     extra: Mapping[str, bytes] | None = None,
     naming: Naming = "structured",
+    execution_tool: bool = False,
 ) -> BuiltFmu:
     """Build a shell into an FMU.
 
@@ -60,6 +61,7 @@ def build_fmu(
     documentation : files below documentation/
     extra : files at other places in the archive, such as "model.png"
     naming : of the variables; value references and results are the same in both
+    execution_tool : declare that a tool is needed to execute the FMU
 
     Raises
     ------
@@ -75,11 +77,20 @@ def build_fmu(
     sources = collect(module)
     shim = shim_sources()
     version = importlib.metadata.version("flexsat")
-    content = _content_hash(sources, resources, shim, (shell, model_name, version, pythonfmu_version, naming))
+    content = _content_hash(
+        sources, resources, shim, (shell, model_name, version, pythonfmu_version, naming, execution_tool)
+    )
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, content)}}}"
     package, script = f"{top}_{content[:16]}", f"{model_name}_{content[:16]}"
-    facts = {"model_name": model_name, "guid": guid, "version": version, "shell": shell, "naming": naming}
-    facts["content"] = content
+    facts = {
+        "model_name": model_name,
+        "guid": guid,
+        "version": version,
+        "shell": shell,
+        "naming": naming,
+        "needs_execution_tool": execution_tool,
+        "content": content,
+    }
     files = {f"{package}/{path.split('/', 1)[1]}": source for path, source in sources.items()}
     files |= resources
     files[BUILD_FILE] = (json.dumps(facts, indent=2) + "\n").encode()
@@ -99,7 +110,10 @@ def build_fmu(
 
 
 def _content_hash(
-    sources: Mapping[str, bytes], resources: Mapping[str, bytes], shim: Mapping[str, bytes], facts: tuple[str, ...]
+    sources: Mapping[str, bytes],
+    resources: Mapping[str, bytes],
+    shim: Mapping[str, bytes],
+    facts: tuple[str | bool, ...],
 ) -> str:
     digest = hashlib.sha256(json.dumps(facts).encode())
     for group in (sources, resources, shim):

@@ -55,7 +55,7 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
         Port(name="gyro_site.rate", causality="output", unit="rad/s", size=gyros, display_unit="deg/s",
              description="true rate about each gyro's axis: bus x y z, then x y at each site"),
         Port(name="accelerometer_site.acceleration", causality="output", unit="m/s2", size=accelerometers,
-             depends_on=("wheel.torque", *JITTER, "external.force", "external.torque"),
+             depends_on=("wheel.torque", *JITTER, "external.force", "external.torque"), follows_inputs=True,
              description="true acceleration along each accelerometer's axis: bus x y z, then z at each site"),
         Port(name="wheel.angle", causality="output", unit="rad", size=n,
              description="wheel angle relative to its mount, not wrapped"),

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..parameters import Rates, SensorNoise, Wheel
+from ..quantities import quantity
 from ..runtime.periods import whole_multiple
 from ..runtime.sensor_parameters import SensorMatrices, SensorParameters
 from .declared import parameter_port
@@ -32,7 +33,7 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
         Port(name="attitude.quaternion", causality="input", unit="1", size=4, start=(0.0, 0.0, 0.0, 1.0),
              description="true attitude, scalar-last quaternion, body from inertial"),
         Port(name="wheel.speed", causality="input", unit="rad/s", size=n, display_unit="rpm",
-             description="true wheel speed relative to its mount"),
+             start=tuple(model.nominal_speed.tolist()), description="true wheel speed relative to its mount"),
         Port(name="gyro_site.rate", causality="input", unit="rad/s", size=g, display_unit="deg/s",
              description="true rate about each gyro's axis"),
         Port(name="accelerometer_site.acceleration", causality="input", unit="m/s2", size=k,
@@ -77,10 +78,10 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
              description="nominal wheel speeds and accelerometer noise of the published release"),
         Port(name="seed", causality="parameter", kind="integer", start=0, minimum=0,
              description="seed of all noise"),
-        parameter_port(Rates, "sensors", name="step_size", start=model.step_size, display_unit="ms",
-                       description="the only communication step accepted"),
+        parameter_port(Rates, "sensors", name="step_size", start=0.0, minimum=0.0, display_unit="ms",
+                       description="the only communication step accepted; 0: that of the first step"),
         parameter_port(Rates, "controller", name="fast_period", start=model.fast_period, display_unit="ms",
-                       description="period of gyros, accelerometers and encoders; a whole multiple of step_size"),
+                       description="period of gyros, accelerometers and encoders; a whole multiple of the step"),
         parameter_port(Rates, "star_tracker", name="star_tracker.period", start=model.star_tracker_period,
                        display_unit="ms", description="period of the star tracker; a whole multiple of fast_period"),
         Port(name="star_tracker.fine", causality="parameter", kind="boolean",
@@ -113,9 +114,24 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
     )  # fmt: skip
 
 
-def parameters(model: SensorMatrices, value: Callable[[str], Any]) -> SensorParameters:
-    """Return the parameters of a run; `value` gives the value of a port."""
-    step = value("step_size")
+def parameters(model: SensorMatrices, value: Callable[[str], Any], step: float | None = None) -> SensorParameters:
+    """Return the parameters of a run.
+
+    Parameters
+    ----------
+    value : gives the value of a port
+    step : that the component is stepped with [s]; None: the parameter step_size. Where neither gives it, it is
+        not known before the first step, and what depends on it is as if the fastest instruments were sampled each step
+
+    Raises
+    ------
+    ValueError
+        If the periods do not fit each other, or the step.
+    """
+    least, given = quantity(Rates, "sensors").range.least, value("step_size")
+    if least is not None and 0.0 < given < least:
+        raise ValueError(f"step_size must be 0 for that of the first step, or >= {least:g} s, got {given!r}")
+    step = step or given or value("fast_period")
     grade = "fine" if value("star_tracker.fine") else "coarse"
     return SensorParameters(
         seed=value("seed"),

@@ -39,6 +39,7 @@ class Port:
     depends_on : inputs that feed through to this output; "name[i]" when element i depends on element i alone
     initial_depends_on : what an output's initial value depends on; None means all parameters and no input
     on_demand : an output that is computed only when it is read
+    follows_inputs : an output that is computed again if it is read after inputs were set, without a step
     frame : frame the quantity is expressed in, written in the description
     display_unit : unit that tools should show
     period_parameter : the parameter that sets how often an output changes; None for every step of the component
@@ -55,6 +56,7 @@ class Port:
     depends_on: tuple[str, ...] = ()
     initial_depends_on: tuple[str, ...] | None = None
     on_demand: bool = False
+    follows_inputs: bool = False
     minimum: float | None = None
     maximum: float | None = None
     frame: str | None = None
@@ -75,6 +77,8 @@ class Port:
         self._check_variability()
         if self.causality != "output" and (self.depends_on or self.initial_depends_on or self.on_demand):
             raise ValueError(f"port {self.name}: only an output has dependencies or is on demand")
+        if self.follows_inputs and (self.on_demand or not self.depends_on):
+            raise ValueError(f"port {self.name}: an output that follows inputs depends on some, and is not on demand")
         if self.kind not in ("real", "integer") and not (self.minimum is None and self.maximum is None):
             raise ValueError(f"port {self.name}: only a real or an integer has a minimum or a maximum")
         self._check_start()
@@ -286,6 +290,7 @@ class PortTable:
         names = port.depends_on
         if initial:
             names = port.initial_depends_on if port.initial_depends_on is not None else self._parameters()
+            names += port.depends_on if port.follows_inputs else ()
         indices = set()
         for name in names:
             source = self._dependency(port, name)

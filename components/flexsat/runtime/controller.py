@@ -23,6 +23,7 @@ __all__ = [
     "PreparedController",
     "command",
     "init",
+    "is_due",
     "prepare",
     "step",
 ]
@@ -67,6 +68,7 @@ class ControllerState:
     jitter: Array  # (4, n): harmonic jitter expected over the coming period
     since_star_tracker: int  # steps
     count: int  # steps done
+    held: int  # calls since the last step, itself included, where there are several calls to a period
     reference: Array  # (r,)
     profile: guidance.Profile
     outputs: ControllerOutputs = field(metadata=NOT_SAVED)
@@ -81,6 +83,7 @@ def init(prepared: PreparedController, rotation: Array, start: float) -> Control
         jitter=np.zeros((4, n)),
         since_star_tracker=prepared.phases - 1,
         count=0,
+        held=0,
         reference=np.zeros(r),
         profile=plan_slew(prepared, rotation, start),
         outputs=ControllerOutputs(
@@ -101,6 +104,13 @@ def command(prepared: PreparedController, state: ControllerState, time: float, r
     if old.angle > 0.0 and time >= old.start - prepared.shaper.shifts[0]:
         raise ValueError(f"command.rotation changed at {time:.3f} s, after the slew of {old.start:.3f} s had begun")
     state.profile = plan_slew(prepared, rotation, start)
+
+
+def is_due(state: ControllerState, calls: int) -> bool:
+    """Count a call, `calls` of them to a period; return whether a step is due in it."""
+    due = state.held == 0
+    state.held = (state.held + 1) % calls
+    return due
 
 
 def step(

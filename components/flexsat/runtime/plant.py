@@ -27,6 +27,7 @@ __all__ = [
     "PlantState",
     "PreparedPlant",
     "Telemetry",
+    "feed_through",
     "init",
     "observe",
     "prepare",
@@ -168,16 +169,8 @@ def step(
         If the motion has diverged.
     """
     n, size, count = prepared.wheels, 2 * prepared.modes + 6, prepared.input_count
-    limit = prepared.torque_limit
     work, held, momentum = state.work.start, state.held, state.momentum
-    held[:count] = inputs
-    torque = held[:n]
-    np.minimum(torque, limit, out=torque)
-    np.maximum(torque, -limit, out=torque)
-    work[:size] = state.structure
-    work[size:] = held  # with the gyroscopic and momentum terms of the last step, to predict the middle of this one
-    if friction is not None:
-        bearing_friction.add(friction, work, momentum, torque)
+    torque = _hold(prepared, state, inputs, friction)
 
     mid = np.matmul(prepared.mid_step, work, out=state.work.middle)
     impulse = prepared.step_length * torque
@@ -207,8 +200,37 @@ def step(
     return outputs
 
 
+def _hold(prepared: PreparedPlant, state: PlantState, inputs: Array, friction: PreparedFriction | None) -> Array:
+    """Hold inputs from now on, the torques limited and with friction; return these torques, a view."""
+    n, size, count = prepared.wheels, 2 * prepared.modes + 6, prepared.input_count
+    limit = prepared.torque_limit
+    work, held = state.work.start, state.held
+    held[:count] = inputs
+    torque = held[:n]
+    np.minimum(torque, limit, out=torque)
+    np.maximum(torque, -limit, out=torque)
+    work[:size] = state.structure
+    work[size:] = held  # with the gyroscopic and momentum terms of the last step, to predict the middle of this one
+    if friction is not None:
+        bearing_friction.add(friction, work, state.momentum, torque)
+    return torque
+
+
+def feed_through(
+    prepared: PreparedPlant, state: PlantState, inputs: Array, friction: PreparedFriction | None = None
+) -> PlantOutputs:
+    """Return the outputs in the present state with other inputs at work: the accelerations, which jump with them.
+
+    Parameters
+    ----------
+    prepared, state, inputs, friction : as of `step`; the next step holds the inputs that it is given
+    """
+    _hold(prepared, state, inputs, friction)
+    return observe(prepared, state)
+
+
 def observe(prepared: PreparedPlant, state: PlantState) -> PlantOutputs:
-    """Return the outputs in the present state; accelerations hold for the inputs of the last step.
+    """Return the outputs in the present state; accelerations are those with the inputs held last.
 
     The RMS deformation is the norm of eta over the square root of the mass (P, section 5).
     """

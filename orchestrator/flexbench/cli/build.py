@@ -23,11 +23,17 @@ examples:
 @configuration_option
 @out_option("folder to fill", default="fmus")
 @click.option("--flat", is_flag=True, help="also with flat variable names such as wheel_torque_1, into DIR/NAME/flat")
-def build(configuration: tuple[str, ...], out: Path, flat: bool) -> int:
+@click.option(
+    "--needs-execution-tool",
+    "execution_tool",
+    is_flag=True,
+    help='declare needsExecutionTool="true", to warn receivers of Python; some hosts refuse such FMUs',
+)
+def build(configuration: tuple[str, ...], out: Path, flat: bool, execution_tool: bool) -> int:
     """Build the FMUs, system files, packages and the interface document of each configuration."""
     from ..loop.build import build_all
 
     started = perf_counter()
-    build_all(configurations(configuration), out, flat=flat)
+    build_all(configurations(configuration), out, flat=flat, execution_tool=execution_tool)
     print(f"built in {perf_counter() - started:.1f} s")
     return 0

@@ -27,7 +27,12 @@ PrintLine = Callable[[str], None]
 
 
 def build_all(
-    names: Sequence[ConfigurationName], folder: Path, print_line: PrintLine = print, *, flat: bool = False
+    names: Sequence[ConfigurationName],
+    folder: Path,
+    print_line: PrintLine = print,
+    *,
+    flat: bool = False,
+    execution_tool: bool = False,
 ) -> None:
     """Build the FMUs of some configurations and all files that go with them. The same input gives the same bytes.
 
@@ -36,7 +41,8 @@ def build_all(
     names : configurations to build
     folder : to write to
     print_line : called with the path of each file written
-    flat : also build the FMUs with flat variable names, in a folder of their own
+    flat : also build the FMUs with flat variable names, and systems of them, in a folder of their own
+    execution_tool : declare that the FMUs need a tool to be executed
 
     Raises
     ------
@@ -44,18 +50,20 @@ def build_all(
         If this machine lacks a compiler, or what else a build needs.
     """
     try:
-        _build_all(names, folder, print_line, flat)
+        _build_all(names, folder, print_line, flat, execution_tool)
     except BuildError as error:
         raise InputError(str(error)) from None
 
 
-def _build_all(names: Sequence[ConfigurationName], folder: Path, print_line: PrintLine, flat: bool) -> None:
+def _build_all(
+    names: Sequence[ConfigurationName], folder: Path, print_line: PrintLine, flat: bool, execution_tool: bool
+) -> None:
     designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
     entries = {}
     for name in names:
         both = designs[name]
-        built = build_configuration(both, folder, print_line)
-        flat_named = build_configuration(both, folder, print_line, "flat") if flat else {}
+        built = build_configuration(both, folder, print_line, "structured", execution_tool)
+        flat_named = build_configuration(both, folder, print_line, "flat", execution_tool) if flat else {}
         paths = write_systems(both, folder / name)
         packages = write_packages(both, paths, built)
         for path in (*paths, *packages):

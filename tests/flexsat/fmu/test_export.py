@@ -104,7 +104,7 @@ def test_fmpy_finds_no_problem_and_reads_the_feedthrough(tmp_path):
     feedthrough = {u.variable.name: [d.name for d in u.dependencies] for u in description.outputs}
     assert feedthrough["level[2]"] == ["wheel.torque[2]"]
     assert feedthrough["angle"] == []
-    assert description.coSimulation.needsExecutionTool
+    assert not description.coSimulation.needsExecutionTool
     assert description.coSimulation.canSerializeFMUstate
     assert all(v.description for v in description.modelVariables)
     assert all(v.unit for v in description.modelVariables if v.type == "Real")

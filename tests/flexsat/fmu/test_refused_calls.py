@@ -153,7 +153,8 @@ for name, kind in (("wheel.torque[1]", "Real"), ("level[1]", "Real"), ("seed", "
     for other in KINDS:
         for verb in () if other == kind else ("get", "set"):
             one = library.instantiate().initialise()
-            called = one.get(other, [reference])[0] if verb == "get" else one.set(other, [reference], [b"" if other == "String" else 1])
+            value = b"" if other == "String" else 1
+            called = one.get(other, [reference])[0] if verb == "get" else one.set(other, [reference], [value])
             assert message(called) == (f"{verb}{other}: {other.lower()} value reference {reference}: no such variable;"
                                        f" it is that of {name}, which is {kind.lower()}")
             assert one.step(0.0) == ERROR

@@ -40,6 +40,7 @@ def accompanying_files(
     version: str,
     step: float,
     stop: float,
+    execution_tool: bool = False,
 ) -> AccompanyingFiles:
     """Return the files of one FMU other than its code, with names in the naming of the table.
 
@@ -49,6 +50,7 @@ def accompanying_files(
     runs : its experiments, already run
     pictures : from `draw`
     step, stop : of the default experiment [s]
+    execution_tool : whether the model description declares that a tool is needed
     """
     experiments = [run.experiment for run in runs]
     index = page(
@@ -60,6 +62,7 @@ def accompanying_files(
         version=version,
         step=step,
         stop=stop,
+        execution_tool=execution_tool,
     )
     documentation = {
         "index.html": index,

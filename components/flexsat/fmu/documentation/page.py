@@ -24,6 +24,7 @@ def page(
     version: str,
     step: float,
     stop: float,
+    execution_tool: bool = False,
 ) -> bytes:
     """Return documentation/index.html: well-formed, self-contained, the same bytes for the same input.
 
@@ -34,6 +35,7 @@ def page(
     experiments : those that travel with reference results
     configuration : one sentence on the layout of the wheels
     step, stop : of the default experiment [s]
+    execution_tool : whether the model description declares that a tool is needed
     """
     return fill(
         "page.html",
@@ -50,6 +52,7 @@ def page(
         stop_time=stop,
         output=next(v.name for v in table.variables if v.port.causality == "output"),
         oldest_python=OLDEST_PYTHON,
+        execution_tool=execution_tool,
         inputs=port_rows(table, "input"),
         outputs=port_rows(table, "output"),
         parameters=port_rows(table, "parameter"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from math import isfinite
 
 import numpy as np
@@ -20,12 +21,13 @@ class CommunicationPoints:
     up does not accumulate here.
     """
 
-    __slots__ = ("_present", "defined", "stop")
+    __slots__ = ("_present", "defined", "length", "stop")
 
     def __init__(self) -> None:
         self._present = np.zeros(1)  # the shim reads it
         self.defined = False  # whether the experiment is set up
         self.stop: float | None = None
+        self.length = 0.0  # of all steps, where the first one sets it
 
     @property
     def present(self) -> float:
@@ -52,9 +54,34 @@ class CommunicationPoints:
         if not self.defined:
             raise Refused("not allowed before fmi2SetupExperiment")
 
-    def restore(self, present: float, defined: bool) -> None:
+    def restore(self, present: float, defined: bool, length: float = 0.0) -> None:
         """Return to the point of a saved state; the stop time is that of the last experiment."""
-        self._present[0], self.defined = present, defined
+        self._present[0], self.defined, self.length = present, defined, length
+
+    def admit(
+        self, time: float, step: float, fixed: float | None, set_by: str | None, first: Callable[[float], None] | None
+    ) -> float:
+        """Check a step, and return its length: the exact one where only one is accepted.
+
+        Parameters
+        ----------
+        fixed, set_by : as of `check_step`
+        first : called with the length of the first step, which all others have to have; None: they may differ
+        """
+        if fixed is not None or first is None:
+            self.check_step(time, step, fixed, set_by)
+            return step if fixed is None else fixed
+        self.check_step(time, step, self.length or None, "the first step")
+        if not self.length:
+            length = round(step, 9)  # a host that subtracts times errs in the last digits
+            if not length > 0.0:
+                raise Refused(f"a step of {step!r} s is not accepted; the shortest is 1e-9 s")
+            try:
+                first(length)
+            except ValueError as error:
+                raise Refused(str(error)) from None
+            self.length = length
+        return self.length
 
     def check_step(self, time: float, step: float, fixed: float | None, set_by: str | None) -> None:
         """Refuse a step of another length than the fixed one, at another time than the present, or past the stop time.
@@ -62,11 +89,11 @@ class CommunicationPoints:
         Parameters
         ----------
         fixed : the only length accepted [s]; None accepts any
-        set_by : the parameter that sets it
+        set_by : what sets it
         """
         if fixed is not None:
             if step != fixed and not abs(step - fixed) <= STEP_TOLERANCE * fixed:
-                remedy = f", set by parameter {set_by}" if set_by else ""
+                remedy = f", set by {set_by}" if set_by else ""
                 raise Refused(f"a step of {step!r} s is not accepted; the step is {fixed!r} s{remedy}")
         elif not 0.0 < step < sys.float_info.max:
             raise Refused(f"a step of {step!r} s is not accepted; a step is > 0 s and finite")

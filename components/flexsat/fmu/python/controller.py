@@ -9,6 +9,7 @@ from ...ports import controller as interface
 from ...ports.table import Port
 from ...runtime import controller
 from ...runtime.controller_parameters import ControllerMatrices
+from ...runtime.periods import whole_multiple
 from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 
@@ -18,11 +19,12 @@ class Controller(ComponentSlave):
 
     description = "LQG attitude controller: periodic Kalman filter, slew guidance, regulator, known delays"
     stop_time = RUN_DURATION
+    equal_steps = True
 
     def ports(self) -> Sequence[Port]:
         """Return the ports; their sizes are those of the design in the resources."""
         design = load_matrices(self.resource(MODEL_FILE), ControllerMatrices)
-        self.fixed_step = design.period
+        self.preferred_step = design.period
         return interface.ports(design)
 
     def start(self) -> None:
@@ -42,8 +44,21 @@ class Controller(ComponentSlave):
         self._reference = reals[span("reference.mrp").start : span("reference.wheel.speed").stop]
         self._estimate = reals[span("estimate.mrp").start : span("estimate.wheel.speed").stop]
 
+    def first_step(self, step: float) -> None:
+        """Divide the period into steps of this length."""
+        try:
+            self._calls = whole_multiple("period", self.preferred_step, step)
+        except ValueError:
+            period = self.preferred_step
+            raise ValueError(
+                f"a step of {step:g} s is not accepted; the controller samples every {period:g} s, which its gains were"
+                f" designed for: step it with that, or with a whole fraction of it, such as {period / 5.0:g} s"
+            ) from None
+
     def advance(self, time: float, _step: float, /) -> None:
-        """Use the measurements at `time`; the torque holds from `time` on."""
+        """If a sample is due, use the measurements at `time`; the torque holds from `time` to the next sample."""
+        if not controller.is_due(self.state, self._calls):
+            return
         controller.command(self._controller, self.state, time, self._rotation.copy(), float(self._start_time))
         outputs = controller.step(self._controller, self.state, time, self._measured)
         self._torque[:] = outputs.torque

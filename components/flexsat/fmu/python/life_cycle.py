@@ -25,7 +25,7 @@ from .access_plans import AccessPlans
 from .call_order import Phase, check_order
 from .communication_points import CommunicationPoints
 from .host_log import log_text, printf_safe, reason_of
-from .model_description import About, build_date, model_description
+from .model_description import about_component, model_description
 from .port_values import AnyArray, PortValues, Refused
 from .resources import build_facts, finalise_at_exit, find_resource, remove_from_search_path
 from .saved_life_cycle import SavedLifeCycle
@@ -49,6 +49,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     preferred_step: float = 1e-3  # [s] what the model description recommends where any step is accepted
     stop_time: ClassVar[float | None] = None  # [s] end of the default experiment
     fixed_step: float | None = None  # [s] the only step accepted; None accepts any
+    equal_steps: ClassVar[bool] = False  # where any step is accepted: whether all have to be as long as the first
     step_parameter: ClassVar[str | None] = None  # parameter that sets it, if one does
     log_categories: ClassVar[dict[str, str]] = {  # the only category that is logged; the wrapper refuses others
         "logStatusError": "why a call failed, with the traceback if the model raised; the instance then stops"
@@ -68,27 +69,29 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
             self._make()
         except BaseException as error:
             self._failure = reason_of("instantiate", error, brief=False)
-            self._log_error(log_text("instantiate", error, isinstance(error, ValueError)))
+            brief = isinstance(error, ValueError)
+            self.log(printf_safe(log_text("instantiate", error, brief)), Fmi2Status.error, "logStatusError")
 
     def _make(self) -> None:
-        build = build_facts(self.resources)
+        self._build = build = build_facts(self.resources)
         self.modelName = str(build.get("model_name", type(self).__name__))
         self.guid = str(build.get("guid", type(self).__qualname__))
-        self._version = str(build.get("version", type(self).version))
         naming: Naming = "flat" if build.get("naming") == "flat" else "structured"
         self.table = PortTable(self.ports(), naming)
         self.values = PortValues(self.table)
         self._starting = {port.name for port in self.table if self.table.starts_from(port)}
         self._feeds_on_demand = any(port.on_demand and port.depends_on for port in self.table)
+        self._follows = any(port.follows_inputs for port in self.table)
         self._buffers = SharedBuffers(self.values, self._feeds_on_demand)
         self._plans = AccessPlans()
         self._points = CommunicationPoints()
+        self._set_by = self.step_parameter and f"parameter {self.step_parameter}"
+        self._first = self.first_step if self.equal_steps else None
         self._started = False  # whether `start` has run with the present parameters and inputs
         self._stale = False  # whether the outputs on demand are older than the state
         self._enter(Phase.INSTANTIATED)
 
     # What a final class implements.
-
     @abstractmethod
     def ports(self) -> Sequence[Port]:
         """Return the ports. Resources may be read, parameters not yet."""
@@ -104,8 +107,14 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     def advance(self, time: float, step: float, /) -> None:
         """Step the model from `time` to `time + step` [s], from the input views to the output views."""
 
+    def first_step(self, step: float) -> None:
+        """Prepare for steps of this length [s], where they are equal; raise ValueError if none can be made."""
+
     def evaluate(self) -> None:
         """Compute the outputs on demand from the present state."""
+
+    def follow_inputs(self) -> None:
+        """Compute the outputs that follow inputs from the present state and inputs."""
 
     def tuned(self) -> None:
         """Use the present values of tunable parameters, one of which has just changed."""
@@ -149,11 +158,11 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         try:
             if self._phase is not Phase.STEPPING:
                 check_order("doStep", self._phase, self._failure)
-            fixed = self.fixed_step
-            self._points.check_step(current_time, step_size, fixed, self.step_parameter)
+            length = self._points.admit(current_time, step_size, self.fixed_step, self._set_by, self._first)
             self._stale = True
-            self.advance(current_time, step_size if fixed is None else fixed)
+            self.advance(current_time, length)
             self.values.check_outputs()
+            self._buffers.note_inputs(False)
             self._points.advance(current_time, step_size)
             return True
         except BaseException as error:
@@ -164,8 +173,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         """End the run; values can still be read."""
         self._attempt("terminate", self._enter, Phase.TERMINATED)
 
-    # Values, called by the wrapper with fresh lists at every step: the two methods for reals are the hot path where
-    # no shim copies them.
+    # Values, called by the wrapper with fresh lists: the methods for reals are the hot path where no shim copies them.
 
     def get_real(self, vrs: list[int]) -> list[float]:
         """Read reals."""
@@ -175,6 +183,8 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
                 return self._read("real", vrs)
             if plan[2] and self._stale:
                 self._evaluate()
+            if self._follows and self._buffers.inputs_set:
+                self._follow()
             return plan[1]()
         except BaseException as error:
             self._fail("getReal", error)
@@ -188,6 +198,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
                 self._write("real", vrs, values)
                 return
             plan[1](*values)
+            self._buffers.note_inputs(True)
             if self._feeds_on_demand:
                 self._stale = True
         except BaseException as error:
@@ -228,8 +239,9 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
 
     def _get_fmu_state(self) -> bytes:
         try:
-            life_cycle = SavedLifeCycle(phase=self._phase, experiment=self._points.defined, time=self._points.present,
-                                        started=self._started, stale=self._stale)  # fmt: skip
+            life_cycle = SavedLifeCycle(
+                phase=self._phase, experiment=self._points.defined, time=self._points.present, step=self._points.length,
+                started=self._started, stale=self._stale, inputs_set=self._buffers.inputs_set)  # fmt: skip
             values = prefixed(life_cycle.values(), "life_cycle") | prefixed(self.values.saved(), "ports")
             return pack_state(str(self.guid), values | prefixed(named_values(self.state), "state"))
         except BaseException as error:
@@ -244,14 +256,15 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
             self.values.check_saved(ports)
             if not self._buffers.checking:
                 self._restore(ports, section(saved, "state"), started=then.started)
-                self._points.restore(then.time, then.experiment)
+                self._points.restore(then.time, then.experiment, then.step)
+                if then.step:
+                    self.first_step(then.step)
                 self._started, self._stale = then.started, then.stale
+                self._buffers.note_inputs(then.inputs_set)
                 self._failure = None if then.phase is not Phase.FAILED else "the state was saved after an error"
                 self._enter(then.phase)
-        except ValueError as error:
-            self._fail(call, Refused(str(error)))
         except BaseException as error:
-            self._fail(call, error)
+            self._fail(call, Refused(str(error)) if isinstance(error, ValueError) else error)
 
     def _restore(self, ports: Mapping[str, AnyArray], state: Mapping[str, AnyArray], *, started: bool) -> None:
         before = self.values.parameter_bytes() if self._started else None
@@ -274,22 +287,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
         """Write the model description."""
         assert not model_options, "options are class attributes of the shell"
-        kind = type(self)
-        about = About(
-            model_name=self.modelName,
-            guid=self.guid,
-            description=kind.description,
-            version=self._version,
-            author=kind.author,
-            license=kind.license,
-            generation_tool=f"PythonFMU {pythonfmu_version}",
-            step_size=self.fixed_step or self.preferred_step,
-            any_step=self.fixed_step is None,
-            stop_time=kind.stop_time,
-            date=build_date(),
-            log_categories=self.log_categories,
-        )
-        return model_description(self.table, about)
+        return model_description(self.table, about_component(self, self._build, f"PythonFMU {pythonfmu_version}"))
 
     # Inside.
 
@@ -318,12 +316,18 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         """Run `start` unless it has run with the present parameters and inputs."""
         if not self._started:
             self.start()
+            self._buffers.note_inputs(True)
             self._started, self._stale = True, True
             self.values.check_outputs()
 
     def _evaluate(self) -> None:
         self.evaluate()
         self._stale = False
+        self.values.check_outputs()
+
+    def _follow(self) -> None:
+        self.follow_inputs()
+        self._buffers.note_inputs(False)
         self.values.check_outputs()
 
     def _read(self, kind: Kind, vrs: list[int]) -> list[Any]:
@@ -335,9 +339,11 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         if self._failure is None:
             if self._phase is Phase.INITIALIZING and any(port.causality == "output" for port in ports):
                 self._prepare()
-            on_demand = self._on_demand(kind, vrs)
+            on_demand = any(port.on_demand for port in ports)
             if on_demand and self._stale and self._started:
                 self._evaluate()
+            if self._started and self._buffers.inputs_set and any(port.follows_inputs for port in ports):
+                self._follow()
             if self._phase is Phase.STEPPING:
                 self._plans.keep_read(kind, vrs, reader, on_demand)
         return reader()
@@ -351,14 +357,15 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         for reference, value in zip(vrs, values, strict=True):
             self.values.admit(kind, reference, value, parameters=not running)
         writer(*values)
+        self._buffers.note_inputs(True)
+        ports = {self.values.variable(kind, reference).port for reference in vrs}
         if running:
             self._stale |= self._feeds_on_demand
-            ports = [self.values.variable(kind, i).port for i in vrs]
             if any(port.variability == "tunable" for port in ports):
                 self.tuned()
             else:
                 self._plans.keep_write(kind, vrs, writer, ports, self._feeds_on_demand)
-        elif any(port in self._starting for port in {self.values.variable(kind, i).port.name for i in vrs}):
+        elif any(port.name in self._starting for port in ports):
             self._started = False
 
     def _read_or(self, kind: Kind, vrs: list[int], nothing: Any) -> list[Any]:
@@ -390,10 +397,4 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
         self._started &= isinstance(error, Refused)  # else the model is in an unknown state
         self._enter(Phase.FAILED)
         self._buffers.fail(Fmi2Status.error)
-        self._log_error(log_text(call, error, brief))
-
-    def _log_error(self, text: str) -> None:
-        self.log(printf_safe(text), Fmi2Status.error, "logStatusError")
-
-    def _on_demand(self, kind: Kind, vrs: Sequence[int]) -> bool:
-        return any(self.values.variable(kind, reference).port.on_demand for reference in vrs)
+        self.log(printf_safe(log_text(call, error, brief)), Fmi2Status.error, "logStatusError")

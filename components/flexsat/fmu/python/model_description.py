@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from ...ports.table import PortTable, Scalar, Variable
@@ -22,6 +23,7 @@ class About:
     ----------
     step_size : preferred, or only, communication step [s]
     any_step : whether other steps are accepted
+    execution_tool : whether a tool is declared to be needed, for a receiver that wants to be warned of Python
     date : ISO 8601, or None for builds that repeat byte by byte
     """
 
@@ -34,9 +36,36 @@ class About:
     generation_tool: str
     step_size: float
     any_step: bool
+    execution_tool: bool = False
     stop_time: float | None = None
     date: str | None = None
     log_categories: Mapping[str, str] = field(default_factory=dict)
+
+
+def about_component(shell: Any, build: Mapping[str, Any], generation_tool: str) -> About:
+    """Return what the model description of a shell contains apart from its ports.
+
+    Parameters
+    ----------
+    shell : whose class attributes describe it
+    build : facts of the build, where it has them
+    """
+    kind = type(shell)
+    return About(
+        model_name=shell.modelName,
+        guid=shell.guid,
+        description=kind.description,
+        version=str(build.get("version", kind.version)),
+        author=kind.author,
+        license=kind.license,
+        generation_tool=generation_tool,
+        step_size=shell.fixed_step or shell.preferred_step,
+        any_step=shell.fixed_step is None and not shell.equal_steps,
+        execution_tool=bool(build.get("needs_execution_tool", False)),
+        stop_time=shell.stop_time,
+        date=build_date(),
+        log_categories=shell.log_categories,
+    )
 
 
 def build_date() -> str | None:
@@ -79,7 +108,8 @@ def model_description(table: PortTable, about: About) -> Element:
 def _capabilities(about: About) -> dict[str, str]:
     return {
         "modelIdentifier": about.model_name,
-        "needsExecutionTool": "true",  # a Python with numpy
+        # The model itself is in the FMU: Python is a library that it needs, as externalDependencies.txt says.
+        "needsExecutionTool": _text(about.execution_tool),
         "canHandleVariableCommunicationStepSize": _text(about.any_step),
         "canInterpolateInputs": "false",
         "canBeInstantiatedOnlyOncePerProcess": "false",

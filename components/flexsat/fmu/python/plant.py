@@ -66,6 +66,11 @@ class Plant(ComponentSlave):
         limits = self.value("wheel.friction_torque")
         self._friction = bearing_friction.prepare(self._plant, limits) if limits.any() else None
 
+    def follow_inputs(self) -> None:
+        """Compute the accelerations with the present inputs."""
+        outputs = plant.feed_through(self._plant, self.state, self._inputs, self._friction)
+        np.copyto(self._shown, outputs.flat)
+
     def evaluate(self) -> None:
         """Compute the telemetry."""
         telemetry = plant.telemetry(self._plant, self.state)

@@ -5,9 +5,10 @@ gaps, and the BLAKE2b digest, 16 bytes, of all before it: damaged bytes are refu
 is `{"component": GUID, "layout": 2, "values": {name: [type, shape], ...}}` with numpy's names of types, byte order
 included (`<f8`). A number is an array of shape []; a text is the bytes of its UTF-8.
 
-Names: `life_cycle.phase`, `life_cycle.experiment`, `life_cycle.time`, `life_cycle.started` and `life_cycle.stale`
-(numbers); `ports.real`, `ports.integer` and `ports.boolean`, each in the order of value references; `ports.string`, the
-texts in that order, each ended by a zero byte; and `state.<name>`, the model's own (flexsat.runtime.named_state).
+Names: `life_cycle.phase`, `life_cycle.experiment`, `life_cycle.time`, `life_cycle.step`, `life_cycle.started`,
+`life_cycle.stale` and `life_cycle.inputs_set` (numbers); `ports.real`, `ports.integer` and `ports.boolean`, each in the
+order of value references; `ports.string`, the texts in that order, each ended by a zero byte; and `state.<name>`, the
+model's own (flexsat.runtime.named_state).
 """
 
 from __future__ import annotations

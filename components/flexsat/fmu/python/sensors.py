@@ -21,20 +21,21 @@ class Sensors(ComponentSlave):
 
     description = "Sensors with noise and sampling, and the jitter that the wheels cause"
     step_parameter = "step_size"
+    equal_steps = True
     stop_time = RUN_DURATION
 
     def ports(self) -> Sequence[Port]:
         """Return the ports; their sizes are those of the model in the resources."""
         model = load_matrices(self.resource(MODEL_FILE), SensorMatrices)
-        self.fixed_step = model.step_size
+        self.preferred_step = model.step_size
         return interface.ports(model)
 
     def start(self) -> None:
-        """Sample the filter, and make the state."""
-        model = load_matrices(self.resource(MODEL_FILE), SensorMatrices, as_published=self.value("as_published"))
-        parameters = interface.parameters(model, self.value)
-        self.fixed_step = parameters.step
-        self._sensors = self.in_use(sensors.prepare(parameters))
+        """Sample the filter for step_size, and make the state."""
+        path = self.resource(MODEL_FILE)
+        self._matrices = load_matrices(path, SensorMatrices, as_published=self.value("as_published"))
+        self.fixed_step = self.value("step_size") or None
+        self._sensors = self.in_use(sensors.prepare(interface.parameters(self._matrices, self.value)))
         self.state = sensors.init(self._sensors)
         names = ("attitude.quaternion", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.speed",
                  "wheel.angle")  # fmt: skip
@@ -52,6 +53,10 @@ class Sensors(ComponentSlave):
             encoder_angle=self._port("encoder.angle", self.state.outputs.encoder_angle),
             wrench=wrench,
         )
+
+    def first_step(self, step: float) -> None:
+        """Sample the filter for steps of this length."""
+        self._sensors = self.in_use(sensors.prepare(interface.parameters(self._matrices, self.value, step)))
 
     def advance(self, _time: float, _step: float, /) -> None:
         """Sample the inputs now; the outputs hold from now on."""

@@ -13,7 +13,7 @@ from .call_order import Phase
 from .port_values import PortValues
 
 BUFFERS_REFERENCE, REFUSAL_REFERENCE = 0x7FFFFFF0, 0x7FFFFFF1
-READ, WRITE, ON_DEMAND = 1, 2, 4
+READ, WRITE, ON_DEMAND, FOLLOWS = 1, 2, 4, 8
 
 
 class SharedBuffers:
@@ -29,7 +29,8 @@ class SharedBuffers:
     def __init__(self, values: PortValues, feeds_on_demand: bool) -> None:
         self._values = values
         self._access = {kind: self._bits(kind, feeds_on_demand) for kind in ("real", "boolean")}
-        self._control = np.zeros(4, dtype=np.int32)  # access, outcome, checking, phase: `Control` of the shim
+        # access, outcome, checking, phase, inputs set: `Control` of the shim
+        self._control = np.zeros(5, dtype=np.int32)
 
     def _bits(self, kind: Kind, feeds_on_demand: bool) -> np.ndarray[tuple[int], np.dtype[np.uint8]]:
         bits = np.full(len(self._values.arrays[kind]), READ, dtype=np.uint8)
@@ -40,6 +41,8 @@ class SharedBuffers:
                 bits[self._values.table.span(port.name)] |= WRITE
             if port.on_demand:
                 bits[self._values.table.span(port.name)] |= ON_DEMAND
+            if port.follows_inputs:
+                bits[self._values.table.span(port.name)] |= FOLLOWS
         return bits
 
     def enter(self, phase: Phase) -> None:
@@ -56,8 +59,17 @@ class SharedBuffers:
         """Whether a state that is set is to be examined only."""
         return bool(self._control[2])
 
+    @property
+    def inputs_set(self) -> bool:
+        """Whether values were set since the outputs that follow inputs were computed; the shim notes it too."""
+        return bool(self._control[4])
+
+    def note_inputs(self, is_set: bool) -> None:
+        """Note whether values were set since the outputs that follow inputs were computed."""
+        self._control[4] = is_set
+
     def layout(self, guid: str, present: int) -> str:
-        """Return what the shim parses: counts, addresses and first references, which stay the same for the life of the object.
+        """Return what the shim parses: counts, addresses, first references, the same for the life of the object.
 
         Parameters
         ----------

@@ -227,7 +227,7 @@ def _needs_python(fmu: FmuArchive, who: str, count: int, text: str, notes: Notes
     faults = []
     if not re.search("python", text, re.I):
         faults.append(f"{EXTERNAL[0]} does not say so")
-    if not fmu.model.can("needsExecutionTool"):
+    if faults and not fmu.model.can("needsExecutionTool"):  # FMI means it for an FMU without the model itself
         faults.append("needsExecutionTool is not true")
     if faults:
         notes.warning(f"{what}; {' and '.join(faults)}")

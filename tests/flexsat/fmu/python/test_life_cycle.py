@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from flexsat.fmu.python.life_cycle import ComponentSlave
+from flexsat.fmu.python.port_values import Refused
 from flexsat.ports.table import Port
 
 
@@ -249,9 +250,9 @@ def test_a_saved_state_is_a_copy_and_makes_a_failed_instance_usable(toy):
 
 
 def test_messages_are_safe_for_printf_and_for_the_encoding_of_the_wrapper(toy):
-    toy._log_error("50 % of \udc80\0 done")
+    toy._fail("doStep", Refused("50 % of \udc80\0 done"))
 
-    assert messages(toy) == ["50 %% of \\udc80 done"]
+    assert messages(toy) == ["doStep: 50 %% of \\udc80 done"]
 
 
 def test_a_missing_resource_is_named(tmp_path):

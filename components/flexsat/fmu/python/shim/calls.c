@@ -97,26 +97,29 @@ static fmi2Status examine(Instance *instance, const char *call, const char *kind
     int foreign = 0;                                                                                                   \
     if ((status = examine(instance, call, kind, first, count, vr, n, values, &foreign)) != fmi2OK) return status
 
-/* Return whether all references allow `access`; `on_demand` becomes one that has to be computed first, if any. */
+/* Return whether all references allow `access`; `pending` become those that have to be computed first, if any: one on
+   demand, and one that follows inputs which were set. */
 static int allowed(const Instance *instance, const Buffer *buffer, fmi2ValueReference first,
-                   const fmi2ValueReference vr[], size_t n, int access, const fmi2ValueReference **on_demand) {
+                   const fmi2ValueReference vr[], size_t n, int access, const fmi2ValueReference *pending[2]) {
     if (!(instance->control->access & access)) return 0;
     for (size_t k = 0; k < n; k++) {
         const unsigned char bits = buffer->access[vr[k] - first];
         if (!(bits & access)) return 0;
-        if (bits & ON_DEMAND) *on_demand = &vr[k];
+        if (bits & ON_DEMAND) pending[0] = &vr[k];
+        if (bits & FOLLOWS && instance->control->inputs_set) pending[1] = &vr[k];
     }
     return 1;
 }
 
 EXPORTED fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
     EXAMINE("getReal", "real", instance->first.reals, instance->reals.count);
-    const fmi2ValueReference first = instance->first.reals, *on_demand = NULL;
-    if (foreign || !allowed(instance, &instance->reals, first, vr, n, READ, &on_demand))
+    const fmi2ValueReference first = instance->first.reals, *pending[2] = {NULL, NULL};
+    if (foreign || !allowed(instance, &instance->reals, first, vr, n, READ, pending))
         CALL(fmi2GetReal, vr, n, values);
-    if (on_demand) { /* Python computes all of them when one is asked for */
+    for (int k = 0; k < 2; k++) { /* Python computes all of a kind when one is asked for */
         fmi2Real computed;
-        status = outcome(instance, wrapper.fmi2GetReal(instance->wrapped, on_demand, 1, &computed));
+        if (!pending[k]) continue;
+        status = outcome(instance, wrapper.fmi2GetReal(instance->wrapped, pending[k], 1, &computed));
         if (status > fmi2Warning) return status;
     }
     const fmi2Real *all = (const fmi2Real *)instance->reals.values;
@@ -126,19 +129,20 @@ EXPORTED fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], 
 
 EXPORTED fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
     EXAMINE("setReal", "real", instance->first.reals, instance->reals.count);
-    const fmi2ValueReference first = instance->first.reals, *on_demand = NULL;
-    int shared = !foreign && allowed(instance, &instance->reals, first, vr, n, WRITE, &on_demand);
+    const fmi2ValueReference first = instance->first.reals, *pending[2] = {NULL, NULL};
+    int shared = !foreign && allowed(instance, &instance->reals, first, vr, n, WRITE, pending);
     for (size_t k = 0; shared && k < n; k++) shared = isfinite(values[k]); /* Python refuses it, by name */
     if (!shared) CALL(fmi2SetReal, vr, n, values);
     fmi2Real *all = (fmi2Real *)instance->reals.values;
     for (size_t k = 0; k < n; k++) all[vr[k] - first] = values[k];
+    instance->control->inputs_set = 1;
     return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean values[]) {
     EXAMINE("getBoolean", "boolean", instance->first.booleans, instance->booleans.count);
-    const fmi2ValueReference first = instance->first.booleans, *on_demand = NULL;
-    if (foreign || !allowed(instance, &instance->booleans, first, vr, n, READ, &on_demand) || on_demand)
+    const fmi2ValueReference first = instance->first.booleans, *pending[2] = {NULL, NULL};
+    if (foreign || !allowed(instance, &instance->booleans, first, vr, n, READ, pending) || pending[0])
         CALL(fmi2GetBoolean, vr, n, values);
     for (size_t k = 0; k < n; k++) values[k] = instance->booleans.values[vr[k] - first] != 0;
     return fmi2OK;
@@ -147,8 +151,8 @@ EXPORTED fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[
 EXPORTED fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                    const fmi2Boolean values[]) {
     EXAMINE("setBoolean", "boolean", instance->first.booleans, instance->booleans.count);
-    const fmi2ValueReference first = instance->first.booleans, *on_demand = NULL;
-    if (foreign || !allowed(instance, &instance->booleans, first, vr, n, WRITE, &on_demand))
+    const fmi2ValueReference first = instance->first.booleans, *pending[2] = {NULL, NULL};
+    if (foreign || !allowed(instance, &instance->booleans, first, vr, n, WRITE, pending))
         CALL(fmi2SetBoolean, vr, n, values);
     for (size_t k = 0; k < n; k++) instance->booleans.values[vr[k] - first] = values[k] != 0;
     return fmi2OK;

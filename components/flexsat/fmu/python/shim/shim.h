@@ -21,15 +21,16 @@ __asm__(".symver memcpy,memcpy@GLIBC_2.2.5");
 #define BUFFERS_REFERENCE 0x7ffffff0u
 #define REFUSAL_REFERENCE 0x7ffffff1u
 
-enum { READ = 1, WRITE = 2, ON_DEMAND = 4 };
+enum { READ = 1, WRITE = 2, ON_DEMAND = 4, FOLLOWS = 8 };
 enum { INSTANTIATED = 1, INITIALIZING, STEPPING, TERMINATED, FAILED };
 
-/* Shared with the model, which writes all but `checking`. */
+/* Shared with the model, which writes all but `checking`; both write `inputs_set`. */
 typedef struct {
     int access;   /* READ and WRITE: what needs no Python now */
     int outcome;  /* the status of the last call, where the wrapper cannot return it */
     int checking; /* not 0: a state that is set is examined, and not set */
     int phase;    /* of the life cycle */
+    int inputs_set; /* not 0: since outputs that follow inputs were computed */
 } Control;
 
 typedef struct {
