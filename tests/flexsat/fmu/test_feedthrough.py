@@ -102,7 +102,7 @@ from session import argument
 description = fmpy.read_model_description(argument(0))
 claimed = {u.variable.name: {d.name for d in u.dependencies} for u in description.outputs}
 port = lambda name: name.partition("[")[0]
-through, later = set(), set()
+through, later, at_once = set(), set(), set()  # at_once: by setting and reading alone, without a step
 with Driven(argument(0)) as one:
     one.initialize()
     one.drive(0, 20)
@@ -114,12 +114,23 @@ with Driven(argument(0)) as one:
         one.fmu.doStep(0.02, h)
         assert not one.messages, one.messages
         return one.fmu.getReal(references)
-    usual = {}
+    usual, still = {}, one.fmu.getReal(references)
     for h in (1e-3, 1e-4):
         one.fmu.setFMUState(state)
         usual[h] = step(h)
     for v in one.of["input", "Real"]:
         change = {}
+        one.fmu.setFMUState(state)
+        (before,) = one.fmu.getReal([v.valueReference])
+        one.fmu.setReal([v.valueReference], [before + 0.3])
+        for output, was, now in zip(outputs, still, one.fmu.getReal(references)):
+            if abs(now - was) >= 1e-9 * max(1.0, abs(was)):
+                assert v.name in claimed[output.name], (output.name, v.name)
+                at_once.add((port(output.name), port(v.name)))
+            else:
+                assert output.name.startswith("accelerometer") or was == now, output.name
+        one.fmu.setReal([v.valueReference], [before])
+        assert one.fmu.getReal(references) == still, v.name
         for h in (1e-3, 1e-4):
             one.fmu.setFMUState(state)
             (before,) = one.fmu.getReal([v.valueReference])
@@ -139,6 +150,7 @@ with Driven(argument(0)) as one:
     one.fmu.freeFMUState(state)
 declared = {(port(o), port(i)) for o in claimed for i in claimed[o]}
 # a torque about z turns the body about z, and what lies off that axis senses along it
+assert at_once == through, at_once ^ through
 assert declared - through == {("accelerometer_site.acceleration", "jitter.torque_z")}, declared - through
 assert {o for o, _ in later} >= {"rate", "wheel.speed", "gyro_site.rate", "energy", "angular_momentum"}, later
 """

@@ -50,7 +50,10 @@ CONTROLLER = ComponentText(
         ),
     ),
     timing=(
-        "The step is fixed: 5 ms, which the gains were designed for. Any other step is refused.",
+        "It samples every 5 ms, which the gains were designed for, first in its first step. All steps are equally long:"
+        " 5 ms, or a whole fraction of it in a host with one rate, such as 1 ms; then the outputs hold from one sample"
+        " to the next, and inputs between samples are not read. Any other step is refused: a longer one would leave out"
+        " samples.",
         "doStep(t, h) reads the inputs at t; its outputs hold from t on. wheel.torque depends on the measurements of"
         " the same t (feedthrough). For a loop without delay, step it after the sensors and before the plant in the"
         " same instant.",

@@ -78,8 +78,9 @@ PLANT = ComponentText(
         "Any step > 0 is accepted; steps need not be equal. 1 ms is recommended. A new step length costs a few"
         " milliseconds the first time; the last eight are kept ready.",
         "doStep(t, h) holds the inputs over [t, t+h). The outputs are true at t+h; after initialisation they are"
-        " true at the start time. accelerometer_site.acceleration at t+h is computed with the inputs that were held"
-        " over the step: it is its only feedthrough, everything else follows from the state.",
+        " true at the start time. accelerometer_site.acceleration jumps with the inputs, the only direct feedthrough:"
+        " read after a step it is that with the inputs held over the step, and read after inputs were set, without a"
+        " step, that with the new ones. Everything else follows from the state.",
         "The linear structure is carried by its matrix exponential, exact for any step. The gyroscopic and momentum"
         " terms are evaluated once, at a predicted mid-step: second order in the step. At 5 ms the step is stable up"
         " to body rates of 0.2 rad/s, at 1 ms up to 0.5 rad/s. A motion that diverges is an error, not a number.",

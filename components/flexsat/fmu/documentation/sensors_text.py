@@ -46,8 +46,9 @@ SENSORS = ComponentText(
         ),
     ),
     timing=(
-        "The step is fixed: step_size, a parameter. Any other step is refused. fast_period is a"
-        " whole multiple of it, and star_tracker.period one of fast_period.",
+        "All steps are equally long: as the first one, or as step_size where that parameter is set. fast_period is a"
+        " whole multiple of the step, and star_tracker.period one of fast_period: with the stock periods steps of"
+        " 5 ms, 2.5 ms, 1 ms and so on. Any other step is refused.",
         "doStep(t, h) reads the inputs at t; its outputs hold from t on. A host that reads them after the step, at"
         " t+h, sees what was measured at t. To close a loop without delay, step the sensors first, then the"
         " controller, then the plant, and set the plant's outputs, true at t, as the sensors' inputs before"
