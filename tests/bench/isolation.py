@@ -137,7 +137,10 @@ def main(steps: int) -> None:
             print_row(name, *ways, len(chosen))
         pairs(next(component for component in components if component.kind == "continuous"), steps)
         working = Component(
-            name="those that work 500 us", source=working_fmu(Path(folder, "working")), period=10_000_000
+            name="those that work 500 us",
+            source=working_fmu(Path(folder, "working")),
+            period=10_000_000,
+            kind="sampled",
         )
         pairs(working, steps)
         runs(load_system(Path(folder, CONFIGURATION, f"{SCENARIO}.ssd")), Path(folder, "run"))

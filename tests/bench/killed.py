@@ -50,7 +50,10 @@ class Bench:
         self.temporary = folder / "temporary"
         self.temporary.mkdir()
         fmu = wanderer(folder, "good")
-        parts = tuple(Component(name=n, source=fmu, period=MS, isolated=False, parameters=START) for n in ("a", "b"))
+        parts = tuple(
+            Component(name=n, source=fmu, period=MS, kind="sampled", isolated=False, parameters=START)
+            for n in ("a", "b")
+        )
         wires = tuple(
             Connection(from_component=one, output="y", to_component=other, input="u", delay=1)
             for one, other in ("ab", "ba")

@@ -44,8 +44,8 @@ class Silent:
 
 def main():
     parts = [
-        Component(name="sensors", source=Path("none"), period=MS),
-        Component(name="control", source=Path("none"), period=5 * MS),
+        Component(name="sensors", source=Path("none"), period=MS, kind="sampled"),
+        Component(name="control", source=Path("none"), period=5 * MS, kind="sampled"),
         Component(name="plant", source=Path("none"), period=MS, kind="continuous"),
     ]
     ends = [Connection(from_component=p, output="y", to_component=c, input=p, delay=d) for p, c, _, d in WIRES]

@@ -100,7 +100,9 @@ def write_ring(folder: Path, count: int, width: int) -> Path:
     system = System(
         name="ring",
         tick=TICK,
-        components=tuple(Component(name=name, source=fmu, period=TICK, isolated=False) for name in names),
+        components=tuple(
+            Component(name=name, source=fmu, period=TICK, kind="sampled", isolated=False) for name in names
+        ),
         connections=tuple(
             Connection(from_component=a, output=f"y[{k + 1}]", to_component=b, input=f"u[{k + 1}]", delay=1)
             for a, b in zip(names, names[1:] + names[:1], strict=True)

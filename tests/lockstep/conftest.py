@@ -32,9 +32,14 @@ def loop(toys: Path) -> System:
         tick=MS,
         stop_time=10 * MS,
         components=(
-            Component(name="counter", source=toys / "toy_counter.fmu", period=MS, isolated=False),
+            Component(name="counter", source=toys / "toy_counter.fmu", period=MS, kind="sampled", isolated=False),
             Component(
-                name="echo", source=toys / "toy_echo.fmu", period=5 * MS, parameters={"u[2]": 7.0}, isolated=False
+                name="echo",
+                source=toys / "toy_echo.fmu",
+                period=5 * MS,
+                kind="sampled",
+                parameters={"u[2]": 7.0},
+                isolated=False,
             ),
             Component(
                 name="plant",

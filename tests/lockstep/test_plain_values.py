@@ -68,14 +68,14 @@ def test_times_of_numpy_are_exact(time):
 
 
 def test_systems_made_with_numbers_of_numpy_hold_plain_ones():
-    part = Component(name="a", source=Path("a.fmu"), period=np.int64(1000), offset=np.int32(10))
+    part = Component(name="a", source=Path("a.fmu"), period=np.int64(1000), kind="sampled", offset=np.int32(10))
     ends = {"from_component": "a", "output": "y", "to_component": "a", "input": "u"}
     wire = Connection(**ends, delay=np.int64(1), factor=np.float64(2))
     system = System(name="s", tick=np.int64(10), components=(part,), connections=(wire,), stop_time=np.uint32(2000))
     values = [part.period, part.offset, wire.delay, wire.factor, wire.offset, system.tick, system.stop_time]
     assert [type(value) for value in values] == [int, int, int, float, float, int, int]
     with pytest.raises(InputError, match=r"a: period \[ns\]: 0\.5 must be a whole number"):
-        Component(name="a", source=Path("a.fmu"), period=0.5)
+        Component(name="a", source=Path("a.fmu"), period=0.5, kind="sampled")
     with pytest.raises(InputError, match=r"a\.y -> a\.u: factor: None cannot be kept"):
         Connection(**ends, factor=None)
 

@@ -44,7 +44,12 @@ def test_what_an_fmu_prints_does_not_get_into_results_of_a_program_without_stand
     ]
     done = subprocess.run(["sh", "-c", '"$@" <&- >&- 2>&-', "sh", *run], check=False, timeout=60)
     component = Component(
-        name="talkative", source=path, period=STEP, isolated=False, parameters={"level": 1.0, "rate": 1.0}
+        name="talkative",
+        source=path,
+        period=STEP,
+        kind="sampled",
+        isolated=False,
+        parameters={"level": 1.0, "rate": 1.0},
     )
     simulate(System(name="open", tick=STEP, components=(component,), stop_time=10 * STEP), tmp_path / "open")
 

@@ -318,7 +318,7 @@ def test_faults_are_listed_and_marked(runs, report, open_page, tmp_path):
 def test_another_system_gets_a_report_without_spacecraft_sections(tmp_path, flexsat, open_page):
     slaves = ROOT / "tests" / "lockstep" / "slaves" / "build.py"
     subprocess.run([sys.executable, str(slaves), str(tmp_path)], check=True, capture_output=True)
-    counter = Component(name="counter", source=tmp_path / "toy_counter.fmu", period=1_000_000)
+    counter = Component(name="counter", source=tmp_path / "toy_counter.fmu", period=1_000_000, kind="sampled")
     write_ssd(System(name="foreign", tick=1_000_000, stop_time=500_000_000, components=(counter,), connections=(),
                      record=("all",)), tmp_path / "foreign.ssd")  # fmt: skip
     ran = subprocess.run(

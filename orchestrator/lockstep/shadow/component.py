@@ -69,6 +69,7 @@ def with_shadow(
             source=fmu.absolute(),
             period=period,
             offset=original.offset,
+            kind="sampled",
             adapter=adapter,
             stands_for=(original.stands_for or original) if adapter else None,
         ),

@@ -44,13 +44,13 @@ def declared_steps(element: Element, name: str) -> DeclaredSteps:
     own = annotation(element, "Component", name, ("period", "offset", "kind", "isolated", "tolerance"))
     if own is None:
         return DeclaredSteps(hint=hint)
-    kind = own.get("kind", "sampled")
-    if kind not in ("sampled", "continuous"):
+    kind = own.get("kind")
+    if kind not in (None, "sampled", "continuous"):
         raise InputError(f"{name}: kind {kind!r} must be sampled or continuous")
     return DeclaredSteps(
         period=positive_nanoseconds(own.attrib["period"], f"{name}: period") if "period" in own.attrib else None,
         offset=nanoseconds(own.get("offset", "0"), f"{name}: offset"),
-        kind="continuous" if kind == "continuous" else "sampled",
+        kind=kind,
         isolated=flag(own, "isolated", name),
         tolerance=_number(own, "tolerance", name),
         annotated=True,

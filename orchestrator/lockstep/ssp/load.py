@@ -152,14 +152,14 @@ class _Assembly:
 
     def _component(self, leaf: Leaf, values: Mapping[str, tuple[Value, Unit | None]], period: int) -> Component:
         name = leaf.path
-        steps, description = self._steps(leaf)
+        steps, _ = self._steps(leaf)
         declared = {port.name: port.unit for port in leaf.ports.values() if port.unit is not None}
         return Component(
             name=name,
             source=leaf.source,
             period=period,
             offset=steps.offset,
-            kind=self.timing.kind_of(name, steps, description),
+            kind=self.timing.kind_of(name, steps),
             parameters={key: value for key, (value, _) in values.items()},
             units=declared | {key: unit for key, (_, unit) in values.items() if unit is not None},
             connectors=tuple(

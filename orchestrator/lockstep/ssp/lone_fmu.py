@@ -18,9 +18,7 @@ def lone_fmu(path: Path, timing: Timing) -> System:
     description = read_description(component)
     warnings: list[str] = []
     period = timing.periods_of({name: (DeclaredSteps(), description)}, warnings)[name]
-    component = Component(
-        name=name, source=path, period=period, kind=timing.kind_of(name, DeclaredSteps(), description)
-    )
+    component = Component(name=name, source=path, period=period, kind=timing.kind_of(name, DeclaredSteps()))
     system = System(
         name=name,
         tick=timing.tick_of(None, [period]),

@@ -5,8 +5,8 @@ SSP defines none of them. The first of these sources that has a value is used:
 - period: the command line for this component, the command line for all, the file's annotation, the StepSizeHint of
   the Open Simulation Platform, the step of its master or of OMSimulator's in the file, the FMU's default step size, the
   smallest step of the other components, 1 ms; the last two with a warning;
-- kind: the command line, the file's annotation, the FMU: with discrete outputs alone it is sampled, and its outputs
-  hold from the start of the step on; otherwise it is continuous: in FMI, outputs are true at the end of a step;
+- kind: the command line, the file's annotation; otherwise continuous, whatever the variability of the outputs: in FMI,
+  they are true at the end of a step. Those of a sampled component hold from the start of its step on;
 - delay of a connection: the command line, the file's annotation, the newest value available: that of the same tick from
   a sampled component, that of one tick ago, which is true now, from a continuous one;
 - tick: the file's annotation, the command line, the greatest time of which all periods and offsets are multiples.
@@ -54,8 +54,7 @@ class Timing:
 
     def needs_description(self, name: str, steps: DeclaredSteps) -> bool:
         """Return whether the description of the FMU is needed."""
-        known = steps.period or steps.hint or self.period or self.periods.get(name)
-        return known is None or (steps.kind is None and name not in self.kinds)
+        return (steps.period or steps.hint or self.period or self.periods.get(name)) is None
 
     def period_of(self, name: str, steps: DeclaredSteps, description: Description | None) -> int | None:
         """Return the period of a component [ns], None if nothing gives it, or raise InputError."""
@@ -85,13 +84,9 @@ class Timing:
             )
         return {name: default if period is None else period for name, period in found.items()}
 
-    def kind_of(self, name: str, steps: DeclaredSteps, description: Description | None) -> Kind:
+    def kind_of(self, name: str, steps: DeclaredSteps) -> Kind:
         """Return the kind: whether outputs hold from the start of a step on, or are true at its end."""
-        kind = self.kinds.get(name) or steps.kind
-        if kind is not None:
-            return kind
-        outputs = [] if description is None else [v for v in description.variables.values() if v.causality == "output"]
-        return "sampled" if outputs and all(v.variability == "discrete" for v in outputs) else "continuous"
+        return self.kinds.get(name) or steps.kind or "continuous"
 
     def delay_of(self, declared: int | None, producer: Kind) -> int:
         """Return the delay of a connection [ticks]."""

@@ -44,7 +44,7 @@ class Component:
     source: Path  # the FMU; inside `archive`, if there is one
     period: int  # [ns]
     offset: int = 0  # [ns]
-    kind: Kind = "sampled"
+    kind: Kind = "continuous"  # as FMI defines outputs; nothing in an FMU says otherwise
     parameters: Mapping[str, Value] = field(default_factory=dict)
     units: Mapping[str, Unit] = field(default_factory=dict)
     connectors: tuple[Connector, ...] | None = None

@@ -16,7 +16,7 @@ from lockstep.__main__ import main as lockstep
 def system(tmp_path_factory):
     """Return a system whose plant has a seed."""
     folder = tmp_path_factory.mktemp("system")
-    plant = Component(name="plant", source=wanderer(folder, "plant"), period=1_000_000, isolated=False,
+    plant = Component(name="plant", source=wanderer(folder, "plant"), period=1_000_000, kind="sampled", isolated=False,
                       parameters={"u": 0.0, "offset": 0.0, "number": 0, "flag": False})  # fmt: skip
     write_ssd(System(name="loop", tick=1_000_000, stop_time=5_000_000, components=(plant,), connections=()),
               folder / "loop.ssd")  # fmt: skip

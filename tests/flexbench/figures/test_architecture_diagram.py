@@ -82,7 +82,7 @@ def test_architecture_shows_a_delay_in_place(system: System, words: Any):
 def test_architecture_draws_any_system(crowded: Any, words: Any):
     offsets = {"a": 0, "b": 0, "c": 1_000_000, "lone": 0}
     components = tuple(
-        Component(name=name, source=Path(f"{name}.fmu"), period=2_000_000, offset=offset)
+        Component(name=name, source=Path(f"{name}.fmu"), period=2_000_000, kind="sampled", offset=offset)
         for name, offset in offsets.items()
     )
     ends = (("a", "y", "b", 0), ("a", "z", "b", 2), ("a", "y", "c", 0), ("c", "y", "a", 2), ("b", "y", "b", 1))

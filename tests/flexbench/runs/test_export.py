@@ -220,7 +220,12 @@ def test_strings_and_64_bit_integers_are_exported_exactly(reference_fmu, tmp_pat
     flags = {v.name: False for v in fmu.variables.values() if v.causality == "input" and v.type == "Boolean"}
     given = {v.name: 0 for v in fmu.variables.values() if v.causality == "input"} | texts | flags | values
     part = Component(
-        name="one", source=reference_fmu("feedthrough", "3.0"), period=10**7, parameters=given, isolated=False
+        name="one",
+        source=reference_fmu("feedthrough", "3.0"),
+        period=10**7,
+        kind="sampled",
+        parameters=given,
+        isolated=False,
     )
     simulate(System(name="s", tick=10**7, stop_time=3 * 10**7, components=(part,)), tmp_path / "run")
 

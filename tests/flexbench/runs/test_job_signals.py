@@ -22,7 +22,9 @@ START = {"u": 0.0, "offset": 0.0, "number": 0, "flag": False}
 def system(tmp_path_factory):
     """Return a system file of one FMU, isolated."""
     folder = tmp_path_factory.mktemp("system")
-    part = Component(name="a", source=wanderer(folder, "good"), period=1_000_000, isolated=True, parameters=START)
+    part = Component(
+        name="a", source=wanderer(folder, "good"), period=1_000_000, kind="sampled", isolated=True, parameters=START
+    )
     write_ssd(System(name="one", tick=1_000_000, stop_time=10**14, components=(part,), connections=()),
               folder / "one.ssd")  # fmt: skip
     return folder / "one.ssd"

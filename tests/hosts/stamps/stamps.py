@@ -55,6 +55,7 @@ def stamps_package(fmu: Path, fast: int, slow: int) -> Path:
                 name=name,
                 source=fmu,
                 period=period,
+                kind="sampled",
                 parameters={} if name.endswith("reader") else {"seen": 0.0},
                 isolated=False,
             )

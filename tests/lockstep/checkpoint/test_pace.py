@@ -99,7 +99,7 @@ def test_a_wrong_pace_is_refused(pace):
 @pytest.fixture(scope="session")
 def sleeper(fmus):
     """Return a system of one FMU that sleeps 30 ms in its fourth step of 10 ms."""
-    part = Component(name="a", source=fmus["good"], period=10 * MS, isolated=False)
+    part = Component(name="a", source=fmus["good"], period=10 * MS, kind="sampled", isolated=False)
     sleeping = {"u": 0.0, "offset": 0.0, "flag": False, "number": 0, "sleep": 0.03, "sleep_at": 4}
     return System(name="sleeper", tick=10 * MS, stop_time=120 * MS, components=(replace(part, parameters=sleeping),))
 

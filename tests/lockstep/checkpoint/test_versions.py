@@ -31,10 +31,10 @@ OTHERS = {"String": "", "Boolean": False}
 def chain(reference_fmu, version):
     """Return a moving integrator, and two feedthroughs of all types with a delay between them."""
     fmu = reference_fmu("feedthrough", version)
-    ports = read_description(Component(name="one", source=fmu, period=STEP)).variables.values()
+    ports = read_description(Component(name="one", source=fmu, period=STEP, kind="sampled")).variables.values()
     values = {v.name: SENT.get(v.name, OTHERS.get(v.scalar, 0)) for v in ports if v.causality == "input"}
     real = "Real_in" if "Real_in" in values else "Float64_in"
-    one = Component(name="one", source=fmu, period=STEP, isolated=False, parameters=values)
+    one = Component(name="one", source=fmu, period=STEP, kind="sampled", isolated=False, parameters=values)
     way = Connection(from_component="one", output="", to_component="two", input="", delay=5)
     wires = [replace(way, output=name.replace("_in", "_out"), input=name) for name in values]
     first = Connection(from_component="moving", output="x", to_component="one", input=real, delay=1)

@@ -20,9 +20,16 @@ def bench(toys: Path) -> System:
         tick=MS,
         stop_time=100 * MS,
         components=(
-            Component(name="counter", source=toys / "toy_counter.fmu", period=MS, isolated=False),
-            Component(name="echo", source=toys / "toy_echo.fmu", period=MS, isolated=False),
-            Component(name="gain", source=toys / "toy_gain.fmu", period=MS, isolated=False, parameters={"gain": 2.0}),
+            Component(name="counter", source=toys / "toy_counter.fmu", period=MS, kind="sampled", isolated=False),
+            Component(name="echo", source=toys / "toy_echo.fmu", period=MS, kind="sampled", isolated=False),
+            Component(
+                name="gain",
+                source=toys / "toy_gain.fmu",
+                period=MS,
+                kind="sampled",
+                isolated=False,
+                parameters={"gain": 2.0},
+            ),
         ),
         connections=tuple(
             Connection(from_component="counter", output=output, to_component=component, input=name)

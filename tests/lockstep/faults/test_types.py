@@ -27,7 +27,7 @@ SENT = {"UInt8_in": 200, "Int8_in": 100, "UInt32_in": 7, "Int64_in": 5, "Float32
 @pytest.mark.parametrize("isolated", [False, True], ids=["inside", "isolated"])
 def test_every_type_has_its_faults(reference_fmu, scenario, tmp_path, isolated):
     source = reference_fmu("feedthrough", "3.0")
-    one = Component(name="one", source=source, period=STEP, isolated=isolated, parameters=dict(SENT))
+    one = Component(name="one", source=source, period=STEP, kind="sampled", isolated=isolated, parameters=dict(SENT))
     variables = read_description(one).variables
     inputs = [v for v in variables.values() if v.causality == "input" and v.scalar is not None]
     items = variables["Enumeration_in"].items
@@ -35,7 +35,7 @@ def test_every_type_has_its_faults(reference_fmu, scenario, tmp_path, isolated):
     zero = {"Boolean": False, "String": "", "Real": 0.0}
     for v in inputs:
         one.parameters.setdefault(v.name, int(v.start) if v.items else zero.get(v.type, 0))
-    two = Component(name="two", source=source, period=STEP, isolated=isolated)
+    two = Component(name="two", source=source, period=STEP, kind="sampled", isolated=isolated)
     connections = tuple(
         Connection(from_component="one", output=v.name.replace("_in", "_out"), to_component="two", input=v.name)
         for v in inputs

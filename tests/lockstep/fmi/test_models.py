@@ -173,6 +173,7 @@ def test_end_or_failure_is_one_line_and_earlier_steps_are_kept(reference_fmu, tm
         name="stair",
         source=reference_fmu("stair", version),
         period=STEP,
+        kind="sampled",
         parameters={"mode": mode, "at": 5 if mode else -1},
         isolated=isolated,
     )
@@ -200,7 +201,7 @@ ENDED = {
 def test_a_regular_end_completes_the_run_with_its_last_row(reference_fmu, tmp_path, version, mode, isolated):
     """The end comes instead of the 11th step, or after the 5th; a continuous reader sees all values before it."""
     stair = Component(
-        name="stair", source=reference_fmu("stair", version), period=STEP, isolated=isolated,
+        name="stair", source=reference_fmu("stair", version), period=STEP, kind="sampled", isolated=isolated,
         parameters={"mode": mode, "at": 5 if mode else -1},
     )  # fmt: skip
     reader = Component(

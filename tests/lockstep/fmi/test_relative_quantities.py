@@ -44,7 +44,15 @@ def case(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("relative")
     fmus = [in_unit(folder / unit, unit, request.param) for unit in UNIT]
     warm, cold = (
-        Component(name=name, source=fmu, period=STEP, isolated=False, parameters={"p": value}, units={"p": UNITS["K"]})
+        Component(
+            name=name,
+            source=fmu,
+            period=STEP,
+            kind="sampled",
+            isolated=False,
+            parameters={"p": value},
+            units={"p": UNITS["K"]},
+        )
         for name, fmu, value in zip(("warm", "cold"), fmus, (5.0, 2.0), strict=True)
     )
     wires = (

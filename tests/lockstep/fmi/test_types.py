@@ -71,7 +71,7 @@ def two(reference_fmu):
     def made(connections, isolated=False, more=(), **parameters):
         fed = {connection.input for connection in connections}
         one = Component(
-            name="one", source=reference_fmu("feedthrough", "3.0"), period=STEP, isolated=isolated,
+            name="one", source=reference_fmu("feedthrough", "3.0"), period=STEP, kind="sampled", isolated=isolated,
             parameters=inputs(**parameters),
         )  # fmt: skip
         two = replace(one, name="two", parameters={k: v for k, v in inputs().items() if k not in fed})
@@ -224,7 +224,7 @@ def test_text_too_long_for_an_isolated_fmu_is_refused(two, tmp_path):
 def test_binary_values_and_clocks_are_refused(reference, tmp_path):
     binary = '<Binary name="blob" valueReference="900" causality="input"><Start value="00"/></Binary>'
     path = reference.build("integrator", "3.0", tmp_path / "binary", more=binary)
-    part = Component(name="part", source=path, period=STEP, parameters={"u": 0.0})
+    part = Component(name="part", source=path, period=STEP, kind="sampled", parameters={"u": 0.0})
     system = System(name="s", tick=STEP, stop_time=STEP, components=(part,))
     simulate(system, tmp_path / "out")  # not used: it keeps its start value
     with pytest.raises(InputError, match=r"^part\.blob: values of type Binary cannot be set; remove it$"):
@@ -237,7 +237,9 @@ def test_binary_values_and_clocks_are_refused(reference, tmp_path):
 
 
 def test_description_of_fmi_3_lists_array_elements(reference_fmu):
-    description = read_description(Component(name="x", source=reference_fmu("feedthrough", "3.0"), period=STEP))
+    description = read_description(
+        Component(name="x", source=reference_fmu("feedthrough", "3.0"), period=STEP, kind="sampled")
+    )
     matrix = [v for name, v in description.variables.items() if name.startswith("matrix_in")]
 
     assert description.version == "3.0"
@@ -254,4 +256,4 @@ def test_library_for_another_platform_is_refused_with_the_names_of_fmi_3(referen
         for name in good.namelist():
             bad.writestr(name.replace("x86_64-linux", "aarch64-darwin"), good.read(name))
     with pytest.raises(InputError, match="has no binary for x86_64-linux; it has aarch64-darwin"):
-        read_description(Component(name="x", source=tmp_path / "x.fmu", period=STEP))
+        read_description(Component(name="x", source=tmp_path / "x.fmu", period=STEP, kind="sampled"))

@@ -79,7 +79,9 @@ def fmu(tmp_path_factory):
 @pytest.fixture
 def system(fmu):
     """Return two of them, of which the first gives y to the second's u."""
-    first, second = (Component(name=name, source=fmu, period=STEP, isolated=False) for name in ("c", "d"))
+    first, second = (
+        Component(name=name, source=fmu, period=STEP, kind="sampled", isolated=False) for name in ("c", "d")
+    )
     wires = tuple(
         Connection(from_component="c", output=OUTPUTS[p], to_component="d", input=u)
         for p, u in zip(VECTOR, INPUTS, strict=True)
@@ -145,7 +147,7 @@ def test_lists_of_a_fault_and_arrays_of_an_adapter(system, fmu, tmp_path):
 
 
 def test_arrays_of_fmi_3(reference_fmu, tmp_path):
-    part = Component(name="f", source=reference_fmu("feedthrough", "3.0"), period=STEP, isolated=False)
+    part = Component(name="f", source=reference_fmu("feedthrough", "3.0"), period=STEP, kind="sampled", isolated=False)
     given = {"vector_in": [1.0, 2.0, 3.0], "matrix_in": GRID[:, :3], "whole_in": "5,6", "flags_in": "[true, false]"}
     zero = (
         "Float64",

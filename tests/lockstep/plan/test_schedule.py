@@ -96,7 +96,7 @@ def test_a_same_tick_value_of_a_continuous_component_is_refused():
     ],
 )
 def test_period_or_offset_between_ticks_is_refused(period, offset, message):
-    part = Component(name="a", source=Path("none.fmu"), period=period, offset=offset)
+    part = Component(name="a", source=Path("none.fmu"), period=period, kind="sampled", offset=offset)
     with pytest.raises(InputError, match=message):
         build_schedule(system([part]))
 

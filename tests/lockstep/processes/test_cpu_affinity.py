@@ -289,7 +289,9 @@ def test_each_thread_has_its_own_assignment(worker, machine):
 
 
 def test_an_isolated_slave_is_stepped_on_the_core_of_the_master(good, tmp_path):
-    component = Component(name="a", source=good, period=10_000_000, parameters={"level": 1.0, "rate": 1.0})
+    component = Component(
+        name="a", source=good, period=10_000_000, kind="sampled", parameters={"level": 1.0, "rate": 1.0}
+    )
     description = read_description(component)
     with own_thread():
         slave = RemoteSlave(component, description, tmp_path / "a", lambda *_: None)

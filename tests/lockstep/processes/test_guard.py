@@ -86,7 +86,11 @@ def test_a_daemon_ends_where_the_master_is_killed(tmp_path):
 def test_a_daemon_of_an_fmu_ends_with_the_run(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # it runs in a folder there
     part = Component(
-        name="b", source=bad_fmu(tmp_path, "LEAVES_A_DAEMON"), period=STEP, parameters={"level": 1.0, "rate": 1.0}
+        name="b",
+        source=bad_fmu(tmp_path, "LEAVES_A_DAEMON"),
+        period=STEP,
+        kind="sampled",
+        parameters={"level": 1.0, "rate": 1.0},
     )
 
     simulate(System(name="one", tick=STEP, stop_time=10 * STEP, components=(part,)), tmp_path / "out")

@@ -205,7 +205,7 @@ def test_a_value_that_overflows_in_its_conversion_is_refused_with_the_input_and_
     producer, consumer = Toy(0, 0), Toy(1, 1)
     producer.output = lambda _reference, step: 1e3 * (step + (gain == 1e306))
     names = ["c0", "c1"]
-    components = tuple(Component(name=name, source=Path("none.fmu"), period=MS) for name in names)
+    components = tuple(Component(name=name, source=Path("none.fmu"), period=MS, kind="sampled") for name in names)
     link = Link(producer="c0", consumer="c1", delay=0, scalar="Real", sources=(0,), targets=(0,), gains=(gain,),
                 biases=(0.0,))  # fmt: skip
     wire = Connection(from_component="c0", output="y", to_component="c1", input="u")

@@ -20,7 +20,7 @@ START = {"u": 0.0, "offset": 0.0, "number": 0, "flag": False}
 def system(tmp_path_factory):
     """Return a system of one FMU that runs long."""
     fmu = wanderer(tmp_path_factory.mktemp("system"), "good")
-    part = Component(name="a", source=fmu, period=1_000_000, isolated=False, parameters=START)
+    part = Component(name="a", source=fmu, period=1_000_000, kind="sampled", isolated=False, parameters=START)
     return System(name="one", tick=1_000_000, stop_time=10**14, components=(part,), connections=())
 
 

@@ -92,7 +92,10 @@ def test_units_and_start_values_reach_the_fmus(toys, tmp_path, cli):
     from lockstep import Component, Connection, System
 
     values = {"a": {"radians": 0.0, "kelvin": 0.0, "free": 2.5}, "b": {"free": 2.5}}
-    parts = [Component(name=n, source=toys / "toy_angle.fmu", period=MS, parameters=v) for n, v in values.items()]
+    parts = [
+        Component(name=n, source=toys / "toy_angle.fmu", period=MS, kind="sampled", parameters=v)
+        for n, v in values.items()
+    ]
     ends = [("degrees", "radians"), ("celsius", "kelvin")]
     wires = [Connection(from_component="a", output=o, to_component="b", input=i) for o, i in ends]
     write_ssd(System(name="u", tick=MS, components=tuple(parts), connections=tuple(wires)), tmp_path / "u.ssd")

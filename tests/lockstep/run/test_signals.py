@@ -24,7 +24,10 @@ def system(tmp_path_factory):
     """Return a system of one FMU in the process of the master and one in its own."""
     folder = tmp_path_factory.mktemp("system")
     fmu = wanderer(folder, "good")
-    parts = [Component(name=n, source=fmu, period=1_000_000, isolated=n == "b", parameters=START) for n in ("a", "b")]
+    parts = [
+        Component(name=n, source=fmu, period=1_000_000, kind="sampled", isolated=n == "b", parameters=START)
+        for n in ("a", "b")
+    ]
     return System(name="pair", tick=1_000_000, stop_time=10**14, components=tuple(parts), connections=())
 
 

@@ -34,9 +34,11 @@ def fmus(tmp_path_factory):
 @pytest.fixture
 def system(fmus):
     """Return the FMU of FMI 2.0 as `s`, which feeds another one, `reader`; and that of FMI 3.0 as `newer`."""
-    s = Component(name="s", source=fmus[0], period=STEP, parameters={"u": 4.0, "whole": 9}, isolated=False)
-    newer = Component(name="newer", source=fmus[1], period=STEP, parameters={"p": 2.5}, isolated=False)
-    reader = Component(name="reader", source=fmus[0], period=STEP, isolated=False)
+    s = Component(
+        name="s", source=fmus[0], period=STEP, kind="sampled", parameters={"u": 4.0, "whole": 9}, isolated=False
+    )
+    newer = Component(name="newer", source=fmus[1], period=STEP, kind="sampled", parameters={"p": 2.5}, isolated=False)
+    reader = Component(name="reader", source=fmus[0], period=STEP, kind="sampled", isolated=False)
     wire = Connection(from_component="s", output="y", to_component="reader", input="u")
     return System(name="setup", tick=STEP, stop_time=6 * STEP, components=(s, newer, reader), connections=(wire,))
 
@@ -156,6 +158,6 @@ def test_command_line_takes_a_tolerance_for_all_and_for_one(system, tmp_path, ca
 
 
 def test_tolerance_is_refused_where_it_cannot_be_passed(reference_fmu, tmp_path):
-    old = Component(name="old", source=reference_fmu("stair", "1.0"), period=STEP)
+    old = Component(name="old", source=reference_fmu("stair", "1.0"), period=STEP, kind="sampled")
     with pytest.raises(InputError, match=r"^old: tolerance 0.001: FMI 1.0 cannot pass a tolerance; name the others"):
         simulate(System(name="s", tick=STEP, stop_time=STEP, components=(old,)), tmp_path / "out", tolerance=1e-3)

@@ -20,7 +20,9 @@ GAINS = {"one": 2.0, "two": 5.0}
 
 def system(fmu, gain, isolated):
     """Return a system of one FMU with this gain."""
-    part = Component(name="b", source=fmu, period=STEP, parameters={**VALUES, "gain": gain}, isolated=isolated)
+    part = Component(
+        name="b", source=fmu, period=STEP, kind="sampled", parameters={**VALUES, "gain": gain}, isolated=isolated
+    )
     return System(name="one", tick=STEP, stop_time=20 * STEP, components=(part,))
 
 

@@ -91,8 +91,8 @@ def test_shadow_acts_at_its_own_rate_without_a_jump(loop_ssd, toys, tmp_path, cl
 def test_noise_of_the_last_sample_decays_soon_and_a_lasting_difference_slowly():
     name, ms = "y", MS
     plan = Shadow(
-        component=Component(name="shadow", source=Path("x.fmu"), period=2 * ms), period=ms, outputs=(name,),
-        switchover=400 * ms, blend=200 * ms,
+        component=Component(name="shadow", source=Path("x.fmu"), period=2 * ms, kind="sampled"), period=ms,
+        outputs=(name,), switchover=400 * ms, blend=200 * ms,
     )  # fmt: skip
     port = Variable(name=name, reference=0, type="Real", causality="output")
     joined = Joined(name="shadow", variables={name: port}, given=(), acting=(Match(shown=port, shadow=port),), seen=(),
@@ -139,7 +139,14 @@ def tracking(toys, tmp_path):
         tick=MS,
         stop_time=10 * MS,
         components=tuple(
-            Component(name=name, source=toys / f"{fmu}.fmu", period=MS, parameters=starts.get(name, {}), isolated=False)
+            Component(
+                name=name,
+                source=toys / f"{fmu}.fmu",
+                period=MS,
+                kind="sampled",
+                parameters=starts.get(name, {}),
+                isolated=False,
+            )
             for name, fmu in parts.items()
         ),
         connections=(

@@ -17,18 +17,18 @@ GIVEN = {"String": "90°", "Boolean": True}
 @pytest.mark.parametrize("isolated", [False, True], ids=["shared", "isolated"])
 def test_a_shadow_of_all_types_changes_nothing_when_it_takes_over(reference_fmu, tmp_path, isolated):
     fmu = reference_fmu("feedthrough", "3.0")
-    ports = read_description(Component(name="any", source=fmu, period=MS)).variables.values()
+    ports = read_description(Component(name="any", source=fmu, period=MS, kind="sampled")).variables.values()
     inputs = [port for port in ports if port.causality == "input"]
     outputs = [port for port in ports if port.causality == "output"]
     first = Component(
-        name="first", source=fmu, period=MS, isolated=False,
+        name="first", source=fmu, period=MS, kind="sampled", isolated=False,
         parameters={port.name: GIVEN.get(port.type, 3) for port in inputs},
     )  # fmt: skip
     system = System(
         name="pair",
         tick=MS,
         stop_time=8 * MS,
-        components=(first, Component(name="second", source=fmu, period=MS, isolated=False)),
+        components=(first, Component(name="second", source=fmu, period=MS, kind="sampled", isolated=False)),
         connections=tuple(
             Connection(from_component="first", output=output.name, to_component="second", input=entry.name)
             for output, entry in zip(outputs, inputs, strict=True)

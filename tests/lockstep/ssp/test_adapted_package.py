@@ -107,9 +107,9 @@ def folder(tmp_path_factory):
         tick=TICK,
         stop_time=20 * TICK,
         components=(
-            Component(name="controller", source=original, period=TICK, isolated=False,
+            Component(name="controller", source=original, period=TICK, kind="sampled", isolated=False,
                       parameters={f"target[{k}]": 0.1 * k for k in (1, 2, 3)}),
-            Component(name="body", source=body, period=TICK, isolated=False),
+            Component(name="body", source=body, period=TICK, kind="sampled", isolated=False),
         ),
         connections=tuple(
             Connection(from_component=a, output=y, to_component=b, input=u, delay=delay, factor=1.0 + 0.5 * delay)

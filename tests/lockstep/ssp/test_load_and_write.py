@@ -67,7 +67,7 @@ def test_sources_are_relative_and_escaped(loop, tmp_path):
     folder.mkdir()
     fmu = folder / "a b.fmu"
     fmu.write_bytes(loop.components[0].source.read_bytes())
-    system = System(name="s", tick=MS, components=(Component(name="a", source=fmu, period=MS),))
+    system = System(name="s", tick=MS, components=(Component(name="a", source=fmu, period=MS, kind="sampled"),))
     write_ssd(system, tmp_path / "s.ssd")
     assert 'source="fmus%20of%20%C3%A4/a%20b.fmu"' in (tmp_path / "s.ssd").read_text()
     assert load_system(tmp_path / "s.ssd").components[0].source == fmu.resolve()

@@ -12,7 +12,10 @@ from lockstep.cli.command import command
 from lockstep.cli.run_options import folder_name
 from lockstep.cli.timing_options import timing_options
 from lockstep.plan.schedule import build_schedule
+from lockstep.ssp.lone_fmu import lone_fmu
 from lockstep.ssp.step_times import Timing
+from lockstep.system.component import Component
+from lockstep.system.system import System
 
 MS = 1_000_000
 
@@ -58,11 +61,26 @@ def test_fmus_decide_what_the_command_line_leaves_open(load, top):
     parts, delays, tick = facts(load(top, timing_of("--step-size", "counter=0.002", "--step-size", "plant=0.003")))
     assert parts == {
         "counter": (2 * MS, "continuous"),
-        "sub/eager": (5 * MS, "sampled"),
+        "sub/eager": (5 * MS, "continuous"),  # discrete outputs too are true at the end of a step
         "plant": (3 * MS, "continuous"),
     }
-    assert delays == [1, 0]  # the newest value: true now from a continuous component, of this tick from a sampled one
+    assert delays == [1, 1]  # the newest value: the one that is true at the start of the reader's step
     assert tick == MS  # the greatest of which all periods are multiples
+    assert facts(load(top, timing_of("--sampled", "sub/eager")))[1] == [1, 0]  # of this tick from a sampled one
+
+
+def test_discrete_outputs_are_recorded_at_the_end_of_the_step_however_the_system_is_made(load, ssd, eager):
+    alone = lone_fmu(eager, Timing())
+    assert [(c.kind, c.period) for c in alone.components] == [("continuous", 5 * MS)]
+    text = ssd.system("top", ssd.component("eager", eager, "y[1] output"))
+    bare = '<ssc:Annotation type="lockstep"><x:Component xmlns:x="urn:lockstep:1" period="0.005"/></ssc:Annotation>'
+    annotated = text.replace("</ssd:Component>", f"<ssd:Annotations>{bare}</ssd:Annotations></ssd:Component>")
+    made = System(name="api", tick=MS, components=(Component(name="eager", source=eager, period=5 * MS),))
+    assert {c.kind for s in (load(text, Timing()), load(annotated, Timing()), made) for c in s.components} == {
+        "continuous"
+    }
+    sampled = load(annotated.replace("period=", 'kind="sampled" period='), Timing())
+    assert sampled.components[0].kind == "sampled"
 
 
 def test_command_line_overrides_the_fmus(load, top):
@@ -92,16 +110,17 @@ def test_annotations_override_the_fmus_and_hints_of_osp_their_steps(load, top):
         notes = "".join(f"<{entry}" for entry in entries)
         return f"{head}{found}{tail[:end]}<ssd:Annotations>{notes}</ssd:Annotations>{tail[end:]}"
 
-    text = annotated(top, 'Connector name="count"', own.format("Component", 'period="0.01" offset="0.005"'), hint)
+    times = own.format("Component", 'period="0.01" kind="sampled" offset="0.005"')
+    text = annotated(top, 'Connector name="count"', times, hint)
     text = annotated(text, 'Connector name="u[1]"', hint)
     text = annotated(text, 'startElement="counter"', own.format("Connection", 'delay="7"'))
     parts, delays, tick = facts(load(text, timing_of("--step-size", "plant=0.01")))
     assert parts == {
         "counter": (10 * MS, "sampled"),
-        "sub/eager": (20 * MS, "sampled"),
+        "sub/eager": (20 * MS, "continuous"),
         "plant": (10 * MS, "continuous"),
     }
-    assert (delays, tick) == ([7, 0], 5 * MS)
+    assert (delays, tick) == ([7, 1], 5 * MS)
 
 
 @pytest.mark.parametrize(
@@ -168,9 +187,10 @@ def test_a_cycle_of_sampled_components_is_printed_with_its_members(ssd, load, ea
     wires = ssd.connection("one.y[1]", "two.u[1]") + ssd.connection("two.y[1]", "one.u[1]")
     text = ssd.system("top", parts, wires)
     with pytest.raises(InputError, match=r"cycle: one -> two -> one; .* such as --delay one:two=1$"):
-        build_schedule(load(text, Timing()))
-    build_schedule(load(text, timing_of("--delay", "1")))
-    build_schedule(load(text, timing_of("--continuous", "one")))
+        build_schedule(load(text, timing_of("--sampled", "one", "--sampled", "two")))
+    build_schedule(load(text, timing_of("--sampled", "one", "--sampled", "two", "--delay", "1")))
+    build_schedule(load(text, timing_of("--sampled", "one")))
+    build_schedule(load(text, Timing()))
 
 
 @pytest.mark.parametrize(
@@ -190,7 +210,7 @@ def test_results_stay_below_their_folder_for_any_system_name(name, folder):
 def test_command_line_shows_and_runs_a_system_without_annotations(tmp_path, ssd, top, cli):
     path = tmp_path / "foreign.ssd"
     path.write_text(ssd.document(top))
-    words = ("--step-size", "0.001", "--delay", "2", "--delay", "counter:sub/eager=5")
+    words = ("--step-size", "0.001", "--delay", "2", "--delay", "counter:sub/eager=5", "--sampled", "sub/eager")
     shown = cli("show", path, *words)
     assert (shown.returncode, shown.stderr) == (0, "")
     assert "sub/eager  every 0.001 s from 0 s, sampled, eager.fmu" in shown.stdout

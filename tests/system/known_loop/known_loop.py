@@ -38,7 +38,7 @@ def build_known_loop(folder: Path) -> Path:
         tick=period,
         stop_time=10**9,
         components=(
-            Component(name="controller", source=folder / "controller.fmu", period=period),
+            Component(name="controller", source=folder / "controller.fmu", period=period, kind="sampled"),
             Component(name="plant", source=folder / "plant.fmu", period=period, kind="continuous"),
         ),
         connections=(

@@ -58,7 +58,9 @@ def open_loop_at(system: System, controller: str, plant: str, multisine: Multisi
     np.savez(held, waveform=multisine.values, channels=len(wires), period=multisine.sample, unit=unit)
     folder.mkdir(parents=True, exist_ok=True)
     fmu = build_fmu(SHELL, folder / f"{NAME}.fmu", {"waveform.npz": held.getvalue()}, NAME).path
-    injector = Component(name=NAME, source=fmu.absolute(), period=producer.period, offset=producer.offset)
+    injector = Component(
+        name=NAME, source=fmu.absolute(), period=producer.period, offset=producer.offset, kind="sampled"
+    )
     first = 1 if producer.kind == "continuous" else 0  # the value that is true at the start of the injector's step
     kept = [connection for connection in system.connections if connection not in wires]
     for number, wire in enumerate(wires, start=1):
