@@ -125,6 +125,9 @@ class _Assembly:
         if self.own is not None:
             return True
         variable = self.describe(leaf).variables.get(name)
+        if variable is not None and variable.causality == "structuralParameter":
+            text = "a structural parameter keeps the value of the FMU, and arrays their sizes"
+            self.location.warnings.append(f"{leaf.path}.{name}: {text}")
         return variable is not None and variable.settable
 
     def _tick(self, components: tuple[Component, ...]) -> int:

@@ -79,6 +79,32 @@ def test_a_size_that_the_file_does_not_give_is_that_of_the_fmu(load2, ssd, fmus,
     assert [str(c) for c in system.connections] == [f"first.y[{i}] -> second.u[{i}]" for i in (1, 2)]
 
 
+def test_a_matrix_of_fmi_3_whose_size_is_a_structural_parameter(load2, ssd, reference_fmu, run):
+    fmu = reference_fmu("feedthrough", "3.0")
+    given = ssd.values(("matrix_in", "Float64", "1 2 3 4 5 6"), ("columns", "UInt64", 3))
+    given = given.replace("</ssv:Parameter>", '<ssc:Dimension size="2"/><ssc:Dimension size="3"/></ssv:Parameter>', 1)
+    values = ssd.bindings(ssd.binding(given.replace('version="1.0"', 'version="2.0"')))
+    size = '<ssc:Dimension size="2"/><ssc:Dimension sizeConnector="columns"/>'
+    first = ssd.component("first", fmu, "columns structuralParameter UInt64", "matrix_out output Float64")
+    second = ssd.component("second", fmu, "matrix_in input Float64")
+    first, second = (
+        array(part, name).replace('<ssc:Dimension size="2"/>', size)
+        for part, name in ((first, "matrix_out"), (second, "matrix_in"))
+    )
+    parts = first.replace("</ssd:Component>", f"{values}</ssd:Component>") + second
+    system = load2(ssd.system("top", parts, ssd.connection("first.matrix_out", "second.matrix_in")))
+    assert said(system) == ["first.columns: a structural parameter keeps the value of the FMU, and arrays their sizes"]
+    seen = run(system)
+    assert [seen[f"second.matrix_out[{i},{j}]"][-1] for i in (1, 2) for j in (1, 2, 3)] == [
+        1.0,
+        2.0,
+        3.0,
+        4.0,
+        5.0,
+        6.0,
+    ]
+
+
 def test_the_entries_of_a_dictionary_may_be_arrays(load2, ssd, fmus, tmp_path):
     entries = ssd.dictionary("u Float64").replace(
         "</ssb:DictionaryEntry>", '<ssc:Dimension size="2"/></ssb:DictionaryEntry>'

@@ -13,7 +13,7 @@ _TYPES = {"Float64": "Real", "Float32": "Real"} | {
     f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)
 }
 _SSP1 = "http://ssp-standard.org/SSP1/"
-_KINDS = {"structuralParameter": "parameter"}
+_SIZE = "structuralParameter"  # sizes of arrays, read before
 _NOT_IN_1 = ("constant", "local", "unspecified")  # kinds of connectors
 _VERSIONED = (
     "SystemStructureDescription",
@@ -93,8 +93,7 @@ def _reduce(root: Element, where: str, warnings: Warnings, shapes: Shapes) -> No
     ticking = [c for c in connectors if any(child.tag == f"{{{SSC}}}Clock" for child in c)]
     _detach(ticking)
     _report(ticking, "connectors of type Clock are left out", where, warnings)
-    for connector in connectors:
-        connector.set("kind", _KINDS.get(connector.get("kind"), connector.get("kind", "")))
+    _detach([c for c in connectors if c.get("kind") == _SIZE])
     other = [c for c in connectors if c.get("kind") in _NOT_IN_1]
     _detach(other)
     _report(other, f"connectors of kind {', '.join(_NOT_IN_1)} are left out", where, warnings)
