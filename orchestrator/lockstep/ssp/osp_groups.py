@@ -7,7 +7,6 @@ from lockstep.ssp.documents.parse import secure_root
 from lockstep.ssp.documents.xml import Element
 from lockstep.system.component import Component
 
-_NS = {"osp": "http://opensimulationplatform.com/MSMI/OSPModelDescription"}
 _Owner = tuple[Component, Description]
 
 
@@ -29,7 +28,8 @@ def group_variables(owner: _Owner, name: str, location: Location) -> list[str]:
     for folder in (component.source.parent, location.document.parent):
         if (folder / file).is_file():
             root = secure_root((folder / file).read_bytes(), str(folder / file))
-            groups = [e for e in root.iterfind("osp:VariableGroups//*", _NS) if e.get("name") is not None]
+            # the namespace counts versions, and libcosim reads them all alike
+            groups = [e for e in root.iterfind("{*}VariableGroups//*") if e.get("name") is not None]
             return _flat(groups, name, f"{component.name}: {folder / file}")
     raise InputError(f"{component.name}: no {file} beside its FMU or the system file, which has to define {name}")
 

@@ -102,6 +102,20 @@ def test_unknown_attributes_and_another_order_are_mended(load, echo):
     }
 
 
+def test_a_prefix_without_a_declaration_is_that_of_ssp_or_osp(tmp_path, ssd, fmus):
+    hint = '<ssd:Annotations><ssc:Annotation type="com.opensimulationplatform"><osp:StepSizeHint value="5e-3"/>'
+    hint += "</ssc:Annotation></ssd:Annotations>"
+    path = tmp_path / "foreign.ssd"
+    path.write_text(ssd.document(ssd.system("top", ssd.component("echo", fmus["echo"], inner=hint))))
+    system = load_system(path)
+    assert system.components[0].period == 5_000_000
+    namespace = "http://opensimulationplatform.com/SSP/OSPAnnotations"
+    assert warnings_of(system) == [f"{path}: prefix osp is not declared; {namespace} is used"]
+    path.write_text(path.read_text().replace("osp:", "other:"))
+    with pytest.raises(InputError, match=r"not readable XML: Namespace prefix other on StepSizeHint is not defined"):
+        load_system(path)
+
+
 def test_a_run_prints_and_records_its_warnings(tmp_path, cli, ssd, fmus):
     path = tmp_path / "foreign.ssd"
     text = ssd.document(ssd.system("top", ssd.component("echo", fmus["echo"], "u[1] input Real unit=")))

@@ -8,8 +8,9 @@ from lockstep import InputError, load_system, read_signals, simulate
 from lockstep.ssp.write import write_ssd
 
 MS = 1_000_000  # [ns]
-GROUPS = """<OspModelDescription xmlns="http://opensimulationplatform.com/MSMI/OSPModelDescription" version="0.1">
-<VariableGroups>{}</VariableGroups></OspModelDescription>"""
+NAMESPACE = "http://opensimulationplatform.com/MSMI/OSPModelDescription"
+GROUPS = f"""<OspModelDescription xmlns="{NAMESPACE}" version="0.1">
+<VariableGroups>{{}}</VariableGroups></OspModelDescription>"""
 
 
 @pytest.fixture
@@ -135,6 +136,9 @@ def test_groups_are_connected_in_the_order_of_their_variables(osp, tmp_path):
     parts = simulator("one", "counter") + simulator("two", "echo")
     connections = load_system(osp(parts, wire("one.port", "two.port", tag="VariableGroup"))).connections
     assert [str(c) for c in connections] == ["one.count -> two.u[1]", "one.began -> two.u[2]"]
+    newer = tmp_path / "ToyEcho_OspModelDescription.xml"
+    text = newer.read_text().replace(NAMESPACE, "https://open-simulation-platform.com/OspModelDescription/1.0.1")
+    newer.write_text(text)
     (alone,) = load_system(osp(parts, wire("one.F", "two.F", tag="VariableGroup"))).connections
     assert str(alone) == "one.count -> two.u[1]"
     (tmp_path / "ToyEcho_OspModelDescription.xml").unlink()

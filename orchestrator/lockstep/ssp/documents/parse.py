@@ -1,5 +1,6 @@
 """Parse the XML documents of SSP, amend small offences, and validate them against the schemas of SSP 1.0."""
 
+import re
 from functools import cache
 from xml.parsers import expat
 
@@ -9,7 +10,10 @@ from lockstep.errors import InputError
 from lockstep.fmi.model_description import SSP_SCHEMAS
 from lockstep.ssp.documents.amend import amend, mend_first
 from lockstep.ssp.documents.expand_arrays import Shapes, no_shapes
-from lockstep.ssp.documents.xml import SSB, SSC, SSD, SSM, SSV, Element, Warnings
+from lockstep.ssp.documents.xml import NS, SSB, SSC, SSD, SSM, SSV, Element, Warnings
+
+_PREFIXES = {prefix: namespace for prefix, namespace in NS.items() if prefix != "lockstep"}
+_ROOT = re.compile(rb"<[A-Za-z_][\w.:-]*")  # what begins the first element
 
 
 def parse(
@@ -20,7 +24,7 @@ def parse(
     Amendments are added to the warnings; without a list for them nothing is amended, and the schema refuses more.
     `shapes` has the sizes of arrays that the file does not give.
     """
-    root = secure_root(text, where)
+    root = secure_root(text, where, warnings)
     if warnings is not None:
         amend(root, where, warnings, shapes)
         while mend_first(root, _problem(root, schema), where, warnings):
@@ -29,14 +33,24 @@ def parse(
     return root
 
 
-def secure_root(text: bytes, where: str) -> Element:
-    """Return the root of any XML document, or raise InputError. Nothing is fetched, and no entity can be declared."""
+def secure_root(text: bytes, where: str, warnings: Warnings | None = None) -> Element:
+    """Return the root of any XML document, or raise InputError. Nothing is fetched, and no entity can be declared.
+
+    With a list for warnings, prefixes of SSP's namespaces need no declaration.
+    """
     _refuse_entities(text, where)
     parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
-    try:
-        return etree.fromstring(text, parser)
-    except etree.XMLSyntaxError as error:
-        raise InputError(f"{where}: not readable XML: {error.msg}") from None
+    while True:
+        try:
+            return etree.fromstring(text, parser)
+        except etree.XMLSyntaxError as error:
+            found = re.match(r"Namespace prefix (\w+) ", error.msg or "")
+            prefix = found[1] if found else ""
+            attribute = f'xmlns:{prefix}="{_PREFIXES.get(prefix)}"'
+            if warnings is None or prefix not in _PREFIXES or attribute.encode() in text:
+                raise InputError(f"{where}: not readable XML: {error.msg}") from None
+            text = _ROOT.sub(rb"\g<0> " + attribute.encode(), text, count=1)
+            warnings.append(f"{where}: prefix {prefix} is not declared; {_PREFIXES[prefix]} is used")
 
 
 def validate(element: Element, where: str, schema: str) -> None:
