@@ -20,6 +20,7 @@ from lockstep.faults.inject import Faults
 from lockstep.faults.resolve import resolve
 from lockstep.faults.scenario import Scenario
 from lockstep.fmi.slave import Slave
+from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.interrupt import Interrupt, deferred_interrupt
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
@@ -33,7 +34,6 @@ from lockstep.run.initialise import initialise
 from lockstep.run.loop import Action, Loop
 from lockstep.run.real_time_pacing import Pacer, pacer_given
 from lockstep.run.recorded_run import RecordedRun
-from lockstep.run.unpack_folder import run_folder
 from lockstep.shadow.component import Tolerances, with_shadow_components, with_shadows, with_tolerances
 from lockstep.system.clock import seconds
 from lockstep.system.system import System
@@ -140,7 +140,7 @@ def simulate(
         interrupt = stack.enter_context(deferred_interrupt())
         results = stack.enter_context(held(folder, overwrite=chosen.overwrite))  # before anything that takes long
         events = Events(seconds(first * plan.system.tick))
-        temporary = stack.enter_context(run_folder(lambda path: events.add("cleaned", folder=str(path))))
+        temporary = stack.enter_context(temporary_folder("run", lambda path: events.add("cleaned", folder=str(path))))
         stack.callback(events.close)
         close_slaves = stack.enter_context(ExitStack())
         slaves = _start(plan, temporary, events, replace(limits, interrupt=interrupt), close_slaves)

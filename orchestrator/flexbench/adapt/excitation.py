@@ -67,7 +67,7 @@ def respond(fmu: Path, adapters: Sequence[Adapter], excitation: Excitation, span
     description = read_description(component)
     for adapter in adapters:
         bind(adapter, excitation.ports, description.variables)
-    with temporary_folder("flexsat_adapt_") as folder:
+    with temporary_folder("adapt") as folder:
         (folder / _TASK).write_bytes(pickle.dumps((component, description, list(adapters), excitation, span)))
         directory = folder / "directory"  # an FMU may write to the working directory
         directory.mkdir()
@@ -138,7 +138,7 @@ def _torque(
     """Return the body torque after `span` at this attitude error, reached at a constant rate."""
     step = binding.adapter.step or excitation.period
     count = max(2, math.ceil(span / seconds(step)))
-    with temporary_folder("flexsat_adapt_") as folder:
+    with temporary_folder("adapt") as folder:
         slave = instantiate(component, description, folder, lambda *_: None, alone=True)
         try:
             adapted = AdaptedSlave(slave, binding)

@@ -82,7 +82,7 @@ def dynamic_checks(
     time_limit : wall time that one process may take [s]; the memory check may take its own more
     only : checks to run; those that every other builds on run as well
     """
-    with temporary_folder("lockstep_check_") as folder:
+    with temporary_folder("check") as folder:
         runner = ProbeRunner(archive=path.resolve(), work=folder, time_limit=time_limit)
         return _CheckSequence(runner, report, steps, tuple(others)).run(only)
 

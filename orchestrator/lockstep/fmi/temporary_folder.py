@@ -1,15 +1,25 @@
-"""Temporary folders that FMUs are unpacked to and run from."""
+"""Temporary folders that FMUs run from: removed at the end, or later where their process was killed."""
+
+from __future__ import annotations
 
 import os
+import re
+import shutil
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import psutil
+
 from lockstep.fmi.safe_zip import TemporaryFolderError
-from lockstep.operating_system import refuses_programs
+from lockstep.operating_system import lock_file, names_living_process, refuses_programs
 
 _REMEDY = "set TMPDIR to another folder"
+_NAME, _LOCK = re.compile(r"lockstep-[a-z]+-(\d+)-"), ".lock"  # the number is the process's that made it
+_YOUNG = 60.0  # [s]: one that is being made may not be locked yet
+_YOUNGEST = 1.0  # [s]: the same, of a process that does not live here; others may share the disk
 
 
 def unpacking_folder() -> Path:
@@ -30,12 +40,57 @@ def unpacking_folder() -> Path:
 
 
 @contextmanager
-def temporary_folder(prefix: str) -> Iterator[Path]:
-    """Make a folder to unpack FMUs to, and remove it at the end; raise TemporaryFolderError if it cannot be made."""
+def temporary_folder(purpose: str, removed: Callable[[Path], None] = lambda _: None) -> Iterator[Path]:
+    """Make a folder that is locked while this process lives, and remove it at the end.
+
+    First remove those of processes that were killed, and report each. Raises TemporaryFolderError if none can be made.
+    """
     parent = unpacking_folder()
+    for path in remove_abandoned(parent):
+        removed(path)
     try:
-        made = tempfile.TemporaryDirectory(prefix=prefix, dir=parent, ignore_cleanup_errors=True)
+        made = tempfile.TemporaryDirectory(
+            prefix=f"lockstep-{purpose}-{os.getpid()}-", dir=parent, ignore_cleanup_errors=True
+        )
     except OSError as error:
         raise TemporaryFolderError(f"temporary folder {parent}: {error.strerror}; {_REMEDY}") from None
     with made as name:
-        yield Path(name)
+        folder = Path(name)
+        try:
+            release = lock_file(folder / _LOCK)
+            (folder / _LOCK).write_text(f"{os.getpid()}\n")  # it has been locked: once it is free, its use has ended
+        except OSError as error:
+            raise TemporaryFolderError(f"temporary folder {folder}: {error.strerror}; {_REMEDY}") from None
+        try:
+            yield folder
+        finally:
+            if release is not None:
+                release()
+
+
+def remove_abandoned(parent: Path) -> list[Path]:
+    """Remove and return the folders of processes that have ended, so that their locks are free or never came to be."""
+    removed = []
+    for folder in parent.glob("lockstep-*"):
+        named = _NAME.match(folder.name)
+        if named is not None:
+            with suppress(OSError):  # of another user, or removed meanwhile
+                release = _abandoned(folder, int(named[1]))
+                if release is not None:
+                    shutil.rmtree(folder, ignore_errors=True)
+                    removed.append(folder)
+                    release()
+    return removed
+
+
+def _abandoned(folder: Path, process: int) -> Callable[[], None] | None:
+    """Return what releases the lock of a folder that nobody uses; None if one may use it."""
+    lock = folder / _LOCK
+    if not lock.exists():  # its process was killed before it locked it, or while it removed it
+        changed = folder.stat().st_mtime
+        lives = psutil.pid_exists(process) and psutil.Process(process).create_time() <= changed
+        return None if lives or time.time() - changed < _YOUNGEST else lambda: None
+    state = lock.stat()
+    if state.st_size == 0 and time.time() - state.st_mtime < _YOUNG:
+        return None
+    return None if names_living_process(lock, state.st_mtime) else lock_file(lock)

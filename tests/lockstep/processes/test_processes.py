@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import tomllib
 import zipfile
@@ -16,8 +17,8 @@ import pytest
 from fmus.bad.bad_fmus import GUID, XML, bad_fmu
 from lockstep import Component, InputError, System, load_system, read_signals
 from lockstep.fmi.model_description import read_description
+from lockstep.fmi.temporary_folder import remove_abandoned, temporary_folder
 from lockstep.processes.isolation_policy import settle
-from lockstep.run.unpack_folder import remove_abandoned
 
 
 @pytest.fixture(scope="module")
@@ -164,14 +165,15 @@ def test_ctrl_c_ends_a_hanging_step(pair, good, hanging, tmp_path, times):
 
 
 def test_a_young_folder_is_not_removed(tmp_path):
-    (tmp_path / "lockstep-x").mkdir()
-    (tmp_path / "lockstep-x" / ".lock").touch()  # its maker has not locked it yet
+    folder = tmp_path / "lockstep-run-1-x"
+    folder.mkdir()
+    (folder / ".lock").touch()  # its maker has not locked it yet
     remove_abandoned(tmp_path)
-    assert (tmp_path / "lockstep-x").exists()
+    assert folder.exists()
 
 
 def test_a_folder_whose_process_lives_is_not_removed_though_its_lock_is_unseen(tmp_path):
-    lock = tmp_path / "lockstep-x" / ".lock"
+    lock = tmp_path / "lockstep-run-1-x" / ".lock"
     lock.parent.mkdir()
     lock.write_text(f"{os.getpid()}\n")  # as where `fcntl` is missing
     remove_abandoned(tmp_path)
@@ -179,6 +181,33 @@ def test_a_folder_whose_process_lives_is_not_removed_though_its_lock_is_unseen(t
     os.utime(lock, (0.0, 0.0))  # written before this process began: by another one of that number
     remove_abandoned(tmp_path)
     assert not lock.exists()
+
+
+def test_a_folder_without_a_lock_is_removed_once_its_process_has_ended(tmp_path):
+    """Killed before it locked its folder, or while it removed it; others keep theirs."""
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    mine, gone, young, foreign = (
+        tmp_path / name
+        for name in (f"lockstep-run-{os.getpid()}-x", f"lockstep-check-{ended.pid}-x", f"lockstep-run-{ended.pid}-y",
+                     "lockstep-ssp-x")
+    )  # fmt: skip
+    for folder in (mine, gone, young, foreign):
+        (folder / "unpacked").mkdir(parents=True)
+    for folder in (gone, foreign):
+        os.utime(folder, (time.time() - 2.0, time.time() - 2.0))
+    assert remove_abandoned(tmp_path) == [gone]
+    assert all(folder.exists() for folder in (mine, young, foreign))
+
+
+@pytest.mark.parametrize("purpose", ["run", "check", "latency", "adapt"])
+def test_every_temporary_folder_is_locked_and_names_its_process(purpose, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with temporary_folder(purpose) as folder:
+        assert folder.name.startswith(f"lockstep-{purpose}-{os.getpid()}-")
+        assert remove_abandoned(tmp_path) == []
+        assert (folder / ".lock").read_text() == f"{os.getpid()}\n"
+    assert not folder.exists()
 
 
 @pytest.fixture

@@ -115,7 +115,7 @@ def probe_latency(
         what = "is no file" if path.exists() else "no such file"
         raise InputError(f"{path}: {what}; give the path of an .fmu file")
     description = read_description(Component(name=path.stem.replace(".", "_") or "fmu", source=path, period=1))
-    with temporary_folder("lockstep_latency_") as folder:
+    with temporary_folder("latency") as folder:
         limit = settings.seconds + 60.0
         runner = ProbeRunner(archive=path.resolve(), work=folder, time_limit=limit)
         try:
