@@ -2,6 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+HOSTS := .venv-hosts
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
@@ -12,7 +13,7 @@ run: $(VENV)/installed
 	$(BIN)/flexsat paper --out results/paper
 
 # Three files at a time on two cores, as some tests wait; the slow ones, which are whole 300 s co-simulations, first.
-test: $(VENV)/installed-dev
+test: $(VENV)/installed-dev $(HOSTS)/installed
 	$(BIN)/python -m pytest -q -n 3 --dist loadfile --no-loadscope-reorder
 
 bench: $(VENV)/installed-dev
@@ -38,5 +39,10 @@ $(VENV)/installed-dev: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --group dev
 	touch $@
 
+# CoFMuPy and gemseo-fmu need other versions of FMPy, pythonfmu and numpy than flexsat. Without them their tests skip.
+$(HOSTS)/installed: tests/hosts/pypi/requirements.txt $(VENV)/pip
+	-$(PYTHON) -m venv --without-pip $(HOSTS) \
+	  && $(BIN)/python -m pip --python $(HOSTS) install --quiet --no-deps --requirement $< && touch $@
+
 clean:
-	rm -rf $(VENV) fmus/centralised fmus/distributed results
+	rm -rf $(VENV) $(HOSTS) fmus/centralised fmus/distributed results

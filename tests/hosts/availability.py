@@ -10,6 +10,8 @@ import sys
 import sysconfig
 from pathlib import Path
 
+HOSTS_PYTHON = Path(__file__).parents[2] / ".venv-hosts" / "bin" / "python"
+
 
 def ecos_lacks() -> str:
     """Return what ecos lacks here, or nothing."""
@@ -23,6 +25,16 @@ def ecos_lacks() -> str:
 def libcosim_lacks() -> str:
     """Return what libcosim lacks here, or nothing."""
     return "" if importlib.util.find_spec("libcosimpy") else "libcosim needs libcosimpy: pip install libcosimpy"
+
+
+def lacks(module: str, package: str) -> str:
+    """Return what is missing of a package of the tests' own environment, or nothing."""
+    return "" if importlib.util.find_spec(module) else f"{package} is not installed: pip install --group dev"
+
+
+def hosts_python_lacks() -> str:
+    """Return what is missing of the environment of hosts that need other versions than flexsat, or nothing."""
+    return "" if HOSTS_PYTHON.is_file() else "needs an environment of its own: make .venv-hosts/installed"
 
 
 def c_host_lacks() -> str:

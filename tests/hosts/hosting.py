@@ -160,12 +160,13 @@ class Bench:
         self._runs += 1
         return self.work / f"{self._runs:03d}_{name}"
 
-    def run(self, script: str, setup: Mapping[str, Any]) -> Trajectory:
+    def run(self, script: str, setup: Mapping[str, Any], python: Path = Path(sys.executable)) -> Trajectory:
         """Run a script beside this file in a fresh process with its setup; return what it saved."""
-        given, saved = self.path(f"{script}.json"), self.path(f"{script}.npz")
+        name = Path(script).name
+        given, saved = self.path(f"{name}.json"), self.path(f"{name}.npz")
         given.write_text(json.dumps(setup), encoding="utf-8")
         done = subprocess.run(
-            [sys.executable, HERE / script, given, saved],
+            [python, HERE / script, given, saved],
             capture_output=True,
             text=True,
             check=False,

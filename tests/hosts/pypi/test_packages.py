@@ -1,0 +1,51 @@
+"""The closed loop in hosts from PyPI, each compared with lockstep in that host's way to step it.
+
+What a user of each has to know stands with its row in `packages.py`.
+"""
+
+import numpy as np
+import pytest
+from hosting import Row, agreement, arcseconds_apart
+from pypi.packages import OTHERS, PACKAGES, SCHEMES, TICKS, references
+
+CONFIGURATIONS = ("centralised", "distributed")
+
+
+@pytest.fixture(scope="module")
+def expected(bench):
+    """Return the rows of lockstep in each way."""
+    return references(bench, "centralised")
+
+
+def rows(bench):
+    """Compare, and say so in the table."""
+    ways = {configuration: references(bench, configuration) for configuration in CONFIGURATIONS}
+    for package in (*PACKAGES, *OTHERS):
+        if package.missing:
+            yield Row(kind="loop", host=package.name, ran="not run", agreement="", remark=package.missing)
+            continue
+        found = {configuration: package.run(bench, configuration) for configuration in CONFIGURATIONS}
+        agreements = [agreement(ways[c][package.scheme], found[c]) for c in CONFIGURATIONS]
+        apart = max(arcseconds_apart(ways[c]["own rates"], found[c]) for c in CONFIGURATIONS)
+        yield Row(
+            kind="three FMUs in a closed loop",
+            host=package.name,
+            ran=f"centralised, distributed: fine pointing, {TICKS} steps of 5 ms; {SCHEMES[package.scheme].text}",
+            agreement=", ".join(dict.fromkeys(agreements)),
+            remark=f"{package.remark}; {apart:.1e} arcsec from the timing of lockstep",
+        )
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name.partition(",")[0])
+def test_loop_agrees_bitwise_with_lockstep_in_the_way_of_the_host(bench, expected, package):
+    if package.missing:
+        pytest.skip(package.missing)
+
+    found = package.run(bench, "centralised")
+
+    assert agreement(expected[package.scheme], found) == "bitwise"
+
+
+def test_each_way_differs_from_the_others(expected):
+    for name, way in expected.items():
+        assert not any(np.array_equal(way.values, other.values) for others, other in expected.items() if others != name)
