@@ -21,7 +21,7 @@ from lockstep.ssp.documents.location import Location, location_of
 from lockstep.ssp.documents.xml import ANNOTATION, MAIN, NS, Element, unique
 from lockstep.ssp.flatten import Settled, Way, refuse_ignored, settle, ways
 from lockstep.ssp.lone_fmu import lone_fmu
-from lockstep.ssp.osp_structure import is_osp, load_osp
+from lockstep.ssp.osp_structure import load_osp, osp_file
 from lockstep.ssp.read_tree import open_description, read_tree
 from lockstep.ssp.step_times import Timing
 from lockstep.ssp.tree import Branch, Leaf, PortPath, Setting
@@ -45,8 +45,9 @@ def load_system(path: Path | str, timing: Timing | None = None, within: Path | N
     FMUs are read only where their steps, variables or units are needed; `simulate` checks against all.
     """
     path = Path(path)
-    if is_osp(path):
-        return load_osp(path, timing or Timing(), within)
+    osp = osp_file(path)
+    if osp is not None:
+        return load_osp(osp, timing or Timing(), within)
     if path.suffix.lower() == ".fmu" and path.is_file():
         return lone_fmu(path, timing or Timing())
     location = location_of(path, within)
@@ -73,7 +74,7 @@ class _Assembly:
     def system(self, digest: str) -> System:
         name = str(self.root.get("name"))
         if not self.leaves:
-            raise InputError(f"system {name}: no components")
+            raise InputError(f"system {name}: no components; without an FMU there is nothing to simulate")
         settled = settle(self.tree, self._has)
         if self.own is not None:
             refuse_ignored(settled, self.tree)

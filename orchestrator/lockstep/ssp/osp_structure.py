@@ -1,8 +1,8 @@
 """Read OspSystemStructure.xml, the system files of the Open Simulation Platform, as libcosim does.
 
 Values are exchanged as they are, without conversion of units. A simulator whose step size is no multiple of the base
-step is stepped at the nearest one. A `LinearTransformation` becomes part of a connection, a sum a component that has
-no FMU and adds no delay: it is computed after what it reads, in the tick in which it is read.
+step is stepped at the next smaller one. A `LinearTransformation` becomes part of a connection, a sum a component that
+has no FMU and adds no delay: it is computed after what it reads, in the tick in which it is read.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.ssp.documents.location import Location
 from lockstep.ssp.documents.parse import secure_root
-from lockstep.ssp.documents.xml import Element, local_name, unique
+from lockstep.ssp.documents.xml import MAIN, Element, local_name, unique
 from lockstep.ssp.osp_functions import OspFunction, read_functions
 from lockstep.ssp.osp_groups import group_pairs, group_variables
 from lockstep.ssp.step_times import Timing
@@ -31,12 +31,14 @@ _NS = {"osp": NAMESPACE}
 _End = tuple[str, str]  # simulator or function, and its variable or signal
 
 
-def is_osp(path: Path) -> bool:
-    """Return whether a file is a system of the Open Simulation Platform: an .xml whose root says so."""
+def osp_file(path: Path) -> Path | None:
+    """Return the file if it is a system of the Open Simulation Platform: an .xml whose root says so, or its folder."""
+    if path.is_dir() and not (path / MAIN).exists():
+        path /= "OspSystemStructure.xml"
     if path.suffix.lower() != ".xml" or not path.is_file():
-        return False
+        return None
     with path.open("rb") as stream:
-        return b"OspSystemStructure" in stream.read(4096)
+        return path if b"OspSystemStructure" in stream.read(4096) else None
 
 
 def load_osp(path: Path, timing: Timing, within: Path | None = None) -> System:
@@ -114,12 +116,12 @@ class _Structure:
         )
 
     def _period(self, name: str, given: str | None) -> int:
-        """Return the period of a simulator [ns]: the multiple of the base step nearest to its step size."""
+        """Return the period of a simulator [ns]: the greatest multiple of the base step within its step size."""
         period = self.timing.periods.get(name) or self.timing.period
         if period is not None:
             return period
         wanted = nanoseconds(given, f"{name}: stepSize") if given is not None else self.base
-        steps = max(1, round(wanted / self.base))
+        steps = max(1, int(wanted / self.base + 1e-6))
         if wanted not in (0, steps * self.base):
             text = f"{name}: stepSize {given} is no multiple of the base step"
             self._warn(f"{text}; it is stepped every {seconds_text(steps * self.base)} s")

@@ -53,18 +53,19 @@ def signal(variable, function, name, group=""):
 
 def test_steps_values_and_connections(osp, tmp_path):
     path = osp(
-        simulator("one", "counter", "2.03e-3", initial("gain", "Real", 2.0))
+        simulator("one", "counter", "2.9e-3", initial("gain", "Real", 2.0))
         + simulator("two", "integrator", values=initial("x0", "Real", 5)),
         wire("two.u", "one.count"),  # in any order: the FMUs decide
         head="<EndTime>0.01</EndTime><BaseStepSize>1e-3</BaseStepSize>",
     )
-    system = load_system(path)
+    system = load_system(tmp_path)  # the folder of the file
+    assert system.path == path
     assert {part.name: part.period for part in system.components} == {"one": 2 * MS, "two": MS}
     assert [str(c) for c in system.connections] == ["one.count -> two.u"]
     assert [c.delay for c in system.connections] == [1]  # all read before they step, as libcosim does
     assert (system.tick, system.stop_time) == (MS, 10 * MS)
     assert system.warnings == (
-        f"{path}: one: stepSize 2.03e-3 is no multiple of the base step; it is stepped every 0.002 s",
+        f"{path}: one: stepSize 2.9e-3 is no multiple of the base step; it is stepped every 0.002 s",
     )
     for name in ("one", "two"):
         system = system.with_isolation(name, False)
