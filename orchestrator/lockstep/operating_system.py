@@ -88,8 +88,15 @@ def _lock_descriptor(descriptor: int) -> Release | None:
 
 def names_living_process(lock: Path, written: float) -> bool:
     """Return whether the process whose number stands in a file, written at that time, still lives."""
-    with suppress(ValueError, psutil.Error):
-        return bool(psutil.Process(int(lock.read_text())).create_time() <= written)  # later: another, same number
+    with suppress(ValueError):
+        return process_lives(int(lock.read_text()), written)
+    return False
+
+
+def process_lives(number: int, then: float) -> bool:
+    """Return whether the process of a number that lived at a time [s] lives still."""
+    with suppress(psutil.Error):
+        return bool(psutil.Process(number).create_time() <= then)  # later: another one, of the same number
     return False
 
 

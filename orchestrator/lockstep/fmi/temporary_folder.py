@@ -11,10 +11,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import psutil
-
 from lockstep.fmi.safe_zip import TemporaryFolderError
-from lockstep.operating_system import lock_file, names_living_process, refuses_programs
+from lockstep.operating_system import lock_file, names_living_process, process_lives, refuses_programs
 
 _REMEDY = "set TMPDIR to another folder"
 _NAME, _LOCK = re.compile(r"lockstep-[a-z]+-(\d+)-"), ".lock"  # the number is the process's that made it
@@ -88,8 +86,8 @@ def _abandoned(folder: Path, process: int) -> Callable[[], None] | None:
     lock = folder / _LOCK
     if not lock.exists():  # its process was killed before it locked it, or while it removed it
         changed = folder.stat().st_mtime
-        lives = psutil.pid_exists(process) and psutil.Process(process).create_time() <= changed
-        return None if lives or time.time() - changed < _YOUNGEST else lambda: None
+        in_use = process_lives(process, changed) or time.time() - changed < _YOUNGEST
+        return None if in_use else lambda: None
     state = lock.stat()
     if state.st_size == 0 and time.time() - state.st_mtime < _YOUNG:
         return None
