@@ -22,6 +22,7 @@ from lockstep.faults.scenario import Scenario
 from lockstep.fmi.slave import Slave
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.interrupt import Interrupt, deferred_interrupt
+from lockstep.plan.input_files import Paths, listed
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
 from lockstep.processes.start_slave import limits_given, start_slave, wait_until_ready
@@ -31,6 +32,7 @@ from lockstep.results.results_folder import ResultsFolder, claim_earlier, held
 from lockstep.results.run_record import Events, describe_run
 from lockstep.run.exchange import Exchange
 from lockstep.run.initialise import initialise
+from lockstep.run.input_signals import InputSignals
 from lockstep.run.loop import Action, Loop
 from lockstep.run.real_time_pacing import Pacer, pacer_given
 from lockstep.run.recorded_run import RecordedRun
@@ -58,6 +60,7 @@ class RunOptions:
     restart: Restart | None = None  # checkpoint to start from, instead of time 0
     tolerance: Tolerances | None = None  # of the FMUs' integration, for all or by component; None: what they declare
     strict_inputs: bool = False  # refuse inputs without connection and value, which else keep their start values
+    inputs: Paths | None = None  # CSV or Parquet files that feed inputs: `lockstep.plan.input_files`
     strict: bool = False  # refuse system files and model descriptions with offences that are else amended
 
 
@@ -77,6 +80,7 @@ class _Named(TypedDict, total=False):
     restart: Restart | None
     tolerance: Tolerances | None
     strict_inputs: bool
+    inputs: Paths | None
     strict: bool
 
 
@@ -108,8 +112,8 @@ def simulate(
     options : what the run is to do, see `RunOptions`
     named : fields of `RunOptions` by name, which replace those of `options`: `simulate(system, "out", stop_time=10.0)`
 
-    A run from a checkpoint keeps the overrides, tolerances, stop time and recording of the checkpoint's run where none
-    are given; the recording only if no component is reinitialised.
+    A run from a checkpoint keeps the overrides, input files, tolerances, stop time and recording of the checkpoint's
+    run where none are given; the recording only if no component is reinitialised.
 
     Raises
     ------
@@ -145,11 +149,13 @@ def simulate(
         close_slaves = stack.enter_context(ExitStack())
         slaves = _start(plan, temporary, events, replace(limits, interrupt=interrupt), close_slaves)
         injected = None if faults is None else Faults(faults, events.add)
-        exchange = Exchange(plan.layout, slaves, plan.names, injected)
+        inputs = InputSignals(plan.inputs, seconds(first * plan.system.tick))
+        exchange = Exchange(plan.layout, slaves, plan.names, injected, inputs, events.add)
         saver = Saver(
             schedule=chosen.checkpoints, ticks=saves, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary
         )
         _initialise(plan, slaves, exchange, interrupt, restart, temporary)
+        interrupt.check()
         record = _describe(plan, overrides, chosen.faults)
         if restart is None:
             results.fill(record)
@@ -162,6 +168,7 @@ def simulate(
             loop=Loop(tick=plan.system.tick, first=first, last=plan.ticks, clock=events),
             pacer=pacer,
             close_slaves=close_slaves,
+            not_finite=exchange.not_finite,
             wall_time_before=restart.wall_time_before if restart else 0.0,
         )
         wall_time = run.execute(
@@ -177,7 +184,7 @@ def simulate(
         terminated=None if run.terminated is None else str(run.terminated),
         start_time=seconds(first * plan.system.tick),
         pacer=pacer,
-        warnings=plan.warnings,
+        warnings=(*plan.warnings, *exchange.not_finite.warnings),
     )
 
 
@@ -219,7 +226,14 @@ def _plan(system: System, options: RunOptions) -> tuple[Plan, Mapping[str, Overr
     overrides, record = dict(options.overrides), options.record
     if options.restart is None:
         return Plan(
-            system, options.stop_time, overrides, record, options.record_period, options.strict_inputs, options.strict
+            system,
+            options.stop_time,
+            overrides,
+            record,
+            options.record_period,
+            options.strict_inputs,
+            options.strict,
+            options.inputs or (),
         ), overrides
     return options.restart.plan(
         system,
@@ -229,6 +243,7 @@ def _plan(system: System, options: RunOptions) -> tuple[Plan, Mapping[str, Overr
         options.record_period,
         strict_inputs=options.strict_inputs,
         strict=options.strict,
+        inputs=options.inputs,
     )
 
 
@@ -280,6 +295,7 @@ def _describe(plan: Plan, overrides: Mapping[str, Override], faults: Sequence[Sc
         [{"path": str(scenario.path), "sha256": scenario.sha256, "text": scenario.text} for scenario in faults],
         plan.tolerances,
         plan.warnings,
+        listed(plan.input_files),
     )
 
 
@@ -300,7 +316,7 @@ def _run_loop(
 ) -> None:
     """Run all ticks, paced, with checkpoints and reports of progress."""
     loop, pacer, stop = run.loop, run.pacer, seconds(saver.plan.stop_time)
-    phases: list[tuple[Action, ...]] = saver.exchange.phases(recorder.row)
+    phases: list[tuple[Action, ...]] = saver.exchange.phases(recorder.row, interrupt.check)
     if pacer is not None:
         pacer.begin(loop.time, interrupt)
         phases = [(pacer, *phase) for phase in phases]

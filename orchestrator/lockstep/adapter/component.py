@@ -13,7 +13,7 @@ from lockstep.adapter.slave import AdaptedSlave
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import Slave
-from lockstep.results.signal_patterns import matching
+from lockstep.results.signal_patterns import matching, split_kind
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.component import Component
 from lockstep.system.system import System
@@ -73,11 +73,11 @@ def replace_component(system: System, name: str, fmu: Path, adapter: Adapter | N
     kept = {key: value for key, value in old.parameters.items() if key in shown and key in ports}
     kept = {key: value for key, value in kept.items() if shown[key].causality == ports[key].causality}
     new = replace(new, parameters=kept, units={key: unit for key, unit in old.units.items() if key in kept})
-    outputs = [f"{name}.{v.name}" for v in shown.values() if v.causality == "output"]
+    names = [f"{name}.{v.name}" for v in shown.values()]
     return replace(
         _with(system, new),
         connections=tuple(c for c in system.connections if c.to_component != name or c.input in shown),
-        record=tuple(p for p in system.record if not _is_of(p, name) or matching(p, outputs)) or ("all",),
+        record=tuple(p for p in system.record if not _is_of(p, name) or matching(split_kind(p)[1], names)) or ("all",),
     )
 
 
@@ -86,7 +86,7 @@ def _with(system: System, new: Component) -> System:
 
 
 def _is_of(pattern: str, name: str) -> bool:
-    return pattern.startswith(f"{name}.")
+    return split_kind(pattern)[1].startswith(f"{name}.")
 
 
 def with_replacements(system: System, texts: Iterable[str], adapters: Iterable[str]) -> System:

@@ -149,6 +149,7 @@ def _differing(
         if component in reinitialised:
             continue
         saved = there["components"][component]["parameters"]
-        for parameter in [*present, *(key for key in saved if key not in present)]:
+        fed = {column.variable.name for f in plan.input_files for column in f.columns if column.component == component}
+        for parameter in [*present, *(key for key in saved if key not in present and key not in fed)]:
             if saved.get(parameter) != present.get(parameter):
                 yield component, parameter, saved.get(parameter), present.get(parameter)

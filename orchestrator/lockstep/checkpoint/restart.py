@@ -15,6 +15,7 @@ from lockstep.checkpoint.file import Checkpoint
 from lockstep.checkpoint.identity import changes, refuse_other
 from lockstep.errors import InputError
 from lockstep.fmi.slave import Scalar, Slave, Stateful
+from lockstep.plan.input_files import Paths, unchanged
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
 from lockstep.results.recorder import SavedRows, waiting_rows
@@ -87,6 +88,7 @@ class Restart:
         *,
         strict_inputs: bool = False,
         strict: bool = False,
+        inputs: Paths | None = None,
     ) -> tuple[Plan, dict[str, Override]]:
         """Return the plan, with the settings of the checkpoint's run where none are given; and all its overrides."""
         before = self.checkpoint.run
@@ -96,7 +98,8 @@ class Restart:
             record = before["record"] if record is None else record
             record_period = before["record_period"] if record_period is None else record_period
         stop = before["stop_time"] if stop_time is None else stop_time
-        return Plan(system, stop, given, record, record_period, strict_inputs, strict), given
+        files = unchanged(before.get("inputs", [])) if inputs is None else inputs
+        return Plan(system, stop, given, record, record_period, strict_inputs, strict, files), given
 
     def tolerances(self, system: System) -> dict[str, float]:
         """Return the tolerances of the checkpoint's run that the components of a system lack, by component."""

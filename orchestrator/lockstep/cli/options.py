@@ -32,8 +32,10 @@ adapter_option = click.option(
 )
 set_option = click.option("--set", "settings", multiple=True, metavar="C.P=V", help="set parameter P of component C")
 record_option = click.option(
-    "--record", multiple=True, metavar="PATTERN", help="outputs to record; `all` for all (default: the system's)"
-)
+    "--record", multiple=True, metavar="PATTERN",
+    help="outputs to record, `all` for all (default: the system's); and variables by their names, `locals:plant.*`, "
+         "`inputs:*`, `parameters:*`",
+)  # fmt: skip
 reinitialise_option = click.option(
     "--reinitialise", multiple=True, metavar="C",
     help="initialise component C again instead of restoring its state: for another FMU, or other fixed parameters",

@@ -40,6 +40,7 @@ class RunRequest:
     out: Path | None
     stop_time: str | None
     settings: tuple[str, ...]
+    inputs: tuple[Path, ...]
     replace: tuple[str, ...]
     adapter: tuple[str, ...]
     faults: tuple[Path, ...]
@@ -68,14 +69,16 @@ run_options = option_group(
     click.option("--stop-time", metavar="S", help="stop time in seconds (default: the system file's)"),
     click.option("--set", "settings", multiple=True, metavar="C.P=V",
                  help="set parameter P of component C; or, as NAME=V, an input of the whole system"),
+    click.option("--input", "inputs", type=PATH, multiple=True, metavar="FILE",
+                 help="CSV or Parquet file of signals for inputs: see above"),
     replace_option,
     adapter_option,
     click.option("--faults", type=PATH, multiple=True, metavar="FILE", help="fault scenario: see below"),
     shadow_options,
     record_option,
     click.option("--record-period", metavar="S", help="time between two recorded rows in seconds"),
-    click.option("--isolate", multiple=True, metavar="C", help="run C in a process of its own"),
-    click.option("--share-process", multiple=True, metavar="C", help="run C in the master's process"),
+    click.option("--isolate", multiple=True, metavar="C", help="run C in a process of its own; also a pattern: 'gen*'"),
+    click.option("--share-process", multiple=True, metavar="C", help="run C in the master's process; also a pattern"),
     click.option("--step-limit", metavar="S", help="wall time for a call of an isolated FMU (default: 60)"),
     click.option("--tolerance", multiple=True, metavar="[C=]T",
                  help="relative tolerance of C's integration, or of all (default: what the FMU declares)"),
@@ -144,6 +147,7 @@ def run_system(
                 checkpoints=request.checkpoints.schedule(),
                 restart=restart,
                 strict_inputs=request.strict_inputs,
+                inputs=request.inputs or None,
                 strict=request.strict,
             )
         print_warnings(summary.warnings)
@@ -187,11 +191,35 @@ def _tolerances(texts: Iterable[str], system: System) -> dict[str, str]:
 
 
 def _with_processes(system: System, isolated: Iterable[str], shared: Iterable[str]) -> System:
-    """Return the system with components, given by name, in processes of their own or in the master's."""
-    from lockstep.shadow.component import with_isolation
+    """Return the system with components in processes of their own or in the master's; a name goes before a pattern."""
+    from lockstep.shadow.component import names_of, with_isolation
 
-    for name in isolated:
-        system = with_isolation(system, name, True)
-    for name in shared:
-        system = with_isolation(system, name, False)
+    found: dict[str, tuple[bool, str, bool]] = {}  # isolated, as which option says, and whether by a pattern
+    names = names_of(system)
+    for option, patterns, isolate in (("--isolate", isolated, True), ("--share-process", shared, False)):
+        for pattern in patterns:
+            for name in _named(pattern, option, names):
+                entry = (isolate, f"{option} {pattern}", name != pattern)
+                before = found.get(name, entry)
+                if before[0] != isolate and before[2] == entry[2]:
+                    raise InputError(f"{entry[1]}: {before[1]} names {name} too; choose one")
+                found[name] = before if entry[2] else entry
+    for name, (isolate, _, _) in found.items():
+        system = with_isolation(system, name, isolate)
     return system
+
+
+def _named(pattern: str, option: str, names: list[str]) -> list[str]:
+    """Return the components that a name or a pattern with `*` and `?` means, or raise InputError."""
+    from fnmatch import fnmatchcase
+
+    from lockstep.errors import compact, suggestion
+
+    if pattern in names:
+        return [pattern]
+    literal = pattern.replace("[", "[[]")
+    matched = [name for name in names if fnmatchcase(name, literal)]
+    if not matched:
+        there = f"there are {compact(names)}{suggestion(pattern, names)}"
+        raise InputError(f"{option} {pattern}: no such component; {there}")
+    return matched

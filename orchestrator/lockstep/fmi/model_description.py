@@ -4,7 +4,7 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import IO, Any
@@ -50,6 +50,8 @@ _SCALARS: Mapping[str, Scalar] = {
     "String": "String",
 }
 _BOUNDS = ("min", "max")
+_MOST_READ = 100  # descriptions that are kept
+_read: dict[str, "Description"] = {}  # by digest: loading, planning and starting a system read each FMU several times
 _NUMBERS: Mapping[str, Callable[[str], float]] = {"Real": float, "Integer": int, "Enumeration": int}
 
 
@@ -150,6 +152,8 @@ def read_description(component: Component) -> Description:
         return _describe_sums(component.sums)
     with open_file(component.source, component.archive, component.name) as stream:
         digest = hashlib.sha256(stream.read()).hexdigest()
+        if digest in _read:
+            return _located(_read[digest], component)
         stream.seek(0)
         with open_zip(stream, f"{component.name}: {component.source}") as archive:
             if "modelDescription.xml" not in archive.namelist():
@@ -184,12 +188,14 @@ def read_description(component: Component) -> Description:
     except (ValueError, OverflowError) as error:  # numbers that are none: the problem found before says where
         raise InputError(f"{where} has a bad model description: {problems[0] if problems else error}") from None
     twice = [name for name, count in Counter(v.name for v in variables).items() if count > 1]
-    ports = [name for name in twice if any(v.name == name and v.causality != "local" for v in variables)]
+    ports = sorted({v.name for v in variables if v.causality != "local"} & set(twice), key=twice.index)
     if ports:
         raise InputError(f"{where} has {compact(ports)} twice; names must be unique")
     if twice:
         problems += (f"{compact(twice)}: there twice; the last one of a name is used",)
-    return Description(
+    if len(_read) >= _MOST_READ:
+        del _read[next(iter(_read))]
+    _read[digest] = Description(
         model=model.modelName,
         guid=model.guid,
         identifier=identifier,
@@ -204,8 +210,15 @@ def read_description(component: Component) -> Description:
         step_size=model.defaultExperiment.stepSize if model.defaultExperiment else None,
         tolerance=declared_tolerance(model),
         negated=negated,
-        problems=tuple(f"{component.name}: {component.source.name}: {problem}" for problem in problems),
+        problems=problems,
     )
+    return _located(_read[digest], component)
+
+
+def _located(description: Description, component: Component) -> Description:
+    """Return a description whose problems begin with the component and its file."""
+    where = f"{component.name}: {component.source.name}"
+    return replace(description, problems=tuple(f"{where}: {problem}" for problem in description.problems))
 
 
 def _describe_sums(sums: Sums) -> Description:

@@ -15,9 +15,7 @@ from lockstep.plan.schedule import Schedule, Task, cycle_length, ring_size
 from lockstep.plan.wiring import Link
 
 Reference = tuple[Scalar, int]  # type and value reference: what identifies a variable of an FMU
-Contents = Mapping[
-    Scalar, Mapping[int, int]
-]  # of a version, by type: the rank of each value reference in ascending order
+Contents = Mapping[Scalar, Mapping[int, int]]  # of a version, by type: the rank of each reference, ascending
 Place = tuple[int, int]  # where a version's values of one type begin on the bus, and the number of its contents
 
 
@@ -26,7 +24,8 @@ class Layout:
     """The memory plan. `recorded` maps a component to what is recorded of it every `record_ticks`.
 
     `held` are recorded values that a step takes at its start and keeps, which are inputs and parameters: true from the
-    start of the newest step on, whatever the kind of the component.
+    start of the newest step on, whatever the kind of the component. `compared` are outputs that a shadow is
+    compared by.
     """
 
     schedule: Schedule
@@ -34,6 +33,7 @@ class Layout:
     recorded: Mapping[str, tuple[Reference, ...]]
     record_ticks: int
     held: Mapping[str, tuple[Reference, ...]] = field(default_factory=dict)
+    compared: Mapping[str, frozenset[Reference]] = field(default_factory=dict)
 
     @property
     def records(self) -> bool:
@@ -41,12 +41,17 @@ class Layout:
         return bool(self.recorded or self.held)
 
     @cached_property
-    def used(self) -> dict[str, frozenset[Reference]]:
-        """The outputs of each component that a connection transfers."""
-        used: dict[str, set[Reference]] = {task.name: set() for task in self.schedule.tasks}
+    def transferred(self) -> dict[str, frozenset[Reference]]:
+        """The outputs of each component that connections transfer."""
+        found: dict[str, set[Reference]] = {task.name: set() for task in self.schedule.tasks}
         for link in self.links:
-            used[link.producer].update((link.scalar, source) for source in link.sources)
-        return {name: frozenset(references) for name, references in used.items()}
+            found[link.producer].update((link.scalar, source) for source in link.sources)
+        return {name: frozenset(references) for name, references in found.items()}
+
+    @cached_property
+    def used(self) -> dict[str, frozenset[Reference]]:
+        """The outputs of each component that something reads beside the recorder."""
+        return {name: found | self.compared.get(name, frozenset()) for name, found in self.transferred.items()}
 
     @cached_property
     def rings(self) -> dict[str, int]:

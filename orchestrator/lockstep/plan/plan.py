@@ -1,17 +1,20 @@
 """Plan a run: everything that is known before any FMU is started."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
+from lockstep.array_names import name_and_arrays
 from lockstep.errors import InputError, compact
+from lockstep.fmi.model_description import Description
 from lockstep.fmi.slave import Scalar
 from lockstep.plain_values import plain_value
 from lockstep.plan.bus_layout import Layout, Reference
+from lockstep.plan.input_files import InputPart, Paths, fed_inputs, open_inputs, read_inputs
 from lockstep.plan.overrides import Override
 from lockstep.plan.schedule import Schedule, build_schedule, whole_ticks
 from lockstep.plan.wiring import Wiring, wire
 from lockstep.processes.isolation_policy import settle
 from lockstep.results.signal_patterns import Signal, select
-from lockstep.shadow.component import check_before, described, shadow_descriptions, tolerances_of
+from lockstep.shadow.component import check_before, described, recorded, shadow_descriptions, tolerances_of
 from lockstep.system.clock import nanoseconds, seconds_text
 from lockstep.system.component import Value
 from lockstep.system.system import System
@@ -31,6 +34,7 @@ class Plan:
         record_period: float | str | None,
         strict_inputs: bool = False,
         strict: bool = False,
+        inputs: Paths = (),
     ) -> None:
         self.system = system
         stop = system.stop_time if stop_time is None else nanoseconds(stop_time, "stop time")
@@ -48,14 +52,18 @@ class Plan:
         self.system = system = settle(system, {**self.descriptions, **self.shadows})
         if strict:
             self._refuse_warnings()
-        self.wiring: Wiring = wire(system, self.descriptions, overrides, strict_inputs)
+        self.input_files = open_inputs(inputs, system, self.descriptions)
+        self.wiring: Wiring = wire(system, self.descriptions, overrides, strict_inputs, fed_inputs(self.input_files))
+        self.inputs: tuple[InputPart, ...] = read_inputs(self.input_files)
         self.record = _patterns(system.record if record is None else record)
         self.signals: tuple[Signal, ...] = select(system, self.descriptions, self.record)
         period = system.record_period if record_period is None else nanoseconds(record_period, "record period")
         self.layout = Layout(
             schedule=self.schedule,
             links=self.wiring.links,
-            recorded=_by_component(self.signals),
+            recorded=_by_component(signal for signal in self.signals if not signal.held),
+            held=_by_component(signal for signal in self.signals if signal.held),
+            compared=_compared(system, self.descriptions),
             record_ticks=1 if period is None else whole_ticks(period, system.tick, "record period"),
         )
         self.layout.cycle  # noqa: B018 (refuses a plan that would be too long, before any FMU is started)
@@ -65,6 +73,9 @@ class Plan:
             for variable in description.variables.values()
             if variable.scalar is not None and variable.causality in ("output", "input")
         }
+        for one in self.signals:  # an output or input may have further names
+            if one.variable.scalar is not None:
+                self.names.setdefault((one.component, one.variable.scalar, one.variable.reference), one.variable.name)
 
     def _refuse_warnings(self) -> None:
         """Raise InputError for the first offence of a file."""
@@ -98,7 +109,21 @@ def _patterns(record: Sequence[str]) -> tuple[str, ...]:
     return tuple(patterns)
 
 
-def _by_component(signals: Sequence[Signal]) -> dict[str, tuple[Reference, ...]]:
+def _compared(system: System, descriptions: Mapping[str, Description]) -> dict[str, frozenset[Reference]]:
+    """Return the outputs of components with shadows by which these are evaluated."""
+    found: dict[str, frozenset[Reference]] = {}
+    for component in system.components:
+        patterns = set(recorded(component))
+        variables = descriptions[component.name].variables.values() if patterns else ()
+        found[component.name] = frozenset(
+            (v.scalar, v.reference)
+            for v in variables
+            if v.scalar is not None and patterns & set(name_and_arrays(f"{component.name}.{v.name}"))
+        )
+    return found
+
+
+def _by_component(signals: Iterable[Signal]) -> dict[str, tuple[Reference, ...]]:
     grouped: dict[str, list[Reference]] = {}
     for signal in signals:
         if signal.variable.scalar is not None:

@@ -1,7 +1,8 @@
 """Check a system against the model descriptions of its FMUs; resolve names, types and units."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from lockstep.array_names import name_and_arrays
 from lockstep.errors import InputError
@@ -61,10 +62,12 @@ def wire(
     descriptions: Mapping[str, Description],
     overrides: Mapping[str, Override],
     strict_inputs: bool = False,
+    fed: Mapping[tuple[str, str], str] = MappingProxyType({}),
 ) -> Wiring:
     """Check everything that can be checked without running, or raise InputError.
 
-    With `strict_inputs`, or where the system asks for it, an input without connection and value is refused.
+    With `strict_inputs`, or where the system asks for it, an input without connection and value is refused. `fed` are
+    the inputs that files feed, by component and variable, and the names of their sources.
     """
     for component in system.components:
         _check_connectors(component, descriptions[component.name])
@@ -86,9 +89,17 @@ def wire(
             if first not in name_and_arrays(key):  # one element may differ from the array that is given before it
                 raise InputError(f"{name}.{variable.name}: has a value by {first} and by {key}; give one of them")
             parameters[name][variable.name] = item
+    for (name, variable_name), source in fed.items():
+        connection = feeding.get((name, variable_name))
+        if connection is not None:
+            connected = f"{name}.{variable_name} is connected to {connection.from_component}.{connection.output}"
+            raise InputError(f"{source}: {connected}; remove the column, or the connection")
+        if (name, variable_name) in given:
+            raise InputError(f"{source}: {name}.{variable_name} has a value by {given[name, variable_name]}; give one")
+        parameters[name].pop(variable_name, None)  # a start value of the system
     for name, values in parameters.items():
         _check_aliases(name, values, descriptions[name])
-    unconnected = _unconnected(system, descriptions, parameters)
+    unconnected = _unconnected(system, descriptions, parameters, fed)
     if strict_inputs or system.strict_inputs:
         for name, loose in unconnected.items():
             raise InputError(unfed(name, loose, system))
@@ -151,13 +162,14 @@ def _check_single_instances(system: System, descriptions: Mapping[str, Descripti
 
 
 def _links(system: System, descriptions: Mapping[str, Description]) -> tuple[Link, ...]:
+    components = {component.name: component for component in system.components}
     groups: dict[tuple[str, str, int, Scalar, Scalar], list[tuple[int, int, Conversion]]] = {}
     for connection in system.connections:
         source = _port(connection, "output", descriptions)
         target = _port(connection, "input", descriptions)
         if source.scalar is None or target.scalar is None:
             raise InputError(f"{connection}: values of type {source.type} are not exchanged; remove the connection")
-        ends = _end(source, connection.from_component, system), _end(target, connection.to_component, system)
+        ends = _end(source, components[connection.from_component]), _end(target, components[connection.to_component])
         conversion = convert(*ends, connection.hops, str(connection))
         key = (connection.from_component, connection.to_component, connection.delay, source.scalar, target.scalar)
         groups.setdefault(key, []).append((source.reference, target.reference, conversion))
@@ -193,16 +205,19 @@ def _port(connection: Connection, causality: str, descriptions: Mapping[str, Des
     return variable
 
 
-def _end(variable: Variable, component: str, system: System) -> End:
-    unit = known_unit(variable.unit, system.component(component).units.get(variable.name))
+def _end(variable: Variable, component: Component) -> End:
+    unit = known_unit(variable.unit, component.units.get(variable.name))
     return End(type=variable.native or variable.type, unit=unit, relative=variable.relative, items=variable.items)
 
 
 def _unconnected(
-    system: System, descriptions: Mapping[str, Description], parameters: Mapping[str, Mapping[str, Value]]
+    system: System,
+    descriptions: Mapping[str, Description],
+    parameters: Mapping[str, Mapping[str, Value]],
+    files: Collection[tuple[str, str]],
 ) -> dict[str, tuple[str, ...]]:
     """Return the inputs without connection and value by component; variables without a scalar type are no inputs."""
-    fed = {(connection.to_component, connection.input) for connection in system.connections}
+    fed = {(connection.to_component, connection.input) for connection in system.connections} | set(files)
     found = {}
     for component in system.components:
         variables = descriptions[component.name].variables.values()

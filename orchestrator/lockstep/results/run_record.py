@@ -40,6 +40,7 @@ def describe_run(
     faults: Sequence[Table] = (),
     tolerances: Mapping[str, float] | None = None,
     warnings: Sequence[str] = (),
+    inputs: Sequence[Table] = (),
 ) -> Table:
     """Return the content of run.toml: everything that a run depends on. Times are in seconds."""
     delays = sorted({(c.from_component, c.to_component, c.delay) for c in system.connections})
@@ -74,6 +75,7 @@ def describe_run(
             }
             for c in system.components
         ],
+        **({"inputs": list(inputs)} if inputs else {}),
         **({"faults": list(faults)} if faults else {}),
         "latency": [{"from": start, "to": end, "delay": delay} for start, end, delay in delays],
     }

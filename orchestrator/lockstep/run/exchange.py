@@ -17,13 +17,14 @@ from lockstep.plan.bus_layout import Layout, Reference
 from lockstep.plan.schedule import Task
 from lockstep.plan.transfer import Way, converter, linear
 from lockstep.plan.wiring import Link
+from lockstep.run.input_signals import InputSignals
+from lockstep.run.not_finite import AddEvent, Names, NotFinite
 from lockstep.run.overlapped_steps import Overlapping, StartedStep, interleaved
 from lockstep.system.clock import seconds
 
 Transfer = Callable[[], int]  # sets or gets values of a slave and returns the status of FMI
 Action = Callable[[float], None]  # called with the simulated time [s]
 NextRow = Callable[[float], Sequence[NDArray[Any]]]  # the recorder's next row, in the order of SCALARS
-Names = Mapping[tuple[str, Scalar, int], str]  # of outputs and inputs
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,29 +39,38 @@ class _SetValue:
 class Exchange:
     """The bus, and the calls of all slaves bound to it."""
 
-    def __init__(self, layout: Layout, slaves: Mapping[str, Slave], names: Names, faults: Faults | None = None) -> None:
-        self._layout, self._faults = layout, faults
+    def __init__(
+        self,
+        layout: Layout,
+        slaves: Mapping[str, Slave],
+        names: Names,
+        faults: Faults | None = None,
+        inputs: InputSignals | None = None,
+        add_event: AddEvent = lambda *_, **__: None,
+    ) -> None:
+        self._layout, self._faults, self._inputs = layout, faults, inputs or InputSignals((), 0.0)
+        self.not_finite = NotFinite(layout.used, names, add_event)
         self._slaves = slaves
         self._names = names
         self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
-        self._recorded = [(name, _by_scalar(references)) for name, references in layout.recorded.items()]
         self._steps: dict[object, Action] = {}  # equal phases share one action
         self._initial: dict[tuple[str, Scalar], dict[int, Any]] = {}
         self.end: EndOfSimulation | None = None  # the first that a component asked for
         self.on_end: Callable[[], None] = lambda: None  # called when a complete step asks for the end
 
-    def phases(self, row: NextRow) -> list[tuple[Action, ...]]:
-        """Return the actions of every tick of the cycle, in order."""
+    def phases(self, row: NextRow, look: Callable[[], None] = lambda: None) -> list[tuple[Action, ...]]:
+        """Return the actions of every tick of the cycle, in order; `look` is called before each is bound."""
+        return [self._phase(tick, row, look) for tick in range(self._layout.cycle)]
+
+    def _phase(self, tick: int, row: NextRow, look: Callable[[], None]) -> tuple[Action, ...]:
+        look()
         layout, tasks = self._layout, self._layout.schedule.tasks
         first = () if self._faults is None else (self._faults.begin_tick,)
-        return [
-            (
-                *first,
-                *interleaved(layout, tick, [(t, self._step(t, tick)) for t in tasks if t.steps_at(tick)]),
-                *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.records else ()),
-            )
-            for tick in range(layout.cycle)
-        ]
+        return (
+            *first,
+            *interleaved(layout, tick, [(t, self._step(t, tick)) for t in tasks if t.steps_at(tick)]),
+            *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.records else ()),
+        )
 
     @property
     def faults(self) -> Faults | None:
@@ -90,20 +100,22 @@ class Exchange:
         """Return the present outputs of a component."""
         buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
         self.check(name, f"Get{scalar}", 0.0, self._get(name, scalar, references, buffer)())
-        if scalar == "Real":
-            self._check_finite(name, references, buffer, 0.0)
+        if scalar == "Real" and not np.isfinite(buffer).all():
+            self._check_finite(name, references, buffer, self._inputs.begin)
         return buffer
 
     def fetch_present(self, name: str) -> None:
         """Fetch a component's present outputs, which `set_initial` then sets at their readers."""
         for scalar in SCALARS:
-            sources = sorted(reference for kind, reference in self._layout.used[name] if kind == scalar)
+            sources = sorted(reference for kind, reference in self._layout.transferred[name] if kind == scalar)
             if sources:
                 values = self.present(name, scalar, sources)
                 self._initial[name, scalar] = dict(zip(sources, values.tolist(), strict=True))
 
     def set_initial(self, name: str) -> None:
-        """Set the inputs whose producers' initial outputs have been fetched."""
+        """Set the inputs whose producers' initial outputs have been fetched, and those of files."""
+        for put in self._inputs.on_step(name, self._slaves[name], self.check):
+            put(self._inputs.begin)
         for scalar in SCALARS:
             entries: dict[int, Any] = {}
             for link in self._layout.feeding[name]:
@@ -183,7 +195,8 @@ class Exchange:
         do_step = slave.do_step
         length = seconds(task.period * self._layout.schedule.tick)
         end = length if task.continuous else 0.0  # from the step's start to where its outputs are true
-        before = [self._bound_set(name, scalar, entries) for scalar, entries in sets.items()]
+        before = self._inputs.on_step(name, slave, check)
+        before += [self._bound_set(name, scalar, entries) for scalar, entries in sets.items()]
         if self._faults is not None:
             before += self._faults.on_step(name, slave, check)
         after = [self._bound_get(name, scalar, *entry, end) for scalar, entry in gets.items()]
@@ -313,28 +326,25 @@ class Exchange:
         check_finite, isfinite = self._check_finite, np.isfinite
         marks = bytearray(len(part))  # searched ten times faster than an array
         finite = np.frombuffer(marks, np.bool_)
+        reported = np.zeros(len(part), np.bool_)
 
         def checked(time: float) -> None:
             status = call()
             if status:
                 check(name, function, time, status)
             isfinite(part, finite)
-            if 0 in marks:
+            if 0 in marks and not np.logical_or(finite, reported).all():
                 check_finite(name, references, part, time + end)
+                np.logical_or(reported, ~finite, reported)
 
         return checked
 
     def _check_finite(self, name: str, references: list[int], values: Buffer, time: float) -> None:
-        bad = [
-            self._names[name, "Real", r] for r, value in zip(references, values, strict=True) if not np.isfinite(value)
-        ]
-        if bad:
-            first = values[~np.isfinite(values)][0]
+        try:
+            self.not_finite.check(name, references, np.asarray(values, np.float64), time)
+        except RunError as error:
             logged = self._slaves[name].last_messages()  # the only report of a slave that cannot return an error
-            raise RunError(
-                f"{name}.{compact(bad)}: is {first} at {time:.9g} s; every exchanged value must be finite"
-                + (f"; it logged: {logged}" if logged else "")
-            )
+            raise RunError(f"{error}" + (f"; it logged: {logged}" if logged else "")) from None
 
     def last_row(self, tick: int, row: NextRow, ended_by: str) -> Action:
         """Bind the copy of what is true at a tick in which a component ended the run.
@@ -343,15 +353,18 @@ class Exchange:
         """
         stepping = [task for task in self._layout.schedule.tasks if task.steps_at(tick)]
         names = [task.name for task in stepping]
-        late = {task.name for task in stepping[names.index(ended_by) :] if not task.continuous}
-        return self._capture(tick, row, late)
+        unset = names[names.index(ended_by) :]
+        late = {task.name for task in stepping if task.name in unset and not task.continuous}
+        return self._capture(tick, row, late, unset)
 
-    def _capture(self, tick: int, row: NextRow, late: Container[str] = ()) -> Action:
-        """Bind the copy of what is true at this tick into the recorder's next row; `late` ones have not stepped yet."""
-        layout = self._layout
-        parts: list[tuple[str, int, Mapping[Scalar, list[int]]]] = []
-        for name, references in self._recorded:
-            parts.append((name, layout.schedule.task(name).true_at(tick) - (name in late), references))
+    def _capture(self, tick: int, row: NextRow, late: Container[str] = (), unset: Container[str] = ()) -> Action:
+        """Bind the copy of what is true at this tick into the recorder's next row.
+
+        The outputs of `late` components, and the inputs of `unset` ones, are those of the step before.
+        """
+        layout, task = self._layout, self._layout.schedule.task
+        parts = [(n, task(n).true_at(tick) - (n in late), _by_scalar(refs)) for n, refs in layout.recorded.items()]
+        parts += [(n, task(n).begun(tick) - (n in unset), _by_scalar(refs)) for n, refs in layout.held.items()]
         key = ("capture", *(layout.place(name, s, version) for name, version, refs in parts for s in refs))
         if key not in self._steps:
             index: dict[Scalar, NDArray[np.intp]] = {}

@@ -14,6 +14,7 @@ from lockstep.interrupt import Stopped
 from lockstep.results.recorder import Recorder
 from lockstep.results.run_record import Events, end_run_record
 from lockstep.run.loop import Loop
+from lockstep.run.not_finite import NotFinite
 from lockstep.run.real_time_pacing import Pacer
 
 
@@ -27,6 +28,7 @@ class RecordedRun:
     loop: Loop
     pacer: Pacer | None
     close_slaves: ExitStack
+    not_finite: NotFinite
     wall_time_before: float = 0.0  # [s] of an earlier part of the same run
     terminated: EndOfSimulation | None = None  # before the stop time, as a component asked for it
     _started: float = 0.0
@@ -88,6 +90,9 @@ class RecordedRun:
         """Write how the run ended; on a full disk as far as possible."""
         ended = {"status": status, "simulated_time": self.loop.time, "wall_time": round(self.wall_time, 3)}
         self.record |= ended | ({} if reason is None else {"reason": reason})
+        if self.not_finite.warnings:
+            before = self.record.get("warnings")
+            self.record["warnings"] = [*(before if isinstance(before, list) else []), *self.not_finite.warnings]
         if self.pacer is not None:
             self.record["pace"] = self.pacer.summary()
             with suppress(OSError):
