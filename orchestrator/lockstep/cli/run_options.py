@@ -123,7 +123,7 @@ def run_system(
     system = with_replacements(system, request.replace, request.adapter)
     system = with_step_sizes(with_delays(system, request.timing.delay), request.timing.step_size)
     system = request.shadow.apply(system)
-    system = _with_processes(system, request.isolate, request.share_process)
+    system = with_processes(system, request.isolate, request.share_process)
     default = Path("results", folder_name(system.name) + marks)
     if request.stop_time is not None:
         nanoseconds(request.stop_time, "--stop-time")
@@ -190,7 +190,7 @@ def _tolerances(texts: Iterable[str], system: System) -> dict[str, str]:
     return general | {name: tolerance for name, tolerance in found.items() if name}
 
 
-def _with_processes(system: System, isolated: Iterable[str], shared: Iterable[str]) -> System:
+def with_processes(system: System, isolated: Iterable[str], shared: Iterable[str]) -> System:
     """Return the system with components in processes of their own or in the master's; a name goes before a pattern."""
     from lockstep.shadow.component import names_of, with_isolation
 

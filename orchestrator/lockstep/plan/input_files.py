@@ -9,32 +9,26 @@ column states one (`unit` in its metadata, as in results of runs), which is conv
 
 from __future__ import annotations
 
-import csv
-import hashlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
-from pyarrow import csv as arrow_csv
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.parameter_values import parse_value
 from lockstep.fmi.slave import DTYPES, Scalar
+from lockstep.results.table_file import TIME, Table, TableFile, file_digest, open_table
 from lockstep.system.component import Value
 from lockstep.system.system import System, SystemInput
 from lockstep.system.transformation import Conversion, End, Hop, convert, family
 from lockstep.system.unit_table import UNITS, gain_between
 from lockstep.system.units import Unit
 
-TIME = "time"
 SAME_TIME = 5e-10  # [s]: the master counts nanoseconds, and times in files are often sums of steps
-_DELIMITERS = ",;\t"
 
 Paths = Path | str | Sequence[Path | str]
 Target = tuple[str, str]  # component and input
@@ -53,16 +47,10 @@ class Column:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InputFile:
-    """A file, its digest, and the inputs that its columns feed."""
+    """A file and the inputs that its columns feed."""
 
-    path: Path
-    sha256: str
+    table: TableFile
     columns: tuple[Column, ...]
-    names: tuple[str, ...]  # of all columns of the file in their order
-    delimiter: str = ","
-
-    def __str__(self) -> str:
-        return self.path.name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +77,7 @@ def fed_inputs(files: Iterable[InputFile]) -> dict[Target, str]:
     found: dict[Target, str] = {}
     for file in files:
         for column in file.columns:
-            key, source = (column.component, column.variable.name), f"{file}: column {column.name}"
+            key, source = (column.component, column.variable.name), f"{file.table}: column {column.name}"
             if key in found:
                 raise InputError(f"{source}: {'.'.join(key)} is fed by {found[key]} already; remove one of them")
             found[key] = source
@@ -100,7 +88,7 @@ def unchanged(entries: Iterable[Mapping[str, Any]]) -> list[Path]:
     """Return the files of an earlier run, as its run.toml lists them; InputError if one has changed since."""
     for entry in entries:
         path = Path(entry["path"])
-        if (now := _digest(path)) != entry["sha256"]:
+        if (now := file_digest(path)) != entry["sha256"]:
             hashes = f"sha256 {entry['sha256'][:12]} then, {now[:12]} now"
             raise InputError(f"{path}: has changed since the run, {hashes}; restore the old one")
     return [Path(entry["path"]) for entry in entries]
@@ -108,7 +96,8 @@ def unchanged(entries: Iterable[Mapping[str, Any]]) -> list[Path]:
 
 def listed(files: Iterable[InputFile]) -> list[dict[str, object]]:
     """Return what run.toml says of the files."""
-    return [{"path": str(f.path), "sha256": f.sha256, "columns": [n for n in f.names if n != TIME]} for f in files]
+    tables = [file.table for file in files]
+    return [{"path": str(t.path), "sha256": t.sha256, "columns": [n for n in t.names if n != TIME]} for t in tables]
 
 
 def read_inputs(files: Iterable[InputFile]) -> tuple[InputPart, ...]:
@@ -116,44 +105,13 @@ def read_inputs(files: Iterable[InputFile]) -> tuple[InputPart, ...]:
     return tuple(part for file in files for part in _parts(file))
 
 
-def _digest(path: Path) -> str:
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error}); give a CSV or Parquet file") from None
-
-
 def _open(path: Path, system: System, descriptions: Mapping[str, Description]) -> InputFile:
-    digest = _digest(path)
-    if _is_parquet(path):
-        names, delimiter = [str(name) for name in _refusing(path, lambda: pq.read_schema(path)).names], ""
-    else:
-        names, delimiter = _csv_header(path)
-    timed = [name for name in names if name.lower() == TIME]
-    if len(timed) != 1:
-        raise InputError(
-            f"{path.name}: has {len(timed)} columns {TIME}, and needs one, in seconds; it has {compact(names)}"
-        )
-    names = [TIME if name == timed[0] else name for name in names]
-    columns = [c for name in names if name != TIME for c in _targets(name, path.name, system, descriptions)]
-    if not columns:
-        raise InputError(f"{path.name}: has no column beside {TIME}; name each as an input, component.variable")
-    return InputFile(path=path, sha256=digest, columns=tuple(columns), names=tuple(names), delimiter=delimiter)
-
-
-def _is_parquet(path: Path) -> bool:
-    with path.open("rb") as stream:
-        return stream.read(4) == b"PAR1"
-
-
-def _csv_header(path: Path) -> tuple[list[str], str]:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            line = stream.readline()
-    except UnicodeDecodeError:
-        raise InputError(f"{path.name}: is neither CSV in UTF-8 nor Parquet; save it as one of them") from None
-    delimiter = next((letter for letter in _DELIMITERS if letter in line), ",")
-    return [name.strip() for name in next(csv.reader([line], delimiter=delimiter), [])], delimiter
+    table = open_table(path)
+    names = [name for name in table.names if name != TIME]
+    if not names:
+        raise InputError(f"{table}: has no column beside {TIME}; name each as an input, component.variable")
+    columns = [column for name in names for column in _targets(name, str(table), system, descriptions)]
+    return InputFile(table=table, columns=tuple(columns))
 
 
 def _targets(name: str, file: str, system: System, descriptions: Mapping[str, Description]) -> list[Column]:
@@ -195,21 +153,15 @@ def _fed(
 
 
 def _parts(file: InputFile) -> list[InputPart]:
-    table = _table(file)
-    times = _numbers(table, TIME, file)
-    if not len(times):
-        raise InputError(f"{file}: has no rows; give at least one")
-    back = np.flatnonzero(np.diff(times) < 0.0)
-    if len(back):
-        row = int(back[0]) + 1
-        raise InputError(f"{file}: row {row + 1}: time {times[row]:.9g} s after {times[row - 1]:.9g} s; sort the rows")
+    table = file.table.read({TIME, *(column.name for column in file.columns if column.variable.scalar == "Real")})
+    times = table.times()
     groups: dict[tuple[str, Scalar, bool], list[tuple[int, NDArray[Any]]]] = {}
     for column in file.columns:
         variable = column.variable
         assert variable.scalar is not None
         linear = variable.scalar == "Real" and variable.variability == "continuous"
         key = (column.component, variable.scalar, linear)
-        groups.setdefault(key, []).append((variable.reference, _values(table, column, file)))
+        groups.setdefault(key, []).append((variable.reference, _values(table, column)))
     return [
         InputPart(
             component=component,
@@ -223,61 +175,30 @@ def _parts(file: InputFile) -> list[InputPart]:
     ]
 
 
-def _table(file: InputFile) -> pa.Table:
-    if not file.delimiter:
-        table = _refusing(file.path, lambda: pq.read_table(file.path))
-        return table.rename_columns(list(file.names))
-    reals = {TIME, *(column.name for column in file.columns if column.variable.scalar == "Real")}
-    options = arrow_csv.ConvertOptions(
-        column_types={name: pa.float64() if name in reals else pa.string() for name in file.names},
-        null_values=[""],
-    )
-    reading = arrow_csv.ReadOptions(column_names=list(file.names), skip_rows=1)
-    parsing = arrow_csv.ParseOptions(delimiter=file.delimiter)
-    return _refusing(file.path, lambda: arrow_csv.read_csv(file.path, reading, parsing, options))
-
-
-def _refusing(path: Path, read: Callable[[], Any]) -> Any:
-    try:
-        return read()
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise InputError(f"{path.name}: cannot be read ({' '.join(str(error).split())})") from None
-
-
-def _numbers(table: pa.Table, name: str, file: InputFile) -> NDArray[np.float64]:
-    column = _refusing(file.path, lambda: table.column(name).cast(pa.float64()))
-    values: NDArray[np.float64] = column.to_numpy()
-    bad = np.flatnonzero(~np.isfinite(values))
-    if len(bad):
-        what = "is empty" if column[int(bad[0])].as_py() is None else f"{values[bad[0]]} must be finite"
-        raise InputError(f"{file}: row {int(bad[0]) + 1}: {name} {what}")
-    return values
-
-
-def _values(table: pa.Table, column: Column, file: InputFile) -> NDArray[Any]:
-    variable, what = column.variable, f"{file}: column {column.name}"
+def _values(table: Table, column: Column) -> NDArray[Any]:
+    variable, what = column.variable, f"{table.file}: column {column.name}"
     conversion = _conversion(table, column, what)
     if variable.scalar == "Real":
-        reals = _numbers(table, column.name, file)
+        reals = table.numbers(column.name)
         if (conversion.gain, conversion.bias) != (1.0, 0.0):
             reals = conversion.gain * reals + conversion.bias
         for extreme in (reals.min(), reals.max()):
             parse_value(float(extreme), variable, what)  # finite, and in the range of the FMU
         return reals
     known: dict[Any, Value] = {}
-    for row, given in enumerate(table.column(column.name).to_pylist()):
+    values = table.plain(column.name)
+    for row, given in enumerate(values):
         if given not in known:
-            known[given] = _value(given, column, conversion, f"{file}: row {row + 1}: {column.name}")
+            known[given] = _value(given, column, conversion, f"{table.file}: row {row + 1}: {column.name}")
     assert variable.scalar is not None
-    found = [known[given] for given in table.column(column.name).to_pylist()]
+    found = [known[given] for given in values]
     return np.array(found, DTYPES[variable.scalar])
 
 
-def _conversion(table: pa.Table, column: Column, what: str) -> Conversion:
+def _conversion(table: Table, column: Column, what: str) -> Conversion:
     """Return how the values in the file become those of the input."""
     variable = column.variable
-    metadata = table.schema.field(column.name).metadata or {}
-    stated = metadata.get(b"unit", b"").decode("utf-8", "replace") if variable.scalar == "Real" else ""
+    stated = table.unit(column.name) if variable.scalar == "Real" else ""
     target = End(type=variable.type, unit=variable.unit, relative=variable.relative, items=variable.items)
     tables = [hop.table.kind for hop in column.hops if hop.table is not None]
     source = End(type=tables[0] if tables else family(variable.type), unit=column.unit, items=variable.items)

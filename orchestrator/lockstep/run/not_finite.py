@@ -31,7 +31,7 @@ class NotFinite:
         if bad:
             self._of(component).update((references[k], (float(values[k]), time)) for k in bad)
             names = compact(self._names[component, "Real", references[k]] for k in bad)
-            self._add_event("not-finite", component=component, variables=names, value=str(values[bad[0]]))
+            self._add_event("not-finite", component=component, variables=names, value=str(values[bad[0]]), at=time)
 
     def _of(self, component: str) -> dict[int, tuple[float, float]]:
         return self._known.setdefault(component, {})

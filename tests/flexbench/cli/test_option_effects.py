@@ -60,6 +60,8 @@ RUN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--samp
     **dict.fromkeys(("--replace", "--adapter"), _ADAPTER),
     "--faults": "lockstep/faults/test_kinds.py::test_every_kind_gives_its_sequence",
     **dict.fromkeys(("--shadow", "--shadow-adapter", "--switchover", "--blend"), _SHADOW),
+    "--input": "lockstep/plan/test_input_files.py"
+    "::test_one_fmu_alone_takes_names_of_its_variables_and_other_delimiters",
     "--isolate": f"{HERE}::test_the_process_of_a_component_is_recorded",
     "--share-process": f"{HERE}::test_the_process_of_a_component_is_recorded",
     "--step-limit": "lockstep/processes/test_hostile_fmus.py::test_a_run_ends_with_one_line_and_keeps_earlier_rows",

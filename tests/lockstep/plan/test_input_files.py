@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from fmus.c_fmu import compile_library, pack_fmu, quoted
+from fmus.echo_fmu import echo_fmu
 from lockstep import Component, Connection, InputError, System, read_signals, resume, simulate
 from lockstep.__main__ import main
 from lockstep.checkpoint.file import read_checkpoint
@@ -22,43 +22,11 @@ from lockstep.system.transformation import Hop
 from lockstep.system.units import Unit
 
 MS = 1_000_000  # [ns]
-GUID = "{f0a4f7a2-6b0c-4a52-9a53-8d3f5ac1b5a1}"
-PORTS = (
-    ("x", 0, "Real", 'variability="continuous"', 'start="0" unit="deg"'),
-    ("h", 1, "Real", 'variability="discrete"', 'start="0"'),
-    ("n", 0, "Integer", 'variability="discrete"', 'start="0" max="9"'),
-    ("b", 0, "Boolean", 'variability="discrete"', 'start="false"'),
-    ("s", 0, "String", 'variability="discrete"', 'start=""'),
-)
 
 
 @pytest.fixture(scope="module")
 def echo(tmp_path_factory) -> Path:
-    """An FMU that gives each of its inputs back as `out.NAME` at the end of a step; it saves its state."""
-    folder = tmp_path_factory.mktemp("echo")
-    library = folder / "echo.so"
-    compile_library(library, [Path(__file__).with_name("echo.c")], defines=[quoted("GUID", GUID)])
-    variables = "".join(
-        f'<ScalarVariable name="{prefix}{name}" valueReference="{reference + shift}" causality="{causality}" '
-        f"{variability}>"
-        f"<{kind} {start if causality == 'input' else ''}/></ScalarVariable>"
-        for prefix, shift, causality in (("", 0, "input"), ("out.", 10, "output"))
-        for name, reference, kind, variability, start in PORTS
-    ) + (
-        '<ScalarVariable name="gain" valueReference="30" causality="parameter" variability="fixed"><Real start="3"/>'
-        '</ScalarVariable><ScalarVariable name="inner" valueReference="31" causality="local"><Real/></ScalarVariable>'
-    )
-    outputs = "".join(f'<Unknown index="{len(PORTS) + k + 1}"/>' for k in range(len(PORTS)))
-    unit = (
-        '<UnitDefinitions><Unit name="deg"><BaseUnit rad="1" factor="0.017453292519943295"/></Unit></UnitDefinitions>'
-    )
-    description = (
-        f'<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" modelName="echo" guid="{GUID}">'
-        '<CoSimulation modelIdentifier="echo" canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>'
-        f"{unit}<ModelVariables>{variables}</ModelVariables>"
-        f"<ModelStructure><Outputs>{outputs}</Outputs></ModelStructure></fmiModelDescription>"
-    )
-    return pack_fmu(folder / "echo.fmu", description, library)
+    return echo_fmu(tmp_path_factory.mktemp("echo"))
 
 
 @pytest.fixture
@@ -159,6 +127,7 @@ REFUSED = (
     ("time,echo.gain\n0,1\n", "in.csv: column echo.gain: is the FMU's parameter, and files feed inputs only; --set"),
     ("time,echo.out.x\n0,1\n", "in.csv: column echo.out.x: is the FMU's output"),
     ("time,echo.x,x\n0,1,2\n", "in.csv: column x: echo.x is fed by in.csv: column echo.x already"),
+    ("time,echo.x,echo.x\n0,1,2\n", "in.csv: has the column echo.x twice"),
     ("time,echo.x\n", "in.csv: has no rows"),
     ("time,echo.x\n0,1\n1,\n", "in.csv: row 2: echo.x is empty"),
     ("time,echo.x\n0,1\n1,nan\n", "in.csv: row 2: echo.x nan must be finite"),

@@ -250,7 +250,9 @@ def test_patterns_choose_outputs_in_the_order_of_the_system(loop, patterns, name
 
 def test_a_pattern_without_a_match_is_refused(loop):
     descriptions = {c.name: read_description(c) for c in loop.components}
-    with pytest.raises(InputError, match=r"record 'plant\.y' matches no output or other variable; there are .*did you mean plant\.x\?"):
+    with pytest.raises(
+        InputError, match=r"record 'plant\.y' matches no output or other variable; there are .*did you mean plant\.x\?"
+    ):
         select(loop, descriptions, ["plant.y"])
 
 

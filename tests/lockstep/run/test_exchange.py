@@ -188,12 +188,12 @@ def test_only_outputs_that_are_read_are_fetched_and_only_new_values_are_set():
 
 def test_a_value_that_is_not_finite_is_refused_with_name_and_time():
     with pytest.raises(RunError, match=r"^c0\.y\[2\]: is inf at 0\.003 s"):
-        simulate_toys([1], [0], [False], [], 1, 10, poison=(0, 4))
+        simulate_toys([1, 1], [0, 0], [False, False], [(0, 2, 1, 0, 0)], 1, 10, poison=(0, 4))
 
 
 def test_a_continuous_value_is_reported_at_the_time_at_which_it_would_be_true():
     with pytest.raises(RunError, match=r"^c0\.y\[2\]: is inf at 0\.004 s"):
-        simulate_toys([1], [0], [True], [], 1, 10, poison=(0, 4))
+        simulate_toys([1, 1], [0, 0], [True, False], [(0, 2, 1, 0, 1)], 1, 10, poison=(0, 4))
 
 
 @pytest.mark.parametrize(("gain", "message"), [

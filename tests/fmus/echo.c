@@ -1,7 +1,8 @@
 /* An FMU (FMI 2.0 co-simulation) that gives its inputs back as outputs at the end of a step, with value references 10
-   higher: Reals 0 and 1, Integer 0, Boolean 0, String 0. Parameter 30 and the local Real 31, three times input 0. Its
-   whole state is one block of memory. */
+   higher: Reals 0 and 1, Integer 0, Boolean 0, String 0. Parameter 30 and the local Real 31, three times input 0. Output
+   11 is not a number while the Integer is 9. The whole state is one block of memory. */
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,7 @@ typedef struct {
 
 static void copy(Instance *m) {
     memcpy(m->out, m->x, sizeof m->x);
+    if (m->n == 9) m->out[1] = NAN;
     m->inner = 3.0 * m->x[0];
     m->out_n = m->n;
     m->out_b = m->b;
