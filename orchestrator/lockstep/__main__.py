@@ -16,7 +16,7 @@ PROGRAM = Program(
         "probe-latency": ("lockstep.cli.probe_latency", "measure the delay from each input of an FMU to each output"),
     },
     label="lockstep",
-    description="Simulate systems of FMUs (SSP 1.0).",
+    description="Simulate systems of FMUs (SSP, OSP), or one FMU.",
     epilog="example:\n  {program} run orbit.ssd --out results/slew --stop-time 300",
 )
 

@@ -15,7 +15,10 @@ Function = Callable[..., Any]
 Decorator = Callable[[Function], Function]
 
 system_argument = click.argument(
-    "system", type=PATH, metavar="SYSTEM", help="a .ssd file, an unpacked SSP folder, or a .ssp archive"
+    "system",
+    type=PATH,
+    metavar="SYSTEM",
+    help="a .ssd file, an unpacked SSP folder, a .ssp archive, an OspSystemStructure.xml, or one FMU",
 )
 results_argument = click.argument("results", type=PATH, nargs=-1, required=True, metavar="RESULTS...",
                                   help="results folders of runs")  # fmt: skip

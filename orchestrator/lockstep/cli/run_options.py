@@ -63,7 +63,7 @@ run_options = option_group(
     "request",
     RunRequest,
     click.argument("system", type=PATH, required=False, metavar="[SYSTEM]",
-                   help="a .ssd file, an unpacked SSP folder, or a .ssp archive"),
+                   help="a .ssd file, an unpacked SSP folder, a .ssp archive, an OspSystemStructure.xml, or one FMU"),
     timing_options,
     out_option(f"results folder (default: results/SYSTEM{DISTINGUISHED})"),
     click.option("--stop-time", metavar="S", help="stop time in seconds (default: the system file's)"),

@@ -41,7 +41,8 @@ def describe(system: System) -> list[str]:
     for task in build_schedule(system).tasks:
         c = system.component(task.name)
         timing = f"every {seconds_text(c.period)} s from {seconds_text(c.offset)} s, {c.kind}"
-        lines.append(f"  {c.name:{width}}  {timing}, {c.source.name}")
+        source = c.source.name if c.sums is None else "sum"
+        lines.append(f"  {c.name:{width}}  {timing}, {source}")
     links: dict[tuple[str, str, int], int] = {}
     for connection in system.connections:
         key = (connection.from_component, connection.to_component, connection.delay)

@@ -1,4 +1,4 @@
-"""Read SSP 1.0 system files: a .ssd file, an unpacked SSP folder, or a .ssp archive.
+"""Read system files: a .ssd file, an unpacked SSP folder, a .ssp archive, an OspSystemStructure.xml, or one FMU.
 
 Periods, offsets, kinds, delays, the tick and what to record are no part of SSP. They stand in annotations of the type
 `lockstep`, in a namespace of its own; `lockstep.ssp.write` writes them, and `lockstep.ssp.step_times` resolves them in
