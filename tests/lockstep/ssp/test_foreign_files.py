@@ -102,6 +102,18 @@ def test_unknown_attributes_and_another_order_are_mended(load, echo):
     }
 
 
+def test_two_groups_of_bindings_are_both_read_and_an_empty_group_is_left_out(load, ssd, fmus):
+    first, second = (
+        ssd.bindings(ssd.binding(ssd.values(one))) for one in (("u[1]", "Real", 1.0), ("u[2]", "Real", 2.0))
+    )
+    system = load(ssd.system("top", ssd.component("echo", fmus["echo"], inner=ssd.bindings() + first + second)))
+    assert system.components[0].parameters == {"u[1]": 1.0, "u[2]": 2.0}
+    assert [text.rpartition(": ")[2] for text in warnings_of(system)] == [
+        "ParameterBindings of Component is empty, and left out",
+        "ParameterBindings of Component are there twice; both are read",
+    ]
+
+
 def test_a_prefix_without_a_declaration_is_that_of_ssp_or_osp(tmp_path, ssd, fmus):
     hint = '<ssd:Annotations><ssc:Annotation type="com.opensimulationplatform"><osp:StepSizeHint value="5e-3"/>'
     hint += "</ssc:Annotation></ssd:Annotations>"

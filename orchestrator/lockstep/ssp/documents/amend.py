@@ -27,6 +27,7 @@ _ORDER = (  # of the children of systems, components and descriptions in SSP 1.0
     *("System", "Connectors", "ElementGeometry", "ParameterBindings", "Elements", "Connections", "SignalDictionaries"),
     *("SystemGeometry", "GraphicalElements", "Parameters", "Enumerations", "Units", "DefaultExperiment", "Annotations"),
 )
+_GROUPS = ("Connectors", "ParameterBindings", "Elements", "Connections", "Units", "Enumerations", "Annotations")
 
 
 def amend(root: Element, where: str, warnings: Warnings, shapes: Shapes = no_shapes) -> None:
@@ -53,6 +54,16 @@ def mend_first(root: Element, problem: Any, where: str, warnings: Warnings) -> b
             return True
     parent = element.getparent()
     if problem.type_name == _UNEXPECTED and parent is not None:
+        if len(element) == 0 and local_name(element) in _GROUPS:
+            parent.remove(element)
+            warnings.append(f"{at}: {local_name(element)} of {local_name(parent)} is empty, and left out")
+            return True
+        first = parent.find(element.tag)
+        if first is not element and local_name(element) in _GROUPS:
+            first.extend(element)
+            parent.remove(element)
+            warnings.append(f"{at}: {local_name(element)} of {local_name(parent)} are there twice; both are read")
+            return True
         order = {tag: number for number, tag in enumerate(_ORDER)}
         wanted = sorted(parent, key=lambda child: order.get(local_name(child), len(order)))
         if wanted != list(parent):
