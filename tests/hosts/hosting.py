@@ -152,8 +152,8 @@ class Bench:
         ]
 
     def package(self, scenario: str, configuration: str = "distributed") -> Path:
-        """Return where a system is, as a receiver gets it."""
-        return self.folder / configuration / f"{scenario}.ssp"
+        """Return where a system is, as a receiver gets it: without connectors to the outside, which OSP's hosts refuse."""
+        return self.folder / configuration / "closed" / f"{scenario}.ssp"
 
     def path(self, name: str) -> Path:
         """Return a new place for a file."""

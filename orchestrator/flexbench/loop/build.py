@@ -21,7 +21,7 @@ from ..html.render import as_html
 from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, icd_blocks
 from .build_manifest import MANIFEST, describe_configuration, versions, write_manifest
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
-from .systems import WIRES, build_system, write_systems
+from .systems import WIRES, build_system, write_closed_systems, write_systems
 
 PrintLine = Callable[[str], None]
 
@@ -66,6 +66,11 @@ def _build_all(
         flat_named = build_configuration(both, folder, print_line, "flat", execution_tool) if flat else {}
         paths = write_systems(both, folder / name)
         packages = write_packages(both, paths, built)
+        closed = write_closed_systems(both, folder / name)
+        packages += [*closed, *write_packages(both, closed, built)]
+        if flat:
+            flat_paths = write_systems(both, folder / name / "flat", "flat")
+            packages += [*flat_paths, *write_packages(both, flat_paths, flat_named)]
         for path in (*paths, *packages):
             print_line(str(path))
         fmus = built | {f"{component}, flat names": fmu for component, fmu in flat_named.items()}

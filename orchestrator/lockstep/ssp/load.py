@@ -27,7 +27,7 @@ from lockstep.ssp.step_times import Timing
 from lockstep.ssp.tree import Branch, Leaf, PortPath, Setting
 from lockstep.system.clock import nanoseconds
 from lockstep.system.component import Component, Connector, Kind, Value
-from lockstep.system.system import Connection, Feed, System, SystemInput
+from lockstep.system.system import Connection, Feed, System, SystemInput, SystemPort
 from lockstep.system.transformation import End, Hop, transferred
 from lockstep.system.units import Unit, known_unit
 
@@ -103,6 +103,7 @@ class _Assembly:
             start_values=() if self.own is not None else self._start_values(found, values),
             strict_inputs=self.own is not None and bool(flag(self.own, "strictInputs", "the system")),
             warnings=self.location.all_warnings,
+            ports=() if self.own is None else self._ports(),
         )
         if self.own is not None and system.warnings:
             raise InputError(f"{system.warnings[0]}; in a file with {ANNOTATION} annotations this is an error")
@@ -202,6 +203,8 @@ class _Assembly:
                 if setting is None or port[0] in self.leaves:
                     continue
                 other = chosen.get(way.end)
+                if other is not None and _same_value(setting, other[0]) and not any(map(_changes, way.hops)):
+                    continue  # stated twice, for hosts that know no values of connectors of systems
                 if other is None or setting.level < other[0].level:  # a higher binding wins
                     chosen[way.end] = (setting, (*self._into(port, setting), *way.hops[number:]))
         values: dict[str, dict[str, tuple[Value, Unit | None]]] = {}
@@ -232,6 +235,17 @@ class _Assembly:
             raise InputError(self.describe(leaf).lacks(leaf.path, name, "parameter"))
         return transferred(setting.value, setting.unit, hops, end_of(variable, declared), what)[0], None
 
+    def _ports(self) -> tuple[SystemPort, ...]:
+        """Return the connectors of the whole system that are connected to a component at once, and unchanged."""
+        found = []
+        for wire in self.tree.wires:
+            for outer, inner in ((wire.start, wire.end), (wire.end, wire.start)):
+                leaf = self.tree.children[inner[0]] if outer[0] is None and inner[0] is not None else None
+                kind = self.tree.ports[outer[1]].kind if isinstance(leaf, Leaf) else ""
+                if isinstance(leaf, Leaf) and kind in ("input", "output") and not _changes(wire.hop):
+                    found.append(SystemPort(name=outer[1], kind=kind, component=leaf.path, variable=inner[1]))
+        return tuple(found)
+
     def _inputs(self, free: list[Way], values: Mapping[str, Mapping[str, object]]) -> tuple[SystemInput, ...]:
         """Return the connectors of the whole system that feed inputs and have no value."""
         feeds: dict[str, list[Feed]] = {}
@@ -242,6 +256,14 @@ class _Assembly:
         return tuple(
             SystemInput(name=name, unit=self.tree.ports[name].unit, feeds=tuple(found)) for name, found in feeds.items()
         )
+
+
+def _changes(hop: Hop) -> bool:
+    return (hop.factor, hop.offset, hop.table) != (1.0, 0.0, None)
+
+
+def _same_value(one: Setting, other: Setting) -> bool:
+    return (type(one.value), one.value, one.unit) == (type(other.value), other.value, other.unit)
 
 
 def end_of(variable: Variable, declared: Unit | None) -> End:

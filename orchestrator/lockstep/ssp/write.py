@@ -11,6 +11,7 @@ from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value, settable
 from lockstep.ssp.documents.xml import ANNOTATION, LOCKSTEP, OSP, SSC, SSD, SSV, Element, add, document_bytes, new_root
 from lockstep.ssp.typed_values import literal, write_transformation, write_units
+from lockstep.ssp.write_outside import outside_of, units_of, write_outside, write_outside_connections
 from lockstep.system.clock import seconds_text
 from lockstep.system.component import Component, Connector
 from lockstep.system.system import Connection, System
@@ -24,8 +25,9 @@ PARAMETER_SET = "initialValues"  # for every component: ecos applies the sets of
 def write_ssd(system: System, path: Path | str) -> None:
     """Write `system` to a .ssd file, its FMUs relative to it.
 
-    Connectors that no component declares are filled in from the connections, their types from the FMUs. Inputs of the
-    whole system are left out: without them, the inputs that they feed need values.
+    Connectors that no component declares are filled in from the connections, their types from the FMUs. Of the
+    connectors of the whole system those in `System.ports` are written; other inputs are left out: without them, the
+    inputs that they feed need values.
 
     Raises
     ------
@@ -39,17 +41,20 @@ def write_ssd(system: System, path: Path | str) -> None:
     prefixes = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "lockstep": LOCKSTEP, "osp": OSP}
     root = new_root(SSD, "SystemStructureDescription", prefixes, version="1.0", name=system.name)
     top = add(root, SSD, "System", name=system.name)
+    outside = outside_of(system)
+    write_outside(top, outside, PARAMETER_SET)
     elements = add(top, SSD, "Elements")
     enumerations: dict[tuple[tuple[str, int], ...], str] = {}
     for component in system.components:
         # start values of connected inputs are left out: in a file with annotations they are refused
         kept = {k: v for k, v in component.parameters.items() if f"{component.name}.{k}" not in system.start_values}
         component = replace(component, parameters=kept)
-        _write_component(elements, component, _connectors(component, system.connections), path.parent, enumerations)
-    if system.connections:
+        _write_component(elements, component, _connectors(component, system), path.parent, enumerations)
+    if system.connections or outside:
         connections = add(top, SSD, "Connections")
         for connection in system.connections:
             _write_connection(connections, connection if not connection.via else _at_once(connection, system))
+        write_outside_connections(connections, outside)
     timing = {"tick": seconds_text(system.tick)}
     if system.record_period is not None:
         timing["recordPeriod"] = seconds_text(system.record_period)
@@ -64,7 +69,7 @@ def write_ssd(system: System, path: Path | str) -> None:
             enumeration = add(group, SSC, "Enumeration", name=name)
             for item, number in items:
                 add(enumeration, SSC, "Item", name=item, value=str(number))
-    write_units(root, SSD, {u.name: u for c in system.components for u in c.units.values()})
+    write_units(root, SSD, units_of(outside) | {u.name: u for c in system.components for u in c.units.values()})
     if system.stop_time is not None:
         add(root, SSD, "DefaultExperiment", startTime="0", stopTime=seconds_text(system.stop_time))
     write_whole(path, document_bytes(root))
@@ -126,11 +131,12 @@ def _write_component(
     add(other, OSP, "StepSizeHint", value=seconds_text(component.period))
 
 
-def _connectors(component: Component, connections: Iterable[Connection]) -> list[Connector]:
+def _connectors(component: Component, system: System) -> list[Connector]:
     if component.connectors is not None:
         return list(component.connectors)
-    ends = {c.input: "input" for c in connections if c.to_component == component.name}
-    ends |= {c.output: "output" for c in connections if c.from_component == component.name}
+    ends = {c.input: "input" for c in system.connections if c.to_component == component.name}
+    ends |= {c.output: "output" for c in system.connections if c.from_component == component.name}
+    ends |= {port.variable: port.kind for port in system.ports if port.component == component.name}
     if not ends:
         return []
     variables = read_description(component).variables

@@ -66,13 +66,27 @@ class SystemInput:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SystemPort:
+    """A connector of the whole system and the variable that it leads to, or comes from; of kind input or output.
+
+    It is for hosts that connect the system to others: this master keeps the value of the component for such an input.
+    Several of one name are one input that feeds several components.
+    """
+
+    name: str
+    kind: str
+    component: str
+    variable: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class System:
     """A whole system. Times are integer nanoseconds; `record` holds patterns on `component.variable`.
 
     `ignored` are the values of a system file that have no variable, for display; `start_values` the connected inputs to
     which one gives a value that counts at initialization only, where the producer comes later. `warnings` are
-    what was amended in the file. With `strict_inputs` every input has to be connected or have a value; without, an
-    input keeps its FMU's start value.
+    what was amended in the file, `ports` its connectors to the outside. With `strict_inputs` every input has to be
+    connected or have a value; without, an input keeps its FMU's start value.
     """
 
     name: str
@@ -89,6 +103,7 @@ class System:
     start_values: tuple[str, ...] = ()  # `component.input`
     strict_inputs: bool = False
     warnings: tuple[str, ...] = ()
+    ports: tuple[SystemPort, ...] = ()
 
     def __post_init__(self) -> None:
         for key in ("tick", "stop_time", "record_period"):
@@ -102,6 +117,11 @@ class System:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise InputError(f"system {self.name}: component {twice[0]} is there twice; names must be unique")
+        for port in self.ports:
+            if port.component not in names:
+                raise InputError(f"connector {port.name} of the system: {_no_component(port.component, names)}")
+            if port.kind not in ("input", "output"):
+                raise InputError(f"connector {port.name} of the system: kind {port.kind!r} must be input or output")
         fed: dict[tuple[str, str], Connection] = {}
         known = set(names)
         for connection in self.connections:
