@@ -152,7 +152,7 @@ class Bench:
         ]
 
     def package(self, scenario: str, configuration: str = "distributed") -> Path:
-        """Return where a system is, as a receiver gets it: without connectors to the outside, which OSP's hosts refuse."""
+        """Return where a system is, as OSP's hosts take it: without connectors to the outside."""
         return self.folder / configuration / "closed" / f"{scenario}.ssp"
 
     def path(self, name: str) -> Path:
