@@ -1,8 +1,9 @@
 """Read the recorded signals of a run: finished, still running, or killed."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +11,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from lockstep.array_names import elements_of, in_order
+from lockstep.array_names import by_array, in_order
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.results.stream import STREAM, read_batches
 
 PARQUET = "signals.parquet"  # of a run that ended
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Signals:
     """Recorded signals by name `component.variable`, with the time [s] at which each row is true.
 
@@ -33,14 +34,19 @@ class Signals:
         """Return a signal, (n,); or an array `component.variable` as (n, elements), in the order of its indices."""
         if name in self.columns:
             return self.columns[name]
-        elements = elements_of(name, self.columns)
+        elements = self._elements.get(name)
         if not elements:
             raise InputError(f"{name}: not recorded; there are {compact(self.columns)}{suggestion(name, self.columns)}")
         return np.column_stack([self.columns[element] for element in elements])
 
     def __contains__(self, name: str) -> bool:
         """Return whether a signal, or an array of signals, was recorded."""
-        return name in self.columns or bool(elements_of(name, self.columns))
+        return name in self.columns or name in self._elements
+
+    @cached_property
+    def _elements(self) -> dict[str, list[str]]:
+        """The elements of each array, in the order of their indices."""
+        return _elements(self.columns)
 
 
 def read_signals(folder: Path | str, columns: Sequence[str] | None = None) -> Signals:
@@ -135,10 +141,15 @@ def _chosen(schema: pa.Schema, columns: Sequence[str] | None) -> list[str]:
     names = in_order(name for name in schema.names if name != "time")
     if columns is None:
         return names
-    chosen: dict[str, None] = {}
+    known, elements, chosen = set(names), _elements(names), dict[str, None]()
     for column in columns:
-        found = [column] if column in names else elements_of(column, names)
+        found = [column] if column in known else elements.get(column, [])
         if not found and column != "time":
             raise InputError(f"{column}: not recorded; there are {compact(names)}{suggestion(column, names)}")
         chosen.update(dict.fromkeys(found))
     return list(chosen)
+
+
+def _elements(names: Iterable[str]) -> dict[str, list[str]]:
+    """Return the elements of each array among names, in the order of their indices."""
+    return {array: list(elements.values()) for array, elements in by_array(names).items() if elements}

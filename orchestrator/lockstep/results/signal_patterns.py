@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from lockstep.array_names import in_order, name_and_arrays
 from lockstep.errors import InputError, compact, suggestion
@@ -41,13 +42,15 @@ class _Names:
     """Signals by name, and by the arrays that they are elements of."""
 
     def __init__(self, signals: Sequence[Signal]) -> None:
-        self.names: dict[str, Signal] = {}
-        self._found: dict[str, list[str]] = {}  # by name and array
-        for signal in signals:
-            name = signal.name
-            self.names[name] = signal
+        self.names = {signal.name: signal for signal in signals}
+
+    @cached_property
+    def _found(self) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for name in self.names:
             for one in name_and_arrays(name):
-                self._found.setdefault(one, []).append(name)
+                found.setdefault(one, []).append(name)
+        return found
 
     def matching(self, pattern: str) -> list[str]:
         if pattern == ALL:
