@@ -1,8 +1,9 @@
 /* An FMU (FMI 2.0 co-simulation) that gives its inputs back as outputs at the end of a step, with value references 10
    higher: Reals 0 and 1, Integer 0, Boolean 0, String 0. Parameter 30 and the local Real 31, three times input 0. Output
-   11 is not a number while the Integer is 9. The whole state is one block of memory. */
+   11 is not a number while the Integer is 9; 7 sends the process a SIGINT at the end of the initialization. The whole state is one block of memory. */
 
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,7 +31,11 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return type == fmi2CoSimulation && strcmp(guid, GUID) == 0 ? calloc(1, sizeof(Instance)) : NULL;
 }
 
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) { copy(c); return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    copy(c);
+    if (((Instance *)c)->n == 7) raise(SIGINT);
+    return fmi2OK;
+}
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_return) {
     (void)time; (void)step; (void)no_return;

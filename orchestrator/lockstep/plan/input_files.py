@@ -3,8 +3,8 @@
 A column is named as the input, `component.variable`, or as a connector of the system, or, if the system is one FMU, by
 the variable alone. Between two rows the inputs that are continuous Reals are interpolated linearly and all others keep
 the value of the row before; before the first row they have its values, after the last row the values of that. Of rows
-with the same time the last one counts from it on. Values are in the unit of the input or connector, unless a Parquet
-column states one (`unit` in its metadata, as in results of runs), which is converted.
+with the same time the last one counts from it on. Values are in the unit of the input or connector, unless the column
+states one, which is converted: as exported results do, `plant.rate [deg/s]` in CSV and `unit` in Parquet's metadata.
 """
 
 from __future__ import annotations
@@ -198,7 +198,7 @@ def _values(table: Table, column: Column) -> NDArray[Any]:
 def _conversion(table: Table, column: Column, what: str) -> Conversion:
     """Return how the values in the file become those of the input."""
     variable = column.variable
-    stated = table.unit(column.name) if variable.scalar == "Real" else ""
+    stated = table.file.units.get(column.name, "") if variable.scalar == "Real" else ""
     target = End(type=variable.type, unit=variable.unit, relative=variable.relative, items=variable.items)
     tables = [hop.table.kind for hop in column.hops if hop.table is not None]
     source = End(type=tables[0] if tables else family(variable.type), unit=column.unit, items=variable.items)

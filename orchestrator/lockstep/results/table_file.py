@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import hashlib
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from lockstep.errors import InputError, compact
 
 TIME = "time"
 _DELIMITERS = ",;\t"
+_WITH_UNIT = re.compile(r"(.*\S)\s+\[([^\[\]]*)\]")  # as in exported results: `plant.rate[1] [rad/s]`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +31,7 @@ class TableFile:
     sha256: str
     names: tuple[str, ...]
     delimiter: str
+    units: Mapping[str, str] = field(default_factory=dict)  # that columns state, as `rate [rad/s]` or in their metadata
 
     def __str__(self) -> str:
         return self.path.name
@@ -83,11 +86,6 @@ class Table:
         found: list[Any] = self.columns.column(name).to_pylist()
         return found
 
-    def unit(self, name: str) -> str:
-        """Return the unit that a column states, "" if none: Parquet, with `unit` in its metadata as in results."""
-        metadata = self.columns.schema.field(name).metadata or {}
-        return str(metadata.get(b"unit", b"").decode("utf-8", "replace"))
-
 
 def open_table(path: Path) -> TableFile:
     """Return what a file holds, or raise InputError."""
@@ -95,9 +93,16 @@ def open_table(path: Path) -> TableFile:
     with path.open("rb") as stream:
         parquet = stream.read(4) == b"PAR1"
     if parquet:
-        names, delimiter = [str(name) for name in _refusing(path, lambda: pq.read_schema(path)).names], ""
+        schema = _refusing(path, lambda: pq.read_schema(path))
+        names, delimiter = [str(name) for name in schema.names], ""
+        units = [
+            (schema.field(k).metadata or {}).get(b"unit", b"").decode("utf-8", "replace") for k in range(len(names))
+        ]
     else:
-        names, delimiter = _csv_header(path)
+        header, delimiter = _csv_header(path)
+        found = [_WITH_UNIT.fullmatch(name) for name in header]
+        names = [name if match is None else match[1] for name, match in zip(header, found, strict=True)]
+        units = ["" if match is None else match[2] for match in found]
     timed = [name for name in names if name.lower() == TIME]
     if len(timed) != 1:
         there = f"it has {compact(names)}"
@@ -106,7 +111,10 @@ def open_table(path: Path) -> TableFile:
     twice = [name for name in renamed if renamed.count(name) > 1] if len(set(renamed)) < len(renamed) else []
     if twice:
         raise InputError(f"{path.name}: has the column {twice[0]} twice; remove one of them")
-    return TableFile(path=path, sha256=digest, names=renamed, delimiter=delimiter)
+    stated = {name: unit for name, unit in zip(renamed, units, strict=True) if unit not in ("", "1")}
+    if stated.get(TIME, "s") != "s":
+        raise InputError(f"{path.name}: has its time in {stated[TIME]}; give seconds")
+    return TableFile(path=path, sha256=digest, names=renamed, delimiter=delimiter, units=stated)
 
 
 def file_digest(path: Path) -> str:

@@ -88,6 +88,13 @@ def test_parquet_gives_the_same_and_its_units_are_converted(system, tmp_path):
     assert list(run["echo.s"][:3]) == ["a", "a", "b"]
 
 
+def test_csv_columns_may_state_units_as_exported_results_do(system, tmp_path):
+    file = _written(tmp_path / "in.csv", f"time [s],echo.x [rad],echo.h [1],echo.n\n0,{np.pi!r},2,3\n")
+    simulate(system, tmp_path / "run", stop_time=0.002, inputs=file, record=["inputs:*"])
+    run = read_signals(tmp_path / "run")
+    assert (run["echo.x"][0], run["echo.h"][0], run["echo.n"][0]) == (pytest.approx(180.0, rel=1e-15), 2.0, 3)
+
+
 def test_one_fmu_alone_takes_names_of_its_variables_and_other_delimiters(echo, tmp_path, capsys):
     for number, delimiter in enumerate(",;\t"):
         text = delimiter.join(("time", "x")) + "\n" + delimiter.join(("0", "5")) + "\n"
@@ -121,6 +128,8 @@ def test_a_connector_of_the_system_converts_as_its_connections_do(system, tmp_pa
 
 REFUSED = (
     ("echo.x\n1\n", "in.csv: has 0 columns time, and needs one, in seconds; it has echo.x"),
+    ("time [ms],echo.x\n1,1\n", "in.csv: has its time in ms; give seconds"),
+    ("time,echo.x [m]\n1,1\n", "in.csv: column echo.x: unit 'm' [m] does not convert to 'deg' [1]"),
     ("time\n1\n", "in.csv: has no column beside time"),
     ("time,echo.y\n0,1\n", "in.csv: column echo.y: echo.y: no such input"),
     ("time,ech.x\n0,1\n", "in.csv: column ech.x: echo.ech.x: no such input"),

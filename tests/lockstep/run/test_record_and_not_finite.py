@@ -104,6 +104,12 @@ def test_value_of_an_isolated_component_is_recorded_from_the_start(echo, tmp_pat
     assert [line for line in lines if "finite" in line] == [text]
 
 
+def test_ctrl_c_while_the_components_are_initialized_ends_the_run_before_its_first_tick(chain, tmp_path):
+    with pytest.raises(KeyboardInterrupt):  # the FMU sends it, in the midst of a call that must not be disturbed
+        simulate(chain, tmp_path / "run", stop_time=0.002, overrides={"first.n": 7})
+    assert not (tmp_path / "run").exists()
+
+
 def test_value_that_a_connection_uses_ends_the_run(chain, ramp, tmp_path):
     link = Connection(from_component="first", output="out.h", to_component="second", input="h", delay=1)
     used = replace(chain, connections=(*chain.connections, link))
