@@ -12,7 +12,7 @@ from lockstep.results.signal_patterns import select
 from lockstep.system.component import Component
 from lockstep.system.system import System
 
-FEW, MANY = 1000, 8000
+FEW, MANY = 500, 4000
 
 
 def _spent(folder: Path, count: int) -> dict[str, float]:
