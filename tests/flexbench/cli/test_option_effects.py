@@ -115,6 +115,7 @@ EFFECTS = {
         "--configuration": _BUILD + "test_building_one_configuration_keeps_the_unchanged_other_one",
         "--out": _SAME_BYTES,
         "--flat": _SAME_BYTES,
+        "--needs-execution-tool": "flexsat/fmu/test_export.py::test_a_build_declares_that_a_tool_is_needed_if_asked_to",
     },
     "flexsat paper": {
         "--as-published": "flexbench/studies/paper/test_table.py::test_a_variant_that_was_not_run_has_no_column",

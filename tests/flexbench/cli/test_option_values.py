@@ -32,6 +32,7 @@ CALLS = {
             "--configuration": (("centralised",), "('centralised',), "),
             "--out": (("there",), "'there'"),
             "--flat": ((), "'flat': True"),
+            "--needs-execution-tool": ((), "'execution_tool': True"),
         },
     ),
     "paper": (

@@ -90,8 +90,9 @@ def test_building_one_configuration_keeps_the_unchanged_other_one(delivered, tmp
     build_all(("centralised",), tmp_path, lambda _: None)
 
     rebuilt = json.loads((tmp_path / MANIFEST).read_text())
-    flat = {name: facts for name, facts in manifest["configurations"]["centralised"]["fmus"].items() if is_flat(name)}
-    rebuilt["configurations"]["centralised"]["fmus"] |= flat  # they were not built again
+    for group in ("fmus", "files"):  # those with flat names were not built again
+        before = manifest["configurations"]["centralised"][group]
+        rebuilt["configurations"]["centralised"][group] |= {k: v for k, v in before.items() if is_flat(k)}
     assert rebuilt == manifest
     lines = (delivered / "ICD.md").read_text().splitlines()
     assert (tmp_path / "ICD.md").read_text().splitlines() == [line for line in lines if "centralised/flat" not in line]

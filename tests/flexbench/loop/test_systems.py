@@ -6,11 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fmpy.ssp.ssd import get_connections, read_ssd
+from lxml import etree
 
 from flexbench.loop.systems import build_system, write_systems
 from flexsat.design.chain import build_designs
 from flexsat.parameters import Rates, Slew
-from lockstep import load_system
+from lockstep import load_system, read_signals, simulate
+from lockstep.ssp.documents.xml import NS
 
 MILLISECOND = 1_000_000  # ns
 
@@ -70,3 +73,67 @@ def test_written_system_files_follow_the_rates_and_the_slew(designs, delivered, 
     parameters = system.component("controller").parameters
     assert [parameters[f"command.rotation[{axis}]"] for axis in (1, 2, 3)] == [0.0, 0.01, 0.0]
     assert parameters["command.start_time"] == 7.0
+
+
+COMMANDS = {f"command_rotation_{axis}": ("rad", f"command.rotation[{axis}]") for axis in (1, 2, 3)}
+COMMANDS["command_start_time"] = ("s", "command.start_time")
+
+
+def flat(name):
+    """Return a variable's name in the FMUs with flat names."""
+    return name.replace(".", "_").replace("[", "_").rstrip("]")
+
+
+@pytest.mark.parametrize(("file", "named"), [("slew.ssp", str), ("flat/slew.ssp", flat)])
+def test_a_package_shows_commands_attitude_and_torque_to_the_outside(delivered, file, named):
+    top = read_ssd(str(delivered / "centralised" / file)).system  # a reader of others
+    ends = {(a.name, b.parent.name, b.name) for a, b in get_connections(top) if a.parent is top}
+    starts = {(b.name, a.parent.name, a.name) for a, b in get_connections(top) if b.parent is top}
+    kinds = {connector.name: connector.kind for connector in top.connectors}
+
+    assert {(name, "controller", named(variable)) for name, (_, variable) in COMMANDS.items()} <= ends
+    assert ("external_torque_3", "plant", named("external.torque[3]")) in ends
+    assert ("attitude_quaternion_4", "plant", named("attitude.quaternion[4]")) in starts
+    assert ("wheel_torque_6", "controller", named("wheel.torque[6]")) in starts
+    assert all(name.isidentifier() for name in kinds)  # OMSimulator takes no others
+    assert set(kinds.values()) == {"input", "output"}
+    assert len(ends) + len(starts) == len(kinds) == 36
+
+
+def test_inputs_of_the_whole_system_have_units_and_the_values_of_the_scenario(delivered):
+    """A host that sends zero where nothing is connected would command no slew."""
+    path = delivered / "centralised" / "slew.ssd"
+    system, top = load_system(path), etree.parse(path).getroot().find("ssd:System", NS)
+    values = {
+        parameter.get("name"): float(parameter[0].get("value"))
+        for parameter in top.find("ssd:ParameterBindings", NS).iterfind(".//ssv:Parameter", NS)
+    }
+    units = {c.get("name"): c[0].get("unit") for c in top.iterfind("ssd:Connectors/ssd:Connector", NS)}
+
+    assert values["command_rotation_1"] > 0.0
+    assert system.inputs == ()
+    for name, (unit, variable) in COMMANDS.items():
+        assert values[name] == system.component("controller").parameters[variable]
+        assert units[name] == unit
+    assert (units["wheel_torque_1"], units["external_force_1"], units["rate_1"]) == ("N.m", "N", "rad/s")
+
+
+def test_systems_for_hosts_that_refuse_connectors_to_the_outside(delivered):
+    both = [load_system(delivered / "centralised" / folder / "slew.ssp") for folder in (".", "closed")]
+
+    assert [len(system.ports) for system in both] == [36, 0]
+    assert both[0].connections == both[1].connections
+    assert [c.parameters for c in both[0].components] == [c.parameters for c in both[1].components]
+
+
+def test_flat_systems_give_the_results_of_the_structured_ones(delivered, tmp_path):
+    results = []
+    for naming in (".", "flat"):
+        system = load_system(delivered / "centralised" / naming / "fine_pointing.ssd")
+        simulate(system, tmp_path / naming / "run", stop_time=0.05)
+        results.append(read_signals(tmp_path / naming / "run"))
+    structured, other = results
+    names = {name: ".".join((*name.split(".")[:1], flat(name.partition(".")[2]))) for name in structured.columns}
+
+    assert sorted(names.values()) == sorted(other.columns)
+    assert all((structured[name] == other[names[name]]).all() for name in names)

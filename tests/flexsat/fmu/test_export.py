@@ -111,6 +111,18 @@ def test_fmpy_finds_no_problem_and_reads_the_feedthrough(tmp_path):
     assert description.defaultExperiment.stepSize == "0.01"
 
 
+@pytest.mark.usefixtures("packages")
+def test_a_build_declares_that_a_tool_is_needed_if_asked_to(tmp_path):
+    builds = [
+        build_fmu("flexsat.toys.counter:Counter", tmp_path / f"{asked}.fmu", {}, "toy", execution_tool=asked)
+        for asked in (False, True)
+    ]
+    declared = [read_model_description(str(build.path)).coSimulation.needsExecutionTool for build in builds]
+
+    assert declared == [False, True]
+    assert builds[0].guid != builds[1].guid
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
