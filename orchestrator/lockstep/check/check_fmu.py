@@ -11,7 +11,6 @@ from time import perf_counter
 from lockstep.check.contract import Contract
 from lockstep.check.contract_findings import contract_findings
 from lockstep.check.dynamic_checks import dynamic_checks
-from lockstep.check.other_versions import other_version_checks, version_of
 from lockstep.check.report.check_report import CheckReport
 from lockstep.check.report.finding import Finding
 from lockstep.check.static.fmu_archive import FmuArchive, read_archive, unreadable
@@ -47,11 +46,8 @@ def check_fmu(
     """
     started = perf_counter()
     fmu = read_archive(path)
-    if version_of(fmu):
-        findings = other_version_checks(fmu, dynamic, report)
-    else:
-        findings = static_checks(fmu, report)
-        findings += _dynamic(path, findings, report, others) if dynamic else []
+    findings = static_checks(fmu, report)
+    findings += _dynamic(path, findings, report, others) if dynamic else []
     compared = _contract(fmu, contracts, like)
     for finding in compared:
         report(finding)
@@ -84,7 +80,8 @@ def _dynamic(
         )
         report(skipped)
         return [skipped]
-    return dynamic_checks(path, report, others=others)
+    faults = [f.check for f in found if f.status == "error"]
+    return dynamic_checks(path, report, others=others, faults=faults)
 
 
 def _contract(fmu: FmuArchive, contracts: Sequence[Contract], like: str | None) -> list[Finding]:

@@ -6,6 +6,7 @@ is reported once.
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from lockstep.check.dynamic import probes_life, probes_load, probes_refusal, probes_setup, probes_state
-from lockstep.check.dynamic.experiment import Experiment, read_experiment
+from lockstep.check.dynamic.experiment import Experiment, experiment_of
 from lockstep.check.dynamic.probe_process import Probe, ProbeResult
 from lockstep.check.dynamic.probe_runner import ProbeRunner
 from lockstep.check.dynamic.trajectory import Trajectory, difference, relative_difference
@@ -70,6 +71,7 @@ def dynamic_checks(
     others: Sequence[Path] = (),
     time_limit: float = 60.0,
     only: Collection[str] = CHECKS,
+    faults: Sequence[str] = (),
 ) -> list[Finding]:
     """Run every dynamic check on an FMU.
 
@@ -81,17 +83,34 @@ def dynamic_checks(
     others : FMUs to load in one process with it; none: a copy of itself
     time_limit : wall time that one process may take [s]; the memory check may take its own more
     only : checks to run; those that every other builds on run as well
+    faults : static checks with an error: what cannot be read or loaded for them is no error again
     """
     with temporary_folder("check") as folder:
         runner = ProbeRunner(archive=path.resolve(), work=folder, time_limit=time_limit)
-        return _CheckSequence(runner, report, steps, tuple(others)).run(only)
+        return CheckSequence(runner, report, steps, tuple(others), faults).run(only)
 
 
-class _CheckSequence:
+# how a process ends, or a call that every check makes: what one defect does in check after check
+_ENDS = re.compile(
+    r"(?:crashed with |ended the process with |no answer within |all calls returned, |a process that it started )[^:]*"
+    r"|fmi[23]?(?:Terminate|Free)\w* returned .*"
+)
+
+
+def _cause(found: ProbeResult | Finding) -> str:
+    """Return how a process or a call of every check ended, without its time; else nothing."""
+    ended = _ENDS.search(found.message) if found.status == "error" else None
+    return re.sub(r"[0-9.]+", "", re.sub(r" (at t = |, after )[^:]*", "", ended[0])) if ended else ""
+
+
+class CheckSequence:
     """One pass through the checks, with their findings so far."""
 
-    def __init__(self, runner: ProbeRunner, report: Listener, steps: int, others: tuple[Path, ...]) -> None:
+    def __init__(
+        self, runner: ProbeRunner, report: Listener, steps: int, others: tuple[Path, ...], faults: Sequence[str]
+    ) -> None:
         self.runner, self._report, self._memory_steps, self._others = runner, report, steps, others
+        self._faults = faults
         self.findings: list[Finding] = []
         self.experiment: Experiment
         self.steps = REFERENCE_STEPS
@@ -100,11 +119,13 @@ class _CheckSequence:
     def run(self, only: Collection[str]) -> list[Finding]:
         """Run the checks in their order."""
         try:
-            self.experiment = read_experiment(self.runner.unpack())
+            self.experiment = experiment_of(self.runner.archive, self.runner.unpack())
         except TemporaryFolderError:
             raise
         except (InputError, OSError) as error:
-            self._add("dynamic.instantiate", ProbeResult(status="error", message=str(error)))
+            faults = f"as {', '.join(self._faults)}: " if self._faults else ""
+            result = ProbeResult(status="skipped" if faults else "error", message=f"{faults}{error}")
+            self.add("dynamic.instantiate", result)
             return self._skip("cannot be instantiated")
         for check, probe, missing in (
             ("dynamic.instantiate", self._instantiate, "cannot be instantiated"),
@@ -112,20 +133,24 @@ class _CheckSequence:
             ("dynamic.step", self._step, "cannot be stepped"),
         ):
             result = _carried_out(probe)
-            self._add(check, result)
+            self.add(check, result)
             if result.status == "error" and not result.numbers.get("steps"):
                 return self._skip(missing)
+        if not self.steps:
+            return self._skip("it asks for the end in its first step")
         for check in CHECKS[3:]:
             if check not in only:
                 continue
             if check in COMPARING and self._failed("dynamic.repeat"):
                 reason = "two runs never give the same bits (dynamic.repeat), so there is no reference to compare with"
-                self._add(check, ProbeResult(status="skipped", message=reason))
+                self.add(check, ProbeResult(status="skipped", message=reason))
             else:
-                self._add(check, _carried_out(getattr(self, f"_{check.partition('.')[2]}")))
+                self.add(check, _carried_out(getattr(self, f"_{check.partition('.')[2]}")))
         return self.findings
 
-    def _add(self, check: str, result: ProbeResult) -> None:
+    def add(self, check: str, result: ProbeResult) -> None:
+        """Keep a result as a finding, and report it; an error of a cause that was reported is skipped."""
+        result = self._once(result)
         finding = Finding(
             check=check,
             group="dynamic",
@@ -138,9 +163,22 @@ class _CheckSequence:
         self.findings.append(finding)
         self._report(finding)
 
+    def _once(self, result: ProbeResult) -> ProbeResult:
+        """Return a result that is no error if its cause was reported: the same call ended in the same way."""
+        of_library = [check for check in self._faults if check in ("static.functions", "static.dependencies")]
+        if of_library and result.status == "error" and "cannot load the FMU" in result.message:
+            return replace(result, status="skipped", message=f"as {', '.join(of_library)}: {result.message}")
+        cause = _cause(result)
+        if not cause:
+            return result
+        first = next((f for f in self.findings if f.status == "error" and _cause(f) == cause), None)
+        if first is None:
+            return result
+        return replace(result, status="skipped", message=f"not checked: as {first.check}: {result.message}")
+
     def _skip(self, reason: str) -> list[Finding]:
         for check in CHECKS[len(self.findings) :]:
-            self._add(check, ProbeResult(status="skipped", message=f"not checked: {reason}"))
+            self.add(check, ProbeResult(status="skipped", message=f"not checked: {reason}"))
         return self.findings
 
     def _failed(self, check: str) -> bool:
@@ -175,6 +213,8 @@ class _CheckSequence:
                 self.experiment = still
                 result = replace(second, details=(f"with moving inputs: {result.message}", *second.details))
         self.steps = int(result.numbers.get("steps", 0))
+        if "ended after" in result.numbers:
+            self.experiment = replace(self.experiment, most_steps=self.steps)
         self._reference_made = time.monotonic()
         return result
 
@@ -225,7 +265,7 @@ class _CheckSequence:
         neighbour = ProbeRunner(archive=other.resolve(), work=self.runner.work / "neighbour",
                                time_limit=self.runner.time_limit)  # fmt: skip
         try:
-            experiment = self.experiment if copy else read_experiment(neighbour.unpack())
+            experiment = self.experiment if copy else experiment_of(neighbour.archive, neighbour.unpack())
         except InputError as error:
             return ProbeResult(status="skipped", message=f"{other.name}: {error}")
         if copy and self.experiment.once_per_process:
@@ -240,6 +280,7 @@ class _CheckSequence:
             probes_life.side_by_side,
             neighbour=experiment.as_json(),
             neighbour_folder=str(neighbour.unpack()),
+            neighbour_archive=str(neighbour.archive),
             neighbour_name="a copy unpacked elsewhere" if copy else other.name,
             neighbour_base=base,
         )
@@ -296,7 +337,9 @@ class _CheckSequence:
         state = self.experiment.saves_state and not self._failed("dynamic.state")
         limit = self.runner.time_limit + LATENCY_SECONDS
         resets = not self._failed("dynamic.reset")
-        options = {"steps": self.steps, "seconds": LATENCY_SECONDS, "state": state, "resets": resets}
+        # what comes after a change has to be within the steps that it makes before a regular end
+        steps = self.steps if self.experiment.most_steps is None else max(1, self.steps // 2)
+        options = {"steps": steps, "seconds": LATENCY_SECONDS, "state": state, "resets": resets}
         return self._probe(latency_check.latency, time_limit=limit, **options)
 
     def _cost(self) -> ProbeResult:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from lockstep.check.report.finding import Finding
 from lockstep.check.static import archive_checks as archive
@@ -17,7 +18,6 @@ CHECKS = (
     archive.hygiene,
     description.kind,
     description.schema,
-    description.fmpy,
     units,
     unknowns,
     description.names,
@@ -25,6 +25,7 @@ CHECKS = (
     description.descriptions,
     description.aliases,
     description.experiment,
+    description.fmpy,
     binary.platforms,
     binary.functions,
     binary.dependencies,
@@ -32,12 +33,22 @@ CHECKS = (
     archive.documentation,
     archive.licence,
 )
+# what FMPy looks at too: an offence is one error
+_DESCRIPTION = ("static.kind", "static.schema", "static.units", "static.unknowns", "static.names", "static.variables")
 
 
 def static_checks(fmu: FmuArchive, report: Callable[[Finding], None] = lambda _: None) -> list[Finding]:
     """Run every static check; `report` is called with each finding as it comes."""
-    findings = []
+    findings: list[Finding] = []
     for run in CHECKS:
-        findings.append(run(fmu))
+        findings.append(_once(run(fmu), findings))
         report(findings[-1])
     return findings
+
+
+def _once(finding: Finding, before: Sequence[Finding]) -> Finding:
+    """Return FMPy's objections as a note where a check of the description has found the same file in error."""
+    if finding.check != "static.fmpy" or finding.status != "error":
+        return finding
+    by = [f.check for f in before if f.status == "error" and f.check in _DESCRIPTION]
+    return replace(finding, status="info", message=f"as {', '.join(by)}: {finding.message}") if by else finding

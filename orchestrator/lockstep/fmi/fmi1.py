@@ -13,13 +13,13 @@ from lockstep.fmi.instance import Hooks, Instance
 from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
 from lockstep.fmi.scalar_calls import Scalars
-from lockstep.fmi.slave import ERROR, Buffer, Scalar, returned
+from lockstep.fmi.slave import ERROR, OK, WARNING, Buffer, Scalar, returned
 from lockstep.system.component import Value
 
 _LOGGER = fmi1.fmi1CallbackLoggerTYPE(take_message)
 _MIME = "application/x-fmu-sharedlibrary"
 _INSTANTIATE = (*(c_char_p,) * 4, c_double, c_char, c_char, fmi1.fmi1CallbackFunctions, c_char)
-_NAMES = {"ExitInitializationMode": "InitializeSlave"}  # of calls that FMI 2.0 names otherwise
+_NAMES = {"ExitInitializationMode": "InitializeSlave", "Reset": "ResetSlave"}  # of calls that FMI 2.0 names otherwise
 
 
 class Fmi1Slave:
@@ -76,6 +76,13 @@ class Fmi1Slave:
         start, stop = self._span
         status = self.instance.call("InitializeSlave", start, bytes([stop is not None]), stop or 0.0)
         self.instance.stepping = status < ERROR
+        return status
+
+    def reset(self) -> int:
+        """Call fmiResetSlave: the instance is as fmiInstantiateSlave left it."""
+        status = self.instance.call("ResetSlave")
+        if status <= WARNING:
+            self.instance.stepping, self.instance.worst = False, OK
         return status
 
     def failed(self, status: int) -> None:

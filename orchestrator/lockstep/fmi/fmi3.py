@@ -17,7 +17,7 @@ from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
 from lockstep.fmi.model_description import Variable
 from lockstep.fmi.saved_state import restore_state, save_state
-from lockstep.fmi.slave import DISCARD, ERROR, WARNING, Buffer, Scalar, asked_for_end, returned
+from lockstep.fmi.slave import DISCARD, ERROR, OK, WARNING, Buffer, Scalar, asked_for_end, returned
 from lockstep.system.component import Value
 
 _INSTANTIATE = (
@@ -110,6 +110,13 @@ class Fmi3Slave:
         """Call fmi3ExitInitializationMode."""
         status = self.instance.call("ExitInitializationMode")
         self.instance.stepping = status < ERROR
+        return status
+
+    def reset(self) -> int:
+        """Call fmi3Reset: the instance is as fmi3InstantiateCoSimulation left it."""
+        status = self.instance.call("Reset")
+        if status <= WARNING:
+            self.instance.stepping, self.instance.worst, self._problem = False, OK, ""
         return status
 
     def save_state(self, folder: str) -> int:

@@ -9,7 +9,7 @@ from functools import partial
 from lockstep.errors import RunError
 from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Listener, Log, Messages
-from lockstep.fmi.signatures import ENDINGS, SIGNATURES
+from lockstep.fmi.signatures import ENDINGS, OPTIONAL, SIGNATURES
 from lockstep.fmi.slave import ERROR, FATAL, OK, WARNING, returned
 
 BoundCall = Callable[..., int]  # an FMI function with its instance, and perhaps more arguments, filled in
@@ -60,8 +60,9 @@ class Instance:
         return self._alive
 
     def bind(self, name: str, *arguments: object) -> BoundCall:
-        """Return a function with the instance, and the first arguments behind it, filled in."""
-        function = self.library.function(f"{self.library.begin}{name}", c_void_p, *SIGNATURES[self.prefix][name])
+        """Return a function with the instance, and the first arguments behind it, filled in; or raise RunError."""
+        signature = (SIGNATURES[self.prefix] | OPTIONAL[self.prefix])[name]
+        function = self.library.function(f"{self.library.begin}{name}", c_void_p, *signature)
         return partial(function, self._handle, *arguments)
 
     def call(self, name: str, *arguments: object) -> int:

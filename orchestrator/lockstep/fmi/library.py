@@ -66,7 +66,10 @@ class Library:
 
         A status is unsigned: one below 0, which FMI does not know, becomes a large number, worse than all others.
         """
-        function = self._library[name]  # indexing makes a new object at each call
+        try:
+            function = self._library[name]  # indexing makes a new object at each call
+        except AttributeError:
+            raise RunError(f"the library does not export {name}") from None
         function.argtypes, function.restype = argument_types, returns
         return function
 

@@ -22,7 +22,11 @@ from lockstep.system.sums import Sums
 from lockstep.system.units import BASES, Unit
 
 SSP_SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
-FMI2_SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
+SCHEMAS = {  # of model descriptions, by version of FMI
+    "1.0": Path(fmpy.__file__).parent / "schema" / "fmi1" / "fmiModelDescription.xsd",
+    "2.0": Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd",
+    "3.0": Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3ModelDescription.xsd",
+}
 PLATFORM = str(fmpy.platform)  # as FMI 1.0 and 2.0 name the folder of their binaries
 PLATFORMS = {"1.0": PLATFORM, "2.0": PLATFORM, "3.0": str(fmpy.platform_tuple)}  # by version of FMI
 VERSION = str(fmpy.__version__)

@@ -28,7 +28,7 @@ def _state_functions(state: str, deserialize: str) -> dict[str, Signature]:
 
 
 # by the prefix of a version's functions, and by the name of the function without it
-SIGNATURES: Mapping[str, Mapping[str, Signature]] = {
+SIGNATURES: Mapping[str, dict[str, Signature]] = {
     "fmi": {
         "InitializeSlave": (c_double, c_char, c_double),
         "DoStep": (c_double, c_double, c_char),
@@ -60,6 +60,12 @@ SIGNATURES: Mapping[str, Mapping[str, Signature]] = {
         **{f"{verb}{kind}": _ARRAYS for verb in ("Get", "Set") for kind in NATIVE_TYPES},
         **_state_functions("FMUState", "Deserialize"),
     },
+}
+# functions that only the checks call: an FMU without them runs
+OPTIONAL: Mapping[str, dict[str, Signature]] = {
+    "fmi": {"ResetSlave": ()},
+    "fmi2": {},
+    "fmi3": {"SetDebugLogging": (c_bool, c_size_t, c_void_p)},
 }
 # the calls that end an instance, in their order
 ENDINGS = {

@@ -60,12 +60,17 @@ def _older_pairs() -> list[Variable]:
     return inputs + [replace(v, name=f"{v.name.removesuffix('_in')}_out", causality="output") for v in inputs]
 
 
+DEFAULT_STEP = {"dahlquist": 0.1}  # [s] that a model recommends
 MODELS = {
     "integrator": [
         Variable("u", "Float64", "input", 0.0, (), "m/s"),
         Variable("x", "Float64", "output", 0.0, (), "m"),
         Variable("x0", "Float64", "parameter", 1.0, (), "m"),
         Variable("rate", "Float64", "parameter", 0.5),
+    ],
+    "dahlquist": [
+        Variable("x", "Float64", "output", 1.0),
+        Variable("k", "Float64", "parameter", 1.0),
     ],
     "stair": [
         Variable("counter", "Int32", "output"),
@@ -144,6 +149,12 @@ def _header(model: str, variables: list[Variable], version: str) -> str:
     )
 
 
+def _experiment(model: str) -> str:
+    """Return the default experiment, if the model recommends a step."""
+    step = DEFAULT_STEP.get(model)
+    return "" if step is None else f'<DefaultExperiment startTime="0" stopTime="{100 * step:g}" stepSize="{step}"/>'
+
+
 def _attributes(**values: object) -> str:
     return "".join(f" {name}={quoteattr(str(value))}" for name, value in values.items() if value not in (None, ""))
 
@@ -195,7 +206,7 @@ def _description3(model: str, variables: list[Variable], more: str) -> str:
         f'<CoSimulation modelIdentifier="{model}" canHandleVariableCommunicationStepSize="true" '
         'canGetAndSetFMUState="true" canSerializeFMUState="true"/>\n'
         f'{_units()}<TypeDefinitions><EnumerationType name="Mode">{_items()}</EnumerationType></TypeDefinitions>\n'
-        f"<ModelVariables>\n{chr(10).join(rows)}{more}\n"
+        f"{_experiment(model)}<ModelVariables>\n{chr(10).join(rows)}{more}\n"
         '<Float64 name="time" valueReference="4242" causality="independent" variability="continuous"/>\n'
         f"</ModelVariables>\n<ModelStructure>{structure}</ModelStructure>\n</fmiModelDescription>\n"
     )
@@ -220,7 +231,7 @@ def _description2(model: str, variables: list[Variable], more: str) -> str:
         f'<CoSimulation modelIdentifier="{model}" canHandleVariableCommunicationStepSize="true" '
         'canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>\n'
         f'{_units()}<TypeDefinitions><SimpleType name="Mode"><Enumeration>{_items()}</Enumeration></SimpleType>'
-        f"</TypeDefinitions>\n<ModelVariables>\n{chr(10).join(rows)}{more}\n</ModelVariables>\n"
+        f"</TypeDefinitions>\n{_experiment(model)}<ModelVariables>\n{chr(10).join(rows)}{more}\n</ModelVariables>\n"
         f"<ModelStructure><Outputs>{outputs}</Outputs><InitialUnknowns>{outputs}</InitialUnknowns></ModelStructure>\n"
         "</fmiModelDescription>\n"
     )
@@ -250,7 +261,7 @@ def _description1(model: str, variables: list[Variable], more: str) -> str:
         f'<fmiModelDescription fmiVersion="1.0" modelName="{model}" modelIdentifier="{model}" guid="{TOKEN}" '
         'numberOfContinuousStates="0" numberOfEventIndicators="0">\n'
         f'<TypeDefinitions><Type name="Mode"><EnumerationType>{items}</EnumerationType></Type></TypeDefinitions>\n'
-        f"<ModelVariables>\n{chr(10).join(rows)}{more}\n</ModelVariables>\n"
+        f"{_experiment(model)}<ModelVariables>\n{chr(10).join(rows)}{more}\n</ModelVariables>\n"
         "<Implementation><CoSimulation_StandAlone><Capabilities/></CoSimulation_StandAlone></Implementation>\n"
         "</fmiModelDescription>\n"
     )

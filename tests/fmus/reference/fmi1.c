@@ -51,6 +51,11 @@ fmi1Status F(InitializeSlave)(fmi1Component c, fmi1Real start, fmi1Boolean defin
 
 fmi1Status F(TerminateSlave)(fmi1Component c) { return say(c, fmi1Warning, "terminated"); }
 
+fmi1Status F(ResetSlave)(fmi1Component c) {
+    ((Instance *)c)->state = (State){.values = DEFAULTS};
+    return fmi1OK;
+}
+
 fmi1Status F(DoStep)(fmi1Component c, fmi1Real time, fmi1Real step, fmi1Boolean new) {
     (void)new;
     Instance *it = c;
@@ -66,6 +71,6 @@ fmi1Status F(DoStep)(fmi1Component c, fmi1Real time, fmi1Real step, fmi1Boolean 
 
 /* What FMI asks for and these models do not have. */
 #define REFUSE(NAME) fmi1Status F(NAME)(fmi1Component c) { return say(c, fmi1Error, "not implemented"); }
-REFUSE(SetDebugLogging) REFUSE(ResetSlave) REFUSE(SetRealInputDerivatives)
+REFUSE(SetDebugLogging) REFUSE(SetRealInputDerivatives)
 REFUSE(GetRealOutputDerivatives) REFUSE(CancelStep) REFUSE(GetStatus) REFUSE(GetRealStatus)
 REFUSE(GetIntegerStatus) REFUSE(GetBooleanStatus) REFUSE(GetStringStatus)

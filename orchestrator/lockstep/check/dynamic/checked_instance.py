@@ -20,12 +20,12 @@ from lockstep.fmi.instance import Hooks
 from lockstep.fmi.instantiate import instantiate_unpacked
 from lockstep.fmi.library import UnpackedFmu
 from lockstep.fmi.model_description import Variable
-from lockstep.fmi.slave import DTYPES, FATAL, OK, PENDING, WARNING, Scalar
+from lockstep.fmi.saved_state import spelled
+from lockstep.fmi.slave import DTYPES, FATAL, OK, PENDING, WARNING, Scalar, regular_end
 from lockstep.processes.last_call import LastCall
 from lockstep.system.component import Value
 
 NAME = "checked"  # of the instance that most checks make
-_PREFIXES = {"1.0": "fmi", "2.0": "fmi2", "3.0": "fmi3"}
 
 OutputRow = tuple[Any, Any, list[bytes]]  # real outputs, integer and boolean outputs, strings
 
@@ -64,7 +64,7 @@ class CheckedInstance:
         self.experiment, self.name, self._last_call = experiment, name, last_call
         self.messages: deque[tuple[int, str, str, str]] = deque(maxlen=20)  # status, category, instance, text
         self._at: float | None = None  # [s] simulated time that the instance has reached
-        self._prefix = _PREFIXES[experiment.fmi]
+        self._prefix = experiment.prefix
         fmu = UnpackedFmu(
             name=name,
             folder=folder,
@@ -106,7 +106,8 @@ class CheckedInstance:
 
     def library_text(self, name: str) -> bytes:
         """Return what a function without arguments answers, such as GetVersion."""
-        text: bytes = self._slave.instance.library.function(f"{self._prefix}{name}", returns=c_char_p)()
+        library = self._slave.instance.library
+        text: bytes = library.function(f"{library.begin}{name}", returns=c_char_p)()
         return text
 
     def logged(self) -> str:
@@ -181,8 +182,6 @@ class CheckedInstance:
 
     def reset(self) -> None:
         """Return to the state after instantiation."""
-        if not isinstance(self._slave, Fmi2Slave):
-            raise RunError(f"reset is used with FMI 2.0 only, and this is FMI {self.experiment.fmi}")
         self._must(self._slave.reset(), "Reset")
         self._at = None
 
@@ -228,8 +227,14 @@ class CheckedInstance:
         self._last_call.leave()
 
     def step(self, time: float, length: float) -> None:
-        """Make one step, or raise RunError."""
-        self._must(self.try_step(time, length), "DoStep", time)
+        """Make one step, or raise RunError: EndOfSimulation, if the FMU asks for a regular end."""
+        status = self.try_step(time, length)
+        if status in (OK, WARNING):
+            return
+        end = regular_end(self._slave.outcome("DoStep", status), self.name, time, length)
+        if end is not None:
+            raise end
+        self._must(status, "DoStep", time)
 
     def row(self) -> OutputRow:
         """Read all outputs."""
@@ -258,35 +263,40 @@ class CheckedInstance:
         self._make(found.name, found.call)
         return [str(text).encode() for text in found.buffer]
 
-    # State, with FMI 2.0.
+    # State, from FMI 2.0 on.
+
+    def _state(self, text: str) -> str:
+        """Return the name of a function as the version spells it."""
+        name, deserialise = spelled(self._slave.instance)
+        return text.format(name, deserialise)
 
     def get_state(self) -> c_void_p:
         """Return the handle of a new state."""
         state = c_void_p()
-        self.demand("GetFMUstate", byref(state))
+        self.demand(self._state("Get{}"), byref(state))
         return state
 
     def set_state(self, state: c_void_p) -> None:
         """Set a state."""
-        self.demand("SetFMUstate", state)
+        self.demand(self._state("Set{}"), state)
 
     def free_state(self, state: c_void_p) -> None:
         """Free a state."""
-        self.demand("FreeFMUstate", byref(state))
+        self.demand(self._state("Free{}"), byref(state))
 
     def serialised(self, state: c_void_p) -> bytes:
         """Return a state as bytes."""
         size = c_size_t()
-        self.demand("SerializedFMUstateSize", state, byref(size))
+        self.demand(self._state("Serialized{}Size"), state, byref(size))
         buffer = (c_char * size.value)()
-        self.demand("SerializeFMUstate", state, buffer, size)
+        self.demand(self._state("Serialize{}"), state, buffer, size)
         return bytes(buffer)
 
     def deserialised(self, content: bytes) -> c_void_p:
         """Return the handle of a state that the FMU makes of bytes."""
         state = c_void_p()
         buffer = (c_char * len(content)).from_buffer_copy(content)
-        self.demand("DeSerializeFMUstate", buffer, len(content), byref(state))
+        self.demand(self._state("{1}{0}"), buffer, len(content), byref(state))
         return state
 
     def run(

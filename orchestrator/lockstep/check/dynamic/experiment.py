@@ -21,9 +21,12 @@ from lockstep.fmi.model_description import (
     declared_tolerance,
     library_path,
     parse_description,
+    read_description,
 )
 from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
+from lockstep.system.component import Component
 
+PREFIXES = {"1.0": "fmi", "2.0": "fmi2", "3.0": "fmi3"}
 PERIOD = 37  # steps after which the stimulus repeats; no divisor of usual sampling periods
 DEFAULT_STEP = 1e-3  # [s] for an FMU that recommends none
 GOLDEN = 0.6180339887498949  # turns between the phases of neighbouring inputs, so that no two are alike
@@ -72,6 +75,12 @@ class Experiment:
     fmi: str = "2.0"  # version
     tolerance: float | None = None  # that the FMU declares
     parameters: tuple[Port, ...] = ()  # numbers, Enumerations aside
+    most_steps: int | None = None  # after which it asks for the end of the simulation; None: not seen
+
+    @property
+    def prefix(self) -> str:
+        """The prefix of the functions of its version."""
+        return PREFIXES[self.fmi]
 
     def as_json(self) -> dict[str, Any]:
         """Return what `from_json` reads."""
@@ -128,6 +137,21 @@ class Experiment:
                 at.append(at[-1] + self.step)
             return [(time, self.step) for time in at]
         return [(now, then - now) for now, then in pairwise(self.time(k) for k in range(steps + 1))]
+
+
+def experiment_of(archive: Path, folder: Path) -> Experiment:
+    """Read how to drive an FMU of any version that is unpacked to a folder, or raise InputError."""
+    try:
+        version = parse_description(str(folder / "modelDescription.xml"), validate=False).fmiVersion[:3]
+    except ValueError as error:
+        raise InputError(f"bad model description: {error}") from None
+    if version not in ("1.0", "3.0"):
+        return read_experiment(folder)
+    name = "checked"
+    try:
+        return read_other_experiment(folder, read_description(Component(name=name, source=archive, period=1)))
+    except InputError as error:
+        raise InputError(str(error).removeprefix(f"{name}: ")) from None
 
 
 def read_experiment(folder: Path) -> Experiment:
@@ -207,9 +231,9 @@ def read_other_experiment(folder: Path, description: Description) -> Experiment:
         start_time=start,
         any_step=bool(getattr(model.coSimulation, "canHandleVariableCommunicationStepSize", False)),
         once_per_process=description.once_per_process,
-        saves_state=False,  # only delays are measured, which does not need it
-        serialises_state=False,
-        categories=(),
+        saves_state=newer and bool(model.coSimulation.canGetAndSetFMUstate),
+        serialises_state=newer and bool(model.coSimulation.canSerializeFMUstate),
+        categories=tuple(category.name for category in model.logCategories),
         inputs=ports["input"],
         outputs=ports["output"],
         fmi=description.version,

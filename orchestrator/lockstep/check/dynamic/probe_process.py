@@ -19,7 +19,7 @@ from typing import Any
 from lockstep.check.dynamic.checked_instance import NAME, CheckedInstance
 from lockstep.check.dynamic.experiment import Experiment
 from lockstep.check.report.finding import Status
-from lockstep.errors import RunError
+from lockstep.errors import EndOfSimulation, RunError
 from lockstep.fmi.model_description import Variable, read_description
 from lockstep.fmi.slave import FATAL
 from lockstep.operating_system import end_with_parent, limit_process, physical_memory
@@ -55,9 +55,10 @@ class ProbeTask:
     def open(self, name: str = NAME, folder: Path | None = None, other: Experiment | None = None) -> CheckedInstance:
         """Instantiate the FMU, or another one."""
         form = self.options.get("location", "encoded")
-        variables = _declared(Path(self.options["archive"])) if self.experiment.fmi == "3.0" else ()
+        experiment, archive = (self.experiment, "archive") if other is None else (other, "neighbour_archive")
+        variables = _declared(Path(self.options[archive])) if experiment.fmi == "3.0" else ()
         unpacked = folder or self.folder
-        made = CheckedInstance(other or self.experiment, unpacked, self.last_call, name, form, variables)
+        made = CheckedInstance(experiment, unpacked, self.last_call, name, form, variables)
         self.instances.append(made)
         return made
 
@@ -95,6 +96,8 @@ def main(arguments: list[str]) -> int:
         result = probe(task)
         for instance in task.instances:
             instance.close()
+    except EndOfSimulation as error:  # a regular end, before the check could see what it is about
+        result = ProbeResult(status="skipped", message=str(error).removeprefix(f"{NAME}: "))
     except RunError as error:
         result = ProbeResult(status="error", message=str(error).removeprefix(f"{NAME}: "))
     except Exception as error:  # of the check itself: reported as such; the other checks follow

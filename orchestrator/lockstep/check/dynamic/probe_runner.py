@@ -71,7 +71,7 @@ class ProbeRunner:
             "probe": f"{probe.__module__}:{probe.__name__}",
             "folder": str(unpacked),
             "work": str(self.results),
-            "options": options,
+            "options": {"archive": str(self.archive), **options},
             "experiment": experiment.as_json(),
         }
         (self.results / "task.json").write_text(json.dumps(task))

@@ -11,10 +11,15 @@ from lockstep.check.dynamic.checked_instance import CheckedInstance
 from lockstep.check.dynamic.experiment import Experiment
 from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 from lockstep.check.dynamic.trajectory import Trajectory, difference, output_names
-from lockstep.errors import RunError
+from lockstep.errors import EndOfSimulation, RunError
 
 LOADS = 4
 AWKWARD = ("accumulated", "subtracted")
+_ANSWERS = {
+    "1.0": {"GetVersion": b"1.0", "GetTypesPlatform": b"standard32"},
+    "2.0": {"GetVersion": b"2.0", "GetTypesPlatform": b"default"},
+    "3.0": {"GetVersion": b"3.0"},
+}
 OTHER_PHASE = 11  # steps that a second instance's stimulus is ahead
 
 
@@ -23,10 +28,11 @@ def instantiate(task: ProbeTask) -> ProbeResult:
     began = time.perf_counter()
     instance = task.open()
     lasted = 1e3 * (time.perf_counter() - began)
-    for name, expected in (("GetVersion", b"2.0"), ("GetTypesPlatform", b"default")):
+    for name, expected in _ANSWERS[task.experiment.fmi].items():
         answer = instance.library_text(name)
-        if answer != expected:
-            return ProbeResult(status="error", message=f"fmi2{name} returns {answer!r} instead of {expected!r}")
+        if answer != expected and not (name == "GetVersion" and answer.startswith(expected + b".")):
+            words = f"{task.experiment.prefix}{name} returns {answer!r} instead of {expected!r}"
+            return ProbeResult(status="error", message=words)
     return ProbeResult(message=f"in {lasted:.0f} ms", numbers={"instantiate [ms]": lasted})
 
 
@@ -41,18 +47,27 @@ def initialise(task: ProbeTask) -> ProbeResult:
 
 
 def step(task: ProbeTask) -> ProbeResult:
-    """Make steps under the stimulus until their number or the time is up; keep the trajectory as the reference."""
+    """Make steps under the stimulus until their number or the time is up; keep the trajectory as the reference.
+
+    The FMU may ask for the end before that: the reference ends before the step in which it does.
+    """
     limit, deadline = task.options["steps"], time.monotonic() + task.options["seconds"]
     instance = task.started()
     parts: list[Trajectory] = []
-    while len(parts) < limit and (time.monotonic() < deadline or not parts):
-        parts.append(instance.run(len(parts), len(parts) + 1))
+    ended = ""
+    while not ended and len(parts) < limit and (time.monotonic() < deadline or not parts):
+        try:
+            parts.append(instance.run(len(parts), len(parts) + 1))
+        except EndOfSimulation as end:
+            ended = f"; {str(end).removeprefix(f'{instance.name}: ')}"
+    if not parts:
+        return ProbeResult(status="info", message=f"no step before a regular end{ended}", numbers={"steps": 0})
     run, done = Trajectory.joined(parts), len(parts)
     run.save(task.work / "base.npz")
     experiment = task.experiment
     still = "" if experiment.stimulated else "; inputs keep their start values, as it refuses others"
-    message = f"{done} steps of {experiment.step:g} s ({experiment.step_source}){still}"
-    numbers = {"steps": done, "step [s]": experiment.step}
+    message = f"{done} steps of {experiment.step:g} s ({experiment.step_source}){still}{ended}"
+    numbers = {"steps": done, "step [s]": experiment.step} | ({"ended after": done} if ended else {})
     bad = np.argwhere(~np.isfinite(run.reals))
     if len(bad):
         k, column = bad[0]
@@ -86,11 +101,12 @@ def reset(task: ProbeTask) -> ProbeResult:
     """Run, reset in the middle, initialise and run again."""
     base = Trajectory.load(task.work / "base.npz")
     instance = task.started()
+    called = f"{task.experiment.prefix}Reset{'Slave' if task.experiment.fmi == '1.0' else ''}"
     for part in (len(base) // 2, len(base)):
         instance.run(0, part, phase=OTHER_PHASE)
         instance.reset()
         instance.initialise()
-        _same(instance.run(0, len(base)), base, task.experiment, f"after {part} steps and fmi2Reset")
+        _same(instance.run(0, len(base)), base, task.experiment, f"after {part} steps and {called}")
         instance.reset()
         instance.initialise()
     return ProbeResult(message="the same bits after each reset")

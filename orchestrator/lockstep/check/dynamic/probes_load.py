@@ -36,7 +36,12 @@ def memory(task: ProbeTask) -> ProbeResult:
     done = 0
     while done < aim and not why:
         try:
-            for k in range(done, min(done + block, aim)):
+            for number in range(done, min(done + block, aim)):
+                k = number % (experiment.most_steps or aim)
+                if number and not k:  # it asks for the end here: begin again
+                    instance.close()
+                    task.instances.remove(instance)
+                    instance = task.started()
                 instance.put([table[k % PERIOD] for table in tables])
                 instance.step(experiment.time(k), experiment.step)
                 instance.row()
@@ -78,7 +83,7 @@ def cost(task: ProbeTask) -> ProbeResult:
     instance = task.started()
     tables, experiment = instance.stimuli(), task.experiment
     clock, spent = time.perf_counter_ns, []
-    for k in range(steps):
+    for k in range(min(steps, experiment.most_steps or steps)):
         at, length = experiment.time(k), experiment.step
         for port_call, table in zip(instance.write, tables, strict=True):
             port_call.buffer[:] = table[k % PERIOD]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from contextlib import suppress
-from ctypes import byref, c_char_p, c_double, c_int, c_uint
+from ctypes import byref, c_bool, c_char, c_char_p, c_double, c_int, c_uint
 
 from lockstep.check.dynamic.checked_instance import CheckedInstance
 from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
@@ -17,8 +16,19 @@ BAD_REFERENCE = 4_000_000_007  # no model has so many variables
 FRACTION = 1.5  # of the fixed step
 
 
-def _name(status: int) -> str:
-    return name_of_status("fmi2", status)
+_DOUBLE = {"1.0": "Real", "2.0": "Real", "3.0": "Float64"}
+_KINDS = {
+    version: ((_DOUBLE[version], c_double), (integer, c_int), ("Boolean", boolean), ("String", c_char_p))
+    for version, integer, boolean in (
+        ("1.0", "Integer", c_char),
+        ("2.0", "Integer", c_int),
+        ("3.0", "Int32", c_bool),
+    )
+}
+
+
+def _name(task: ProbeTask, status: int) -> str:
+    return name_of_status(task.experiment.prefix, status)
 
 
 def refuses_step(task: ProbeTask) -> ProbeResult:
@@ -32,18 +42,19 @@ def refuses_step(task: ProbeTask) -> ProbeResult:
             except RunError as error:
                 raise RunError(f"claims variable steps, but refuses one of {factor * h:g} s: {error}") from None
             instance.close()
-    # FMI 2.0 asks for steps > 0; hosts make errors, and an FMU that accepts them silently hides them
-    odd = {"zero": 0.0, "negative": -h, "not-a-number": math.nan}
+    # FMI asks for steps > 0; hosts make errors, and an FMU that accepts them silently hides them. A step of NaN is no
+    # such error: no comparison finds it, and well-kept FMUs integrate towards it without end
+    odd = {"zero": 0.0, "negative": -h}
     others = {f"{factor * h:g} s": factor * h for factor in (FRACTION, 0.5)} if fixed else {}
     details, accepted = [], []
     for words, step in (others | odd).items():
         instance = _after_a_step(task)
         status = instance.try_step(task.experiment.time(1), step)
-        details.append(f"step {words}: {_name(status)}")
+        details.append(f"step {words}: {_name(task, status)}")
         accepted += [words] * (status in (OK, WARNING))
         _close_quietly(instance)
         if status >= FATAL:
-            text = f"a step of {words} is answered with {_name(status)}, which ends every instance in the process"
+            text = f"a step of {words} is answered with {_name(task, status)}, which ends every instance in the process"
             return ProbeResult(status="warning", message=text, details=tuple(details))
     wrong = [words for words in accepted if words in others]
     if wrong:
@@ -53,13 +64,14 @@ def refuses_step(task: ProbeTask) -> ProbeResult:
         message = f"silently accepts a step that is {' or '.join(accepted)}"
         return ProbeResult(status="warning", message=message, details=tuple(details))
     made = "only its own step is accepted" if fixed else f"makes steps of {0.5 * h:g}, {h:g} and {2 * h:g} s"
-    return ProbeResult(message=f"{made}; zero, negative and not-a-number are refused", details=tuple(details))
+    return ProbeResult(message=f"{made}; zero and negative ones are refused", details=tuple(details))
 
 
 def invalid_reference(task: ProbeTask) -> ProbeResult:
     """Read and write a value reference that no variable has."""
     details, unnoticed = [], []
-    for kind, ctype in (("Real", c_double), ("Integer", c_int), ("Boolean", c_int), ("String", c_char_p)):
+    prefix, counted = task.experiment.prefix, (1,) * (task.experiment.fmi == "3.0")  # values are counted there too
+    for kind, ctype in _KINDS[task.experiment.fmi]:
         for verb in ("Get", "Set"):
             instance = _after_a_step(task)
             name = f"{verb}{kind}"
@@ -67,14 +79,14 @@ def invalid_reference(task: ProbeTask) -> ProbeResult:
             if verb == "Set" and kind == "String":
                 value[0] = b""
             instance.messages.clear()
-            status = instance.call(name, byref(reference), 1, value)
+            status = instance.call(name, byref(reference), 1, value, *counted)
             logged = [text for level, _, _, text in instance.messages if level != OK]
-            details.append(f"fmi2{name}: {_name(status)}{', logged' if logged else ''}")
+            details.append(f"{prefix}{name}: {_name(task, status)}{', logged' if logged else ''}")
             if status in (OK, WARNING) and not logged:
-                unnoticed.append(f"fmi2{name}")
+                unnoticed.append(f"{prefix}{name}")
             _close_quietly(instance)
             if status >= FATAL:
-                text = f"fmi2{name} answers a bad reference with {_name(status)}"
+                text = f"{prefix}{name} answers a bad reference with {_name(task, status)}"
                 text += ", which ends every instance in the process"
                 return ProbeResult(status="warning", message=text, details=tuple(details))
     if unnoticed:
@@ -87,11 +99,13 @@ def logging(task: ProbeTask) -> ProbeResult:
     """Switch the log categories on, cause an error, and examine the message."""
     categories = task.experiment.categories
     instance = task.open("named by the host")
+    prefix, oldest = task.experiment.prefix, task.experiment.fmi == "1.0"
     names = (c_char_p * max(1, len(categories)))(*(name.encode() for name in categories))
-    status = instance.call("SetDebugLogging", 1, len(categories), names)
+    status = OK if oldest else instance.call("SetDebugLogging", 1, len(categories), names)  # 1.0 has no categories
     if status not in (OK, WARNING):
         listed = ", ".join(categories) or "none"
-        return ProbeResult(status="warning", message=f"fmi2SetDebugLogging refuses the declared categories ({listed})")
+        words = f"{prefix}SetDebugLogging refuses the declared categories ({listed})"
+        return ProbeResult(status="warning", message=words)
     instance.initialise()
     instance.put([table[0] for table in instance.stimuli()])
     instance.step(task.experiment.time(0), task.experiment.step)
@@ -102,28 +116,34 @@ def logging(task: ProbeTask) -> ProbeResult:
     words, status = induced
     logged = [message for message in instance.messages if message[0] != OK]
     if not logged:
-        return ProbeResult(status="warning", message=f"{words} is answered with {_name(status)}, but nothing is logged")
+        return ProbeResult(
+            status="warning", message=f"{words} is answered with {_name(task, status)}, but nothing is logged"
+        )
     level, category, name, text = logged[0]
-    details = (f"{words}: {_name(status)}, logged {_name(level)}, category {category or '(empty)'}: {text}",)
-    if category not in categories:
+    details = (
+        f"{words}: {_name(task, status)}, logged {_name(task, level)}, category {category or '(empty)'}: {text}",
+    )
+    if category not in categories and not oldest:
         listed = ", ".join(categories) or "none"
         return ProbeResult(status="warning", message=f"logs in the category {category!r}; declared are {listed}",
                        details=details)  # fmt: skip
-    if name != instance.name:
+    if name != instance.name and task.experiment.fmi != "3.0":  # which passes no name
         return ProbeResult(status="warning", message=f"its message names the instance {name!r} instead of "
                        f"{instance.name!r}", details=details)  # fmt: skip
-    return ProbeResult(message=f"{words}: a message in the declared category {category}", details=details)
+    kept = "the category" if oldest else "the declared category"
+    return ProbeResult(message=f"{words}: a message in {kept} {category}", details=details)
 
 
 def _induce(task: ProbeTask, instance: CheckedInstance) -> tuple[str, int] | None:
     """Do what is wrong until it is noticed; return what was done, and the status."""
     h, at = task.experiment.step, task.experiment.time(1)
     reference, value = c_uint(BAD_REFERENCE), (c_double * 1)()
+    counted = (1,) * (task.experiment.fmi == "3.0")
     attempts: list[tuple[str, Callable[[], int]]] = [
         ("a negative step", lambda: instance.try_step(at, -h)),
         (
             "a bad value reference",
-            lambda: instance.call("GetReal", byref(reference), 1, value),
+            lambda: instance.call(f"Get{_DOUBLE[task.experiment.fmi]}", byref(reference), 1, value, *counted),
         ),
     ]
     if not task.experiment.any_step:

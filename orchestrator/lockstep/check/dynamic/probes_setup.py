@@ -14,6 +14,9 @@ Values = dict[str, float]  # by variable
 def start_values(task: ProbeTask) -> ProbeResult:
     """Set parameters and inputs before and after fmi2SetupExperiment, and read them back when initialization begins."""
     experiment = task.experiment
+    if experiment.fmi != "2.0":
+        message = f"FMI {experiment.fmi} has no call before which a value could be lost"
+        return ProbeResult(status="skipped", message=message)
     changed = [(port, value) for port in (*experiment.parameters, *experiment.inputs)
                if port.kind != "String" and (value := _another(port)) != port.start]  # fmt: skip
     if not changed:

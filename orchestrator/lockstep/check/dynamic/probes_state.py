@@ -23,12 +23,13 @@ def roll_back(task: ProbeTask) -> ProbeResult:
     state = instance.get_state()
     content = instance.serialised(state) if task.experiment.serialises_state else b""
     (task.work / FILE).write_bytes(content)
-    _same(task, instance.run(saved, end), base[saved:], saved, "after fmi2GetFMUstate the run continues differently")
+    _same(task, instance.run(saved, end), base[saved:], saved, "after its state was read the run continues differently")
     for again in ("", " a second time"):
         instance.set_state(state)
         _same(task, instance.run(saved, end), base[saved:], saved, f"set back{again}, the run continues differently")
     instance.free_state(state)
-    instance.run(end, end + 3)  # a freed state must leave nothing behind that the run needs
+    if task.experiment.most_steps is None:
+        instance.run(end, end + 3)  # a freed state must leave nothing behind that the run needs
     return ProbeResult(message="set back in the middle of a run, the same bits", numbers={"state [B]": len(content)})
 
 

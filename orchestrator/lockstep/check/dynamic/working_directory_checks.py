@@ -52,6 +52,11 @@ def resource_location(runner: ProbeRunner, experiment: Experiment, base: Traject
     encoded = wrong(spaces, "encoded")
     if encoded:
         return ProbeResult(status="error", message=f"unpacked to a path with spaces: {encoded}")
+    if experiment.fmi != "2.0":  # which alone passes a URI of the resources
+        encoded = wrong(umlauts, "encoded")
+        if encoded:
+            return ProbeResult(status="error", message=f"unpacked to a path with umlauts: {encoded}")
+        return ProbeResult(message="the same bits from paths with spaces and umlauts")
     encoded, bare = wrong(umlauts, "encoded"), wrong(runner.unpacked, "bare")
     if encoded and wrong(umlauts, "raw"):
         return ProbeResult(status="error", message=f"unpacked to a path with umlauts: {encoded}")

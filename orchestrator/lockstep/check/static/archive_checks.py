@@ -67,8 +67,10 @@ def hygiene(fmu: FmuArchive) -> CheckOutcome:
             notes.warning(f"{name}: left behind by a tool and not part of the model")
     files = [member.filename for member in fmu.members]
     for name, count in Counter(files).items():
-        if count > 1:
-            notes.error(f"{name}: {count} members of this name")
+        if count > 1 and not name.endswith("/"):
+            alike = len({(m.CRC, m.file_size) for m in fmu.members if m.filename == name}) == 1
+            note, and_what = (notes.warning, ", all alike") if alike else (notes.error, ", which differ")
+            note(f"{name}: {count} members of this name{and_what}")
     for names in _grouped(sorted(set(files))):
         notes.warning(f"{' and '.join(names)}: one file where upper and lower case are the same")
     return notes.outcome("paths, names and packing are in order")

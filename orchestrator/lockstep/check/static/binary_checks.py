@@ -10,44 +10,49 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 
 from lockstep.check.static.elf import BITS, MACHINE, Library, exported_with_dependencies, find_library, read_library
+from lockstep.check.static.exported import functions_of, functions_of_flags
 from lockstep.check.static.fmu_archive import FmuArchive, unreadable
 from lockstep.check.static.static_check import CheckOutcome, Notes, check
 from lockstep.errors import compact
-from lockstep.fmi.model_description import PLATFORM
+from lockstep.fmi.model_description import PLATFORMS
 
 SUFFIXES = {"linux64": ".so", "linux32": ".so", "win64": ".dll", "win32": ".dll", "darwin64": ".dylib"}
-EXTERNAL = ("documentation/externalDependencies.txt", "documentation/externalDependencies.html")
-_ELF_PLATFORM = "linux64"
-_MACHINES = {"win64": 0x8664, "win32": 0x014C}  # of a portable executable
-_MACH_O = (b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe")  # 64 bits, universal
-
-_TYPES = ("Real", "Integer", "Boolean", "String")
-_STATE = ("fmi2GetFMUstate", "fmi2SetFMUstate", "fmi2FreeFMUstate")
-_SERIAL = ("fmi2SerializedFMUstateSize", "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate")
-_DIRECTIONAL = ("fmi2GetDirectionalDerivative",)
-_INTERPOLATION = ("fmi2SetRealInputDerivatives",)
-_ASYNCHRONOUS = ("fmi2CancelStep", "fmi2GetStatus", *(f"fmi2Get{kind}Status" for kind in _TYPES))
-# FMI 2.0.5, 2.3: all functions of co-simulation are present, even those of capabilities that the FMU lacks
-FUNCTIONS = (
-    "fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2SetDebugLogging", "fmi2Instantiate", "fmi2FreeInstance",
-    "fmi2SetupExperiment", "fmi2EnterInitializationMode", "fmi2ExitInitializationMode", "fmi2Terminate", "fmi2Reset",
-    *(f"fmi2{verb}{kind}" for verb in ("Get", "Set") for kind in _TYPES),
-    "fmi2DoStep", "fmi2GetRealOutputDerivatives",
-    *_STATE, *_SERIAL, *_DIRECTIONAL, *_INTERPOLATION, *_ASYNCHRONOUS,
-)  # fmt: skip
-FLAGS = {
-    "canGetAndSetFMUstate": _STATE,
-    "canSerializeFMUstate": (*_STATE, *_SERIAL),
-    "providesDirectionalDerivative": _DIRECTIONAL,
-    "canInterpolateInputs": _INTERPOLATION,
-    "canRunAsynchronuously": _ASYNCHRONOUS,  # FMI spells it so
+_SUFFIXES3 = {  # FMI 3.0 names the architecture first
+    f"{architecture}-{system}": suffix
+    for system, suffix in (("linux", ".so"), ("windows", ".dll"), ("darwin", ".dylib"))
+    for architecture in ("x86_64", "x86", "aarch64")
 }
+EXTERNAL = ("documentation/externalDependencies.txt", "documentation/externalDependencies.html")
+_ELF_PLATFORMS = {"1.0": "linux64", "2.0": "linux64", "3.0": "x86_64-linux"}  # of the library that is examined
+# of a portable executable
+_MACHINES = {
+    "win64": 0x8664,
+    "win32": 0x014C,
+    "x86_64-windows": 0x8664,
+    "x86-windows": 0x014C,
+    "aarch64-windows": 0xAA64,
+}
+_BITS = {"linux64": 64, "linux32": 32, "x86_64-linux": 64, "x86-linux": 32, "aarch64-linux": 64}
+_MACH_O = (b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe")  # 64 bits, universal
 
 
 def binary_name(fmu: FmuArchive, platform: str) -> str:
     """Return the path of the binary of a platform, or of where it should be."""
     identifier = fmu.model.identifier if fmu.model else ""
-    return f"binaries/{platform}/{identifier}{SUFFIXES.get(platform, '.so')}"
+    return f"binaries/{platform}/{identifier}{_suffixes(fmu).get(platform, '.so')}"
+
+
+def _version(fmu: FmuArchive) -> str:
+    return fmu.model.version if fmu.model and fmu.model.version in _ELF_PLATFORMS else "2.0"
+
+
+def _suffixes(fmu: FmuArchive) -> dict[str, str]:
+    """Return the platforms of the FMU's version of FMI, with the suffixes of their libraries."""
+    return _SUFFIXES3 if _version(fmu) == "3.0" else SUFFIXES
+
+
+def _elf_platform(fmu: FmuArchive) -> str:
+    return _ELF_PLATFORMS[_version(fmu)]
 
 
 def _nothing_to_load(fmu: FmuArchive) -> str:
@@ -67,29 +72,31 @@ def platforms(fmu: FmuArchive) -> CheckOutcome:
     notes = Notes()
     folders = sorted({PurePosixPath(n).parts[1] for n in fmu.names if n.startswith("binaries/") and n.count("/") > 1})
     good = []
+    here = PLATFORMS[_version(fmu)]
     for platform in folders:
-        if platform not in SUFFIXES:
-            notes.info(f"binaries/{platform} is not a platform of FMI 2.0")
+        if platform not in _suffixes(fmu):
+            notes.info(f"binaries/{platform} is not a platform of FMI {_version(fmu)}")
             continue
+        note = notes.error if platform == here else notes.warning  # a fault elsewhere stops nothing here
         name = binary_name(fmu, platform)
         if name not in fmu.names:
-            notes.error(f"binaries/{platform} lacks {PurePosixPath(name).name}, the file that modelIdentifier names")
+            note(f"binaries/{platform} lacks {PurePosixPath(name).name}, the file that modelIdentifier names")
             continue
         problem = _foreign(fmu.read(name), platform)
         if problem:
-            notes.error(f"{name} is {problem}")
+            note(f"{name} is {problem}")
         else:
             good.append(platform)
     sources = any(n.startswith("sources/") for n in fmu.names)
-    if PLATFORM not in folders:
+    if here not in folders:
         there = ", ".join(folders) or ("source code only, to be compiled" if sources else "none")
-        notes.error(f"no binary for {PLATFORM}, on which this check runs; there is {there}")
+        notes.error(f"no binary for {here}, on which this check runs; there is {there}")
     return notes.outcome(", ".join(good) + (", sources" if sources else ""))
 
 
 def _foreign(content: bytes, platform: str) -> str:
     """Describe a binary that is not of its platform; empty if it is."""
-    if platform.startswith("win"):
+    if platform in _MACHINES:
         if content[:2] != b"MZ" or len(content) < 0x40:
             return "no Windows library"
         (header,) = struct.unpack_from("<I", content, 0x3C)
@@ -97,29 +104,29 @@ def _foreign(content: bytes, platform: str) -> str:
             return "no Windows library"
         (machine,) = struct.unpack_from("<H", content, header + 4)
         return "" if machine == _MACHINES[platform] else f"a Windows library for machine 0x{machine:04x}"
-    if platform.startswith("darwin"):
+    if "darwin" in platform:
         return "" if content[:4] in _MACH_O else "no macOS library"
     if content[:4] != b"\x7fELF":
         return "no ELF file"
     bits = {1: 32, 2: 64}.get(content[4] if len(content) > 4 else 0, 0)
-    return "" if f"linux{bits}" == platform else f"an ELF file of {bits} bits"
+    return "" if bits == _BITS[platform] else f"an ELF file of {bits} bits"
 
 
 def _library(fmu: FmuArchive) -> Library | CheckOutcome:
     """Read the Linux library, or return why that is not possible."""
     reason = _nothing_to_load(fmu)
-    if not reason and binary_name(fmu, _ELF_PLATFORM) not in fmu.names:
-        reason = f"no {_ELF_PLATFORM} binary to examine"
+    if not reason and binary_name(fmu, _elf_platform(fmu)) not in fmu.names:
+        reason = f"no {_elf_platform(fmu)} binary to examine"
     if reason:
         return CheckOutcome(status="skipped", message=reason)
-    library = read_library(fmu.read(binary_name(fmu, _ELF_PLATFORM)))
+    library = read_library(fmu.read(binary_name(fmu, _elf_platform(fmu))))
     if (library.machine, library.bits) != (MACHINE, BITS) or not library.shared:
         kind = "shared library" if library.shared else "file that is no shared library"
         return CheckOutcome(status="error", message=f"a {library.bits} bit {kind} for {library.machine}, not x86-64")
     return library
 
 
-@check("functions", "all FMI 2.0 co-simulation functions are exported, also those of the capability flags")
+@check("functions", "all functions of co-simulation are exported, also those of the capability flags")
 def functions(fmu: FmuArchive) -> CheckOutcome:
     """Compare the exported symbols with the standard and the flags."""
     library = _library(fmu)
@@ -128,20 +135,21 @@ def functions(fmu: FmuArchive) -> CheckOutcome:
     assert fmu.model is not None
     model, notes = fmu.model, Notes()
     reported: set[str] = set()
-    for flag, names in FLAGS.items():
+    required, promised = functions_of(model.version, model.identifier), functions_of_flags(model.version)
+    for flag, names in promised.items():
         missing = [name for name in names if name not in library.exported]
         if model.can(flag) and missing:
             notes.error(f"{flag} is true, but {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not exported")
             reported |= set(missing)
     if model.can("canSerializeFMUstate") and not model.can("canGetAndSetFMUstate"):
         notes.error("canSerializeFMUstate is true without canGetAndSetFMUstate")
-    missing = [name for name in FUNCTIONS if name not in library.exported and name not in reported]
+    missing = [name for name in required if name not in library.exported and name not in reported]
     if missing:
         notes.error(
             f"not exported: {', '.join(missing)}; FMI requires every function, also those of unused capabilities"
         )
-    flags = [flag for flag in FLAGS if model.can(flag)]
-    return notes.outcome(f"{len(FUNCTIONS)} functions; {', '.join(flags) or 'no optional capability'}")
+    flags = [flag for flag in promised if model.can(flag)]
+    return notes.outcome(f"{len(required)} functions; {', '.join(flags) or 'no optional capability'}")
 
 
 @check("dependencies", "the Linux binary finds what it needs, and external requirements are documented")
@@ -165,7 +173,7 @@ def dependencies(fmu: FmuArchive) -> CheckOutcome:
         _needs_python(fmu, "it", len(python), text, notes)
     for name, inner in _inner_fmus(fmu):
         if symbols := _of_python(inner.undefined):
-            same_folder = name.startswith(f"binaries/{_ELF_PLATFORM}/")
+            same_folder = name.startswith(f"binaries/{_elf_platform(fmu)}/")
             who = f"{PurePosixPath(name).name} in the same folder" if same_folder else f"the FMU inside, {name},"
             _needs_python(fmu, who, len(symbols), text, notes)
     if other and not lost:  # a library that is not there may offer them
@@ -182,7 +190,9 @@ def _offered(fmu: FmuArchive, library: Library) -> tuple[set[str], list[str]]:
     """Return the symbols that the needed libraries offer, and those libraries that were not found."""
     offered: set[str] = set()
     lost = []
-    inside = {PurePosixPath(n).name: n for n in fmu.names if n.startswith((f"binaries/{_ELF_PLATFORM}/", "resources/"))}
+    inside = {
+        PurePosixPath(n).name: n for n in fmu.names if n.startswith((f"binaries/{_elf_platform(fmu)}/", "resources/"))
+    }
     for name in library.needed:
         path = find_library(name)
         if name in inside:
@@ -212,11 +222,11 @@ def _of_python(symbols: Iterable[str]) -> list[str]:
 
 def _inner_fmus(fmu: FmuArchive) -> Iterator[tuple[str, Library]]:
     """Yield the other libraries that travel in this FMU and offer FMI: a wrapper's, or an FMU's as in a container."""
-    for name in sorted(fmu.names - {binary_name(fmu, _ELF_PLATFORM)}):
-        if name.endswith(SUFFIXES[_ELF_PLATFORM]):
+    for name in sorted(fmu.names - {binary_name(fmu, _elf_platform(fmu))}):
+        if name.endswith(".so"):
             with suppress(ValueError):  # a library of another platform, or damaged: only the main one is checked
                 library = read_library(fmu.read(name))
-                if "fmi2DoStep" in library.exported:
+                if library.exported & {"fmi2DoStep", "fmi3DoStep"}:
                     yield name, library
 
 

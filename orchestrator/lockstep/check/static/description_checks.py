@@ -12,7 +12,7 @@ from lockstep.check.static.fmu_archive import FmuArchive, unreadable
 from lockstep.check.static.model import DEFAULT_INITIAL, NUMBERS, Model, ScalarVariable, duplicates, number
 from lockstep.check.static.static_check import CheckOutcome, Notes, check, model_check
 from lockstep.errors import compact
-from lockstep.fmi.model_description import FMI2_SCHEMA, validation_problems
+from lockstep.fmi.model_description import SCHEMAS, validation_problems
 
 NANOSECOND = 1e-9
 
@@ -23,7 +23,7 @@ _PATH = rf"{_PART}(?:\.{_PART})*"
 _STRUCTURED = re.compile(rf"{_PATH}|der\({_PATH}(?:,\d+)?\)")  # FMI 2.0.4, 2.2.9
 
 
-@check("kind", "an FMI 2.0 co-simulation FMU with a readable modelDescription.xml")
+@check("kind", "a co-simulation FMU of FMI 1.0, 2.0 or 3.0 with a readable modelDescription.xml")
 def kind(fmu: FmuArchive) -> CheckOutcome:
     """Look at FMI version and interface kinds."""
     reason = unreadable(fmu)
@@ -33,6 +33,9 @@ def kind(fmu: FmuArchive) -> CheckOutcome:
     if model.capabilities is None:
         return CheckOutcome(status="error", message="no CoSimulation element: the FMU is for model exchange only")
     also = ", also for model exchange" if model.root.find("ModelExchange") is not None else ""
+    clocks = [clock.get("name", "") for clock in model.root.iterfind("ModelVariables/Clock")]
+    if clocks:
+        return CheckOutcome(status="error", message=f"has clocks ({compact(clocks)}), which the master cannot drive")
     made_by = attributes.get("generationTool", "an unnamed tool")
     return CheckOutcome(
         status="pass",
@@ -43,10 +46,10 @@ def kind(fmu: FmuArchive) -> CheckOutcome:
     )
 
 
-@model_check("schema", "modelDescription.xml is valid against the FMI 2.0 schema")
+@model_check("schema", "modelDescription.xml is valid against the schema of its version of FMI")
 def schema(model: Model) -> CheckOutcome:
     """Validate against the schema of the standard, with line numbers."""
-    rules = etree.XMLSchema(etree.parse(FMI2_SCHEMA))
+    rules = etree.XMLSchema(etree.parse(SCHEMAS[model.version]))
     notes = Notes()
     if not rules.validate(model.root):
         for problem in rules.error_log:
@@ -116,7 +119,7 @@ def variables(model: Model) -> CheckOutcome:
             f"{compact(vague)}: no variability; the default, continuous, is for a Real only; discrete is assumed"
         )
     for variable in model.variables:
-        for problem in _combination(variable):
+        for problem in _combination(variable) if model.version != "1.0" else ():  # which has no such table
             notes.error(f"{variable.label}: {problem}")
         for problem in _range(variable):
             notes.warning(f"{variable.label}: {problem}")

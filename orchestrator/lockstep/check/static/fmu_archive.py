@@ -7,7 +7,8 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockstep.check.static.model import Model, parse_xml, read_model
+from lockstep.check.static.model import Model, parse_xml
+from lockstep.check.static.other_models import read_model_of
 from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import UnreadableZip, examine_zip
 
@@ -64,7 +65,7 @@ def read_archive(path: Path) -> FmuArchive:
         with examine_zip(path) as archive:
             members = tuple(archive.infolist())
             description = _description(archive)
-        model = read_model(parse_xml(description))
+        model = read_model_of(parse_xml(description))
     except UnreadableZip as error:
         problem = f"not a readable zip file: {error}"
     except ValueError as error:
@@ -91,8 +92,9 @@ def _description(archive: zipfile.ZipFile) -> bytes:
 
 
 def unreadable(fmu: FmuArchive) -> str:
-    """Return why there is no model description of FMI 2.0 to check; empty if there is one."""
+    """Return why there is no model description to check; empty if there is one."""
     if fmu.model is None:
         return fmu.problem
     version = fmu.model.attributes.get("fmiVersion", "")
-    return "" if version == "2.0" else f"FMI version {version or 'unknown'}, not 2.0"
+    known = version == "2.0" or version[:3] in ("1.0", "3.0")
+    return "" if known else f"FMI version {version or 'unknown'}, not 1.0, 2.0 or 3.0"

@@ -97,6 +97,11 @@ class Model:
     initial_unknowns: tuple[Unknown, ...]
 
     @property
+    def version(self) -> str:
+        """Return the version of FMI: 1.0, 2.0 or 3.0."""
+        return self.attributes.get("fmiVersion", "")[:3]
+
+    @property
     def identifier(self) -> str:
         """Return the model identifier of the co-simulation part, which names the binary."""
         return (self.capabilities or {}).get("modelIdentifier", "")

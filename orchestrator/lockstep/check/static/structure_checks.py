@@ -16,6 +16,8 @@ _INITIAL_KINDS = ("dependent", "constant")  # the others concern the time after 
 def unknowns(model: Model) -> CheckOutcome:
     """Compare the lists of ModelStructure with the variables (FMI 2.0.4, 2.2.8)."""
     notes = Notes()
+    if model.version == "1.0":
+        return CheckOutcome(status="skipped", message="FMI 1.0 has no ModelStructure")
     _entries("Outputs", model.outputs, model, notes)
     _entries("Derivatives", model.derivatives, model, notes)
     _entries("InitialUnknowns", model.initial_unknowns, model, notes)
@@ -25,7 +27,7 @@ def unknowns(model: Model) -> CheckOutcome:
         if not variable.derivative:
             notes.error(f"{variable.label} is listed as a derivative but has no attribute derivative")
     order = [int(entry.index) for entry in model.initial_unknowns if entry.index.isdecimal()]
-    if order != sorted(order):
+    if order != sorted(order) and model.version == "2.0":
         notes.error("InitialUnknowns are not in the order of their index")
     _undeclared_dependencies(model, notes)
     message = f"{len(model.outputs)} outputs, {len(model.initial_unknowns)} initial unknowns"

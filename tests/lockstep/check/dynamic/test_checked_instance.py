@@ -8,9 +8,10 @@ import pytest
 
 from lockstep.check.dynamic.checked_instance import CheckedInstance
 from lockstep.check.dynamic.experiment import read_experiment, read_other_experiment
-from lockstep.check.dynamic.trajectory import output_names
-from lockstep.errors import RunError
+from lockstep.check.dynamic.trajectory import difference, output_names
+from lockstep.errors import EndOfSimulation, RunError
 from lockstep.fmi.model_description import read_description
+from lockstep.fmi.slave import ERROR
 from lockstep.processes.last_call import last_call_in, read_last_call
 from lockstep.system.component import Component
 
@@ -70,6 +71,27 @@ def test_failure_names_call_status_time_and_message(opened, version, prefix, tmp
     assert read_last_call(tmp_path / "last_call") == ""  # every call has returned
 
 
-def test_only_fmi_2_is_reset(opened):
-    with pytest.raises(RunError, match=r"^reset is used with FMI 2.0 only, and this is FMI 3.0$"):
-        opened("stair", "3.0").reset()
+@pytest.mark.parametrize("version", ["1.0", "2.0", "3.0"])
+def test_a_reset_instance_makes_the_same_run_again(opened, version):
+    instance = opened("integrator", version)
+    runs = []
+    for _ in range(2):
+        instance.initialise()
+        runs.append(instance.run(0, 5))
+        instance.reset()
+
+    assert runs[0].reals[:, 0].tolist() != [runs[0].reals[0, 0]] * 5
+    assert difference(runs[1], runs[0], instance.experiment) == ""
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_a_regular_end_is_no_failure(opened, version):
+    instance = opened("stair", version, last=3)
+    instance.initialise()
+    instance.run(0, 3)
+    with pytest.raises(EndOfSimulation) as caught:
+        instance.step(instance.experiment.time(3), instance.experiment.step)
+
+    assert not caught.value.complete
+    instance.close()
+    assert instance.worst < ERROR

@@ -1,6 +1,7 @@
 """Static checks of the archive and of its members."""
 
 import stat
+import warnings
 import zipfile
 from pathlib import Path
 
@@ -131,3 +132,28 @@ def test_missing_binary_for_this_platform_is_reported(make: Make, found: Find, f
 
     assert findings["static.platforms"].status == "error"
     assert there in text_of(findings["static.platforms"])
+
+
+@pytest.mark.parametrize(
+    ("member", "says"),
+    [
+        ("binaries/win64/other.dll", "binaries/win64 lacks good.dll, the file that modelIdentifier names"),
+        ("binaries/win64/good.dll", "binaries/win64/good.dll is no Windows library"),
+        ("binaries/darwin64/good.dylib", "binaries/darwin64/good.dylib is no macOS library"),
+        ("binaries/linux32/good.so", "binaries/linux32/good.so is no ELF file"),
+    ],
+)
+def test_fault_of_another_platform_is_a_warning(make: Make, found: Find, member: str, says: str) -> None:
+    findings = found(make({member: b"nothing"}))
+
+    assert (findings["static.platforms"].status, findings["static.platforms"].message) == ("warning", says)
+
+
+def test_members_of_one_name_are_an_error_only_if_they_differ(make: Make, found: Find) -> None:
+    path = make()
+    for content, status, which in ((b"a", "pass", ""), (b"a", "warning", "alike"), (b"b", "error", "which differ")):
+        with zipfile.ZipFile(path, "a") as archive, warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # zipfile warns of the second member
+            archive.writestr("extra/list.txt", content)
+        hygiene = found(path)["static.hygiene"]
+        assert (hygiene.status, which in hygiene.message) == (status, True)

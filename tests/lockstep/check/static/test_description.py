@@ -12,7 +12,7 @@ DEFECTS = {
         ('<CoSimulation modelIdentifier="good" ', '<ModelExchange modelIdentifier="good" '),
         ("static.kind", "model exchange only"),
     ),
-    "fmi version": (('fmiVersion="2.0"', 'fmiVersion="3.0"'), ("static.kind", "3.0, not 2.0")),
+    "fmi version": (('fmiVersion="2.0"', 'fmiVersion="4.0"'), ("static.kind", "4.0, not 1.0, 2.0 or 3.0")),
     "attribute that the schema lacks": (
         ('stepSize="0.01"', 'stepSize="0.01" solver="euler"'),
         ("static.schema static.fmpy", "line 8: "),
