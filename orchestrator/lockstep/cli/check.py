@@ -46,7 +46,7 @@ check_options = option_group(
     "options",
     CheckOptions,
     click.argument("fmus", type=PATH, nargs=-1, required=True, metavar="FMU...",
-                   help="co-simulation FMUs of any maker, of FMI 1.0, 2.0 or 3.0; several are also loaded side by side"),
+                   help="co-simulation FMUs of any maker and any version of FMI; several are also loaded side by side"),
     click.option("--static", is_flag=True, help="only inspect the file; do not run it"),
     click.option("--strict", is_flag=True, help="warnings fail too"),
     click.option("--html", type=PATH, metavar="FILE", help="write the report as one HTML page"),
