@@ -54,7 +54,7 @@ class Loop:
         """Run in a master with these parameters; return RMS values in SI."""
         ports = references(bench, self.configuration, RECORD)
         found = master.run(bench, self.package(bench), ports, self.duration, parameters)
-        return self._measured(found)
+        return self.measured(found)
 
     def in_lockstep(
         self, bench: Bench, late: Lateness | None = None, one_rate: int | None = None
@@ -69,9 +69,10 @@ class Loop:
             setup |= {"delays": contracts(late, tick), "one_rate": one_rate}
             settings = {} if one_rate is None else {"sensors": {"step_size": one_rate / 1e9}}
             setup["parameters"] = settings | {name: dict(values) for name, values in late.known.items()}
-        return self._measured(bench.run("run_package.py", setup))
+        return self.measured(bench.run("run_package.py", setup))
 
-    def _measured(self, found: Trajectory) -> Mapping[str, float]:
+    def measured(self, found: Trajectory) -> Mapping[str, float]:
+        """Return RMS values in SI of the last part of a trajectory."""
         assert np.isfinite(found.values).all()
         time = SLOW / 1e9 * np.arange(1, len(found.values) + 1)
         signals, late = Recorded(time=time, trajectory=found), time > self.since

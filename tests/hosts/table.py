@@ -1,6 +1,6 @@
 """Print the tables of hosts in Markdown: `python tests/hosts/table.py`. The tests assert what they say.
 
-With arguments only those named: `agreement`, `delays`, `loops` (some minutes).
+With arguments only those named: `agreement`, `delays`, `loops` and `costs` (some minutes).
 """
 
 import importlib
@@ -11,9 +11,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 from hosting import Bench, build
 from loops import Loop, lateness_rows, loop_head, loop_rows
+from pypi.costs import cost_rows
 
 FILES = ("test_simulate_fmu", "test_c_host", "test_container", "test_libcosim", "test_ecos", "pypi.test_packages")
-TABLES = ("agreement", "delays", "loops")
+TABLES = ("agreement", "delays", "loops", "costs")
 # the slew is flown from 5 to 106 s; what simulate_ssp stirs up at first has decayed after 40 s of fine pointing
 LOOPS = [
     Loop(configuration=configuration, scenario=scenario, duration=duration, since=since)
@@ -46,6 +47,12 @@ def loops(bench):
     for loop in LOOPS:
         for row in loop_rows(bench, loop):
             print(row, flush=True)
+
+
+def costs(bench):
+    """Print what the ways of hosts to step the loop cost."""
+    for row in cost_rows(bench):
+        print(row, flush=True)
 
 
 def main(names):

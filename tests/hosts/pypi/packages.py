@@ -14,7 +14,6 @@ from lockstep import load_system
 STEP = 5_000_000  # [ns] of the rows, and of a host with one step
 TICKS = 40  # rows: .2 s, with three samples of the star tracker
 LATE = {"plant sensors": 1, "sensors plant": 1, "sensors controller": 1, "controller plant": 1}
-ONE_STEP = {"sensors": {"step_size": STEP / 1e9}}
 KNOWN = {"delay.measurement": STEP / 1e9, "delay.actuation": STEP / 1e9}
 
 Values = Mapping[str, Mapping[str, Any]]
@@ -35,9 +34,9 @@ SCHEMES = {
         text="all at 5 ms, every value a step late",
         period=STEP,
         delays=LATE,
-        values=ONE_STEP | {"controller": KNOWN},
+        values={"controller": KNOWN},
     ),
-    "in order": Scheme(text="all at 5 ms, in the order of a tick", period=STEP, values=ONE_STEP),
+    "in order": Scheme(text="all at 5 ms, in the order of a tick", period=STEP),
     "own rates": Scheme(text="own rates, in the order of a tick"),
     "torque late": Scheme(
         text="own rates, torque 5 ms late",
@@ -108,7 +107,7 @@ PACKAGES = (
         script="run_pathsim.py",
         scheme="own rates",
         missing=lacks("pathsim_fmi", "pathsim-fmi"),
-        options={"typed": True, "periods": {"sensors": 1e-3, "controller": 5e-3, "plant": 1e-3}},
+        options={"periods": {"sensors": 1e-3, "controller": 5e-3, "plant": 1e-3}},
         remark="blocks in the order sensors, controller, plant; a wrapper for Booleans, which it sets as Reals; "
         "start values of unconnected inputs as `Constant`; no delay to set",
     ),
@@ -118,7 +117,7 @@ PACKAGES = (
         scheme="late",
         missing=hosts_python_lacks(),
         own_environment=True,
-        options={"typed": True, "method": "jacobi"},
+        options={"method": "jacobi"},
         remark="any order (in its Gauss-Seidel the order changes from run to run); a wrapper for Booleans, which it "
         "sets as Reals; `initialization` of all inputs, else 0; both delays 5 ms",
     ),
@@ -157,6 +156,14 @@ OTHERS = (
         missing=TOOLBOX,
         options={"nested": False, "sequential": False},
         remark="any order; first inputs as start values; both delays 5 ms",
+    ),
+    Package(
+        name="fmu-manipulation-toolbox, `-sequential` at 1 ms",
+        script="run_toolbox.py",
+        scheme="own rates",
+        missing=TOOLBOX,
+        options={"nested": False, "sequential": True, "container_step": 1e-3},
+        remark="the controller holds its outputs between its samples; order and first inputs as above; no delay to set",
     ),
     Package(
         name="gemseo-fmu, `MDAJacobi`",

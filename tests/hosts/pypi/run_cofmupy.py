@@ -25,8 +25,7 @@ def main(given, saved):
     """Run what `given` says."""
     loop = read(given)
     inputs = first_inputs(loop)
-    if loop.options["typed"]:
-        cofmupy.wrappers.Fmu2Handler = TypedHandler
+    cofmupy.wrappers.Fmu2Handler = TypedHandler
     coordinator = Coordinator()
     coordinator.start(
         {
@@ -42,7 +41,6 @@ def main(given, saved):
             ],
         }
     )
-    print(coordinator.graph_engine.sequence_order)
     for _ in range(loop.ticks):
         coordinator.do_step(loop.step)
     results = coordinator.get_results()

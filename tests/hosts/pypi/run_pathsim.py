@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pathsim_fmi.blocks
+from fmpy.fmi1 import FMICallException
 from loop import first_inputs, read, save
 from pathsim import Connection, Simulation
 from pathsim.blocks import Constant, Scope
@@ -27,12 +28,22 @@ class TypedWrapper(pathsim_fmi.blocks.FMUWrapper):
         return np.array([getters[self.variable_map[name].type]([vr])[0] for name, vr in self.output_refs.items()])
 
 
+def assert_refused(path):
+    """Step a controller as pathsim-fmi does by itself: its Booleans set as Reals are an error, not another input."""
+    block = pathsim_fmi.CoSimulationFMU(path, "plain", {}, 5e-3)
+    try:
+        block.fmu_wrapper.set_inputs_from_array(block.inputs.to_array())
+    except FMICallException:
+        return
+    raise AssertionError(f"{path} takes Booleans that are set as Reals")
+
+
 def main(given, saved):
     """Run what `given` says."""
     loop = read(given)
     first = first_inputs(loop)
-    if loop.options["typed"]:
-        pathsim_fmi.blocks.FMUWrapper = TypedWrapper
+    assert_refused(loop.fmus["controller"])
+    pathsim_fmi.blocks.FMUWrapper = TypedWrapper
     blocks = {
         name: pathsim_fmi.CoSimulationFMU(path, name, loop.values[name] | first[name], loop.options["periods"][name])
         for name, path in loop.fmus.items()

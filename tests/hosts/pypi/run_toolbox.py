@@ -16,7 +16,8 @@ def main(given, saved):
     if loop.options["nested"]:
         description, prefix = toolbox.nested(loop), "all"
     else:
-        description, prefix = toolbox.plain(loop, loop.options["sequential"]), "out"
+        step = loop.options.get("container_step", loop.step)
+        description, prefix = toolbox.plain(loop, loop.options["sequential"], step), "out"
     with tempfile.TemporaryDirectory() as folder:
         container = Component(str(toolbox.build(description, loop, Path(folder))))
         container.initialize({})

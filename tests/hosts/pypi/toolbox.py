@@ -30,11 +30,11 @@ def build(description: dict[str, Any], loop: ClosedLoop, folder: Path) -> Path:
     return folder / description["name"]
 
 
-def plain(loop: ClosedLoop, sequential: bool) -> dict[str, Any]:
+def plain(loop: ClosedLoop, sequential: bool, step: float) -> dict[str, Any]:
     """Return the container of all three at one step: in the order of the loop, or each with values a step old."""
     return EXPLICIT | {
         "name": "plain.fmu",
-        "step_size": loop.step,
+        "step_size": step,
         "sequential": sequential,
         "fmu": [f"{name}.fmu" for name in loop.fmus],
         "link": [[f"{source}.fmu", output, f"{to}.fmu", target] for source, output, to, target in loop.connections],
