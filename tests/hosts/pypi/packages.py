@@ -136,7 +136,8 @@ PACKAGES = (
         script="run_sofirpy.py",
         scheme="late",
         missing=lacks("sofirpy", "sofirpy"),
-        remark="any order; first inputs as start values; both delays 5 ms",
+        remark="connections of the sensors before those of the plant, whose logged accelerations are those with the "
+        "next torque; first inputs as start values; both delays 5 ms",
     ),
     Package(
         name="FMUGym",
