@@ -71,7 +71,7 @@ class Plan:
             (name, variable.scalar, variable.reference): variable.name
             for name, description in self.descriptions.items()
             for variable in description.variables.values()
-            if variable.scalar is not None and variable.causality in ("output", "input")
+            if variable.scalar is not None and variable.causality in ("output", "input", "calculatedParameter")
         }
         for one in self.signals:  # an output or input may have further names
             if one.variable.scalar is not None:

@@ -198,7 +198,8 @@ def _port(connection: Connection, causality: str, descriptions: Mapping[str, Des
     variable = description.variables.get(name)
     if variable is None:
         raise InputError(description.lacks(component, name, causality))
-    if variable.causality != causality:
+    # what is calculated of parameters is known from initialization on, and SSP and OSP may connect it
+    if variable.causality != causality and not (outward and variable.causality == "calculatedParameter"):
         raise InputError(
             f"{connection}: {component}.{name} is the FMU's {variable.causality}, an {causality} is needed"
         )

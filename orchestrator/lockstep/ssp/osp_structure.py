@@ -243,7 +243,7 @@ def _value(element: Element, what: str) -> Value:
         match kind:
             case "Real":
                 return float(text)
-            case "Integer":
+            case "Integer" | "Enumeration":
                 return int(text)
             case "Boolean":
                 return boolean(text)

@@ -141,7 +141,7 @@ def _connectors(component: Component, system: System) -> list[Connector]:
         return []
     variables = read_description(component).variables
     return [
-        Connector(name=name, kind=kind, type=variables[name].type, items=variables[name].items)
+        Connector(name=name, kind=variables[name].causality, type=variables[name].type, items=variables[name].items)
         if name in variables
         else Connector(name=name, kind=kind)
         for name, kind in ends.items()

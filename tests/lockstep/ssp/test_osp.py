@@ -88,6 +88,22 @@ def test_a_linear_transformation_is_part_of_the_connection(osp):
 SUM = '<Functions><Sum name="sum" inputCount="3"/></Functions>'
 
 
+def test_a_calculated_parameter_is_a_source(osp, tmp_path, reference):
+    more = (
+        '<ScalarVariable name="c" valueReference="{}" causality="calculatedParameter" variability="fixed" '
+        'initial="calculated"><Real/></ScalarVariable>'
+    )
+    number = next(k for k, v in enumerate(reference.variables_of("integrator", "2.0")) if v.name == "x0")
+    built = reference.build("integrator", "2.0", tmp_path / "built", more=more.format(number))
+    path = osp(simulator("one", "calculating") + simulator("two", "echo"), wire("one.c", "two.u[1]"))
+    shutil.copy(built, tmp_path / "calculating.fmu")
+    system = load_system(path).with_isolation("one", False).with_isolation("two", False)
+    simulate(system, tmp_path / "out", stop_time=0.004, overrides={"one.x0": 3.0})
+    assert read_signals(tmp_path / "out")["two.y[1]"].tolist()[1:4] == [3.0, 3.0, 3.0]
+    write_ssd(system, tmp_path / "as.ssd")
+    assert [str(c) for c in load_system(tmp_path / "as.ssd").connections] == ["one.c -> two.u[1]"]
+
+
 def test_a_sum_adds_its_inputs_without_a_delay(osp, tmp_path):
     parts = simulator("one", "counter", values=initial("gain", "Real", 0.1)) + simulator(
         "two", "counter", "2e-3", initial("gain", "Real", 3.0)
