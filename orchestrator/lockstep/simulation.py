@@ -25,11 +25,12 @@ from lockstep.interrupt import Interrupt, deferred_interrupt
 from lockstep.plan.input_files import Paths, listed
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
-from lockstep.processes.start_slave import limits_given, start_slave, wait_until_ready
+from lockstep.processes.start_slave import SharedProcess, limits_given, start_slave, wait_until_ready
 from lockstep.processes.watched_process import Limits
 from lockstep.results.recorder import Recorder
 from lockstep.results.results_folder import ResultsFolder, claim_earlier, held
 from lockstep.results.run_record import Events, describe_run
+from lockstep.run.batched_steps import Batches
 from lockstep.run.exchange import Exchange
 from lockstep.run.initialise import initialise
 from lockstep.run.input_signals import InputSignals
@@ -147,10 +148,12 @@ def simulate(
         temporary = stack.enter_context(temporary_folder("run", lambda path: events.add("cleaned", folder=str(path))))
         stack.callback(events.close)
         close_slaves = stack.enter_context(ExitStack())
-        slaves = _start(plan, temporary, events, replace(limits, interrupt=interrupt), close_slaves)
+        shared = SharedProcess()
+        slaves = _start(plan, temporary, events, replace(limits, interrupt=interrupt), close_slaves, shared)
+        batches = None if shared.connection is None else Batches(shared.connection, slaves)
         injected = None if faults is None else Faults(faults, events.add)
         inputs = InputSignals(plan.inputs, seconds(first * plan.system.tick))
-        exchange = Exchange(plan.layout, slaves, plan.names, injected, inputs, events.add)
+        exchange = Exchange(plan.layout, slaves, plan.names, injected, inputs, events.add, batches)
         saver = Saver(
             schedule=chosen.checkpoints, ticks=saves, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary
         )
@@ -247,19 +250,25 @@ def _plan(system: System, options: RunOptions) -> tuple[Plan, Mapping[str, Overr
     )
 
 
-def _start(plan: Plan, temporary: Path, events: Events, limits: Limits, close_slaves: ExitStack) -> dict[str, Slave]:
+def _start(
+    plan: Plan, temporary: Path, events: Events, limits: Limits, close_slaves: ExitStack, shared: SharedProcess
+) -> dict[str, Slave]:
     """Start the FMUs, with their adapters and shadows."""
     slaves: dict[str, Slave] = {}
     started: list[Slave] = []
     descriptions = {**plan.descriptions, **plan.shadows}
+    close_slaves.callback(shared.close)
     for number, component in enumerate(with_shadow_components(plan.system)):
         limits.interrupt.check()
         folder = Path(temporary, str(number))
-        slave = start_slave(component, descriptions[component.name], folder, events.log, limits)
+        slave = start_slave(component, descriptions[component.name], folder, events.log, limits, shared)
         close_slaves.callback(slave.close)
         started.append(slave)
         slaves[component.name] = with_adapter(component, slave)
     wait_until_ready(started)
+    together = [component.name for component in with_shadow_components(plan.system) if component.grouped]
+    if together:
+        events.add("shared process", components=together)
     return with_shadows(plan.system, slaves, events.add)
 
 

@@ -40,7 +40,7 @@ def system_of(run: Mapping[str, Any]) -> System:
         elif source != system.component(name).source:
             system = replace_component(system, name, source, None)
         system = system.with_period(name, nanoseconds(entry["period"], f"period of {name}"))
-        system = system.with_isolation(name, entry["isolated"])
+        system = system.with_isolation(name, _isolated(entry))
         if "shadow" in entry:
             system = _with_shadow_of_run(system, name, entry["shadow"])
     pairs = Counter((entry["from"], entry["to"]) for entry in run["latency"])
@@ -55,4 +55,9 @@ def _with_shadow_of_run(system: System, name: str, entry: Mapping[str, Any]) -> 
     adapter = read_adapter(Path(entry["adapter"])) if "adapter" in entry else None
     over = nanoseconds(entry["switchover"], "switchover") if "switchover" in entry else None
     system = with_shadow(system, name, Path(entry["source"]), adapter, over, nanoseconds(entry["blend"], "blend"))
-    return with_isolation(system, entry["name"], entry["isolated"])
+    return with_isolation(system, entry["name"], _isolated(entry))
+
+
+def _isolated(entry: Mapping[str, Any]) -> bool | None:
+    """Return whether an FMU ran in a process of its own; None: in a shared one, as was decided for it."""
+    return None if entry.get("grouped") else bool(entry["isolated"])

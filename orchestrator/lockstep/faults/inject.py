@@ -41,6 +41,10 @@ class Faults:
         while waiting and waiting[-1].tick <= tick:
             self._add_event("fault", **waiting.pop().details)
 
+    def act_on(self, name: str) -> bool:
+        """Return whether a component's inputs or parameters are altered at any time."""
+        return any(group.component == name for group in (*self._resolved.transfers, *self._resolved.settings))
+
     def finish(self) -> None:
         """Record the end of the faults that last to the end of the run."""
         while self._waiting:

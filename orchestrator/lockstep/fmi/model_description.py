@@ -123,6 +123,7 @@ class Description:
     version: str = "2.0"  # of FMI: 1.0, 2.0 or 3.0
     tolerance: float | None = None  # of the default experiment, if it can be passed
     negated: Mapping[str, str] = field(default_factory=dict)  # of FMI 1.0, not among the variables: alias by name
+    needs_tool: bool = False  # runs what it does not contain
     problems: tuple[str, ...] = ()  # offences of the file that the master can do without, each beginning with its name
 
     @property
@@ -214,6 +215,7 @@ def read_description(component: Component) -> Description:
         step_size=model.defaultExperiment.stepSize if model.defaultExperiment else None,
         tolerance=declared_tolerance(model),
         negated=negated,
+        needs_tool=bool(getattr(model.coSimulation, "needsExecutionTool", False)),
         problems=problems,
     )
     return _located(_read[digest], component)

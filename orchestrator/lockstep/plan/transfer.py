@@ -29,6 +29,15 @@ class Way:
         return self.source == target and (self.gain, self.bias, self.function) == (1.0, 0.0, None)
 
 
+@dataclass(frozen=True, slots=True)
+class SetValue:
+    """One value to set: its input, its position on the bus of its source's type, and its conversion."""
+
+    target: int
+    position: int
+    way: Way
+
+
 def linear(ways: Iterable[Way], target: Scalar) -> bool:
     """Return whether one product and one sum of Reals convert all of them."""
     return target == "Real" and all(way.source == "Real" and way.function is None for way in ways)

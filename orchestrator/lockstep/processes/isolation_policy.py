@@ -2,12 +2,17 @@
 
 Those are FMUs that `flexsat build` did not make, FMUs that allow one instance per process and have one already, and
 FMUs that hold a Python module or library of which another FMU holds a different copy: a process has one of each name.
+
+Where those are more than a few, the ones that are not suspected share one process: a crash ends the run anyhow, and is
+attributed to the FMU whose call was under way. Suspected are FMUs that say or show that they use more of a process than
+their own memory: those of FMI 1.0, which do not say it, those that allow one instance per process or need a tool, and
+those that bring Python. What the system or its user isolates has a process of its own.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
@@ -18,6 +23,7 @@ from lockstep.system.component import Component
 from lockstep.system.system import System
 
 BUILD_RECORD = "resources/build.json"  # of the export, with the GUID of its FMU
+FEW = 4  # processes of FMUs that are not suspected: so many work side by side
 _CODE = (".py", ".so")
 
 Modules = Mapping[str, frozenset[tuple[str, int]]]  # path and checksum of every file, by module
@@ -48,12 +54,28 @@ def settle(system: System, descriptions: Mapping[str, Description]) -> System:
         if not isolated:
             inside.append(component)
         decided[component.name] = isolated
-    return replace(system, components=tuple(_settled(c, decided) for c in system.components))
+    together: list[Component] = []
+    for component in every:
+        if component.isolated is None and decided[component.name]:
+            suspected = _suspected(descriptions[component.name], contents[component.name])
+            if not suspected and not any(_conflict(component, c, contents, descriptions) for c in together):
+                together.append(component)
+    grouped = frozenset(c.name for c in together) if len(together) > FEW else frozenset()
+    return replace(system, components=tuple(_settled(c, decided, grouped) for c in system.components))
 
 
-def _settled(component: Component, decided: Mapping[str, bool]) -> Component:
-    shadow = component.shadow and replace(component.shadow, component=_settled(component.shadow.component, decided))
-    return replace(component, isolated=decided.get(component.name, False), shadow=shadow)
+def _settled(component: Component, decided: Mapping[str, bool], grouped: Set[str]) -> Component:
+    shadow = component.shadow
+    if shadow is not None:
+        shadow = replace(shadow, component=_settled(shadow.component, decided, grouped))
+    isolated = decided.get(component.name, False)
+    return replace(component, isolated=isolated, grouped=component.name in grouped, shadow=shadow)
+
+
+def _suspected(description: Description, contents: Contents) -> bool:
+    """Return whether an FMU may disturb others in its process."""
+    python = any(path.endswith(".py") for files in contents.modules.values() for path, _ in files)
+    return description.version == "1.0" or description.once_per_process or description.needs_tool or python
 
 
 def read_contents(component: Component, description: Description) -> Contents:

@@ -1,7 +1,8 @@
 """The record of the call under way in a child process, in memory that outlives a crash of the process.
 
 A block of 8-byte fields (the time and step size of the call [s], the number of the call or 0 between calls, the size of
-a text, and how long the process has worked [s]), then the text: the call's name, or the last message logged.
+a text, how long the process has worked [s], and the number of the FMU that logged the text), then the text: the call's
+name, or the last message logged.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 import mmap
 from pathlib import Path
 
-TIME, STEP, CALL, TEXT_SIZE, BUSY = range(5)
+TIME, STEP, CALL, TEXT_SIZE, BUSY, SPEAKER = range(6)
 _TEXT, SIZE = 64, 1024  # bytes: where the text begins, and of all
 
 

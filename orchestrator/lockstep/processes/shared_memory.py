@@ -24,8 +24,8 @@ _ALIGNMENT = 64  # one cache line
 REGIONS = last_call.SIZE + _ALIGNMENT  # where the values begin
 
 # What `numbers` holds: the program to run, or 0 for a message; how many requests were made; the number of the request
-# that was answered last, negative if the answer is a message; and the worker's process.
-PROGRAM, REQUEST, ANSWER, PROCESS = range(4)
+# that was answered last, negative if the answer is a message; and how many calls of the program have been made before.
+PROGRAM, REQUEST, ANSWER, START = range(4)
 WAKE = b"\0"
 
 

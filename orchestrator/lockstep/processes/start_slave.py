@@ -12,20 +12,39 @@ from lockstep.fmi.log_callbacks import Log
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import Slave
 from lockstep.fmi.sums_slave import SumsSlave
+from lockstep.processes.connection import Connection
 from lockstep.processes.remote_slave import RemoteSlave
 from lockstep.processes.watched_process import Limits
 from lockstep.system.component import Component
 
 
-def start_slave(component: Component, description: Description, folder: Path, log: Log, limits: Limits) -> Slave:
-    """Instantiate the FMU of a component; if it is isolated, only start its process."""
+class SharedProcess:
+    """The process that FMUs share which need none of their own. It is started for the first of them."""
+
+    def __init__(self) -> None:
+        self.connection: Connection | None = None
+
+    def close(self) -> None:
+        """End the process, if one of its FMUs could not be closed."""
+        if self.connection is not None:
+            self.connection.end()
+
+
+def start_slave(
+    component: Component, description: Description, folder: Path, log: Log, limits: Limits, shared: SharedProcess
+) -> Slave:
+    """Instantiate the FMU of a component; if it is isolated, only start that, in its own or the shared process."""
     if component.sums is not None:
         return SumsSlave(component.name, component.sums)
     if component.adapter is not None or component.shadow is not None:
         description = read_description(component)  # the given one has interface ports, or those of the shadow too
-    if component.isolated:
+    if not component.isolated:
+        return instantiate(component, description, folder, log)
+    if not component.grouped:
         return RemoteSlave(component, description, folder, log, limits)
-    return instantiate(component, description, folder, log)
+    if shared.connection is None:
+        shared.connection = Connection(component.name, folder, log, limits)
+    return RemoteSlave(component, description, folder, log, connection=shared.connection)
 
 
 def wait_until_ready(slaves: Iterable[Slave]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,14 +37,17 @@ class Limits:
 class WatchedProcess:
     """A worker's process. `busy_since` is when the call under way began, 0 if none is."""
 
-    def __init__(self, descriptors: tuple[int, ...], folder: Path, limits: Limits) -> None:
+    def __init__(
+        self, descriptors: tuple[int, ...], folder: Path, limits: Limits, call: Callable[[], int] = lambda: 0
+    ) -> None:
+        """Start the worker; `call` returns another number for each call of an FMU that a request leads to."""
         self.busy_since = 0.0
         self.limit = limits.step  # [s] for one call
         self.closing = False  # a worker that is stopped is not waited for any more
         self.cause = ""  # why it was ended, if it was
         self.interrupt = limits.interrupt
         self.interrupted = False  # whether it was ended for that
-        self._limits = limits
+        self._limits, self._call = limits, call
         directory = folder / "directory"  # not the user's: an FMU may write to the working directory
         directory.mkdir(parents=True, exist_ok=True)
         with same_memory_layout():
@@ -71,14 +75,14 @@ class WatchedProcess:
     def _look(self) -> None:
         limits, child = self._limits, self._child
         asked = 0.0  # when Ctrl-C was seen
-        call, time = (0.0, 0.0), RunningTime(self.limit)  # what is measured: when it began, and its limit
+        call, time = (0.0, 0.0, 0), RunningTime(self.limit)  # what is measured: when it began, its limit and number
         while not self._ended.wait(_INTERVAL):
             since = self.busy_since
             if child.code is not None:
                 child.kill()  # what it started keeps the pipes open
                 return
-            if (since, self.limit) != call:
-                call, time = (since, self.limit), RunningTime(self.limit)
+            if (now := (since, self.limit, self._call())) != call:
+                call, time = now, RunningTime(self.limit)
             elif since:
                 time.look(counts=self.closing or not child.stopped)
                 if time.is_over:

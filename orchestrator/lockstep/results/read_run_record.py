@@ -12,7 +12,7 @@ from lockstep.results.run_record import RUN
 _REMEDY = "run again, or restore the file"
 _SHADOW = {
     "name": "text", "source": "text", "period": "number", "isolated": "flag", "blend": "number",
-    "?switchover": "number", "?adapter": "text",
+    "?switchover": "number", "?adapter": "text", "?grouped": "flag",
 }  # fmt: skip
 _WHOLE = {  # what a run needs to be resumed
     "status": "text",
@@ -28,7 +28,7 @@ _WHOLE = {  # what a run needs to be resumed
         {
             "name": "text", "source": "text", "sha256": "text", "period": "number", "kind": "text", "isolated": "flag",
             "parameters": "table", "?model": "text", "?guid": "text", "?offset": "number", "?adapter": "text",
-            "?stands_for": "text", "?shadow": _SHADOW,
+            "?stands_for": "text", "?grouped": "flag", "?shadow": _SHADOW,
         }
     ],
 }  # fmt: skip

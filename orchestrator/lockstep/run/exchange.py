@@ -4,7 +4,7 @@ No scalar is handled in Python in a tick: each step is one gather from the bus, 
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,25 +15,18 @@ from lockstep.faults.inject import Faults
 from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer, Scalar, Slave, regular_end
 from lockstep.plan.bus_layout import Layout, Reference
 from lockstep.plan.schedule import Task
-from lockstep.plan.transfer import Way, converter, linear
+from lockstep.plan.transfer import SetValue, converter, linear
 from lockstep.plan.wiring import Link
+from lockstep.processes.remote_batch import BatchedStep
+from lockstep.run.batched_steps import Batches
 from lockstep.run.input_signals import InputSignals
 from lockstep.run.not_finite import AddEvent, Names, NotFinite
-from lockstep.run.overlapped_steps import Overlapping, StartedStep, interleaved
+from lockstep.run.overlapped_steps import Overlapping, StartedStep, alone, interleaved
 from lockstep.system.clock import seconds
 
 Transfer = Callable[[], int]  # sets or gets values of a slave and returns the status of FMI
 Action = Callable[[float], None]  # called with the simulated time [s]
 NextRow = Callable[[float], Sequence[NDArray[Any]]]  # the recorder's next row, in the order of SCALARS
-
-
-@dataclass(frozen=True, slots=True)
-class _SetValue:
-    """One value to set: its input, its position on the bus of its source's type, and its conversion."""
-
-    target: int
-    position: int
-    way: Way
 
 
 class Exchange:
@@ -47,12 +40,19 @@ class Exchange:
         faults: Faults | None = None,
         inputs: InputSignals | None = None,
         add_event: AddEvent = lambda *_, **__: None,
+        batches: Batches | None = None,
     ) -> None:
+        """Bind nothing yet. `batches` joins steps of FMUs that share a process, where there are some."""
         self._layout, self._faults, self._inputs = layout, faults, inputs or InputSignals((), 0.0)
         self.not_finite = NotFinite(layout.used, names, add_event)
         self._slaves = slaves
         self._names = names
-        self._bus: dict[Scalar, Buffer] = {s: np.zeros(layout.bus_size(s), DTYPES[s]) for s in SCALARS}
+        make: Callable[[Scalar, int], Buffer] = batches.bus if batches else lambda s, size: np.zeros(size, DTYPES[s])
+        self._bus: dict[Scalar, Buffer] = {s: make(s, layout.bus_size(s)) for s in SCALARS}
+        self._batches, self._joined = batches, frozenset[str]()
+        if batches is not None:
+            self._joined = batches.members(layout, faults, self._inputs)
+            batches.report_to(self._check_finite, self._refuse_overflow, self._end)
         self._steps: dict[object, Action] = {}  # equal phases share one action
         self._initial: dict[tuple[str, Scalar], dict[int, Any]] = {}
         self.end: EndOfSimulation | None = None  # the first that a component asked for
@@ -66,9 +66,10 @@ class Exchange:
         look()
         layout, tasks = self._layout, self._layout.schedule.tasks
         first = () if self._faults is None else (self._faults.begin_tick,)
+        joined = alone if self._batches is None else self._batches.joined
         return (
             *first,
-            *interleaved(layout, tick, [(t, self._step(t, tick)) for t in tasks if t.steps_at(tick)]),
+            *interleaved(layout, tick, joined([(t, self._step(t, tick)) for t in tasks if t.steps_at(tick)])),
             *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.records else ()),
         )
 
@@ -161,7 +162,7 @@ class Exchange:
     def _get(self, name: str, scalar: Scalar, references: list[int], buffer: Buffer) -> Transfer:
         return self._slaves[name].getter(scalar, np.array(references, np.uint32), buffer)
 
-    def _step(self, task: Task, tick: int) -> Action:
+    def _step(self, task: Task, tick: int) -> Action | BatchedStep:
         layout, version = self._layout, task.begun(tick)
         renewed = layout.renewed(task, tick)
         key = (
@@ -169,25 +170,27 @@ class Exchange:
             *((id(link), layout.place(link.producer, link.scalar, newest)) for link, newest in renewed),
             *(layout.place(task.name, scalar, version) for scalar in SCALARS),
         )
+        if self._batches is not None and task.name in self._joined:
+            return self._batches.described(layout, task, tick, key, partial(self._sets, renewed))
         if key not in self._steps:
             fetched = {scalar: layout.fetched(task.name, scalar, version) for scalar in SCALARS}
             gets = {scalar: (start, references) for scalar, (start, references) in fetched.items() if references}
             self._steps[key] = self._bind(task, self._sets(renewed), gets)
         return self._steps[key]
 
-    def _sets(self, renewed: Iterable[tuple[Link, int]]) -> dict[Scalar, list[_SetValue]]:
+    def _sets(self, renewed: Iterable[tuple[Link, int]]) -> dict[Scalar, list[SetValue]]:
         """Return what to set of each type, the targets in ascending order."""
-        sets: dict[Scalar, list[_SetValue]] = {}
+        sets: dict[Scalar, list[SetValue]] = {}
         for link, version in renewed:
             positions = self._layout.positions(link.producer, link.scalar, link.sources, version)
             entries = sets.setdefault(link.target_scalar or link.scalar, [])
-            entries += map(_SetValue, link.targets, positions, link.ways)
+            entries += map(SetValue, link.targets, positions, link.ways)
         return {scalar: sorted(entries, key=lambda entry: entry.target) for scalar, entries in sets.items()}
 
     def _bind(
         self,
         task: Task,
-        sets: Mapping[Scalar, list[_SetValue]],
+        sets: Mapping[Scalar, list[SetValue]],
         gets: Mapping[Scalar, tuple[int, list[int]]],
     ) -> Action:
         """Bind one doStep with the sets before it and the gets after it."""
@@ -239,7 +242,7 @@ class Exchange:
 
         return step
 
-    def _bound_set(self, name: str, scalar: Scalar, entries: Sequence[_SetValue]) -> Action:
+    def _bound_set(self, name: str, scalar: Scalar, entries: Sequence[SetValue]) -> Action:
         check, take, function = self.check, self._bus[scalar].take, f"Set{scalar}"
         targets = [entry.target for entry in entries]
         buffer: Buffer = np.zeros(len(targets), DTYPES[scalar])
@@ -285,7 +288,7 @@ class Exchange:
         )
 
     def _mixed_set(
-        self, name: str, scalar: Scalar, entries: Sequence[_SetValue], buffer: Buffer, call: Transfer
+        self, name: str, scalar: Scalar, entries: Sequence[SetValue], buffer: Buffer, call: Transfer
     ) -> Action:
         """Bind a set whose values come from outputs of several types, or through tables."""
         check, function = self.check, f"Set{scalar}"
@@ -339,7 +342,7 @@ class Exchange:
 
         return checked
 
-    def _check_finite(self, name: str, references: list[int], values: Buffer, time: float) -> None:
+    def _check_finite(self, name: str, references: Sequence[int], values: Buffer, time: float) -> None:
         try:
             self.not_finite.check(name, references, np.asarray(values, np.float64), time)
         except RunError as error:

@@ -19,6 +19,10 @@ class InputSignals:
         self._parts = parts
         self.begin = begin  # [s], of the run: the time of the values during initialization
 
+    def feed(self, component: str) -> bool:
+        """Return whether a component has such inputs."""
+        return any(part.component == component for part in self._parts)
+
     def on_step(self, component: str, slave: Slave, check: Check) -> list[Action]:
         """Return what sets the inputs of a component at the start of a step."""
         return [_bound(part, slave, check) for part in self._parts if part.component == component]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from typing import Protocol, runtime_checkable
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, Protocol, runtime_checkable
 
 from lockstep.plan.bus_layout import Layout
 from lockstep.plan.schedule import Task
@@ -23,10 +23,21 @@ class Overlapping(Protocol):
 
 
 class StartedStep:
-    """A step in two parts: a call starts it; `finish` completes it and fetches the outputs."""
+    """A step in two parts: a call starts it; `finish` completes it and fetches the outputs.
 
-    def __init__(self, begin: Action, complete: Callable[[], None], fetch: Iterable[Action]) -> None:
+    Or several steps, which take their inputs after they have begun: `reads` are the components that those are of.
+    """
+
+    def __init__(
+        self,
+        begin: Action,
+        complete: Callable[[], None],
+        fetch: Iterable[Action],
+        *,
+        reads: frozenset[str] = frozenset(),
+    ) -> None:
         self._begin, self._complete, self._fetch = begin, complete, tuple(fetch)
+        self.reads = reads
 
     def __call__(self, time: float) -> None:
         """Start the step."""
@@ -39,16 +50,36 @@ class StartedStep:
             call(time)
 
 
-def interleaved(layout: Layout, tick: int, steps: Iterable[tuple[Task, Action]]) -> Iterator[Action]:
-    """Yield the actions of one tick; each step is finished before another component reads its new outputs."""
+def interleaved(layout: Layout, tick: int, steps: Iterable[tuple[Sequence[Task], Action]]) -> Iterator[Action]:
+    """Yield the actions of one tick, each of one component's step or of several.
+
+    A step is finished before another component reads its new outputs, or replaces outputs that it still has to read.
+    """
     open_: dict[str, StartedStep] = {}
-    for task, step in steps:
+    for tasks, step in steps:
         if open_:
-            for link, version in layout.renewed(task, tick):
-                if link.producer in open_ and version >= layout.schedule.task(link.producer).begun(tick):
-                    yield open_.pop(link.producer).finish
+            names = {task.name for task in tasks}
+            ending = [open_[name] for name in _read(layout, tick, tasks) if name in open_]
+            ending += [other for other in open_.values() if other.reads & names]
+            for other in dict.fromkeys(ending):
+                open_ = {name: each for name, each in open_.items() if each is not other}
+                yield other.finish
         yield step
         if isinstance(step, StartedStep):
-            open_[task.name] = step
-    for step in open_.values():
-        yield step.finish
+            open_ |= {task.name: step for task in tasks}
+    for other in dict.fromkeys(open_.values()):
+        yield other.finish
+
+
+def _read(layout: Layout, tick: int, tasks: Iterable[Task]) -> Iterator[str]:
+    """Yield the components whose outputs of this tick are read."""
+    for task in tasks:
+        for link, version in layout.renewed(task, tick):
+            if version >= layout.schedule.task(link.producer).begun(tick):
+                yield link.producer
+
+
+def alone(steps: Iterable[tuple[Task, Any]]) -> Iterator[tuple[tuple[Task, ...], Action]]:
+    """Yield steps, none of which is joined with others."""
+    for task, step in steps:
+        yield (task,), step

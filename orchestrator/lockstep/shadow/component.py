@@ -167,7 +167,7 @@ def with_shadows(system: System, slaves: Mapping[str, Slave], add_event: AddEven
     return found
 
 
-def with_isolation(system: System, name: str, isolated: bool) -> System:
+def with_isolation(system: System, name: str, isolated: bool | None) -> System:
     """Return the system with a component or a shadow, by name, in a process of its own or in the master's."""
     return _with_changed(system, name, isolated=isolated)
 

@@ -50,6 +50,7 @@ class Component:
     connectors: tuple[Connector, ...] | None = None
     archive: Path | None = None  # the .ssp that holds the FMU
     isolated: bool | None = None  # in a process of its own; None: `lockstep.processes.isolation_policy` decides
+    grouped: bool = False  # if isolated: in the process that several FMUs share, as the policy decided
     adapter: Adapter | None = None  # from the FMU to the ports of `stands_for`
     stands_for: "Component | None" = None
     shadow: "Shadow | None" = None  # runs in shadow of it

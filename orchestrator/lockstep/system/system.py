@@ -161,7 +161,7 @@ class System:
         changed = (replace(c, period=period) if c.name == component else c for c in self.components)
         return replace(self, components=tuple(changed))
 
-    def with_isolation(self, component: str, isolated: bool) -> "System":
+    def with_isolation(self, component: str, isolated: bool | None) -> "System":
         """Return the system with one component in a process of its own, or in the master's."""
         self.component(component)
         changed = (replace(c, isolated=isolated) if c.name == component else c for c in self.components)

@@ -77,7 +77,7 @@ def pair():
             tick=STEP,
             stop_time=20 * STEP,
             components=tuple(
-                Component(name=name, source=fmu, period=STEP, parameters=given, **options)
+                Component(name=name, source=fmu, period=STEP, kind="sampled", parameters=given, **options)
                 for (name, fmu), given in zip(parts.items(), (LEVEL | RATE, RATE), strict=True)
             ),
             connections=(

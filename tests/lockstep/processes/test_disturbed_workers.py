@@ -61,7 +61,8 @@ def test_a_request_that_is_missing_ends_the_run(good, tmp_path):
     slave = RemoteSlave(component(good), read_description(component(good)), tmp_path, lambda *_: None)
     try:
         slave.ready()
-        slave._numbers[REQUEST] = slave._number = slave._number + 1
+        connection = slave.connection
+        connection.numbers[REQUEST] = connection._number = connection._number + 1
         with pytest.raises(RunError, match="request 3 came where 2 was expected"):
             slave.setup_experiment(0.0, 1.0)
     finally:

@@ -65,16 +65,16 @@ def slave(waiting, tmp_path, monkeypatch):
     (tmp_path / "b.0").touch()
     found.do_step(0.0, 0.01, 1)
     found.complete()
-    found._process.limit = LIMIT  # from here on
+    found.connection.process.limit = LIMIT  # from here on
     yield found
     found.close()
 
 
 def test_a_step_ends_within_the_limit_though_its_worker_is_stopped_for_longer(slave, tmp_path):
-    slave._process._child.process.suspend()
+    slave.connection.process._child.process.suspend()
     slave.do_step(0.01, 0.01, 1)
     time.sleep(LIMIT + 0.3)
-    slave._process._child.process.resume()
+    slave.connection.process._child.process.resume()
     (tmp_path / "b.1").touch()
     slave.complete()
 
