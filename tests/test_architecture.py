@@ -21,8 +21,8 @@ MOST_IN_A_FOLDER = 22  # files of one subject
 FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/python", "fmu/python/shim", "fmu/documentation", "design", "spacecraft"),
-        *("ports", "runtime", "structure", "parameters", "quantities", "fixed_order", "double_double", "arrays"),
-        "errors",
+        *("ports", "runtime", "structure", "parameters", "controller_weights", "quantities", "fixed_order"),
+        *("double_double", "arrays", "errors"),
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),
@@ -31,9 +31,9 @@ FOLDERS = {
         *("arrays", "array_names", "whole_file"),
     ),
     "flexbench": (
-        *("cli", "report", "report/sections", "figures", "adapt", "studies", "studies/paper", "studies/margins"),
-        *("studies/health", "studies/robustness", "studies/shadow", "studies/waterfall", "studies/spectra"),
-        *("studies/budget", "runs", "loop", "icd", "html"),
+        *("cli", "report", "report/sections", "figures", "adapt", "studies", "studies/paper", "studies/spillover"),
+        *("studies/margins", "studies/health", "studies/robustness", "studies/shadow", "studies/waterfall"),
+        *("studies/spectra", "studies/budget", "runs", "loop", "icd", "html"),
     ),
 }  # fmt: skip
 
@@ -236,7 +236,8 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     assert {"flexsat.runtime.plant", "flexsat.runtime.sensors", "flexsat.runtime.controller"} <= inside
     assert {module for module, _ in foreign} == {"flexsat.fmu.python.life_cycle"}
     assert {name.partition(".")[0] for _, name in foreign} == {"pythonfmu"}
-    allowed = {None, "runtime", "ports", "fmu", "fmu/python", "parameters", "quantities", "fixed_order", "arrays"}
+    allowed = {None, "runtime", "ports", "fmu", "fmu/python", "parameters", "quantities", "fixed_order", "arrays",
+               "controller_weights"}  # fmt: skip
     assert {folder_of(module) for module in inside} <= allowed
 
 

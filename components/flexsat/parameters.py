@@ -7,8 +7,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated
 
+from .controller_weights import BUS_WHEELS, PUBLISHED, ROBUST
+from .controller_weights import ConfigurationName as ConfigurationName  # parameters are read here
+from .controller_weights import ControllerDesign as ControllerDesign
+from .controller_weights import Weights as Weights
 from .quantities import PERIOD, POSITIVE, Range, check_ranges
 
 RPM = 2.0 * math.pi / 60.0  # rad/s
@@ -20,10 +24,11 @@ UP_TO_ONE = Range(minimum=0.0, maximum=1.0)
 ERROR_ANGLE = Range(minimum=0.0, maximum=0.5)  # rad; larger errors wrap round
 TURN = Range(minimum=-2.0 * math.pi, maximum=2.0 * math.pi)  # rad
 
-ConfigurationName = Literal["centralised", "distributed"]
 CONFIGURATIONS: tuple[ConfigurationName, ...] = ("centralised", "distributed")
+CONTROLLER_DESIGNS: tuple[ControllerDesign, ...] = ("published", "robust")
 
 
+ALL_MODES = 198  # of the mesh of record below 80 Hz
 RUN_DURATION = 300.0  # s, P: of every run
 
 
@@ -149,20 +154,6 @@ class Rates:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Weights:
-    """LQR weights and Kalman process noise (P section 6; C). `scale` divides what belongs to a wheel."""
-
-    mrp: float = 1e7
-    rate: float = 1e3
-    modal_displacement: float = 1e8  # over omega_i^2
-    modal_velocity: float = 10.0  # over omega_i^2
-    null_wheel_speed: float = 0.1  # over scale
-    torque: float = 0.1  # over scale
-    scale: float = 1.0
-    process_noise: float = 1e-12
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Slew:
     """Guidance of the slew."""
 
@@ -182,6 +173,7 @@ class SpeedSelection:
     highest: Annotated[float, "Hz", POSITIVE] = 100.0
     points: Annotated[int, "1", POSITIVE] = 1000
     window: Annotated[float, "Hz", POSITIVE] = 50.0 / 60.0
+    modes: Annotated[int, "1", Range(minimum=0)] = 0  # of the structure to be quiet on; 0: those of the controller
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -194,6 +186,7 @@ class Configuration:
     name: ConfigurationName
     wheel: Wheel
     weights: Weights
+    controller_design: ControllerDesign = "published"
     wheels_at_sites: bool  # three more at each site, else six on the bus
     aperture: Aperture = field(default_factory=Aperture)
     plate: Plate = field(default_factory=Plate)
@@ -203,13 +196,20 @@ class Configuration:
     speeds: SpeedSelection = field(default_factory=SpeedSelection)
 
 
-def configuration(name: ConfigurationName) -> Configuration:
-    """Return the configuration called `name`; raise ValueError for any other."""
+def configuration(name: ConfigurationName, controller_design: ControllerDesign = "published") -> Configuration:
+    """Return a configuration with one of its two controller designs; raise ValueError for any other."""
     if name not in CONFIGURATIONS:
         raise ValueError(f"configuration {name!r}: no such configuration; there are {', '.join(CONFIGURATIONS)}")
-    if name == "centralised":
-        factor = 5.5  # P: 33 small wheels weigh what six large ones do
-        return Configuration(
-            name=name, wheel=Wheel().scaled(factor), weights=Weights(scale=factor), wheels_at_sites=False
-        )
-    return Configuration(name=name, wheel=Wheel(), weights=Weights(), wheels_at_sites=True)
+    if controller_design not in CONTROLLER_DESIGNS:
+        known = ", ".join(CONTROLLER_DESIGNS)
+        raise ValueError(f"controller.design {controller_design!r}: no such design; there are {known}")
+    robust = controller_design == "robust"
+    at_sites = name == "distributed"
+    return Configuration(
+        name=name,
+        wheel=Wheel() if at_sites else Wheel().scaled(BUS_WHEELS),
+        weights=(ROBUST if robust else PUBLISHED)[name],
+        controller_design=controller_design,
+        wheels_at_sites=at_sites,
+        speeds=SpeedSelection(modes=ALL_MODES if robust else 0),
+    )

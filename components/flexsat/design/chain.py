@@ -7,16 +7,18 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..arrays import Array
-from ..parameters import Configuration, ConfigurationName, Rates, configuration
+from ..parameters import Configuration, ConfigurationName, ControllerDesign, Rates, configuration
 from ..runtime.controller_parameters import ControllerMatrices
 from ..runtime.periods import whole_multiple
 from ..runtime.plant_parameters import PlantMatrices
 from ..runtime.sensor_parameters import SensorMatrices
 from ..spacecraft.assembly import Spacecraft, build_spacecraft
 from ..spacecraft.linear_model import LinearModel, linearise
+from ..spacecraft.variation import full_spacecraft, keep_modes
 from ..spacecraft.wheel_speeds import WheelResponse, select_speeds
 from .dominant_pole import dominant_pole
-from .estimator import Estimator, design_estimator, measurement_noise
+from .estimator import Estimator, assumed_by_filter, design_estimator, measurement_noise
+from .jitter_cancellation import MODES, jitter_torque
 from .regulator import Regulator, design_regulator
 
 
@@ -102,23 +104,32 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     """
     check_rates(config.rates)
     spacecraft = build_spacecraft(config, as_published)
-    response = select_speeds(spacecraft, config.speeds)
+    modes = max(config.speeds.modes, config.plate.mode_count)
+    structure = spacecraft if modes == config.plate.mode_count else full_spacecraft(config, modes)
+    response = select_speeds(structure, config.speeds)
     noise, period = config.noise, config.rates.controller
     model = linearise(spacecraft, response.nominal, noise.filter_frequency)
     regulator = design_regulator(spacecraft, model, config.weights, period)
     phases = whole_multiple("Rates.star_tracker", config.rates.star_tracker, period)
+    assumed = assumed_by_filter(config)
     coarse, fine = (
         design_estimator(
             model,
-            config.wheel,
-            measurement_noise(model, noise, star_tracker),
+            assumed.wheel,
+            measurement_noise(model, assumed.noise, star_tracker),
             config.weights.process_noise,
             period,
             phases,
             as_published,
         )
-        for star_tracker in (noise.star_tracker_coarse, noise.star_tracker_fine)
+        for star_tracker in (assumed.noise.star_tracker_coarse, assumed.noise.star_tracker_fine)
     )
+    against_jitter = np.zeros((spacecraft.wheel_count, 4 * spacecraft.wheel_count))
+    if config.weights.jitter_cancellation > 0.0:
+        quick = linearise(keep_modes(structure, slice(MODES)), response.nominal, noise.filter_frequency)
+        against_jitter = jitter_torque(
+            quick, config.wheel, fine, regulator.gain, model, period, config.weights.jitter_cancellation
+        )
     reference = linearise(spacecraft, response.nominal, noise.filter_frequency, gyroscopic=False)
     reference_a, reference_b = reference.rigid_and_flexible()
     shaper_frequency, shaper_damping = dominant_pole(spacecraft)
@@ -130,6 +141,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         gain_coarse=coarse.gain,
         gain_fine=fine.gain,
         feedback=regulator.gain,
+        jitter_torque=against_jitter,
         reference_a=reference_a,
         reference_b=reference_b,
         nominal_speed=response.nominal,
@@ -195,7 +207,9 @@ class Designs:
     as_published: Design
 
 
-def build_designs(name: ConfigurationName) -> Designs:
-    """Run the design chain twice; raise ValueError for an unknown configuration."""
-    config = configuration(name)
-    return Designs(corrected=build_design(config), as_published=build_design(config, as_published=True))
+def build_designs(name: ConfigurationName, controller_design: ControllerDesign = "published") -> Designs:
+    """Run the design chain twice, as published always with the published controller; raise ValueError for bad names."""
+    return Designs(
+        corrected=build_design(configuration(name, controller_design)),
+        as_published=build_design(configuration(name), as_published=True),
+    )

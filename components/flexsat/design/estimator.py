@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Array
 from ..fixed_order import product, solve
-from ..parameters import SensorNoise, Wheel
+from ..parameters import Configuration, SensorNoise, Wheel
 from ..spacecraft.linear_model import LinearModel
 from .riccati import RiccatiStep, steady_state
 
@@ -23,6 +23,27 @@ class Estimator:
     c: Array  # (y, n)
     gain: Array  # (phases, n, y); phase 0 has the star tracker, its columns are zero in the others
     covariance: Array  # (n, n): steady, predicted for phase 0
+
+
+def assumed_by_filter(config: Configuration) -> Configuration:
+    """Return the configuration with the noise and the broadband jitter that the filter's design assumes."""
+    noise, wheel, weights = config.noise, config.wheel, config.weights
+    return replace(
+        config,
+        noise=replace(
+            noise,
+            gyro=weights.gyro_noise * noise.gyro,
+            accelerometer=weights.accelerometer_noise * noise.accelerometer,
+            encoder=weights.encoder_noise * noise.encoder,
+            star_tracker_coarse=weights.star_tracker_noise * noise.star_tracker_coarse,
+            star_tracker_fine=weights.star_tracker_noise * noise.star_tracker_fine,
+        ),
+        wheel=replace(
+            wheel,
+            broadband_force=weights.broadband * wheel.broadband_force,
+            broadband_torque=weights.broadband * wheel.broadband_torque,
+        ),
+    )
 
 
 def measurement_noise(model: LinearModel, noise: SensorNoise, star_tracker: float) -> Array:

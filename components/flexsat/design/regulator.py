@@ -55,7 +55,7 @@ def design_regulator(spacecraft: Spacecraft, model: LinearModel, weights: Weight
     diagonal = np.empty(basis.shape[1])
     diagonal[index.mrp] = weights.mrp
     diagonal[index.rate] = weights.rate
-    diagonal[index.modal_displacement] = weights.modal_displacement / spacecraft.frequency**2
+    diagonal[index.modal_displacement] = weights.modal_displacement / spacecraft.frequency**2 + weights.deformation
     diagonal[index.modal_velocity] = weights.modal_velocity / spacecraft.frequency**2
     diagonal[moving:] = weights.null_wheel_speed / weights.scale
     state_weight = np.diag(diagonal)

@@ -141,6 +141,8 @@ def step(
         expected = prepared.ahead @ np.concatenate([state.estimate, history.ravel()])
     _refer(prepared, state, time + prepared.actuation_delay)
     torque = outputs.reference_torque - prepared.feedback @ (expected - outputs.reference)
+    if prepared.cancels_jitter and state.count >= prepared.first_measurement:
+        torque += prepared.jitter_torque @ _jitter_ahead(prepared, measured)
     outputs.torque[:] = _saturate(prepared, torque, expected[r - prepared.wheels :])
     if prepared.open_loop:
         outputs.torque[:] = 0.0
@@ -179,6 +181,19 @@ def _correct(prepared: PreparedController, state: ControllerState, measured: Mea
             prepared.imbalance_torque,
             state.jitter,
         )
+
+
+def _jitter_ahead(prepared: PreparedController, measured: Measurements) -> Array:
+    """Return the harmonic jitter, (4 n,), while the torque of this step will act."""
+    ahead = prepared.measurement_delay + prepared.actuation_delay
+    return jitter.harmonic(
+        measured.encoder_speed,
+        measured.encoder_angle + ahead * measured.encoder_speed,
+        prepared.period,
+        prepared.imbalance_force,
+        prepared.imbalance_torque,
+        np.empty((4, prepared.wheels)),
+    ).ravel()
 
 
 def _refer(prepared: PreparedController, state: ControllerState, time: float) -> None:

@@ -20,6 +20,7 @@ class ControllerMatrices:
     gain_coarse: Array  # (phases, s, y): Kalman gain with the star tracker
     gain_fine: Array  # (phases, s, y): with the fine guidance sensor
     feedback: Array  # (n, r): on the first r states, those without the filter
+    jitter_torque: Array  # (n, 4 n): torque against known harmonic jitter; zero for none
     reference_a: Array  # (r, r), continuous, without gyroscopic terms
     reference_b: Array  # (r, n)
     nominal_speed: Array  # (n,) [rad/s]

@@ -41,6 +41,8 @@ class PreparedController:
     c: Array  # (y, s)
     gain: Array  # (phases, s, y)
     feedback: Array  # (n, r)
+    jitter_torque: Array  # (n, 4 n): torque against the harmonic jitter
+    cancels_jitter: bool
     predict: Array  # (s, s + (q + 2) n + 4 n): over a period, from estimate, torque history and jitter
     ahead: Array  # (r, s + (q + 2) n): to the time at which the torque acts, from estimate and torque history
     reference_a: Array  # (r, r)
@@ -114,6 +116,8 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         c=matrices.c,
         gain=gain,
         feedback=matrices.feedback,
+        jitter_torque=matrices.jitter_torque,
+        cancels_jitter=parameters.feed_forward_jitter and bool(matrices.jitter_torque.any()),
         predict=np.ascontiguousarray(np.hstack([a, inputs, b_jitter])),
         ahead=np.ascontiguousarray(ahead[:controlled]),
         reference_a=reference_a,

@@ -36,12 +36,16 @@ def imbalance_response(spacecraft: Spacecraft, frequency: Array) -> Array:
     mass = spacecraft.mass_matrix
     scale = np.repeat([wheel.imbalance_force, wheel.imbalance_torque], 2 * wheels)
     forces = spacecraft.jitter_influence * scale
-    stiffness = np.concatenate([np.zeros(6), spacecraft.frequency**2])
-    damping = np.concatenate([np.zeros(6), spacecraft.damping])
+    coupling = mass[:6, 6:]
     result = np.empty((wheels, len(frequency)))
     for k, w in enumerate(frequency):
-        dynamic = np.diag(stiffness / (1j * w) + damping) + 1j * w * mass
-        velocity = np.linalg.solve(dynamic, forces)[6:]
+        # the modes couple to the rigid motion alone: they are eliminated, which leaves six equations
+        rate = 1j * w
+        impedance = spacecraft.frequency**2 / rate + spacecraft.damping + rate
+        uncoupled = forces[6:] / impedance[:, None]
+        returned = rate * coupling.T / impedance[:, None]
+        rigid = np.linalg.solve(rate * (mass[:6, :6] - coupling @ returned), forces[:6] - rate * (coupling @ uncoupled))
+        velocity = uncoupled - returned @ rigid
         by_wheel = velocity.reshape(modes, 4, wheels).transpose(2, 0, 1)
         # squared singular values are the eigenvalues of a 4 by 4 matrix, which are quicker to find
         result[:, k] = np.linalg.eigvalsh(by_wheel.conj().transpose(0, 2, 1) @ by_wheel)[:, -1]

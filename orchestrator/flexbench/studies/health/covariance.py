@@ -8,7 +8,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from flexsat.design.chain import Design
-from flexsat.design.estimator import measurement_noise, process_covariance
+from flexsat.design.estimator import assumed_by_filter, measurement_noise, process_covariance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +32,7 @@ def filter_covariance(design: Design, fine: bool) -> FilterCovariance:
     Joseph's form holds for any gain: it repeats after a period only if the gains are the steady ones.
     """
     estimator = design.fine if fine else design.coarse
-    config, model = design.config, design.model
+    config, model = assumed_by_filter(design.config), design.model
     tracker = config.noise.star_tracker_fine if fine else config.noise.star_tracker_coarse
     variance = measurement_noise(model, config.noise, tracker)
     disturbance = process_covariance(

@@ -8,13 +8,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.linalg import expm
 
 from flexsat.arrays import Array
 from flexsat.closed_loop import port_values
 from flexsat.design.chain import Design
 from flexsat.ports import controller as interface
 from flexsat.runtime.controller import PreparedController, prepare
-from flexsat.runtime.zero_order_hold import zero_order_hold
+from flexsat.spacecraft.linear_model import LinearModel
 from lockstep.errors import InputError
 
 from .periodic_loop import PeriodicLoop, Phase
@@ -36,9 +37,14 @@ class Delays:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignedLoop:
-    """A design with the parameters of a run, to be opened at the plant input for any delay."""
+    """A design with the parameters of a run, to be opened at the plant input for any delay.
+
+    `plant` is the linear model of the real spacecraft, with the sensors and wheels of the design; None for the model
+    that the controller was designed on.
+    """
 
     design: Design
+    plant: LinearModel | None = None
     delays: Delays = Delays()
     parameters: Mapping[str, Any] = field(default_factory=lambda: {"star_tracker.fine": True})  # of the controller
 
@@ -55,8 +61,8 @@ class DesignedLoop:
         InputError
             For a parameter that the controller does not have or refuses.
         """
-        model = self.design.model
-        prepared = self._controller()
+        model = self.design.model if self.plant is None else self.plant
+        prepared = self.controller()
         reached = _reached(np.hstack([model.a, model.b_torque]))
         a, b, c = reached.T @ model.a @ reached, reached.T @ model.b_torque, model.c @ reached
         period, n, s = prepared.period, prepared.wheels, prepared.states
@@ -97,7 +103,7 @@ class DesignedLoop:
             predicted = np.zeros((s, size))
             predicted[:, estimate] = prepared.predict[:, :s]
             predicted[:, history] = prepared.predict[:, s : s + rows * n]
-            corrected = predicted + gain @ (measured - model.c @ predicted)
+            corrected = predicted + gain @ (measured - prepared.c @ predicted)
             expected = corrected[: prepared.controlled]
             if prepared.delayed:
                 expected = prepared.ahead[:, :s] @ corrected
@@ -116,7 +122,8 @@ class DesignedLoop:
         makes = -self.design.controller.wheel_axis.T
         return np.asarray(np.linalg.pinv(makes)), makes
 
-    def _controller(self) -> PreparedController:
+    def controller(self) -> PreparedController:
+        """Return the controller of the run, prepared."""
         matrices = self.design.controller
         values = port_values("controller", interface.ports(matrices), self.parameters)
         return prepare(matrices, interface.parameters(matrices, values.__getitem__))
@@ -139,11 +146,20 @@ def _reached(rows: Array) -> Array:
 
 def _changing_input(a: Array, b: Array, period: float, part: float) -> tuple[Array, Array, Array]:
     """Return the transition over a period and the input matrices of an input that changes after `part`."""
-    transition, whole = zero_order_hold(a, b, period)
+    transition, whole = _held(a, b, period)
     if part == 0.0:
         return transition, np.zeros_like(whole), whole
-    rest, held = zero_order_hold(a, b, period - part)
-    return transition, rest @ zero_order_hold(a, b, part)[1], held
+    rest, held = _held(a, b, period - part)
+    return transition, rest @ _held(a, b, part)[1], held
+
+
+def _held(a: Array, b: Array, period: float) -> tuple[Array, Array]:
+    """Sample with the input held: the run-time's `zero_order_hold` is as exact, and slow for hundreds of states."""
+    size, inputs = b.shape
+    block = np.zeros((size + inputs, size + inputs))
+    block[:size, :size], block[:size, size:] = period * a, period * b
+    sampled = np.asarray(expm(block), np.float64)
+    return sampled[:size, :size], sampled[:size, size:]
 
 
 def _spans(sizes: list[int]) -> list[slice]:

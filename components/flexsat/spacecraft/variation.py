@@ -1,0 +1,74 @@
+"""Vary a spacecraft: fewer of its modes, and errors of frequencies, damping and inertia that no controller knows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..parameters import Configuration
+from .assembly import Points, Spacecraft, build_spacecraft
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelErrors:
+    """Relative errors of the real structure against the model."""
+
+    frequency: float = 0.0  # of all modal frequencies
+    damping: float = 0.0  # of all modal damping
+    inertia: float = 0.0  # of all moments of inertia
+
+    def __post_init__(self) -> None:
+        for name, value, least in (("frequency", self.frequency, -1.0), ("inertia", self.inertia, -1.0)):
+            if not value > least:
+                raise ValueError(f"ModelErrors.{name} must be > {least:g}, got {value!r}")
+        if not self.damping >= -1.0:
+            raise ValueError(f"ModelErrors.damping must be >= -1, got {self.damping!r}")
+
+
+def with_modes(config: Configuration, count: int) -> Configuration:
+    """Return the configuration with the lowest `count` modes of its plate."""
+    return replace(config, plate=replace(config.plate, mode_count=count))
+
+
+def full_spacecraft(config: Configuration, count: int) -> Spacecraft:
+    """Build the spacecraft with the lowest `count` modes, whatever the controller of the configuration knows."""
+    return build_spacecraft(with_modes(config, count))
+
+
+def keep_modes(spacecraft: Spacecraft, kept: Sequence[int] | slice) -> Spacecraft:
+    """Return the spacecraft with some of its modes; the others are rigid."""
+
+    def cut(points: Points) -> Points:
+        return replace(points, slope=points.slope[:, :, kept], deflection=points.deflection[:, :, kept])
+
+    return replace(
+        spacecraft,
+        frequency=spacecraft.frequency[kept],
+        damping=spacecraft.damping[kept],
+        translation=spacecraft.translation[:, kept],
+        rotation=spacecraft.rotation[:, kept],
+        wheels=cut(spacecraft.wheels),
+        mounts=cut(spacecraft.mounts),
+        gyros=cut(spacecraft.gyros),
+        accelerometers=cut(spacecraft.accelerometers),
+    )
+
+
+def with_errors(spacecraft: Spacecraft, errors: ModelErrors) -> Spacecraft:
+    """Return the spacecraft as it really is.
+
+    More inertia is a rigid body on the bus. Less inertia lightens the structure: its coupling to rotation shrinks by
+    the root of the factor, as the modes alone carry nearly all of the inertia and the rest must not become negative.
+    """
+    factor = 1.0 + errors.inertia
+    rotation: Array = spacecraft.rotation * np.sqrt(min(1.0, factor))
+    return replace(
+        spacecraft,
+        frequency=spacecraft.frequency * (1.0 + errors.frequency),
+        damping=spacecraft.damping * (1.0 + errors.damping),
+        inertia=spacecraft.inertia * factor,
+        rotation=rotation,
+    )

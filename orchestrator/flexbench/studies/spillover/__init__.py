@@ -1,0 +1,1 @@
+"""Spillover: what a controller does to the modes that its model leaves out."""

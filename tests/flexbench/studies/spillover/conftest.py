@@ -1,0 +1,19 @@
+"""The robust designs, and real structures of up to 60 modes."""
+
+import pytest
+
+from flexbench.studies.spillover.corners import Plants
+from flexsat.design.chain import build_design
+from flexsat.parameters import CONFIGURATIONS, configuration
+
+MOST = 60  # modes: 15 Hz, where the loops have long rolled off; all 198 are a script of tests/bench
+
+
+@pytest.fixture(scope="session")
+def robust():
+    return {name: Plants(build_design(configuration(name, "robust")), MOST) for name in CONFIGURATIONS}
+
+
+@pytest.fixture(scope="session")
+def published():
+    return {name: Plants(build_design(configuration(name)), MOST) for name in CONFIGURATIONS}
