@@ -12,7 +12,7 @@ from hosting import COMPONENTS, Bench, Trajectory, ordered
 from lockstep import load_system
 
 STEP = 5_000_000  # [ns] of the rows, and of a host with one step
-TICKS = 40  # rows: .2 s, with three samples of the star tracker
+TICKS = 24  # rows: .12 s, with two samples of the star tracker
 LATE = {"plant sensors": 1, "sensors plant": 1, "sensors controller": 1, "controller plant": 1}
 KNOWN = {"delay.measurement": STEP / 1e9, "delay.actuation": STEP / 1e9}
 
