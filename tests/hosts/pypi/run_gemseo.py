@@ -13,7 +13,7 @@ from loop import first_inputs, read, save
 class TypedDiscipline(DoStepFMUDiscipline):
     """A discipline that couples Booleans too, and sets parameters once, in the initialization.
 
-    Of FMI 2.0 gemseo-fmu knows Reals alone, and it sets all that it knows at every step, where a fixed parameter is
+    For FMI 2.0 gemseo-fmu supports Reals alone, and it sets all its inputs at every step, where a fixed parameter is
     refused.
     """
 

@@ -1,7 +1,7 @@
 """Close the loop in pathsim-fmi, each component at its own rate.
 
-Blocks whose events fall on one time are stepped in the order in which the simulation got them, and each hands its
-outputs on before the next: sensors, controller, plant is the order of a tick.
+Blocks whose events fall on one time are stepped in the order in which the simulation got them, and the outputs of
+each are passed on before the next steps: sensors, controller, plant is the order of a tick.
 """
 
 import sys

@@ -13,7 +13,7 @@ CONFIGURATIONS = ("centralised", "distributed")
 
 @pytest.fixture(scope="module")
 def expected(bench):
-    """Return the rows of lockstep in each way."""
+    """Return the rows of lockstep, stepped as each host does."""
     return references(bench, "centralised")
 
 
@@ -22,7 +22,13 @@ def rows(bench):
     ways = {configuration: references(bench, configuration) for configuration in CONFIGURATIONS}
     for package in (*PACKAGES, *OTHERS):
         if package.missing:
-            yield Row(kind="three FMUs in a closed loop", host=package.name, ran="not run", agreement="", remark=package.missing)
+            yield Row(
+                kind="three FMUs in a closed loop",
+                host=package.name,
+                ran="not run",
+                agreement="",
+                remark=package.missing,
+            )
             continue
         found = {configuration: package.run(bench, configuration) for configuration in CONFIGURATIONS}
         agreements = [agreement(ways[c][package.scheme], found[c]) for c in CONFIGURATIONS]
