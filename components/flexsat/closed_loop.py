@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -103,9 +104,12 @@ class ClosedLoop:
         self.friction = bearing_friction.prepare(self.plant, limits) if limits.any() else None
 
     def run(self, stop: float, record: Sequence[str], record_ticks: int = 5) -> Recording:
-        """Run from rest to `stop` [s], recording ports named `component.port` every `record_ticks` ticks."""
+        """Run from rest to `stop` [s], recording ports named `component.port` every `record_ticks` ticks.
+
+        The row at the stop time holds the samples that sensors and controller take there.
+        """
         ticks = whole_multiple("stop time", stop, self.step)
-        tick_ns = round(self.step * 1e9)  # whole nanoseconds, so that times are the nearest doubles
+        step = Fraction(self.step).limit_denominator(10**9)  # whole nanoseconds, or 1/1200 s: times are nearest doubles
         given = self.values["controller"]
         rotation, start = given["command.rotation"], given["command.start_time"]
         plant_state, sensor_state = plant.init(self.plant), sensors.init(self.sensors)
@@ -137,11 +141,11 @@ class ClosedLoop:
         for name in record:
             if name not in known:
                 raise ValueError(f"{name}: the monolith has no such output")
-        rows = -(-ticks // record_ticks)
+        rows = ticks // record_ticks + 1
         readers = {name: known[name] for name in record}
         signals = {name: np.empty((rows, *np.shape(read()))) for name, read in readers.items()}
-        for tick in range(ticks):
-            time = tick * tick_ns / 1e9
+        for tick in range((rows - 1) * record_ticks + 1):
+            time = tick * step.numerator / step.denominator
             sensors.step(self.sensors, sensor_state, sensor_inputs)
             if tick % self.controller_ticks == 0:
                 controller.command(self.controller, controller_state, time, rotation, start)
@@ -153,7 +157,7 @@ class ClosedLoop:
                     signals[name][row] = read()
             wrench[:] = sensed.wrench
             plant.step(self.plant, plant_state, inputs, self.friction)
-        times = np.array([row * record_ticks * tick_ns / 1e9 for row in range(rows)])
+        times = np.array([row * record_ticks * step.numerator / step.denominator for row in range(rows)])
         return Recording(time=times, signals=signals)
 
     def _readers(

@@ -11,8 +11,10 @@ from lockstep.errors import InputError
 # missing and `*` is for all keys. A kind that ends in `?` may also be null.
 Shape = str | Sequence[Any] | Mapping[str, Any]
 _KINDS: Mapping[str, type | tuple[type, ...]] = {
-    "text": str, "number": (int, float), "whole number": int, "flag": bool, "list": list, "table": dict,
+    "text": str, "number": (int, float), "time": (int, float, str), "whole number": int, "flag": bool, "list": list,
+    "table": dict,
 }  # fmt: skip
+_NAMES = {"time": "number, or a fraction such as '1/60'"}
 
 
 def check_shape(value: object, shape: Shape, where: str, remedy: str = "", name: str = "") -> None:
@@ -23,7 +25,7 @@ def check_shape(value: object, shape: Shape, where: str, remedy: str = "", name:
         if value is None and kind != shape:
             return
         if not isinstance(value, _KINDS[kind]) or (kind != "flag" and isinstance(value, bool)):
-            raise InputError(f"{here} {_short(value)} must be a {kind}{_then(remedy)}")
+            raise InputError(f"{here} {_short(value)} must be a {_NAMES.get(kind, kind)}{_then(remedy)}")
     elif isinstance(shape, Mapping):
         if not isinstance(value, dict):
             raise InputError(f"{here} {_short(value)} must be a table{_then(remedy)}")

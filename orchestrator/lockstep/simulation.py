@@ -32,6 +32,7 @@ from lockstep.results.results_folder import ResultsFolder, claim_earlier, held
 from lockstep.results.run_record import Events, describe_run
 from lockstep.run.batched_steps import Batches
 from lockstep.run.exchange import Exchange
+from lockstep.run.final_row import components_before, record_end, record_stop
 from lockstep.run.initialise import initialise
 from lockstep.run.input_signals import InputSignals
 from lockstep.run.loop import Action, Loop
@@ -58,7 +59,7 @@ class RunOptions:
     faults: Sequence[Scenario] = ()  # to inject: `lockstep.faults`
     pace: float | str | Pacer | None = None  # most times real time; None or 0: as fast as possible
     checkpoints: CheckpointSchedule = field(default_factory=CheckpointSchedule)  # when to save, in the results folder
-    restart: Restart | None = None  # checkpoint to start from, instead of time 0
+    restart: Restart | None = None  # checkpoint to start from, instead of the start time
     tolerance: Tolerances | None = None  # of the FMUs' integration, for all or by component; None: what they declare
     strict_inputs: bool = False  # refuse inputs without connection and value, which else keep their start values
     inputs: Paths | None = None  # CSV or Parquet files that feed inputs: `lockstep.plan.input_files`
@@ -94,7 +95,7 @@ class RunSummary:
     wall_time: float  # [s] of the loop, without start and end
     ticks: int
     rows: int  # recorded
-    start_time: float = 0.0  # [s] simulated: that of the checkpoint, if it was started from one
+    start_time: float = 0.0  # [s] simulated: that of the system, or of the checkpoint that it was started from
     pacer: Pacer | None = None  # how well real time was kept
     warnings: tuple[str, ...] = ()  # what was amended in the system file, and inputs that keep their start values
     terminated: str | None = None  # why it ended before the stop time, if a component asked for that
@@ -103,7 +104,7 @@ class RunSummary:
 def simulate(
     system: System, folder: Path | str | ResultsFolder, options: RunOptions | None = None, **named: Unpack[_Named]
 ) -> RunSummary:
-    """Simulate a system from 0, or from a checkpoint, to the stop time and leave a results folder.
+    """Simulate a system from its start time, or from a checkpoint, to the stop time and leave a results folder.
 
     Parameters
     ----------
@@ -144,7 +145,7 @@ def simulate(
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
         results = stack.enter_context(held(folder, overwrite=chosen.overwrite))  # before anything that takes long
-        events = Events(seconds(first * plan.system.tick))
+        events = Events(seconds(plan.schedule.time(first)))
         temporary = stack.enter_context(temporary_folder("run", lambda path: events.add("cleaned", folder=str(path))))
         stack.callback(events.close)
         close_slaves = stack.enter_context(ExitStack())
@@ -152,7 +153,7 @@ def simulate(
         slaves = _start(plan, temporary, events, replace(limits, interrupt=interrupt), close_slaves, shared)
         batches = None if shared.connection is None else Batches(shared.connection, slaves)
         injected = None if faults is None else Faults(faults, events.add)
-        inputs = InputSignals(plan.inputs, seconds(first * plan.system.tick))
+        inputs = InputSignals(plan.inputs, seconds(plan.schedule.time(first)))
         exchange = Exchange(plan.layout, slaves, plan.names, injected, inputs, events.add, batches)
         saver = Saver(
             schedule=chosen.checkpoints, ticks=saves, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary
@@ -168,7 +169,7 @@ def simulate(
             folder=results.path,
             record=record,
             events=events,
-            loop=Loop(tick=plan.system.tick, first=first, last=plan.ticks, clock=events),
+            loop=Loop(tick=plan.system.tick, first=first, last=plan.ticks, clock=events, start=plan.system.start_time),
             pacer=pacer,
             close_slaves=close_slaves,
             not_finite=exchange.not_finite,
@@ -183,9 +184,9 @@ def simulate(
         simulated_time=run.loop.time,
         wall_time=wall_time,
         ticks=run.loop.done,
-        rows=_rows_before(run.recorded_ticks, plan) - _rows_before(first, plan),
+        rows=_rows(plan, first, run.loop.done),
         terminated=None if run.terminated is None else str(run.terminated),
-        start_time=seconds(first * plan.system.tick),
+        start_time=seconds(plan.schedule.time(first)),
         pacer=pacer,
         warnings=(*plan.warnings, *exchange.not_finite.warnings),
     )
@@ -340,20 +341,25 @@ def _run_loop(
 
     exchange = saver.exchange
     exchange.on_end = loop.end_after_tick
+    stepped: set[str] = set()  # in the tick in which a component ended the run
     try:
         loop.run(phases, [(tick, partial(save, tick)) for tick in saver.ticks], look)
     except EndOfSimulation as end:
-        if loop.done % saver.plan.layout.record_ticks == 0 and saver.plan.layout.records:
-            exchange.last_row(loop.done, recorder.row, end.component)(loop.time)
+        stepped = components_before(exchange, end.component)
     if exchange.end is not None:
         run.terminated, stop = exchange.end, loop.time
-    exchange.finish()
     if pacer is not None:
         pacer(stop)
+    if run.terminated is None:
+        record_stop(exchange, loop.done, loop.time, recorder.row)
+    else:
+        record_end(exchange, loop.done, loop.time, recorder.row, stepped)
+    exchange.finish()
     if progress is not None:
         progress(stop, stop)
 
 
-def _rows_before(tick: int, plan: Plan) -> int:
-    """Return how many rows are recorded before a tick, one at tick 0 included."""
-    return -(-tick // plan.layout.record_ticks)
+def _rows(plan: Plan, first: int, last: int) -> int:
+    """Return how many rows are recorded from one tick to another, those at both included."""
+    every = plan.layout.record_ticks
+    return last // every - -(-first // every) + 1 if plan.layout.records else 0

@@ -32,7 +32,7 @@ def test_every_output_at_every_tick_is_the_same(fmus, python, tmp_path):
 
     assert [any(flags) for flags in isolated] == [False, True, True]
     assert all(isolated[1])
-    assert len(shared.time) == 300
+    assert len(shared.time) == 301
     assert len(shared.columns) > 300
     assert np.ptp(shared["sensors.gyro.rate[1]"]) > 0.0  # noise: a generator that starts elsewhere would show
     for name in shared.columns:

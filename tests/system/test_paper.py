@@ -170,7 +170,7 @@ def test_every_run_says_what_it_was_and_has_all_rows(study):
         assert run["overrides"]["controller.as_published"] == ("as-published" in path.name)
         assert all(len(component["sha256"]) == 64 for component in run["component"])
         time = read_signals(path, ["plant.rms_deformation"]).time
-        assert (len(time), time[0], time[-1]) == (60_000, 0.0, 299.995)
+        assert (len(time), time[0], time[-1]) == (60_001, 0.0, 300.0)
         events = [json.loads(line) for line in (path / "events.jsonl").read_text().splitlines()]
         assert [event["event"] for event in events] == ["start", "end"]  # no FMU had to complain
 

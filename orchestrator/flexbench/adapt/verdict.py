@@ -14,6 +14,7 @@ from lockstep.adapter.bind import Binding, bind
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.model_description import read_description
 from lockstep.system.adapter_file import DIRECTIONS, Adapter, AdapterEntry
+from lockstep.system.clock import Time
 from lockstep.system.component import Component
 from lockstep.system.unit_table import UNITS, gain_between
 
@@ -42,7 +43,7 @@ class Verdict:
     cures: tuple[tuple[Change, ...], ...]
     axes: str  # a permutation of axes, described
     unseen: tuple[str, ...]  # inputs of the FMU that were constant
-    step: int  # [ns]
+    step: Time  # [ns]
 
     @property
     def right(self) -> bool:

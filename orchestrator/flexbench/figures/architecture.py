@@ -16,6 +16,7 @@ from lockstep import System
 from lockstep.array_names import array_of
 from lockstep.plan.schedule import Schedule, build_schedule
 from lockstep.plan.timeline import timeline
+from lockstep.system.clock import Time
 
 from .drawing import STYLE, WIDTH
 from .palette import PALETTE
@@ -119,8 +120,8 @@ def _title(system: System) -> str:
     return f"{system.name}: {len(system.components)} FMUs, tick {_milliseconds(system.tick)}"
 
 
-def _milliseconds(nanoseconds: int) -> str:
-    return f"{nanoseconds / MILLISECOND:g} ms"
+def _milliseconds(nanoseconds: Time) -> str:
+    return f"{float(nanoseconds / MILLISECOND):g} ms"
 
 
 def _colour(names: Sequence[str], name: str) -> str:
@@ -160,7 +161,7 @@ def _ports(wire: Wire) -> list[str]:
     return lines if len(lines) <= MOST else [*lines[: MOST - 1], f"and {len(lines) - MOST + 1} more"]
 
 
-def _heading(wire: Wire, tick: int) -> str:
+def _heading(wire: Wire, tick: Time) -> str:
     values = f"{wire.count} value{'' if wire.count == 1 else 's'}"
     if wire.delay == 0:
         return f"{values}, same tick"
@@ -169,7 +170,7 @@ def _heading(wire: Wire, tick: int) -> str:
     return f"{values}, delay {wire.delay} tick{'' if wire.delay == 1 else 's'} = {_milliseconds(wire.delay * tick)}"
 
 
-def _lane_lines(wire: Wire, tick: int) -> list[str]:
+def _lane_lines(wire: Wire, tick: Time) -> list[str]:
     """Put the ports of a lane on as few lines as a lane is wide."""
     lines, ports = [_heading(wire, tick)], _ports(wire)
     for port in ports:
@@ -209,7 +210,7 @@ def _draw_component(
     axes.text(x, HEIGHT / 2.0 - 0.36, "\n".join(lines), ha="center", va="top", fontsize=7.5, linespacing=1.35)
 
 
-def _draw_direct(axes: Axes, wire: Wire, centres: Mapping[str, float], colour: str, tick: int) -> None:
+def _draw_direct(axes: Axes, wire: Wire, centres: Mapping[str, float], colour: str, tick: Time) -> None:
     start, end = centres[wire.producer] + BOX / 2.0, centres[wire.consumer] - BOX / 2.0
     axes.annotate("", (end, 0.0), (start, 0.0), arrowprops={"color": colour, "linewidth": 1.4, **TIP})
     middle, ports = 0.5 * (start + end), _ports(wire)
@@ -218,7 +219,7 @@ def _draw_direct(axes: Axes, wire: Wire, centres: Mapping[str, float], colour: s
 
 
 def _draw_lanes(
-    axes: Axes, lanes: Sequence[Wire], side: float, centres: Mapping[str, float], names: Sequence[str], tick: int
+    axes: Axes, lanes: Sequence[Wire], side: float, centres: Mapping[str, float], names: Sequence[str], tick: Time
 ) -> None:
     """Draw each wire from its box along a lane to the other box."""
     level = HEIGHT / 2.0
@@ -247,10 +248,10 @@ def _draw_lanes(
 def _draw_schedule(axes: Axes, system: System, schedule: Schedule, names: Sequence[str]) -> None:
     """Draw each step as a bar over the time that it covers, and each of its reads as an arrow."""
     ticks = 2 * schedule.hyperperiod()
-    tick = system.tick / MILLISECOND
+    tick = float(system.tick / MILLISECOND)
     height = {name: len(names) - 1.0 - k for k, name in enumerate(names)}
     for step in timeline(system, ticks):
-        start, end = step.start / MILLISECOND, step.end / MILLISECOND
+        start, end = float(step.start / MILLISECOND), float(step.end / MILLISECOND)
         row, colour = height[step.component], _colour(names, step.component)
         look: dict[str, Any] = {"facecolor": colour, "alpha": 0.25, "linewidth": 0.0}
         axes.add_patch(
@@ -260,7 +261,7 @@ def _draw_schedule(axes: Axes, system: System, schedule: Schedule, names: Sequen
         axes.plot([true], [row], marker="o", markersize=4.5, color=colour, label=f"{step.component}, true", zorder=4.0)
         turn = SPREAD * tick * names.index(step.component) / len(names)
         for number, read in enumerate(read for read in step.reads if not read.initial):
-            producer, since = schedule.task(read.producer), read.since / MILLISECOND
+            producer, since = schedule.task(read.producer), float(read.since / MILLISECOND)
             at = start + turn + BETWEEN * tick * number
             seen = since if producer.continuous else min(at, since + producer.period * tick)  # held until then
             source = height[read.producer]

@@ -149,10 +149,10 @@ def draw_published(
 
 
 def span_runs(axes: Axes, results: Iterable[Signals]) -> None:
-    """Set the time axis from 0 to the end of the longest run, one interval after its last row."""
-    ends = [2.0 * times[-1] - times[-2] if len(times) > 1 else times[-1] for times in (run.time for run in results)]
-    if max(ends) > 0.0:  # not of a single row at the start
-        axes.set_xlim(0.0, max(ends))
+    """Set the time axis from 0 to the last row of the longest run."""
+    end = max(run.time[-1] for run in results)
+    if end > 0.0:  # not of a single row at the start
+        axes.set_xlim(0.0, end)
 
 
 def make_logarithmic(axes: Axes) -> None:

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
-from math import gcd
 
 from lockstep import InputError, System
 from lockstep.fmi.model_description import read_description
-from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.system.clock import Time, common_divisor, nanoseconds, seconds_text
 from lockstep.system.component import Component
 
 FLAG = "star_tracker.valid"
@@ -57,8 +56,8 @@ def refuse_missed_samples(system: System, overrides: Mapping[str, object]) -> No
                         )
 
 
-def missed_share(sampling: int, duration: int, period: int, shift: int) -> Fraction:
-    """Return the share of samples that a reader misses; all times in whole nanoseconds.
+def missed_share(sampling: Time, duration: Time, period: Time, shift: Time) -> Fraction:
+    """Return the share of samples that a reader misses; all times in nanoseconds.
 
     Parameters
     ----------
@@ -68,13 +67,13 @@ def missed_share(sampling: int, duration: int, period: int, shift: int) -> Fract
     The time from a sample to the next read takes the values (shift mod g) + i g, with g the common divisor of both
     periods, each equally often.
     """
-    divisor = gcd(sampling, period)
+    divisor = common_divisor(sampling, period)
     count, least = period // divisor, shift % divisor
     seen = -(-(duration - least) // divisor) if duration > least else 0
     return Fraction(max(0, count - seen), count)
 
 
-def _readers(component: Component) -> Iterator[tuple[str, int]]:
+def _readers(component: Component) -> Iterator[tuple[str, Time]]:
     """Yield the names and periods [ns] of what reads: the component, and the one in its shadow."""
     if component.shadow is None:
         yield component.name, component.period
@@ -83,7 +82,7 @@ def _readers(component: Component) -> Iterator[tuple[str, int]]:
         yield component.shadow.component.name, component.shadow.component.period
 
 
-def _period(component: Component, name: str, overrides: Mapping[str, object]) -> int | None:
+def _period(component: Component, name: str, overrides: Mapping[str, object]) -> Time | None:
     """Return a parameter of a component [ns]: of the run, of the system, or the FMU's own; None if it has none."""
     variable = read_description(component).variables.get(name)
     given = overrides.get(f"{component.name}.{name}", component.parameters.get(name, variable and variable.start))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from flexsat.ports.plant import JITTER
 from flexsat.ports.sensors import MEASUREMENTS, TRUTH
 from flexsat.ports.table import Naming, Port
 from lockstep import Component, Connection, System, write_ssd
+from lockstep.system.clock import Time, common_divisor, nanoseconds
 from lockstep.system.system import SystemPort
 
 from .scenarios import DURATION, SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
@@ -102,17 +102,24 @@ def _flat_pattern(pattern: str, designs: Designs) -> str:
     return f"{component}.{name.replace('.', '_')}{array}"
 
 
-def component_periods(designs: Designs) -> dict[str, int]:
+def component_periods(designs: Designs) -> dict[str, Time]:
     """Return the period of each component [ns], in the order in which they are stepped."""
     rates = designs.corrected.config.rates
     return {
-        component: round(getattr(rates, component) / NANOSECOND) for component in ("sensors", "controller", "plant")
+        component: _exact(getattr(rates, component), f"Rates.{component}")
+        for component in ("sensors", "controller", "plant")
     }
 
 
-def base_tick(designs: Designs) -> int:
+def _exact(period: float, what: str) -> Time:
+    """Return a period [ns]: a whole number, or a fraction such as 1/1200 s."""
+    whole = round(period / NANOSECOND)
+    return whole if abs(whole * NANOSECOND - period) <= 1e-12 * period else nanoseconds(period, what)
+
+
+def base_tick(designs: Designs) -> Time:
     """Return the longest tick that divides the period of each component [ns]."""
-    return math.gcd(*component_periods(designs).values())
+    return common_divisor(*component_periods(designs).values())
 
 
 def scalar_names(port: Port, naming: Naming = "structured") -> Sequence[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -49,9 +49,22 @@ class Run:
         """Return the recorded signals."""
         return read_signals(self.folder)
 
+    def samples(self) -> Signals:
+        """Return the recorded signals without the row at the stop time, where no interval begins: for sums and means.
+
+        Runs of earlier versions have no such row.
+        """
+        signals = self.signals()
+        record, _ = read_run_record(self.folder)
+        end = float(record.get("simulated_time", 0.0))
+        if len(signals.time) < 2 or not signals.time[-1] >= end > 0.0:
+            return signals
+        columns = {name: values[:-1] for name, values in signals.columns.items()}
+        return replace(signals, time=signals.time[:-1], columns=columns)
+
     def metrics(self) -> Mapping[str, float]:
         """Return the run's metrics, in SI; raise InputError if it is too short or lacks a signal."""
-        signals = self.signals()
+        signals = self.samples()
         check_length(signals)  # before the design is built, which takes longer
         end = slew_end(self.design) if self.slew else None
         return compute_metrics(signals, self.design, Windows(slew_end=end, as_published=self.as_published))

@@ -23,7 +23,7 @@ from lockstep.system.adapter_file import (
     Matrix,
     Number,
 )
-from lockstep.system.clock import nanoseconds
+from lockstep.system.clock import Time, nanoseconds
 from lockstep.system.unit_table import UNITS
 
 _TOP = ("step", "kind", "ignore", "input", "output", "constants", "parameters", "substitutes")
@@ -62,11 +62,12 @@ def read_adapter(path: Path) -> Adapter:
     )
 
 
-def _step(content: Mapping[str, Any], where: str) -> int | None:
+def _step(content: Mapping[str, Any], where: str) -> Time | None:
     if "step" not in content:
         return None
     value = content["step"]
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    fraction = isinstance(value, str) and "/" in value
+    if isinstance(value, bool) or not (fraction or isinstance(value, int | float)):
         raise InputError(f"{where}: step = {value!r} must be a number of seconds, for example 0.01")
     step = nanoseconds(value, f"{where}: step")
     if not 0 < step <= _LONGEST:

@@ -12,6 +12,7 @@ from lockstep.data_text import check_shape
 from lockstep.errors import InputError
 from lockstep.fmi.slave import SCALARS
 from lockstep.results.read_run_record import check_whole_record
+from lockstep.system.clock import read_nanoseconds
 
 WAITING = "rows/waiting"  # among the arrays: rows that were not yet on disk
 PARTS = ("version", "output", "value")  # of the bus: arrays of each component and type
@@ -19,14 +20,15 @@ _KINDS = {"Real": "f", "String": "U"}  # of the values, as numpy names them; all
 _REMEDY = "use another one"
 _HEADER = {
     "tick": "whole number",
-    "time": "whole number",
+    "time": "time",
     "wall_time": "number",
     "identity": {
-        "tick": "whole number",
+        "tick": "time",
+        "?start_time": "time",
         "components": {
             "*": {
-                "source": "text", "sha256": "text", "adapter": "text", "period": "whole number",
-                "offset": "whole number", "kind": "text", "parameters": "table", "?shadow": "list",
+                "source": "text", "sha256": "text", "adapter": "text", "period": "time",
+                "offset": "time", "kind": "text", "parameters": "table", "?shadow": "list",
             }
         },
         "connections": {"*": "list"},
@@ -45,8 +47,10 @@ def check_header(header: Mapping[str, Any], where: str) -> None:
     shape = {key: each for key, each in _HEADER.items() if key != "faults" or header.get(key) is not None}
     check_shape(header, shape, where, _REMEDY)
     check_whole_record(header["run"], where, _REMEDY)
-    tick, time, length = header["tick"], header["time"], header["identity"]["tick"]
-    if length <= 0 or tick < 0 or time != tick * length:
+    tick, identity = header["tick"], header["identity"]
+    given = {"time": header["time"], "identity.tick": identity["tick"], "start_time": identity.get("start_time", 0)}
+    time, length, start = (read_nanoseconds(value, f"{where}: {name}") for name, value in given.items())
+    if length <= 0 or tick < 0 or time != start + tick * length:
         times = f"tick = {tick} of {length} ns and time = {time} ns"
         raise InputError(f"{where}: {times} do not agree, or are < 0; {_REMEDY}")
     for name, value in {"rows": header["rows"], "wall_time": header["wall_time"], **header["events"]["counts"],

@@ -24,12 +24,12 @@ from lockstep.checkpoint.check_content import check_arrays, check_header
 from lockstep.data_text import parse_json
 from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import open_zip
-from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.system.clock import Time, nanoseconds, read_nanoseconds, seconds_text
 
 FOLDER = "checkpoints"  # in a results folder
 FORMAT, VERSION = "lockstep checkpoint", 1
 _HEADER, _ARRAYS, _STATES = "header.json", "arrays.npz", "states"
-_NAME = re.compile(r"t=(\d+(?:\.\d+)?)\.ckpt")
+_NAME = re.compile(r"t=(-?\d+(?:\.\d+|_\d+)?)\.ckpt")  # 1_60 is 1/60
 
 Arrays = Mapping[str, NDArray[Any]]
 States = Mapping[str, Mapping[str, bytes]]  # by component and file
@@ -51,9 +51,9 @@ class Checkpoint:
         return int(self.header["tick"])
 
     @property
-    def time(self) -> int:
+    def time(self) -> Time:
         """Simulated time [ns]."""
-        return int(self.header["time"])
+        return read_nanoseconds(self.header["time"], f"{self.path}: time")
 
     @property
     def run(self) -> Mapping[str, Any]:
@@ -62,15 +62,15 @@ class Checkpoint:
         return run
 
 
-def checkpoint_name(time: int) -> str:
+def checkpoint_name(time: Time) -> str:
     """Return the name of the file for a simulated time [ns]."""
-    return f"t={seconds_text(time)}.ckpt"
+    return f"t={seconds_text(time).replace('/', '_')}.ckpt"
 
 
 def newest_checkpoint(results: Path) -> Path | None:
     """Return the newest checkpoint in a results folder, or None."""
     found = [(match[1], path) for path in (results / FOLDER).glob("*") if (match := _NAME.fullmatch(path.name))]
-    return max(found, key=lambda entry: nanoseconds(entry[0], "checkpoint"))[1] if found else None
+    return max(found, key=lambda entry: nanoseconds(entry[0].replace("_", "/"), "checkpoint"))[1] if found else None
 
 
 def write_checkpoint(path: Path, header: Mapping[str, Any], arrays: Arrays, states: States) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from lockstep.errors import InputError, compact
 from lockstep.plan.plan import Plan
-from lockstep.system.clock import seconds_text
+from lockstep.system.clock import read_nanoseconds, seconds_text, stored_nanoseconds
 from lockstep.system.component import Component, Value
 from lockstep.system.system import Connection
 
@@ -19,14 +19,15 @@ def identity(plan: Plan) -> dict[str, Any]:
     """Return what identifies a run, for JSON."""
     system = plan.system
     return {
-        "tick": system.tick,
+        "tick": stored_nanoseconds(system.tick),
+        "start_time": stored_nanoseconds(system.start_time),
         "components": {
             c.name: {
                 "source": str(c.source),
                 "sha256": plan.descriptions[c.name].sha256,
                 "adapter": c.adapter.sha256 if c.adapter else "",
-                "period": c.period,
-                "offset": c.offset,
+                "period": stored_nanoseconds(c.period),
+                "offset": stored_nanoseconds(c.offset),
                 "kind": c.kind,
                 **_shadow(c, plan),
                 "tolerance": plan.tolerances.get(c.name),
@@ -44,8 +45,9 @@ def _shadow(component: Component, plan: Plan) -> dict[str, Any]:
         return {}
     shadow = component.shadow.component
     adapter = shadow.adapter.sha256 if shadow.adapter else ""
+    periods = [stored_nanoseconds(period) for period in (shadow.period, component.shadow.period)]
     return {
-        "shadow": [plan.shadows[shadow.name].sha256, adapter, shadow.period, component.shadow.period],
+        "shadow": [plan.shadows[shadow.name].sha256, adapter, *periods],
         "shadow_tolerance": plan.tolerances.get(shadow.name),
     }
 
@@ -63,9 +65,12 @@ def refuse_other(there: Mapping[str, Any], plan: Plan, reinitialised: Collection
     here = identity(plan)
     for component in reinitialised:
         plan.system.component(component)
-    if here["tick"] != there["tick"]:
-        ticks = f"{seconds_text(there['tick'])} s there, {seconds_text(here['tick'])} s here"
-        raise InputError(f"{name}: was made with another tick: {ticks}")
+    for key, what in (("tick", "tick"), ("start_time", "start time")):
+        before, now = (read_nanoseconds(each.get(key, 0), f"{name}: {key}") for each in (there, here))
+        if now != before:
+            raise InputError(
+                f"{name}: was made with another {what}: {seconds_text(before)} s there, {seconds_text(now)} s here"
+            )
     missing = sorted(there["components"].keys() - here["components"].keys() - set(reinitialised))
     if missing:
         raise InputError(
@@ -91,7 +96,8 @@ def _same_component(component: str, saved: Mapping[str, Any] | None, present: Ma
         raise InputError(f"{component}: {name} was made with another shadow, or without; {remedy}")
     for key, word in _TIMING.items():
         if saved[key] != present[key]:
-            times = f"{seconds_text(saved[key])} s, not {seconds_text(present[key])} s"
+            before, now = (read_nanoseconds(each[key], f"{name}: {key}") for each in (saved, present))
+            times = f"{seconds_text(before)} s, not {seconds_text(now)} s"
             raise InputError(f"{component}: {name} was made with another {word}, {times}; {remedy}")
     for key, whose in (("tolerance", ""), ("shadow_tolerance", " of the shadow")):
         if key in saved and saved[key] != present.get(key):  # older checkpoints lack it

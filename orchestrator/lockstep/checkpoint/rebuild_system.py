@@ -32,6 +32,7 @@ def system_of(run: Mapping[str, Any]) -> System:
     if system.sha256 != saved["sha256"]:
         hashes = f"sha256 {saved['sha256'][:12]} then, {(system.sha256 or '')[:12]} now"
         raise InputError(f"{saved['path']}: has changed since the run, {hashes}; restore the old one")
+    system = system.with_start_time(nanoseconds(run.get("start_time", 0), "start time"))
     for entry in run["component"]:
         name, source = entry["name"], Path(entry["source"])
         if entry.get("adapter"):

@@ -23,7 +23,7 @@ from lockstep.results.results_folder import ResultsFolder
 from lockstep.results.run_record import Events, write_run_record
 from lockstep.run.exchange import Exchange
 from lockstep.shadow.component import with_shadow_components
-from lockstep.system.clock import nanoseconds, seconds, seconds_text
+from lockstep.system.clock import nanoseconds, seconds, seconds_text, stored_seconds
 from lockstep.system.component import Value
 from lockstep.system.system import System
 
@@ -55,7 +55,7 @@ class Restart:
         start = {
             "checkpoint": str(checkpoint.path),
             "sha256": checkpoint.sha256,
-            "time": seconds(checkpoint.time),
+            "time": stored_seconds(checkpoint.time),
         }
         if not self.same_run:
             record["branch"] = start | {"reinitialised": list(self.reinitialised)}
@@ -124,7 +124,7 @@ class Restart:
         changes(identity, plan, self.reinitialised, name)
         if self.same_run:
             self._check_rows(plan)
-        if plan.stop_time <= time:
+        if plan.stop_time < time or (plan.stop_time == time and not self.same_run):
             times = f"stop time {seconds_text(plan.stop_time)} s"
             raise InputError(f"{times}: not after {name}, which is of {seconds_text(time)} s; choose a later one")
 
@@ -136,8 +136,9 @@ class Restart:
             waiting = waiting_rows(self.saved_rows, plan.signals)
         except ValueError as error:
             raise InputError(f"{checkpoint.path}: is a damaged checkpoint ({error}); use another one") from None
-        branch = checkpoint.run.get("branch", {"time": 0.0})
-        first = nanoseconds(branch["time"], f"{checkpoint.path}: branch: time") // plan.system.tick
+        start, branch = plan.system.start_time, checkpoint.run.get("branch")
+        began = start if branch is None else nanoseconds(branch["time"], f"{checkpoint.path}: branch: time")
+        first = (began - start) // plan.system.tick
         needed = -(-checkpoint.tick // every) - -(-first // every)
         if (rows := self.saved_rows.written + waiting) != needed:
             raise InputError(f"{checkpoint.path}: has {rows} rows of {needed} until its time; use another one")

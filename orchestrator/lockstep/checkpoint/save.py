@@ -20,7 +20,7 @@ from lockstep.plan.plan import Plan
 from lockstep.results.recorder import Recorder
 from lockstep.results.run_record import Events
 from lockstep.run.exchange import Exchange
-from lockstep.system.clock import seconds
+from lockstep.system.clock import seconds, stored_nanoseconds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +49,7 @@ class Saver:
         wall_time: float,
     ) -> Path:
         """Write the checkpoint before a tick; RunError if a component fails to save its state, OSError for the disk."""
-        plan, time = self.plan, tick * self.plan.system.tick
+        plan, time = self.plan, self.plan.schedule.time(tick)
         states: dict[str, dict[str, bytes]] = {}
         for name, slave in self.slaves.items():
             if isinstance(slave, Stateful) and name not in self.schedule.without:
@@ -66,7 +66,7 @@ class Saver:
         rows = recorder.saved()
         header = {
             "tick": tick,
-            "time": time,
+            "time": stored_nanoseconds(time),
             "wall_time": wall_time,
             "identity": identity(plan),
             "run": run,

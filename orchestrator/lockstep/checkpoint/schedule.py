@@ -37,10 +37,14 @@ class CheckpointSchedule:
         return sorted(tick for tick in found if tick >= first)
 
     def _tick(self, text: float | str, plan: Plan) -> int:
-        time = nanoseconds(text, "checkpoint")
-        if time == 0:
+        time, start = nanoseconds(text, "checkpoint"), plan.system.start_time
+        if time == start:
             return 0
-        tick = whole_ticks(time, plan.system.tick, "checkpoint")
+        if start and time < start:
+            times = f"checkpoint {seconds_text(time)} s: lies before the start time {seconds_text(start)} s"
+            raise InputError(f"{times}; choose a later one")
+        since = f"checkpoint {seconds_text(time)} s: the simulated time of" if start else "checkpoint"
+        tick = whole_ticks(time - start, plan.system.tick, since)
         if tick > plan.ticks:
             end = seconds_text(plan.stop_time)
             raise InputError(

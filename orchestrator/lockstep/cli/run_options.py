@@ -38,6 +38,7 @@ class RunRequest:
     system: Path | None
     timing: TimingOptions
     out: Path | None
+    start_time: str | None
     stop_time: str | None
     settings: tuple[str, ...]
     inputs: tuple[Path, ...]
@@ -66,6 +67,8 @@ run_options = option_group(
                    help="a .ssd file, an unpacked SSP folder, a .ssp archive, an OspSystemStructure.xml, or one FMU"),
     timing_options,
     out_option(f"results folder (default: results/SYSTEM{DISTINGUISHED})"),
+    click.option("--start-time", metavar="S",
+                 help="simulated time at which the run begins, in seconds (default: the system file's, or 0)"),
     click.option("--stop-time", metavar="S", help="stop time in seconds (default: the system file's)"),
     click.option("--set", "settings", multiple=True, metavar="C.P=V",
                  help="set parameter P of component C; or, as NAME=V, an input of the whole system"),
@@ -122,13 +125,15 @@ def run_system(
 
     system = with_replacements(system, request.replace, request.adapter)
     system = with_step_sizes(with_delays(system, request.timing.delay), request.timing.step_size)
+    if request.start_time is not None:
+        system = system.with_start_time(nanoseconds(request.start_time, "--start-time"))
     system = request.shadow.apply(system)
     system = with_processes(system, request.isolate, request.share_process)
     default = Path("results", folder_name(system.name) + marks)
     if request.stop_time is not None:
         nanoseconds(request.stop_time, "--stop-time")
     restart, pacer = request.checkpoints.restart(), pacer_given(request.pace)
-    time = seconds(restart.checkpoint.time) if restart else 0.0
+    time = seconds(restart.checkpoint.time if restart else system.start_time)
     numbered = request.out is None and not request.overwrite
     with claim(request.out or default, overwrite=request.overwrite, numbered=numbered) as folder:
         with show_progress(system.name, begin=time, pacer=pacer) as progress:

@@ -13,6 +13,7 @@ from lockstep.errors import InputError
 
 if TYPE_CHECKING:
     from lockstep.ssp.step_times import Timing
+    from lockstep.system.clock import Time
     from lockstep.system.component import Kind
     from lockstep.system.system import System
 
@@ -58,7 +59,7 @@ timing_options = option_group(
     click.option("--delay", multiple=True, metavar="[A:B=]N",
                  help="delay of the connections from A to B, or of all connections, in ticks"),
     click.option("--step-size", multiple=True, metavar="[C=]S",
-                 help="co-simulation step of component C, or of all components, in seconds"),
+                 help="co-simulation step of component C, or of all, in seconds, or as a fraction: 1/60"),
     click.option("--tick", metavar="S", help="base tick in seconds, for system files without one"),
     click.option("--continuous", multiple=True, metavar="C", help="outputs of C are true at the end of its step"),
     click.option("--sampled", multiple=True, metavar="C", help="outputs of C hold from the start of its step"),
@@ -91,7 +92,7 @@ def with_step_sizes(system: System, texts: Sequence[str]) -> System:
     return system
 
 
-def _positive(text: str, option: str) -> int:
+def _positive(text: str, option: str) -> Time:
     from lockstep.system.clock import positive_nanoseconds
 
     return positive_nanoseconds(text, option)

@@ -31,12 +31,13 @@ class Faults:
         self._resolved, self._add_event = resolved, add_event
         self._waiting = list(reversed(resolved.events))  # the next one last
         self._tick = 0
+        self._start, self._length = float(resolved.start), float(resolved.tick)  # [ns]
         self._settings: dict[str, list[SetParameters]] = {}
         self._present: dict[tuple[str, Scalar], dict[int, Value]] = {}  # parameters, by reference
 
     def begin_tick(self, time: float) -> None:
         """Record the events of a tick. Called first in each tick."""
-        self._tick = tick = round(time * 1e9 / self._resolved.tick)
+        self._tick = tick = round((time * 1e9 - self._start) / self._length)
         waiting = self._waiting
         while waiting and waiting[-1].tick <= tick:
             self._add_event("fault", **waiting.pop().details)

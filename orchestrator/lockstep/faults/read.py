@@ -12,7 +12,7 @@ from lockstep.data_text import parse_toml
 from lockstep.errors import InputError, suggestion
 from lockstep.faults.scenario import Fault, Kind, Scenario
 from lockstep.fmi.safe_zip import open_file
-from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.system.clock import Time, nanoseconds, seconds_text
 from lockstep.system.component import Value
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -117,7 +117,7 @@ def _amount(entry: Mapping[str, Any], key: str | None, kind: Kind, location: str
     return tuple(values)
 
 
-def _window(entry: Mapping[str, Any], location: str, *, lasts: bool) -> tuple[int, int | None]:
+def _window(entry: Mapping[str, Any], location: str, *, lasts: bool) -> tuple[Time, Time | None]:
     """Return begin and end [ns]; a fault that does not last may give its begin alone."""
     if ("from" in entry) == ("at" in entry):
         raise InputError(f"{location}: write from, and to unless it lasts to the end of the run; or at and duration")
@@ -128,8 +128,6 @@ def _window(entry: Mapping[str, Any], location: str, *, lasts: bool) -> tuple[in
             f"{location}: {stray[0]} = {entry[stray[0]]!r} goes with {'from' if stray[0] == 'to' else 'at'}"
         )
     begin = _time(entry, first, location)
-    if begin < 0:
-        raise InputError(f"{location}: {first} = {entry[first]} must be >= 0 s; a run begins at 0")
     if last not in entry:
         if last == "duration" and lasts:
             raise InputError(f"{location}: at needs duration as well; or write from, which lasts to the end of the run")
@@ -141,9 +139,10 @@ def _window(entry: Mapping[str, Any], location: str, *, lasts: bool) -> tuple[in
     return begin, end
 
 
-def _time(entry: Mapping[str, Any], key: str, location: str) -> int:
+def _time(entry: Mapping[str, Any], key: str, location: str) -> Time:
     value = entry[key]
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    fraction = isinstance(value, str) and "/" in value
+    if isinstance(value, bool) or not (fraction or isinstance(value, int | float)):
         raise InputError(f"{location}: {key} = {value!r} must be a number of seconds, for example 50.0")
     return nanoseconds(value, f"{location}: {key}")
 

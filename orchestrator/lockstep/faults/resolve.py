@@ -17,8 +17,7 @@ from lockstep.faults.targets import Target, fed_inputs, tunables
 from lockstep.fmi.parameter_values import parse_value
 from lockstep.fmi.slave import DTYPES, Scalar
 from lockstep.plan.plan import Plan
-from lockstep.plan.schedule import Schedule
-from lockstep.system.clock import seconds, seconds_text
+from lockstep.system.clock import Time, seconds, seconds_text
 from lockstep.system.component import Value
 from lockstep.system.system import System
 from lockstep.system.unit_table import UNITS, gain_between
@@ -56,7 +55,8 @@ class Resolved:
     transfers: tuple[Group, ...]
     settings: tuple[Group, ...]  # of parameters
     events: tuple[FaultEvent, ...]
-    tick: int  # [ns]
+    tick: Time  # [ns]
+    start: Time  # of the run [ns]
 
 
 def resolve(scenarios: Sequence[Scenario], plan: Plan) -> Resolved:
@@ -65,18 +65,28 @@ def resolve(scenarios: Sequence[Scenario], plan: Plan) -> Resolved:
     settings: list[Group] = []
     events: list[FaultEvent] = []
     for fault in (fault for scenario in scenarios for fault in scenario.faults):
-        tick = plan.system.tick
-        begin = -(-fault.begin // tick)
+        tick, start = plan.system.tick, plan.system.start_time
+        if fault.begin < start:
+            begins = f"begins at {seconds_text(fault.begin)} s, and the run at {seconds_text(start)} s"
+            raise InputError(f"{fault.location}: {begins}; choose a window inside the run")
+        begin = -(-(fault.begin - start) // tick)
         if begin >= plan.ticks:
             times = f"{seconds_text(fault.begin)} s, and the run ends at {seconds_text(plan.stop_time)} s"
             raise InputError(f"{fault.location}: begins at {times}; choose a window inside the run")
-        end = plan.ticks if fault.end is None else min(plan.ticks, -(-fault.end // tick))
+        after = plan.ticks + 1  # samples at the stop time are part of the run
+        end = after if fault.end is None else min(after, -(-(fault.end - start) // tick))
         window = (begin, end)
         groups = _of_parameters(fault, plan, window) if fault.parameters else _of_connections(fault, plan, window)
         (settings if fault.parameters else transfers).extend(groups)
         events += _events(fault, groups)
     events.sort(key=lambda event: event.tick)
-    return Resolved(transfers=tuple(transfers), settings=tuple(settings), events=tuple(events), tick=plan.system.tick)
+    return Resolved(
+        transfers=tuple(transfers),
+        settings=tuple(settings),
+        events=tuple(events),
+        tick=plan.system.tick,
+        start=plan.system.start_time,
+    )
 
 
 def _of_connections(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[Group]:
@@ -112,25 +122,28 @@ def _groups(
     groups = []
     for (consumer, _, producer, delay), positions in together.items():
         mine = [targets[position] for position in positions]
-        first = _first_transfer(fault, mine, plan.schedule, (producer, consumer, delay), window)
+        first = _first_transfer(fault, mine, plan, (producer, consumer, delay), window)
         groups.append(_group(fault, mine, [amounts[p] for p in positions if amounts], window, first))
     return groups
 
 
 def _first_transfer(
-    fault: Fault, targets: Sequence[Target], schedule: Schedule, way: tuple[str, str, int], window: tuple[int, int]
+    fault: Fault, targets: Sequence[Target], plan: Plan, way: tuple[str, str, int], window: tuple[int, int]
 ) -> int:
-    producer, reader, delay = schedule.task(way[0]), schedule.task(way[1]), way[2]
+    producer, reader, delay = plan.schedule.task(way[0]), plan.schedule.task(way[1]), way[2]
     tick = window[0]
     while not reader.steps_at(tick) or producer.seen(tick, delay) == producer.seen(tick - reader.period, delay):
         tick += 1
-    if tick >= window[1]:
-        _refuse_empty(fault, [str(target.connection) for target in targets], tick, window, schedule.tick)
+    _refuse_empty(fault, [str(target.connection) for target in targets], tick, window, plan)
     return tick
 
 
-def _refuse_empty(fault: Fault, names: Sequence[str], tick: int, window: tuple[int, int], length: int) -> None:
-    begin, end, next_ = (seconds_text(t * length) for t in (*window, tick))
+def _refuse_empty(fault: Fault, names: Sequence[str], tick: int, window: tuple[int, int], plan: Plan) -> None:
+    """Refuse a fault whose first action, at this tick, lies after its window or at the end of the run."""
+    last = min(window[1], plan.ticks)
+    if tick < last:
+        return
+    begin, end, next_ = (seconds_text(plan.schedule.time(t)) for t in (window[0], last, tick))
     others = f" and {len(names) - 1} more" if len(names) > 1 else ""
     raise InputError(f"{fault.location}: no value of {names[0]}{others} is transferred in [{begin}, {end}) s; "
                      f"the next is at {next_} s")  # fmt: skip
@@ -147,10 +160,7 @@ def _of_parameters(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[Gr
         task = plan.schedule.task(component)
         first = window[0] + (task.offset - window[0]) % task.period
         mine = [targets[position] for position in positions]
-        if first >= window[1]:
-            _refuse_empty(
-                fault, [f"{t.name} at a step of {component}" for t in mine], first, window, plan.schedule.tick
-            )
+        _refuse_empty(fault, [f"{t.name} at a step of {component}" for t in mine], first, window, plan)
         group = _group(fault, mine, [amounts[p] for p in positions if amounts], window, first)
         groups.append(replace(group, originals=tuple(_original(target, plan) for target in mine)))
     return groups

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from lockstep.system.clock import Time
 from lockstep.system.component import Value
 
 Kind = Literal["stuck", "bias", "scale", "noise", "dropout", "delay", "quantisation", "spike", "nan"]
@@ -18,8 +19,8 @@ class Fault:
     location: str  # for messages: `faults.toml: fault 2 (gyro drifts)`
     name: str  # for events
     kind: Kind
-    begin: int  # [ns]
-    end: int | None  # [ns]; None: the end of the run, or for a single spike its transfer
+    begin: Time  # [ns]
+    end: Time | None  # [ns]; None: the end of the run, or for a single spike its transfer
     connections: tuple[str, ...] = ()  # patterns
     parameters: tuple[str, ...] = ()  # patterns
     validity: tuple[str, ...] = ()  # patterns; of a dropout

@@ -119,7 +119,9 @@ class Description:
     saves_state: bool  # and restores it in another process
     sha256: str
     variables: Mapping[str, Variable]
-    step_size: str | None = None  # of the default experiment [s]
+    step_size: str | None = None  # of the default experiment [s], as the two below
+    start_time: str | None = None
+    stop_time: str | None = None
     version: str = "2.0"  # of FMI: 1.0, 2.0 or 3.0
     tolerance: float | None = None  # of the default experiment, if it can be passed
     negated: Mapping[str, str] = field(default_factory=dict)  # of FMI 1.0, not among the variables: alias by name
@@ -212,7 +214,9 @@ def read_description(component: Component) -> Description:
         sha256=digest,
         variables={v.name: v for v in variables},
         version=version,
-        step_size=model.defaultExperiment.stepSize if model.defaultExperiment else None,
+        step_size=getattr(model.defaultExperiment, "stepSize", None),
+        start_time=getattr(model.defaultExperiment, "startTime", None),
+        stop_time=getattr(model.defaultExperiment, "stopTime", None),
         tolerance=declared_tolerance(model),
         negated=negated,
         needs_tool=bool(getattr(model.coSimulation, "needsExecutionTool", False)),

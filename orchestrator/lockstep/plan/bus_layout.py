@@ -40,6 +40,10 @@ class Layout:
         """Whether anything is recorded."""
         return bool(self.recorded or self.held)
 
+    def records_at(self, tick: int) -> bool:
+        """Return whether a row is recorded at a tick."""
+        return self.records and tick % self.record_ticks == 0
+
     @cached_property
     def transferred(self) -> dict[str, frozenset[Reference]]:
         """The outputs of each component that connections transfer."""
@@ -178,3 +182,11 @@ class Layout:
             for name in self.held:
                 yield task(name), None, task(name).begun(tick), number
                 number += 1
+
+
+def by_scalar(references: Iterable[Reference]) -> dict[Scalar, list[int]]:
+    """Group references by type, in the order of SCALARS."""
+    found: dict[Scalar, list[int]] = {scalar: [] for scalar in SCALARS}
+    for scalar, reference in references:
+        found[scalar].append(reference)
+    return {scalar: numbers for scalar, numbers in found.items() if numbers}

@@ -14,8 +14,8 @@ from lockstep.plan.schedule import Schedule, build_schedule, whole_ticks
 from lockstep.plan.wiring import Wiring, wire
 from lockstep.processes.isolation_policy import settle
 from lockstep.results.signal_patterns import Signal, select
-from lockstep.shadow.component import check_before, described, recorded, shadow_descriptions, tolerances_of
-from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.shadow.component import check_times, described, recorded, shadow_descriptions, tolerances_of
+from lockstep.system.clock import Time, nanoseconds, seconds_text
 from lockstep.system.component import Value
 from lockstep.system.system import System
 
@@ -40,14 +40,15 @@ class Plan:
         stop = system.stop_time if stop_time is None else nanoseconds(stop_time, "stop time")
         self.assumed: tuple[str, ...] = ()
         if stop is None:
-            stop = max(1, DEFAULT_STOP_TIME // system.tick) * system.tick
-            self.assumed = (f"no stop time is given: {seconds_text(stop)} s are simulated; --stop-time changes it",)
-        self.stop_time: int = stop
-        self.ticks = whole_ticks(stop, system.tick, "stop time")
+            span = max(1, DEFAULT_STOP_TIME // system.tick) * system.tick
+            stop = system.start_time + span
+            self.assumed = (f"no stop time is given: {seconds_text(span)} s are simulated; --stop-time changes it",)
+        self.stop_time: Time = stop
+        self.ticks = self._whole_ticks(stop)
         self.schedule: Schedule = build_schedule(system)
         self.descriptions = {component.name: described(component) for component in system.components}
         self.shadows = shadow_descriptions(system)
-        check_before(system, stop)
+        check_times(system, stop)
         self.tolerances = tolerances_of(system, {**self.descriptions, **self.shadows})
         self.system = system = settle(system, {**self.descriptions, **self.shadows})
         if strict:
@@ -76,6 +77,16 @@ class Plan:
         for one in self.signals:  # an output or input may have further names
             if one.variable.scalar is not None:
                 self.names.setdefault((one.component, one.variable.scalar, one.variable.reference), one.variable.name)
+
+    def _whole_ticks(self, stop: Time) -> int:
+        """Return how many ticks the run has; refuse a stop time that is not after the start, or between two ticks."""
+        start, tick = self.system.start_time, self.system.tick
+        if not start:
+            return whole_ticks(stop, tick, "stop time")
+        if stop <= start:
+            times = f"stop time {seconds_text(stop)} s: must be after the start time, {seconds_text(start)} s"
+            raise InputError(f"{times}; choose a later one")
+        return whole_ticks(stop - start, tick, f"stop time {seconds_text(stop)} s: the simulated time of")
 
     def _refuse_warnings(self) -> None:
         """Raise InputError for the first offence of a file."""

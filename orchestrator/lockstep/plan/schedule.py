@@ -19,7 +19,7 @@ from functools import cached_property
 from math import gcd, lcm
 
 from lockstep.errors import InputError
-from lockstep.system.clock import seconds_text
+from lockstep.system.clock import Time, seconds_text
 from lockstep.system.system import Connection, System
 
 LONGEST_CYCLE = 20_000  # [ticks]; bounds the size of the precomputed plan
@@ -59,8 +59,13 @@ class Task:
 class Schedule:
     """Tasks in the order in which they are stepped within a tick."""
 
-    tick: int  # [ns]
+    tick: Time  # [ns]
     tasks: tuple[Task, ...]
+    start: Time = 0  # simulated time of tick 0 [ns]
+
+    def time(self, tick: int) -> Time:
+        """Return the simulated time at which a tick begins [ns]."""
+        return self.start + tick * self.tick
 
     @cached_property
     def _places(self) -> dict[str, int]:
@@ -116,10 +121,11 @@ def build_schedule(system: System) -> Schedule:
                 f"{connection}: a same-tick value of a continuous component is one of the future; "
                 "give the connection a delay of 1 tick, which is the value true now"
             )
-    return Schedule(tick=system.tick, tasks=tuple(_order(tasks, _before(by_name, system.connections))))
+    ordered = _order(tasks, _before(by_name, system.connections))
+    return Schedule(tick=system.tick, tasks=tuple(ordered), start=system.start_time)
 
 
-def whole_ticks(time: int, tick: int, what: str) -> int:
+def whole_ticks(time: Time, tick: Time, what: str) -> int:
     """Return a time in ticks; refuse by name what is not a positive whole number of them."""
     ticks = _ticks(time, tick, what)
     if ticks <= 0:
@@ -150,7 +156,7 @@ def cycle_length(hyperperiod: int, rings: Mapping[str, int], tasks: Sequence[Tas
     return hyperperiod * turns
 
 
-def _ticks(time: int, tick: int, what: str) -> int:
+def _ticks(time: Time, tick: Time, what: str) -> int:
     if time % tick:
         lower = time // tick * tick
         near = " or ".join(f"{seconds_text(t)} s" for t in (lower, lower + tick) if t > 0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from lockstep.array_names import array_of
 from lockstep.plan.schedule import Task, build_schedule
-from lockstep.system.clock import seconds_text
+from lockstep.system.clock import Time, seconds_text
 from lockstep.system.system import System
 
 
@@ -25,7 +25,7 @@ class Read:
     producer: str
     count: int
     delay: int
-    since: int
+    since: Time
     initial: bool
 
 
@@ -35,8 +35,8 @@ class TimelineStep:
 
     tick: int
     component: str
-    start: int
-    end: int
+    start: Time
+    end: Time
     continuous: bool
     reads: tuple[Read, ...]
 
@@ -122,7 +122,7 @@ def timeline(system: System, ticks: int) -> list[TimelineStep]:
     return steps
 
 
-def _read(producer: Task, tick: int, delay: int, count: int, length: int) -> Read:
+def _read(producer: Task, tick: int, delay: int, count: int, length: Time) -> Read:
     version = producer.seen(tick, delay)
     begun = producer.offset + (version - 1) * producer.period  # the tick at which that version's step began
     since = begun + producer.period if producer.continuous else begun

@@ -3,7 +3,7 @@
 from html import escape
 
 from lockstep.plan.timeline import TimelineStep, routes, timeline
-from lockstep.system.clock import seconds_text
+from lockstep.system.clock import Time, seconds_text
 from lockstep.system.system import System
 
 WIDTH, LANE, LEFT, TOP, RIGHT, LINE = 960, 78, 120, 46, 24, 18  # [px]
@@ -32,7 +32,7 @@ def timeline_svg(system: System, ticks: int) -> str:
     height = TOP + LANE * len(lanes) + 30 + LINE * len(between)
     bottom = TOP + LANE * len(lanes)
 
-    def x(time: int) -> float:
+    def x(time: Time) -> float:
         return LEFT + time * scale
 
     colour = {name: COLOURS[number % len(COLOURS)] for number, name in enumerate(lanes)}

@@ -11,28 +11,29 @@ from lockstep.results.run_record import RUN
 
 _REMEDY = "run again, or restore the file"
 _SHADOW = {
-    "name": "text", "source": "text", "period": "number", "isolated": "flag", "blend": "number",
-    "?switchover": "number", "?adapter": "text", "?grouped": "flag",
+    "name": "text", "source": "text", "period": "time", "isolated": "flag", "blend": "time",
+    "?switchover": "time", "?adapter": "text", "?grouped": "flag",
 }  # fmt: skip
 _WHOLE = {  # what a run needs to be resumed
     "status": "text",
     "started": "text",
-    "stop_time": "number",
-    "tick": "number",
+    "stop_time": "time",
+    "tick": "time",
     "record": ["text"],
-    "record_period": "number",
+    "record_period": "time",
     "system": {"name": "text", "path": "text", "sha256": "text"},
     "overrides": "table",
     "latency": [{"from": "text", "to": "text", "delay": "whole number"}],
     "component": [
         {
-            "name": "text", "source": "text", "sha256": "text", "period": "number", "kind": "text", "isolated": "flag",
-            "parameters": "table", "?model": "text", "?guid": "text", "?offset": "number", "?adapter": "text",
+            "name": "text", "source": "text", "sha256": "text", "period": "time", "kind": "text", "isolated": "flag",
+            "parameters": "table", "?model": "text", "?guid": "text", "?offset": "time", "?adapter": "text",
             "?stands_for": "text", "?grouped": "flag", "?shadow": _SHADOW,
         }
     ],
 }  # fmt: skip
 _MORE = {
+    "?start_time": "time",
     "?simulated_time": "number",
     "?wall_time": "number",
     "?versions": {"*": "text"},

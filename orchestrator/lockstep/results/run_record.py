@@ -13,7 +13,7 @@ from typing import Any
 from lockstep.fmi.model_description import Description
 from lockstep.plain_values import plain_value
 from lockstep.standard_streams import printable
-from lockstep.system.clock import seconds
+from lockstep.system.clock import Time, stored_seconds
 from lockstep.system.component import Component, Value
 from lockstep.system.system import System
 
@@ -34,9 +34,9 @@ def describe_run(
     descriptions: Mapping[str, Description],
     parameters: Mapping[str, Mapping[str, Value]],
     overrides: Mapping[str, object],
-    stop_time: int,
+    stop_time: Time,
     record: Sequence[str],
-    record_period: int,
+    record_period: Time,
     faults: Sequence[Table] = (),
     tolerances: Mapping[str, float] | None = None,
     warnings: Sequence[str] = (),
@@ -49,10 +49,11 @@ def describe_run(
         "simulated_time": 0.0,
         "wall_time": 0.0,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "stop_time": seconds(stop_time),
-        "tick": seconds(system.tick),
+        **({"start_time": stored_seconds(system.start_time)} if system.start_time else {}),
+        "stop_time": stored_seconds(stop_time),
+        "tick": stored_seconds(system.tick),
         "record": list(record),
-        "record_period": seconds(record_period),
+        "record_period": stored_seconds(record_period),
         "system": {"name": system.name, "path": str(system.path or ""), "sha256": system.sha256 or ""},
         **({"warnings": list(warnings)} if warnings else {}),
         "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
@@ -64,8 +65,8 @@ def describe_run(
                 "sha256": descriptions[c.name].sha256,
                 "model": descriptions[c.name].model,
                 "guid": descriptions[c.name].guid,
-                "period": seconds(c.shadow.period if c.shadow else c.period),
-                "offset": seconds(c.offset),
+                "period": stored_seconds(c.shadow.period if c.shadow else c.period),
+                "offset": stored_seconds(c.offset),
                 "kind": c.kind,
                 "isolated": bool(c.isolated),
                 **({"grouped": True} if c.grouped else {}),
@@ -104,14 +105,14 @@ def _shadow(component: Component, descriptions: Mapping[str, Description], toler
         "sha256": descriptions[shadow.name].sha256,
         "model": descriptions[shadow.name].model,
         "guid": descriptions[shadow.name].guid,
-        "period": seconds(shadow.period),
+        "period": stored_seconds(shadow.period),
         "isolated": bool(shadow.isolated),
         **({"grouped": True} if shadow.grouped else {}),
         **_tolerance(shadow, tolerances),
         "outputs": list(component.shadow.outputs),
         "compared": [o for o in component.shadow.outputs if descriptions[component.name].variables[o].scalar == "Real"],
-        "blend": seconds(component.shadow.blend),
-        **({} if over is None else {"switchover": seconds(over)}),
+        "blend": stored_seconds(component.shadow.blend),
+        **({} if over is None else {"switchover": stored_seconds(over)}),
         **_adapter(shadow),
     }
     return {"shadow": table}

@@ -3,7 +3,7 @@
 No scalar is handled in Python in a tick: each step is one gather from the bus, one set, one doStep and one get.
 """
 
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lockstep.errors import EndOfSimulation, RunError, compact
 from lockstep.faults.inject import Faults
 from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer, Scalar, Slave, regular_end
-from lockstep.plan.bus_layout import Layout, Reference
+from lockstep.plan.bus_layout import Layout, by_scalar
 from lockstep.plan.schedule import Task
 from lockstep.plan.transfer import SetValue, converter, linear
 from lockstep.plan.wiring import Link
@@ -47,6 +47,7 @@ class Exchange:
         self.not_finite = NotFinite(layout.used, names, add_event)
         self._slaves = slaves
         self._names = names
+        self._start = seconds(layout.schedule.start)
         make: Callable[[Scalar, int], Buffer] = batches.bus if batches else lambda s, size: np.zeros(size, DTYPES[s])
         self._bus: dict[Scalar, Buffer] = {s: make(s, layout.bus_size(s)) for s in SCALARS}
         self._batches, self._joined = batches, frozenset[str]()
@@ -66,12 +67,21 @@ class Exchange:
         look()
         layout, tasks = self._layout, self._layout.schedule.tasks
         first = () if self._faults is None else (self._faults.begin_tick,)
-        joined = alone if self._batches is None else self._batches.joined
         return (
             *first,
-            *interleaved(layout, tick, joined([(t, self._step(t, tick)) for t in tasks if t.steps_at(tick)])),
-            *((self._capture(tick, row),) if tick % layout.record_ticks == 0 and layout.records else ()),
+            *self.in_order(tick, [(t, self.step(t, tick)) for t in tasks if t.steps_at(tick)]),
+            *((self.capture(tick, row),) if layout.records_at(tick) else ()),
         )
+
+    def in_order(self, tick: int, steps: Iterable[tuple[Task, Action | BatchedStep]]) -> Iterator[Action]:
+        """Yield the actions of steps in one tick."""
+        joined = alone if self._batches is None else self._batches.joined
+        return interleaved(self._layout, tick, joined(steps))
+
+    @property
+    def layout(self) -> Layout:
+        """The memory plan."""
+        return self._layout
 
     @property
     def faults(self) -> Faults | None:
@@ -100,7 +110,7 @@ class Exchange:
     def present(self, name: str, scalar: Scalar, references: list[int]) -> Buffer:
         """Return the present outputs of a component."""
         buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
-        self.check(name, f"Get{scalar}", 0.0, self._get(name, scalar, references, buffer)())
+        self.check(name, f"Get{scalar}", self._start, self._get(name, scalar, references, buffer)())
         if scalar == "Real" and not np.isfinite(buffer).all():
             self._check_finite(name, references, buffer, self._inputs.begin)
         return buffer
@@ -126,13 +136,13 @@ class Exchange:
                     convert = converter(scalar, link.ways, self._labels(name, scalar, link.targets))
                     found = convert(values)
                     if scalar == "Real" and not np.isfinite(found).all():
-                        self._refuse_overflow(name, link.targets, found, 0.0)
+                        self._refuse_overflow(name, link.targets, found, self._start)
                     entries |= dict(zip(link.targets, found.tolist(), strict=True))
             if entries:
                 targets = sorted(entries)
                 buffer: Buffer = np.array([entries[target] for target in targets], DTYPES[scalar])
                 call = self._slaves[name].setter(scalar, np.array(targets, np.uint32), buffer)
-                self.check(name, f"Set{scalar}", 0.0, call())
+                self.check(name, f"Set{scalar}", self._start, call())
 
     def _labels(self, name: str, scalar: Scalar, references: Sequence[int]) -> list[str]:
         return [f"{name}.{self._names.get((name, scalar, r), r)}" for r in references]
@@ -162,20 +172,22 @@ class Exchange:
     def _get(self, name: str, scalar: Scalar, references: list[int], buffer: Buffer) -> Transfer:
         return self._slaves[name].getter(scalar, np.array(references, np.uint32), buffer)
 
-    def _step(self, task: Task, tick: int) -> Action | BatchedStep:
+    def step(self, task: Task, tick: int, advances: bool = True) -> Action | BatchedStep:
+        """Return a step of a component, or, where it does not advance, its sets and gets alone."""
         layout, version = self._layout, task.begun(tick)
         renewed = layout.renewed(task, tick)
         key = (
             task.name,
+            advances,
             *((id(link), layout.place(link.producer, link.scalar, newest)) for link, newest in renewed),
             *(layout.place(task.name, scalar, version) for scalar in SCALARS),
         )
-        if self._batches is not None and task.name in self._joined:
+        if advances and self._batches is not None and task.name in self._joined:
             return self._batches.described(layout, task, tick, key, partial(self._sets, renewed))
         if key not in self._steps:
             fetched = {scalar: layout.fetched(task.name, scalar, version) for scalar in SCALARS}
             gets = {scalar: (start, references) for scalar, (start, references) in fetched.items() if references}
-            self._steps[key] = self._bind(task, self._sets(renewed), gets)
+            self._steps[key] = self._bind(task, self._sets(renewed), gets, advances)
         return self._steps[key]
 
     def _sets(self, renewed: Iterable[tuple[Link, int]]) -> dict[Scalar, list[SetValue]]:
@@ -192,8 +204,9 @@ class Exchange:
         task: Task,
         sets: Mapping[Scalar, list[SetValue]],
         gets: Mapping[Scalar, tuple[int, list[int]]],
+        advances: bool = True,
     ) -> Action:
-        """Bind one doStep with the sets before it and the gets after it."""
+        """Bind one doStep with the sets before it and the gets after it; without the doStep if it does not advance."""
         name, slave, check = task.name, self._slaves[task.name], self.check
         do_step = slave.do_step
         length = seconds(task.period * self._layout.schedule.tick)
@@ -202,7 +215,15 @@ class Exchange:
         before += [self._bound_set(name, scalar, entries) for scalar, entries in sets.items()]
         if self._faults is not None:
             before += self._faults.on_step(name, slave, check)
-        after = [self._bound_get(name, scalar, *entry, end) for scalar, entry in gets.items()]
+        after = [self.bound_get(name, scalar, *entry, end) for scalar, entry in gets.items()]
+        if not advances:
+            calls = (*before, *after)
+
+            def exchanged(time: float) -> None:
+                for call in calls:
+                    call(time)
+
+            return exchanged
         if isinstance(slave, Overlapping):
 
             def begin(time: float) -> None:
@@ -314,7 +335,8 @@ class Exchange:
 
         return mixed
 
-    def _bound_get(self, name: str, scalar: Scalar, start: int, references: list[int], end: float) -> Action:
+    def bound_get(self, name: str, scalar: Scalar, start: int, references: list[int], end: float) -> Action:
+        """Bind the fetch of values to a place on the bus; they are true at the end of a step that takes `end` [s]."""
         check, function = self.check, f"Get{scalar}"
         part = self._bus[scalar][start : start + len(references)]
         call = self._get(name, scalar, references, part)
@@ -349,25 +371,11 @@ class Exchange:
             logged = self._slaves[name].last_messages()  # the only report of a slave that cannot return an error
             raise RunError(f"{error}" + (f"; it logged: {logged}" if logged else "")) from None
 
-    def last_row(self, tick: int, row: NextRow, ended_by: str) -> Action:
-        """Bind the copy of what is true at a tick in which a component ended the run.
-
-        It and the sampled components after it have made no step in this tick: their outputs are those of before.
-        """
-        stepping = [task for task in self._layout.schedule.tasks if task.steps_at(tick)]
-        names = [task.name for task in stepping]
-        unset = names[names.index(ended_by) :]
-        late = {task.name for task in stepping if task.name in unset and not task.continuous}
-        return self._capture(tick, row, late, unset)
-
-    def _capture(self, tick: int, row: NextRow, late: Container[str] = (), unset: Container[str] = ()) -> Action:
-        """Bind the copy of what is true at this tick into the recorder's next row.
-
-        The outputs of `late` components, and the inputs of `unset` ones, are those of the step before.
-        """
+    def capture(self, tick: int, row: NextRow) -> Action:
+        """Bind the copy of what is true at this tick into the recorder's next row."""
         layout, task = self._layout, self._layout.schedule.task
-        parts = [(n, task(n).true_at(tick) - (n in late), _by_scalar(refs)) for n, refs in layout.recorded.items()]
-        parts += [(n, task(n).begun(tick) - (n in unset), _by_scalar(refs)) for n, refs in layout.held.items()]
+        parts = [(name, task(name).true_at(tick), by_scalar(refs)) for name, refs in layout.recorded.items()]
+        parts += [(name, task(name).begun(tick), by_scalar(refs)) for name, refs in layout.held.items()]
         key = ("capture", *(layout.place(name, s, version) for name, version, refs in parts for s in refs))
         if key not in self._steps:
             index: dict[Scalar, NDArray[np.intp]] = {}
@@ -389,11 +397,3 @@ class Exchange:
                 parts[k][:] = take_other(places)
 
         return capture
-
-
-def _by_scalar(references: Iterable[Reference]) -> dict[Scalar, list[int]]:
-    """Group references by type, in the order of SCALARS."""
-    found: dict[Scalar, list[int]] = {scalar: [] for scalar in SCALARS}
-    for scalar, reference in references:
-        found[scalar].append(reference)
-    return {scalar: numbers for scalar, numbers in found.items() if numbers}

@@ -47,20 +47,22 @@ def _bring_up(
 
     Each gets the outputs of those before it while it is initialised, and those of all once every one is.
     """
+    now = seconds(plan.schedule.time(tick))
     for task in tasks:
         name, slave = task.name, slaves[task.name]
         start = task.offset + task.begun(tick - 1) * task.period
-        steps = max(0, -(-(plan.ticks - start) // task.period))
-        span = (seconds(tick * plan.system.tick) for tick in (start, start + steps * task.period))
-        exchange.check(name, "SetupExperiment", 0.0, slave.setup_experiment(*span))
+        sampled_last = not task.continuous and plan.layout.records_at(plan.ticks)  # for the row at the stop time
+        steps = max(0, -(-(plan.ticks + sampled_last - start) // task.period))
+        span = (seconds(plan.schedule.time(tick)) for tick in (start, start + steps * task.period))
+        exchange.check(name, "SetupExperiment", now, slave.setup_experiment(*span))
         for scalar, values in plan.starts(name).items():  # after it: there some FMUs initialise all their variables
-            exchange.check(name, f"Set{scalar}", 0.0, slave.set_start(values, scalar))
+            exchange.check(name, f"Set{scalar}", now, slave.set_start(values, scalar))
     for task in tasks:
-        exchange.check(task.name, "EnterInitializationMode", 0.0, slaves[task.name].enter_initialization())
+        exchange.check(task.name, "EnterInitializationMode", now, slaves[task.name].enter_initialization())
     for task in tasks:
         interrupt.check()
         exchange.set_initial(task.name)
-        exchange.check(task.name, "ExitInitializationMode", 0.0, slaves[task.name].exit_initialization())
+        exchange.check(task.name, "ExitInitializationMode", now, slaves[task.name].exit_initialization())
         exchange.fetch_initial(task.name, task.begun(tick - 1))
     for task in tasks:
         exchange.set_initial(task.name)

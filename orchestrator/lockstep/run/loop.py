@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from itertools import cycle, islice
+from math import lcm
 from time import perf_counter
 from typing import Protocol
 
 import numpy as np
 
-from lockstep.system.clock import seconds
+from lockstep.system.clock import Time, seconds
 
 Action = Callable[[float], None]  # called with the simulated time [s]
 Pause = tuple[int, Callable[[], None]]  # after so many ticks of the whole run, what is called then
@@ -26,9 +27,9 @@ class Clock(Protocol):
 class Loop:
     """The ticks of a run, from one to another; `done` is how many of the whole run are complete."""
 
-    def __init__(self, *, tick: int, first: int, last: int, clock: Clock) -> None:
-        """Prepare the loop of the ticks `first` to `last` (exclusive) of `tick` nanoseconds each."""
-        self.tick, self.first, self.last = tick, first, last
+    def __init__(self, *, tick: Time, first: int, last: int, clock: Clock, start: Time = 0) -> None:
+        """Prepare the loop of the ticks `first` to `last` (exclusive) of `tick` ns each; tick 0 begins at `start`."""
+        self.tick, self.first, self.last, self.start = tick, first, last, start
         self.done = first
         self._clock = clock
         self._ending = False
@@ -37,7 +38,7 @@ class Loop:
     @property
     def time(self) -> float:
         """Simulated time that is complete [s]."""
-        return seconds(self.done * self.tick)
+        return seconds(self.start + self.done * self.tick)
 
     def end_after_tick(self) -> None:
         """End the loop when the present tick is complete."""
@@ -67,11 +68,13 @@ class Loop:
 
     def _ticks(self, phases: Sequence[tuple[Action, ...]], ticks: range, due: float, look: Action) -> float:
         """Run these ticks; return when the next look is due, on the wall clock."""
-        events, tick_length = self._clock, self.tick
-        clock = perf_counter
+        events, clock = self._clock, perf_counter
+        parts = lcm(self.tick.denominator, self.start.denominator)  # of a nanosecond, in which all times are whole
+        length, origin = int(self.tick * parts), int(self.start * parts)
+        second = 1e9 if parts == 1 else parts * 10**9
         for tick, phase in zip(ticks, islice(cycle(phases), ticks.start % len(phases), None), strict=False):
             self.done = tick
-            events.time = time = tick * tick_length / 1e9  # the nearest double, never a sum of steps
+            events.time = time = (origin + tick * length) / second  # the nearest double, never a sum of steps
             for action in phase:
                 action(time)
             if self._ending:

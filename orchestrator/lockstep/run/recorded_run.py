@@ -34,11 +34,6 @@ class RecordedRun:
     _started: float = 0.0
 
     @property
-    def recorded_ticks(self) -> int:
-        """How many ticks of the whole run have been recorded: one more than complete where one ended the run."""
-        return self.loop.done + (self.terminated is not None and not self.terminated.complete)
-
-    @property
     def wall_time(self) -> float:
         """Wall time since the start [s], with that of an earlier part."""
         return perf_counter() - self._started + self.wall_time_before

@@ -12,17 +12,18 @@ structure least. After T the original is in no loop: stability is that of the sh
 disturbance. The mean m forgets with half of `blend` as its time constant.
 """
 
+from lockstep.system.clock import Time
 from lockstep.system.component import Shadow
 
 
-def short(plan: Shadow) -> int:
+def short(plan: Shadow) -> Time:
     """Return the time over which the difference of one sample decays [ns]."""
     return min(plan.blend, 10 * max(plan.period, plan.component.period))
 
 
-def remaining(elapsed: int, blend: int) -> float:
+def remaining(elapsed: Time, blend: Time) -> float:
     """Return the share of a difference that remains `elapsed` after the switchover [ns both]."""
     if elapsed >= blend:
         return 0.0
-    x = elapsed / blend
+    x = float(elapsed / blend)
     return 1.0 - x**3 * (10.0 - x * (15.0 - 6.0 * x))

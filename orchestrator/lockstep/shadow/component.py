@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import gcd, lcm
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from lockstep.fmi.slave import Slave
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW, Joined, join
 from lockstep.shadow.slave import AddEvent, ShadowedSlave
 from lockstep.system.adapter_file import Adapter
-from lockstep.system.clock import seconds_text
+from lockstep.system.clock import Time, common_divisor, common_multiple, seconds_text
 from lockstep.system.component import DEFAULT_BLEND, Component, Shadow
 from lockstep.system.system import System
 
@@ -28,8 +27,8 @@ def with_shadow(
     name: str,
     fmu: Path,
     adapter: Adapter | None = None,
-    switchover: int | None = None,
-    blend: int | None = None,
+    switchover: Time | None = None,
+    blend: Time | None = None,
 ) -> System:
     """Return the system with another FMU in shadow of a component, which may replace it during the run.
 
@@ -80,8 +79,8 @@ def with_shadow(
     )
     if not shadow.outputs:
         raise InputError(f"{name}: nothing reads its outputs, so that a shadow could replace nothing")
-    _check_time(name, shadow)
-    common = gcd(period, original.period)
+    _check_time(name, shadow, system.start_time)
+    common = common_divisor(period, original.period)
     held = replace(original, period=common, offset=original.offset % common, shadow=shadow)
     joined_ports(held)
     return replace(
@@ -91,25 +90,31 @@ def with_shadow(
     )
 
 
-def _check_time(name: str, shadow: Shadow) -> None:
+def _check_time(name: str, shadow: Shadow, start: Time) -> None:
     over = shadow.switchover
     if over is None:
         return
-    both, offset = lcm(shadow.period, shadow.component.period), shadow.component.offset
+    both, offset = common_multiple(shadow.period, shadow.component.period), start + shadow.component.offset
     if (over - offset) % both:
         lower = (over - offset) // both * both + offset
-        near = " or ".join(f"{seconds_text(time)} s" for time in (lower, lower + both) if time >= 0)
+        near = " or ".join(f"{seconds_text(time)} s" for time in (lower, lower + both) if time >= start)
         raise InputError(
             f"switchover {seconds_text(over)} s is no step of {name} and its shadow, whose periods are "
             f"{seconds_text(shadow.period)} s and {seconds_text(shadow.component.period)} s; choose {near}"
         )
 
 
-def check_before(system: System, stop: int) -> None:
-    """Refuse a switchover [ns] after the end of the run."""
+def check_times(system: System, stop: Time) -> None:
+    """Refuse a switchover [ns] that is no step of both FMUs, or before or after the run."""
     for component in system.components:
         over = component.shadow.switchover if component.shadow else None
-        if over is not None and over >= stop:
+        if over is None or component.shadow is None:
+            continue
+        if over < (start := system.start_time):
+            begins = f"the run begins at {seconds_text(start)} s"
+            raise InputError(f"switchover {seconds_text(over)} s: {begins}; choose a later time")
+        _check_time(component.name, component.shadow, start)
+        if over >= stop:
             raise InputError(
                 f"switchover {seconds_text(over)} s: the run ends at {seconds_text(stop)} s; choose an earlier time"
             )
@@ -161,8 +166,8 @@ def with_shadows(system: System, slaves: Mapping[str, Slave], add_event: AddEven
     for component in system.components:
         slave, plan = slaves[component.name], component.shadow
         if plan is not None:
-            shadow = slaves[plan.component.name]
-            slave = ShadowedSlave(slave, shadow, joined_ports(component), plan, plan.component.offset, add_event)
+            shadow, first = slaves[plan.component.name], system.start_time + plan.component.offset
+            slave = ShadowedSlave(slave, shadow, joined_ports(component), plan, first, add_event)
         found[component.name] = slave
     return found
 

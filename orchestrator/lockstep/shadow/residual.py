@@ -112,16 +112,23 @@ def read_shadow_run(folder: Path) -> tuple[ShadowRun, Signals]:
             outputs=outputs,
             switchover=over if over is not None and over <= signals.time[-1] else None,
             blend=shadow["blend"],
-            end=2.0 * float(signals.time[-1]) - float(signals.time[-2]),
+            end=_end(folder, signals),
             about=shadow,
         ),
         signals,
     )
 
 
+def _end(folder: Path, signals: Signals) -> float:
+    """Return the simulated time of a run [s]; for one that has not ended, one interval after its last row."""
+    reached, (*_, before, last) = float(read_run_record(folder)[0].get("simulated_time", 0.0)), signals.time.tolist()
+    return reached if reached >= last else 2.0 * last - before
+
+
 def residuals(signals: Signals, recorded: ShadowRun, since: float = 0.0) -> tuple[Residual, ...]:
     """Return the residual of every output, over the rows from `since` [s] to the switchover or the end."""
-    rows = (signals.time >= since) & (signals.time < (np.inf if recorded.switchover is None else recorded.switchover))
+    end = recorded.end if recorded.switchover is None else recorded.switchover
+    rows = (signals.time >= since) & (signals.time < end)
     if np.count_nonzero(rows) < 2:
         raise InputError(f"no two rows were recorded from {since:g} s to the switchover; choose an earlier start")
     interval = float(signals.time[1] - signals.time[0])

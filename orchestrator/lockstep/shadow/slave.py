@@ -13,7 +13,7 @@ from lockstep.errors import InputError, RunError
 from lockstep.fmi.slave import DTYPES, ERROR, FATAL, OK, SCALARS, WARNING, Buffer, Scalar, Slave, Stateful
 from lockstep.shadow.ports import SHADOW, Joined, Match
 from lockstep.shadow.values import Convert, OutputValues, conversion
-from lockstep.system.clock import seconds, seconds_text
+from lockstep.system.clock import Time, common_divisor, read_nanoseconds, seconds, seconds_text, stored_nanoseconds
 from lockstep.system.component import Shadow, Value
 
 StatusCall = Callable[[], int]
@@ -29,11 +29,12 @@ class ShadowedSlave:
     """
 
     def __init__(
-        self, original: Slave, shadow: Slave, joined: Joined, plan: Shadow, offset: int, add_event: AddEvent
+        self, original: Slave, shadow: Slave, joined: Joined, plan: Shadow, first: Time, add_event: AddEvent
     ) -> None:
-        """Bind the two; `offset` [ns] is when their steps begin, `add_event` records an event."""
+        """Bind the two; `first` [ns] is when their steps begin, `add_event` records an event."""
         self._original, self._shadow, self._joined, self._plan = original, shadow, joined, plan
-        self._offset, self._add_event = offset, add_event
+        self._first, self._add_event = first, add_event
+        self._step_length = common_divisor(plan.period, plan.component.period)
         self._switched = self._lost = False
         self._time = 0.0  # of the last step [s]
         self._alone = {match.shown.reference for match in joined.given if match.shown.name.startswith(SHADOW)}
@@ -64,8 +65,8 @@ class ShadowedSlave:
 
     def _step(self, time: float, _step: float, new: int, /) -> int:
         self._time = time
-        now = round(time * 1e9)  # [ns]; the nearest integer is the master's
-        due, plan, status = now - self._offset, self._plan, OK
+        due, plan, status = self._since_first(time), self._plan, OK
+        now = self._first + due
         shadow_due = due % plan.component.period == 0
         if shadow_due:  # first: in a process of its own it works while the original does
             for call in self._put_applied:
@@ -83,7 +84,11 @@ class ShadowedSlave:
             values.decide(now)
         return status
 
-    def _step_original(self, time: float, now: int, new: int) -> int:
+    def _since_first(self, time: float) -> Time:
+        """Return how long the first step is ago [ns]: a whole number of steps, of which the nearest is the master's."""
+        return round((time * 1e9 - float(self._first)) / float(self._step_length)) * self._step_length
+
+    def _step_original(self, time: float, now: Time, new: int) -> int:
         over = self._plan.switchover
         replaced = over is not None and now > over
         try:
@@ -108,7 +113,7 @@ class ShadowedSlave:
         for values in self._values.values():
             values.pulled()
 
-    def _switch_over(self, now: int) -> None:
+    def _switch_over(self, now: Time) -> None:
         self._switched = True
         reals = self._values["Real"]
         reals.keep_offset()
@@ -212,10 +217,10 @@ class ShadowedSlave:
 
     def setup_experiment(self, start: float, stop: float) -> int:
         """Announce the time span [s] to each, in whole steps of its own."""
-        begin, end = round(start * 1e9), round(stop * 1e9)
+        begin, end = self._since_first(start), self._since_first(stop)
 
-        def last(period: int) -> float:
-            return seconds(begin - (begin - end) // period * period)
+        def last(period: Time) -> float:
+            return seconds(self._first + begin - (begin - end) // period * period)
 
         self._check("SetupExperiment", self._shadow.setup_experiment(start, last(self._plan.component.period)))
         return self._original.setup_experiment(start, last(self._plan.period))
@@ -268,7 +273,9 @@ class ShadowedSlave:
             file.rename(Path(folder, f"{_PREFIX}{file.name}"))
         inner.rmdir()
         over = self._plan.switchover if self._switched else None
-        done = np.array([round(self._time * 1e9), -1 if over is None else over, self._plan.blend], np.int64)
+        now = self._first + self._since_first(self._time)
+        times = (now, -1 if over is None else over, self._plan.blend)
+        done = np.array([str(stored_nanoseconds(time)) for time in times])
         arrays = [array for values in self._values.values() for array in values.memory()]
         np.savez(Path(folder, _FILE), done, *(a.astype(str) if a.dtype == object else a for a in arrays))
         return self._original.save_state(folder)
@@ -288,10 +295,10 @@ class ShadowedSlave:
         memory = [array for values in self._values.values() for array in values.memory()]
         for array, content in zip(memory, arrays, strict=True):
             refill(array, content)
-        self._resume(*done.tolist())
+        self._resume(*(read_nanoseconds(time if "/" in str(time) else int(time), _FILE) for time in done.tolist()))
         return self._original.restore_state(folder)
 
-    def _resume(self, now: int, over: int, blend: int) -> None:
+    def _resume(self, now: Time, over: Time, blend: Time) -> None:
         """Continue the plan of a run at this time [ns]."""
         self._time, self._switched = seconds(now), over >= 0
         mine, name = self._plan.switchover, self._joined.name

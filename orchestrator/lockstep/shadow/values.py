@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import gcd
 
 import numpy as np
 
 from lockstep.fmi.slave import DTYPES, Buffer, Scalar
 from lockstep.shadow.blend import remaining, short
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW, Joined, Match
+from lockstep.system.clock import Time, common_divisor
 from lockstep.system.component import Shadow
 
 Convert = Callable[[Buffer], Buffer]
@@ -20,7 +20,7 @@ class OutputValues:
 
     def __init__(self, scalar: Scalar, joined: Joined, plan: Shadow) -> None:
         self.scalar, self._plan = scalar, plan
-        step = gcd(plan.period, plan.component.period)
+        step = common_divisor(plan.period, plan.component.period)
         self._weight = min(1.0, 2.0 * step / max(step, plan.blend))
         self.matches = [match for match in joined.acting if match.shown.scalar == scalar]
         count = len(self.matches)
@@ -62,7 +62,7 @@ class OutputValues:
         """Keep the difference of Reals at the switchover."""
         np.subtract(self.original, self.shadow, self.offset)
 
-    def decide(self, now: int) -> None:
+    def decide(self, now: Time) -> None:
         """Select the values that act at this time [ns]; after the switchover the difference is blended out."""
         plan, real = self._plan, self.scalar == "Real"
         over = plan.switchover

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from lockstep.errors import InputError
 from lockstep.ssp.documents.xml import ANNOTATION, LOCKSTEP, NS, Element
-from lockstep.system.clock import nanoseconds, positive_nanoseconds
+from lockstep.system.clock import Time, nanoseconds, positive_nanoseconds
 from lockstep.system.component import Kind
 
 SYSTEM_ATTRIBUTES = ("tick", "recordPeriod", "strictInputs")
@@ -15,13 +15,13 @@ SYSTEM_ATTRIBUTES = ("tick", "recordPeriod", "strictInputs")
 class DeclaredSteps:
     """Hold what a file declares of a component's steps; None: nothing. Times in ns."""
 
-    period: int | None = None
-    offset: int = 0
+    period: Time | None = None
+    offset: Time = 0
     kind: Kind | None = None
     isolated: bool | None = None
     tolerance: float | None = None  # relative, of the FMU's integration
     annotated: bool = False  # in an annotation of type `lockstep`
-    hint: int | None = None  # StepSizeHint of the Open Simulation Platform
+    hint: Time | None = None  # StepSizeHint of the Open Simulation Platform
 
 
 def annotation(element: Element, tag: str, name: str, attributes: Sequence[str]) -> Element | None:
@@ -58,7 +58,7 @@ def declared_steps(element: Element, name: str) -> DeclaredSteps:
     )
 
 
-def master_step(root: Element) -> int | None:
+def master_step(root: Element) -> Time | None:
     """Return the step size of OMSimulator's or OSP's master in the file [ns], or None."""
     for holder in ("ssd:System", "ssd:DefaultExperiment"):
         for tag, attribute in (("FixedStepMaster", "stepSize"), ("FixedStepAlgorithm", "baseStepSize")):

@@ -25,7 +25,7 @@ from lockstep.ssp.osp_structure import load_osp, osp_file
 from lockstep.ssp.read_tree import open_description, read_tree
 from lockstep.ssp.step_times import Timing
 from lockstep.ssp.tree import Branch, Leaf, PortPath, Setting
-from lockstep.system.clock import nanoseconds
+from lockstep.system.clock import Time, nanoseconds
 from lockstep.system.component import Component, Connector, Kind, Value
 from lockstep.system.system import Connection, Feed, System, SystemInput, SystemPort
 from lockstep.system.transformation import End, Hop, transferred
@@ -93,7 +93,8 @@ class _Assembly:
             tick=self._tick(components),
             components=components,
             connections=tuple(self._connection(way, kinds) for way in found),
-            stop_time=self._stop_time(),
+            stop_time=self._experiment("stopTime"),
+            start_time=self._experiment("startTime") or 0,
             record=tuple(record) or ("all",),
             record_period=None if period is None else nanoseconds(period, "recordPeriod"),
             path=self.path,
@@ -132,7 +133,7 @@ class _Assembly:
             self.location.warnings.append(f"{leaf.path}.{name}: {text}")
         return variable is not None and variable.settable
 
-    def _tick(self, components: tuple[Component, ...]) -> int:
+    def _tick(self, components: tuple[Component, ...]) -> Time:
         tick = self.timing.tick_of(self.tree.tick, (t for c in components for t in (c.period, c.offset)))
         for branch in self.tree.branches():
             if branch.tick not in (None, tick):
@@ -141,21 +142,18 @@ class _Assembly:
                 )
         return tick
 
-    def _stop_time(self) -> int | None:
+    def _experiment(self, attribute: str) -> Time | None:
+        """Return a time of the default experiment [ns], or None."""
         experiment = self.root.find("ssd:DefaultExperiment", NS)
-        if experiment is None:
-            return None
-        start, stop = experiment.get("startTime"), experiment.get("stopTime")
-        if start is not None and float(start) != 0.0:
-            raise InputError(f"{self.path}: startTime {start} must be 0; a simulation begins there")
-        return None if stop is None else nanoseconds(stop, "stopTime")
+        text = None if experiment is None else experiment.get(attribute)
+        return None if text is None else nanoseconds(text, f"{self.path}: {attribute}")
 
     def _steps(self, leaf: Leaf) -> tuple[DeclaredSteps, Description | None]:
         """Return what the file, and the FMU where it is needed, declare of the steps of a component."""
         steps = leaf.steps if leaf.steps.hint is not None else replace(leaf.steps, hint=self.step)
         return steps, self.describe(leaf) if self.timing.needs_description(leaf.path, steps) else None
 
-    def _component(self, leaf: Leaf, values: Mapping[str, tuple[Value, Unit | None]], period: int) -> Component:
+    def _component(self, leaf: Leaf, values: Mapping[str, tuple[Value, Unit | None]], period: Time) -> Component:
         name = leaf.path
         steps, _ = self._steps(leaf)
         declared = {port.name: port.unit for port in leaf.ports.values() if port.unit is not None}

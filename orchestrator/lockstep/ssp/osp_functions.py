@@ -5,6 +5,7 @@ from pathlib import Path
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.ssp.documents.xml import Element, local_name, unique
+from lockstep.system.clock import Time
 from lockstep.system.component import Component
 from lockstep.system.sums import Sums
 from lockstep.system.transformation import Hop
@@ -39,7 +40,7 @@ class OspFunction:
             raise InputError(f"function {self.name}: no signal group {name}; it has {compact(groups)}")
         return found
 
-    def component(self, source: Path, period: int) -> Component:
+    def component(self, source: Path, period: Time) -> Component:
         """Return the component that computes the sums of this file with a period [ns]."""
         return Component(name=self.name, source=source, period=period, kind="sampled", sums=self.sums)
 

@@ -7,7 +7,6 @@ has no FMU and adds no delay: it is computed after what it reads, in the tick in
 
 import hashlib
 from collections.abc import Iterator
-from math import gcd
 from pathlib import Path
 
 from lockstep.errors import InputError, compact, suggestion
@@ -19,7 +18,7 @@ from lockstep.ssp.osp_functions import OspFunction, read_functions
 from lockstep.ssp.osp_groups import group_pairs, group_variables
 from lockstep.ssp.step_times import Timing
 from lockstep.ssp.typed_values import boolean
-from lockstep.system.clock import nanoseconds, seconds_text
+from lockstep.system.clock import Time, common_divisor, nanoseconds, seconds_text
 from lockstep.system.component import Component, Value
 from lockstep.system.system import Connection, System
 from lockstep.system.transformation import Hop
@@ -69,9 +68,7 @@ class _Structure:
             self.components[component.name] = component
         if self._text("Algorithm", "fixedStep").lower() != "fixedstep":
             self._warn(f"Algorithm {self._text('Algorithm', '')} is not supported: steps are fixed")
-        start = self._text("StartTime", "0")
-        if float(start) != 0.0:
-            raise InputError(f"{self.location}: StartTime {start} must be 0; a simulation begins there")
+        start = nanoseconds(self._text("StartTime", "0"), f"{self.location}: StartTime")
         stop = self._text("EndTime", "")
         connections = tuple(self._connections())
         components = tuple(self.components.values())
@@ -86,6 +83,7 @@ class _Structure:
                 if c.input in self.components[c.to_component].parameters
             ),
             stop_time=nanoseconds(stop, f"{self.location}: EndTime") if stop else None,
+            start_time=start,
             path=self.location.document,
             sha256=digest,
             warnings=self.location.all_warnings,
@@ -115,7 +113,7 @@ class _Structure:
             parameters=dict(self._values(simulator, name, description)),
         )
 
-    def _period(self, name: str, given: str | None) -> int:
+    def _period(self, name: str, given: str | None) -> Time:
         """Return the period of a simulator [ns]: the greatest multiple of the base step within its step size."""
         period = self.timing.periods.get(name) or self.timing.period
         if period is not None:
@@ -198,7 +196,8 @@ class _Structure:
             if function.name in self.components:
                 raise InputError(f"{self.location}: function {function.name}: a simulator has this name; change one")
             readers = (variable[0] for f, signal, variable in connected if f is function and function.gives(signal))
-            period = gcd(*(self._owner((name, ""))[0].period for name in readers)) or self.base
+            periods = [self._owner((name, ""))[0].period for name in readers]
+            period = common_divisor(*periods) if periods else self.base
             component = function.component(self.location.document, period)
             self.components[function.name] = component
             self.descriptions[function.name] = read_description(component)

@@ -17,13 +17,12 @@ the start of their steps, then step (Jacobi).
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from math import gcd
 from typing import Any
 
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description
 from lockstep.ssp.annotations import DeclaredSteps
-from lockstep.system.clock import nanoseconds, positive_nanoseconds, seconds_text
+from lockstep.system.clock import Time, common_divisor, nanoseconds, positive_nanoseconds, seconds_text
 from lockstep.system.component import Kind
 
 DEFAULT_STEP = 1_000_000  # [ns], where nothing gives one
@@ -42,9 +41,9 @@ def timing_of_run(run: Mapping[str, Any]) -> "Timing":
 class Timing:
     """Times given on the command line, in ns, and delays in ticks; None: not given."""
 
-    tick: int | None = None
-    period: int | None = None  # of all components
-    periods: Mapping[str, int] = field(default_factory=dict)
+    tick: Time | None = None
+    period: Time | None = None  # of all components
+    periods: Mapping[str, Time] = field(default_factory=dict)
     kinds: Mapping[str, Kind] = field(default_factory=dict)
     delay: int | None = None  # of all connections
 
@@ -56,7 +55,7 @@ class Timing:
         """Return whether the description of the FMU is needed."""
         return (steps.period or steps.hint or self.period or self.periods.get(name)) is None
 
-    def period_of(self, name: str, steps: DeclaredSteps, description: Description | None) -> int | None:
+    def period_of(self, name: str, steps: DeclaredSteps, description: Description | None) -> Time | None:
         """Return the period of a component [ns], None if nothing gives it, or raise InputError."""
         for answer in (self.periods.get(name), self.period, steps.period, steps.hint):
             if answer is not None:
@@ -71,7 +70,7 @@ class Timing:
 
     def periods_of(
         self, given: Mapping[str, tuple[DeclaredSteps, Description | None]], warnings: list[str]
-    ) -> dict[str, int]:
+    ) -> dict[str, Time]:
         """Return the periods of all components [ns], with a warning for those that nothing gives."""
         found = {name: self.period_of(name, *sources) for name, sources in given.items()}
         known = [period for period in found.values() if period is not None]
@@ -94,7 +93,7 @@ class Timing:
             return self.delay
         return declared if declared is not None else int(producer == "continuous")
 
-    def tick_of(self, declared: int | None, times: Iterable[int]) -> int:
+    def tick_of(self, declared: Time | None, times: Iterable[Time]) -> Time:
         """Return the base tick [ns] for periods and offsets, or raise InputError."""
         if declared is not None and self.tick not in (None, declared):
             raise InputError(
@@ -103,4 +102,4 @@ class Timing:
             )
         if declared is not None or self.tick is not None:
             return declared or self.tick or 0
-        return gcd(*times)
+        return common_divisor(*times)

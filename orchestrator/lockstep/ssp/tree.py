@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from lockstep.ssp.annotations import DeclaredSteps
+from lockstep.system.clock import Time
 from lockstep.system.component import Value
 from lockstep.system.transformation import Hop
 from lockstep.system.units import Unit
@@ -83,7 +84,7 @@ class Branch:
     children: Mapping[str, "Leaf | Bus | Branch"]
     wires: tuple[Wire, ...]
     settings: tuple[Setting, ...] = ()
-    tick: int | None = None
+    tick: Time | None = None
 
     def leaves(self) -> Iterator[Leaf]:
         """Yield all components below, in the order of the file."""

@@ -70,8 +70,11 @@ def write_ssd(system: System, path: Path | str) -> None:
             for item, number in items:
                 add(enumeration, SSC, "Item", name=item, value=str(number))
     write_units(root, SSD, units_of(outside) | {u.name: u for c in system.components for u in c.units.values()})
+    start = seconds_text(system.start_time)
     if system.stop_time is not None:
-        add(root, SSD, "DefaultExperiment", startTime="0", stopTime=seconds_text(system.stop_time))
+        add(root, SSD, "DefaultExperiment", startTime=start, stopTime=seconds_text(system.stop_time))
+    elif system.start_time:
+        add(root, SSD, "DefaultExperiment", startTime=start)
     write_whole(path, document_bytes(root))
 
 

@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from lockstep.system.clock import Time
+
 Number = float | int | bool | str
 Matrix = tuple[tuple[float, ...], ...]
 Direction = Literal["input", "output"]
@@ -54,7 +56,7 @@ class Adapter:
 
     path: Path
     sha256: str
-    step: int | None = None  # [ns]; None: the period of the component that is replaced
+    step: Time | None = None  # [ns]; None: the period of the component that is replaced
     kind: Literal["sampled", "continuous"] | None = None
     entries: tuple[AdapterEntry, ...] = ()
     constants: Mapping[str, Number] = field(default_factory=dict)

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Literal
 
 from lockstep.errors import InputError
-from lockstep.plain_values import plain_whole
 from lockstep.system.adapter_file import Adapter
-from lockstep.system.clock import seconds_text
+from lockstep.system.clock import Time, plain_time, seconds_text
 from lockstep.system.sums import Sums
 from lockstep.system.units import Unit
 
@@ -42,8 +41,8 @@ class Component:
 
     name: str
     source: Path  # the FMU; inside `archive`, if there is one
-    period: int  # [ns]
-    offset: int = 0  # [ns]
+    period: Time  # [ns]
+    offset: Time = 0  # [ns]
     kind: Kind = "continuous"  # as FMI defines outputs; nothing in an FMU says otherwise
     parameters: Mapping[str, Value] = field(default_factory=dict)
     units: Mapping[str, Unit] = field(default_factory=dict)
@@ -61,7 +60,7 @@ class Component:
         if not self.name or "." in self.name:
             raise InputError(f"component name {self.name!r}: must not be empty nor hold a dot")
         for key in ("period", "offset"):
-            object.__setattr__(self, key, plain_whole(getattr(self, key), f"{self.name}: {key} [ns]"))
+            object.__setattr__(self, key, plain_time(getattr(self, key), f"{self.name}: {key} [ns]"))
         if self.period <= 0:
             raise InputError(f"{self.name}: period {seconds_text(self.period)} s must be > 0")
         if not 0 <= self.offset < self.period:
@@ -82,10 +81,10 @@ class Shadow:
     """
 
     component: Component
-    period: int  # of the original
+    period: Time  # of the original
     outputs: tuple[str, ...]
-    switchover: int | None = None  # None: it stays in shadow to the end
-    blend: int = DEFAULT_BLEND
+    switchover: Time | None = None  # None: it stays in shadow to the end
+    blend: Time = DEFAULT_BLEND
 
     def __post_init__(self) -> None:
         if self.switchover is not None and self.switchover < 0:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.plain_values import plain_number, plain_whole
-from lockstep.system.clock import seconds_text
+from lockstep.system.clock import Time, plain_time, seconds_text
 from lockstep.system.component import Component
 from lockstep.system.transformation import Hop, Table
 from lockstep.system.units import Unit
@@ -81,7 +81,7 @@ class SystemPort:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class System:
-    """A whole system. Times are integer nanoseconds; `record` holds patterns on `component.variable`.
+    """A whole system. Times are exact nanoseconds; `record` holds patterns on `component.variable`.
 
     `ignored` are the values of a system file that have no variable, for display; `start_values` the connected inputs to
     which one gives a value that counts at initialization only, where the producer comes later. `warnings` are
@@ -90,12 +90,12 @@ class System:
     """
 
     name: str
-    tick: int  # [ns]
+    tick: Time  # [ns]
     components: tuple[Component, ...]
     connections: tuple[Connection, ...] = ()
-    stop_time: int | None = None  # [ns]
+    stop_time: Time | None = None  # [ns]
     record: tuple[str, ...] = ("all",)
-    record_period: int | None = None  # [ns]; None: the tick
+    record_period: Time | None = None  # [ns]; None: the tick
     path: Path | None = None  # where it was read from
     sha256: str | None = None  # of that file
     inputs: tuple[SystemInput, ...] = ()
@@ -104,11 +104,12 @@ class System:
     strict_inputs: bool = False
     warnings: tuple[str, ...] = ()
     ports: tuple[SystemPort, ...] = ()
+    start_time: Time = 0  # [ns]; simulated time begins there, and the stop time counts from 0
 
     def __post_init__(self) -> None:
-        for key in ("tick", "stop_time", "record_period"):
+        for key in ("tick", "stop_time", "record_period", "start_time"):
             if (value := getattr(self, key)) is not None:
-                object.__setattr__(self, key, plain_whole(value, f"system {self.name}: {key} [ns]"))
+                object.__setattr__(self, key, plain_time(value, f"system {self.name}: {key} [ns]"))
         if self.tick <= 0:
             raise InputError(f"system {self.name}: tick {seconds_text(self.tick)} s must be > 0")
         if not self.components:
@@ -155,7 +156,11 @@ class System:
         """Return the system with this delay on all connections."""
         return replace(self, connections=tuple(replace(c, delay=ticks) for c in self.connections))
 
-    def with_period(self, component: str, period: int) -> "System":
+    def with_start_time(self, start_time: Time) -> "System":
+        """Return the system with another start time [ns]."""
+        return replace(self, start_time=start_time)
+
+    def with_period(self, component: str, period: Time) -> "System":
         """Return the system with another period [ns] of one component."""
         self.component(component)
         changed = (replace(c, period=period) if c.name == component else c for c in self.components)

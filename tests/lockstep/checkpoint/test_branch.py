@@ -37,7 +37,8 @@ def assert_rest_is_equal(folder, whole):
 @pytest.mark.parametrize("tick", range(20, 32))  # one cycle: every pattern of who is in the middle of a step
 def test_a_branch_goes_on_bit_by_bit(triple, whole, tmp_path, tick):
     summary = branch(triple, whole, tick, tmp_path / "branch")
-    assert (summary.start_time, summary.ticks, summary.rows) == (tick / 1000, 60, 60 - tick)
+    rows = 61 - tick  # with the one at the stop time
+    assert (summary.start_time, summary.ticks, summary.rows) == (tick / 1000, 60, rows)
     assert_rest_is_equal(tmp_path / "branch", whole)
 
 
@@ -58,7 +59,7 @@ def test_the_command_line_branches_without_a_system_file(triple, triple_ssd, tmp
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("0.037 s simulated, from 0.023 s on in ")
     mine, full = read_signals(tmp_path / "branch"), read_signals(tmp_path / "whole")
-    np.testing.assert_array_equal(mine.time, np.arange(24, 60, 2) / 1000)
+    np.testing.assert_array_equal(mine.time, np.arange(24, 62, 2) / 1000)
     for name in mine.columns:
         np.testing.assert_array_equal(mine[name], full[name][12:], name)
     events = [json.loads(line) for line in (tmp_path / "branch/events.jsonl").read_text().splitlines()]
@@ -91,7 +92,7 @@ def test_a_branch_may_record_more_and_last_longer(triple, whole, tmp_path):
     restart = Restart(checkpoint=read_checkpoint(tmp_path / "little/checkpoints/t=0.06.ckpt"))
     simulate(triple, tmp_path / "longer", restart=restart, stop_time=0.09, record=["b.*", "a.*"])
     full, mine = read_signals(tmp_path / "long"), read_signals(tmp_path / "longer")
-    assert len(mine.time) == 30
+    assert len(mine.time) == 31
     for name in mine.columns:
         np.testing.assert_array_equal(mine[name], full[name][60:], name)
     branch(triple, tmp_path / "little", 25, tmp_path / "more", record=["a.*", "b.steps"])

@@ -132,11 +132,11 @@ def test_rows_that_are_lacking_are_told_before_anything_changes(triple, tmp_path
     text = (out / "run.toml").read_text().replace('"completed"', '"running"')
     (out / "run.toml").write_text(text)
     (out / "signals.parquet").write_bytes((tmp_path / "short/signals.parquet").read_bytes())
-    with pytest.raises(InputError, match=r"out: has 500 rows recorded, and t=1\.1\.ckpt needs 1000; remove"):
+    with pytest.raises(InputError, match=r"out: has 501 rows recorded, and t=1\.1\.ckpt needs 1000; remove"):
         resume(out, triple)
     assert (out / "run.toml").read_text() == text
     assert sorted(path.name for path in out.iterdir()) == ["checkpoints", "events.jsonl", "run.toml", "signals.parquet"]
-    assert len(read_signals(out).time) == 500
+    assert len(read_signals(out).time) == 501
 
 
 def changed(path, target, **header):

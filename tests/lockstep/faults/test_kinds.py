@@ -9,7 +9,7 @@ import numpy as np
 from lockstep import read_signals
 from lockstep.faults.effects import drawn_from
 
-TICKS = np.arange(100)
+TICKS = np.arange(101)  # with the row at the stop time
 CLEAN = TICKS + 1.0  # the counter's count, which the echo gives in the same tick
 
 REALS = """
@@ -167,7 +167,7 @@ def test_every_kind_gives_its_sequence(bench_ssd, scenario, cli, tmp_path):
     expected[70] -= 1000.0
     expected[80:83] = [82.0, 830.0, 830.0]
     draw = drawn_from(7, ["echo.u[1]"])
-    expected[90:] += [0.25 * draw(tick).standard_normal(1)[0] for tick in range(90, 100)]
+    expected[90:] += [0.25 * draw(tick).standard_normal(1)[0] for tick in range(90, 101)]
 
     np.testing.assert_array_equal(signals["echo.y[1]"], expected)
     other = TICKS / 1000
@@ -245,7 +245,7 @@ def test_noise_depends_on_seed_names_and_time_alone(bench_ssd, scenario, cli, tm
     np.testing.assert_array_equal(alone["echo.y"][30::5], more["echo.y"][6:])
     drawn = alone["echo.y[1]"][20:] - CLEAN[20:]
     assert np.abs(drawn).max() < 5.0
-    assert 0.7 < drawn.std() < 1.3  # 80 draws: 3.5 standard deviations
+    assert 0.7 < drawn.std() < 1.3  # 81 draws: 3.5 standard deviations
     assert np.abs(np.corrcoef(drawn, alone["echo.y[2]"][20:] - TICKS[20:] / 1000)[0, 1]) < 0.4
     assert np.all(other["echo.y[1]"][20:] != alone["echo.y[1]"][20:])
     hits = 0.5 * more["gain.y"] - CLEAN[::5]
@@ -299,7 +299,7 @@ from = 0.015
 to = 0.025
 """
     isolated = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--isolate", "gain", "--stop-time", "0.03")
-    expected = 2.0 * CLEAN[:30]
+    expected = 2.0 * CLEAN[:31]
     expected[10:20] *= 3.0
     expected[15:25] *= 3.5
     np.testing.assert_array_equal(isolated["gain.y"], expected)
@@ -329,7 +329,7 @@ to = 0.025
 """
     replaced = ("--replace", f"gain={toys / 'toy_gain.fmu'}", "--adapter", tmp_path / "foreign.toml")
     signals = run(cli, bench_ssd, scenario(text), tmp_path / "out", "--stop-time", "0.03", *replaced)
-    expected = 5.0 - 2.0 * CLEAN[:30]
+    expected = 5.0 - 2.0 * CLEAN[:31]
     expected[10:20] -= 200.0
     expected[15:25] -= 10.0
     np.testing.assert_array_equal(signals["gain.y"], expected)

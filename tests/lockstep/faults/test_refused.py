@@ -54,7 +54,6 @@ IN_THE_FILE = {
     entry(duration="0.02"): "duration = 0.02 goes with at",
     entry(from_=None, at="0.02"): "at needs duration as well; or write from, which lasts to the end of the run",
     entry(from_=None, at="0.02", to="0.03"): "to = 0.03 goes with from",
-    entry(from_="-1.0"): "from = -1.0 must be >= 0 s; a run begins at 0",
     entry(from_='"soon"'): "from = 'soon' must be a number of seconds, for example 50.0",
     entry(to="0.005"): "to = 0.005 must be > from = 0.01: the window ends at 0.005 s",
     entry(to="0.01"): "to = 0.01 must be > from = 0.01",
@@ -87,6 +86,7 @@ AGAINST_THE_SYSTEM = {
     tuned(parameter='"gain.u"'): "gain.u is connected: write connection instead",
     tuned(parameter='"gain.y"'): "gain.y is the FMU's output, not a parameter",
     tuned(parameter='"gain.gian"'): "no such parameter; .*; did you mean gain.gain?",
+    entry(from_="-1.0"): "begins at -1 s, and the run at 0 s; choose a window inside the run",
     entry(from_="0.1"): "begins at 0.1 s, and the run ends at 0.1 s; choose a window inside the run",
     entry(connection='"slow.u[1]"', from_="0.0101", to="0.0199"): r"no value of counter.count -> "
     r"slow.u\[1\] is transferred in \[0.011, 0.02\) s; the next is at 0.02 s",

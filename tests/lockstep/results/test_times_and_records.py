@@ -3,6 +3,7 @@
 import io
 import json
 import tomllib
+from fractions import Fraction
 
 import pytest
 from rich.console import Console
@@ -12,7 +13,16 @@ from lockstep.cli import progress
 from lockstep.cli.progress import show_progress
 from lockstep.errors import compact, siblings, suggestion
 from lockstep.results.run_record import Events, to_toml
-from lockstep.system.clock import nanoseconds, seconds, seconds_text
+from lockstep.system.clock import (
+    common_divisor,
+    common_multiple,
+    nanoseconds,
+    read_nanoseconds,
+    seconds,
+    seconds_text,
+    stored_nanoseconds,
+    stored_seconds,
+)
 
 
 @pytest.mark.parametrize(
@@ -28,6 +38,50 @@ def test_seconds_become_whole_nanoseconds_exactly(given, time):
 def test_other_times_are_refused_by_name(given):
     with pytest.raises(InputError, match=r"^t: "):
         nanoseconds(given, "t")
+
+
+@pytest.mark.parametrize(
+    ("given", "seconds_exact"),
+    [
+        ("1/60", Fraction(1, 60)),
+        (" -2/3 ", Fraction(-2, 3)),
+        (1 / 60, Fraction(1, 60)),
+        ("0.0166666666667", Fraction(1, 60)),  # rounded
+        ("0.01666666666666", Fraction(1, 60)),  # cut off
+        (1001 / 30000, Fraction(1001, 30000)),
+        (100 / 3, Fraction(100, 3)),
+        ("2.2675736961451248e-05", Fraction(1, 44100)),
+        ("4/8", Fraction(1, 2)),
+        ("0.016666667", Fraction(16_666_667, 10**9)),  # whole nanoseconds are what is written
+    ],
+)
+def test_fractions_of_a_second_are_exact_also_from_their_rounded_value(given, seconds_exact):
+    time = nanoseconds(given, "t")
+    assert time == seconds_exact * 10**9
+    assert nanoseconds(seconds_text(time), "t") == nanoseconds(stored_seconds(time), "t") == time
+    assert seconds(time) == float(seconds_exact)
+    assert type(read_nanoseconds(stored_nanoseconds(time), "t")) is type(time)
+    assert read_nanoseconds(stored_nanoseconds(time), "t") == time
+
+
+@pytest.mark.parametrize(
+    "given", ["1/0", "0.01666666667", "1.23456789e-12", "1e-13", "0.123456789012", "1.5/3", "1//2"]
+)
+def test_other_fractions_are_refused_with_the_remedy(given):
+    with pytest.raises(InputError, match=r"^t: .*1/60$"):
+        nanoseconds(given, "t")
+
+
+def test_a_stored_time_is_a_number_only_where_that_gives_it_back():
+    assert stored_seconds(nanoseconds("1/60", "t")) == 1 / 60
+    assert stored_seconds(nanoseconds("1/300007", "t")) == "1/300007"
+
+
+def test_common_divisor_and_multiple_of_times():
+    sixtieth = nanoseconds("1/60", "t")
+    assert common_divisor(sixtieth, 10**7) == Fraction(10**9, 300)
+    assert common_multiple(sixtieth, 10**7) == 5 * 10**7
+    assert (common_divisor(6, 4), common_multiple(6, 4)) == (2, 12)
 
 
 def test_a_time_is_the_nearest_double():

@@ -16,6 +16,7 @@ from lockstep.plan.bus_layout import Layout
 from lockstep.plan.schedule import build_schedule
 from lockstep.plan.wiring import Link
 from lockstep.run.exchange import Exchange
+from lockstep.run.final_row import record_stop
 
 MS = 1_000_000
 WIDTH = 3  # outputs of a toy
@@ -70,8 +71,11 @@ class Toy:
         return "the last message of the toy"
 
 
-def simulate_toys(periods, offsets, continuous, wires, record_ticks, ticks, poison=None):
-    """Run toys through Layout and Exchange. `wires` are (producer, output, consumer, input, delay)."""
+def simulate_toys(periods, offsets, continuous, wires, record_ticks, ticks, poison=None, stops=False):
+    """Run toys through Layout and Exchange. `wires` are (producer, output, consumer, input, delay).
+
+    With `stops` the row at the stop time is recorded too.
+    """
     names = [f"c{number}" for number in range(len(periods))]
     system = System(
         name="toys",
@@ -128,6 +132,8 @@ def simulate_toys(periods, offsets, continuous, wires, record_ticks, ticks, pois
     for tick in range(ticks):
         for step in phases[tick % len(phases)]:
             step(tick * MS / 1e9)
+    if stops:
+        record_stop(exchange, ticks, ticks * MS / 1e9, row)
     return toys, rows, layout
 
 
@@ -157,15 +163,16 @@ def random_case(seed):
 def test_every_input_and_every_row_follow_the_definition(seed):
     periods, offsets, continuous, wires, record_ticks = random_case(seed)
     ticks = 130  # more than two of most cycles
-    toys, rows, _ = simulate_toys(periods, offsets, continuous, wires, record_ticks, ticks)
+    toys, rows, _ = simulate_toys(periods, offsets, continuous, wires, record_ticks, ticks, stops=True)
     for number, toy in enumerate(toys.values()):
-        assert [tick for tick, _ in toy.received] == list(range(offsets[number], ticks, periods[number]))
+        last = ticks if continuous[number] else ticks + 1  # a sample at the stop time takes no time
+        assert [tick for tick, _ in toy.received] == list(range(offsets[number], last, periods[number]))
         for tick, inputs in toy.received:
             for producer, output, consumer, target, delay in wires:
                 if consumer == number:
                     step = steps_produced(periods[producer], offsets[producer], continuous[producer], tick - delay)
                     assert inputs[target] == toys[f"c{producer}"].output(output, step), (seed, tick)
-    assert [tick for tick, _ in rows] == list(range(0, ticks, record_ticks))
+    assert [tick for tick, _ in rows] == list(range(0, ticks + 1, record_ticks))
     for tick, values in rows:
         for number, toy in enumerate(toys.values()):
             true_at = tick - 1 if continuous[number] else tick

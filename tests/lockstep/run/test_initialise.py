@@ -48,7 +48,7 @@ class Slave:
 
 def initialised(system, stop_time, **options):
     """Initialise slaves that only note their calls, and return those."""
-    plan = Plan(system, stop_time, {}, [], None)
+    plan = Plan(system, stop_time, {}, options.pop("record", []), None)
     calls = []
     slaves = {component.name: Slave(component.name, calls) for component in system.components}
     restore = options.pop("restore", False)
@@ -64,6 +64,18 @@ def test_the_announced_stop_time_is_the_end_of_the_last_step(loop, stop, echo):
     spans = {call[0]: call[2:] for call in initialised(loop, stop) if call[1] == "setup_experiment"}
 
     assert spans == {"counter": (0.0, float(stop)), "echo": (0.0, echo), "plant": (0.0, float(stop))}
+
+
+def test_a_sample_for_the_row_at_the_stop_time_lies_before_the_announced_end(loop):
+    spans = {c[0]: c[2:] for c in initialised(loop, "0.01", record="all") if c[1] == "setup_experiment"}
+
+    assert spans == {"counter": (0.0, 0.011), "echo": (0.0, 0.015), "plant": (0.0, 0.01)}
+
+
+def test_the_announced_times_are_absolute(loop):
+    spans = {c[0]: c[2:] for c in initialised(loop.with_start_time(2000 * MS), "2.01") if c[1] == "setup_experiment"}
+
+    assert spans == {"counter": (2.0, 2.01), "echo": (2.0, 2.01), "plant": (2.0, 2.01)}
 
 
 def test_the_announced_start_is_the_offset(loop):

@@ -42,17 +42,17 @@ def test_every_sample_carries_the_time_at_which_it_is_true(loop_ssd, tmp_path, c
     done = cli("run", loop_ssd, "--out", tmp_path / "out", "--stop-time", "0.02")
     assert (done.returncode, files(tmp_path / "out")) == (0, FINISHED), done.stderr
     signals = read_signals(tmp_path / "out")
-    tick = np.arange(20)
+    tick = np.arange(21)  # with the row at the stop time
     np.testing.assert_array_equal(signals.time, tick / 1000)
     np.testing.assert_array_equal(signals["counter.count"], tick + 1)  # made in the tick of the row
     np.testing.assert_array_equal(signals["counter.began"], tick / 1000)
     np.testing.assert_array_equal(signals["counter.even"], (tick + 1) % 2 == 0)
     latest = tick // 5 * 5  # when the echo, every 5 ticks, last read the counter of the same tick
-    np.testing.assert_array_equal(signals["echo.y"], np.column_stack([latest + 1.0, np.full(20, 7.0)]))
+    np.testing.assert_array_equal(signals["echo.y"], np.column_stack([latest + 1.0, np.full(21, 7.0)]))
     np.testing.assert_array_equal(signals["echo.number_out"], latest + 1)
     np.testing.assert_array_equal(signals["echo.flag_out"], (latest + 1) % 2 == 0)
     np.testing.assert_allclose(signals["plant.clock"], tick / 1000, atol=1e-17)  # its state is true at the row
-    held = np.maximum(0, np.arange(20) - 1)  # count of two ticks ago, 0 before there was one
+    held = np.maximum(0, np.arange(21) - 1)  # count of two ticks ago, 0 before there was one
     expected = 3.0 + np.concatenate([[0.0], np.cumsum(held)[:-1]]) / 1000
     np.testing.assert_allclose(signals["plant.x"], expected, rtol=1e-15 * 20)  # 20 rounded additions
 
@@ -61,7 +61,7 @@ def test_every_sample_carries_the_time_at_which_it_is_true(loop_ssd, tmp_path, c
 def test_a_delay_is_a_number_of_ticks(loop_ssd, tmp_path, cli, delay):
     done = cli("run", loop_ssd, "--out", tmp_path / "out", "--delay", f"counter:echo={delay}", "--stop-time", "0.03")
     assert done.returncode == 0, done.stderr
-    read_at = np.arange(30) // 5 * 5
+    read_at = np.arange(31) // 5 * 5
     np.testing.assert_array_equal(read_signals(tmp_path / "out")["echo.y[1]"], np.maximum(0, read_at - delay + 1))
 
 
@@ -78,7 +78,7 @@ def test_the_run_record_describes_the_run(loop_ssd, loop, tmp_path, cli):
     assert run["latency"][1] == {"from": "counter", "to": "plant", "delay": 2}
     assert [event["event"] for event in events(tmp_path / "out")] == ["start", "end"]
     signals = read_signals(tmp_path / "out", ["plant.x"])
-    assert signals.time.tolist() == [0.0, 0.002, 0.004, 0.006, 0.008]
+    assert signals.time.tolist() == [0.0, 0.002, 0.004, 0.006, 0.008, 0.01]
     assert list(signals.columns) == ["plant.x"]
 
 
@@ -121,7 +121,7 @@ def test_an_archive_runs(loop, tmp_path, cli):
     done = cli("run", tmp_path / "loop.ssp", "--out", tmp_path / "out", env={**os.environ, "TMPDIR": str(temporary)})
     assert done.returncode == 0, done.stderr
     assert files(temporary) == []
-    assert read_signals(tmp_path / "out")["counter.count"][-1] == 10
+    assert read_signals(tmp_path / "out")["counter.count"][-1] == 11
 
 
 BAD = [

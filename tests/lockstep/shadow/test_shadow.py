@@ -36,7 +36,7 @@ def test_without_a_switchover_the_run_is_the_same_bitwise(loop_ssd, toys, tmp_pa
 
     for name, values in alone.columns.items():
         np.testing.assert_array_equal(shadowed[name], values, err_msg=name)
-    steps = np.arange(1, 11)
+    steps = np.arange(1, 12)  # with the row at the stop time
     np.testing.assert_array_equal(shadowed["counter.original.count"], steps)
     np.testing.assert_array_equal(shadowed["counter.shadow.count"], 3 * steps)
     np.testing.assert_array_equal(shadowed["counter.residual.count"], 2 * steps)
@@ -59,7 +59,7 @@ def test_shadow_acts_at_its_own_rate_without_a_jump(loop_ssd, toys, tmp_path, cl
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     run = read_signals(tmp_path / "out")
-    tick = np.arange(10)
+    tick = np.arange(11)
     original, shadow = tick + 1.0, 3.0 * (tick // 2 + 1)
     mean, weight = 0.0, 2 * 0.001 / 0.005
     for k in range(4):  # of the differences until then, the first of them equally
@@ -72,11 +72,12 @@ def test_shadow_acts_at_its_own_rate_without_a_jump(loop_ssd, toys, tmp_path, cl
     np.testing.assert_array_equal(run["counter.residual.count"], shadow - original)
     np.testing.assert_allclose(run["counter.count"], expected, rtol=1e-14)  # a polynomial, rounded otherwise
     assert run["counter.count"][4] == 5.0
-    assert run["counter.count"][9] == shadow[9]
+    assert run["counter.count"][9:].tolist() == shadow[9:].tolist()
     # other types than Real switch at once
     np.testing.assert_array_equal(run["counter.steps"], np.where(tick < 4, tick + 1, tick // 2 + 1))
     np.testing.assert_array_equal(run["counter.even"], np.where(tick < 4, tick % 2, tick // 2 % 2))
-    np.testing.assert_array_equal(run["echo.y"][:, 0], [1.0] * 5 + [run["counter.count"][5]] * 5)  # its consumer
+    acting = run["counter.count"]
+    np.testing.assert_array_equal(run["echo.y"][:, 0], [1.0] * 5 + [acting[5]] * 5 + [acting[10]])  # its consumer
     (event,) = [event for event in events(tmp_path / "out") if event["event"] == "switchover"]
     assert (event["time"], event["to"], event["outputs"], event["offset"]) == (
         0.004,
@@ -167,7 +168,7 @@ def test_shadow_gets_the_value_that_acted_in_its_last_step(tracking, toys, tmp_p
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     run = read_signals(tmp_path / "out")
-    count = np.arange(1.0, 11.0)
+    count = np.arange(1.0, 12.0)
     acting = np.where(run.time < 0.005, count, 3.0 * count)
 
     np.testing.assert_array_equal(run["tracker.y"], acting)
@@ -195,7 +196,7 @@ def test_slower_shadow_gets_the_mean_of_what_acted(tracking, toys, tmp_path, cli
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     applied = read_signals(tmp_path / "out")["tracker.shadow.applied_seen"]
-    np.testing.assert_array_equal(applied, np.repeat([0.0, 1.5, 3.5, 5.5, 7.5], 2))
+    np.testing.assert_array_equal(applied, [*np.repeat([0.0, 1.5, 3.5, 5.5, 7.5], 2), 9.5])
 
 
 def test_after_the_switchover_the_original_may_fail(loop_ssd, toys, tmp_path, cli):
@@ -210,7 +211,7 @@ def test_after_the_switchover_the_original_may_fail(loop_ssd, toys, tmp_path, cl
 
         for name in ("counter.count", "counter.shadow.count", "plant.x", "echo.y"):
             np.testing.assert_array_equal(run[name], usual[name], err_msg=name)
-        np.testing.assert_array_equal(run["counter.original.count"], np.minimum(np.arange(10) + 1, 6))  # its last
+        np.testing.assert_array_equal(run["counter.original.count"], np.minimum(np.arange(11) + 1, 6))  # its last
         (event,) = [event for event in events(tmp_path / process) if event["event"] == "original-lost"]
         assert event["time"] == 0.006
         assert "DoStep returned fmi2" in event["reason"]

@@ -40,7 +40,7 @@ def test_a_shadow_of_all_types_changes_nothing_when_it_takes_over(reference_fmu,
     alone, run = read_signals(tmp_path / "alone"), read_signals(tmp_path / "shadowed")
 
     assert {port.type for port in outputs} >= {"Real", "Integer", "Boolean", "String", "Enumeration"}
-    assert alone["second.String_out"].tolist() == ["90°"] * 8
+    assert alone["second.String_out"].tolist() == ["90°"] * 9
     for name, values in alone.columns.items():
         np.testing.assert_array_equal(run[name], values, err_msg=name)
     for output in outputs:

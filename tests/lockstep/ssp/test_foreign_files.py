@@ -28,7 +28,7 @@ def test_an_unconnected_input_keeps_its_start_value_and_is_listed_once(load, run
     system = load(ssd.system("top", ssd.component("echo", fmus["echo"], "u[1] input") + integrator,
                              ssd.connection("plant.x", "echo.u[1]")))  # fmt: skip
     seen = run(system)
-    assert seen["echo.y[2]"].tolist() == [0.0] * 10
+    assert seen["echo.y[2]"].tolist() == [0.0] * 11
     assert simulated(system, tmp_path).warnings[-1] == (
         "not connected, and keep their start values: echo.u[2], flag, number; plant.u"
     )
@@ -155,7 +155,7 @@ def test_one_fmu_alone_is_a_system(tmp_path, fmus):
     assert (part.name, part.kind, system.tick) == ("toy_integrator", "continuous", 1_000_000)
     shared = system.with_isolation("toy_integrator", False)
     summary = simulate(shared, tmp_path / "out", stop_time=0.01, overrides={"toy_integrator.u": 2.0})
-    assert summary.rows == 10
+    assert summary.rows == 11  # with the one at the stop time
     assert summary.warnings == ()
 
 
@@ -172,6 +172,17 @@ def altered(source, target, *changes):
                 content = text.encode()
             written.writestr(member, content)
     return target
+
+
+def test_the_experiment_of_one_fmu_alone_is_simulated(tmp_path, fmus):
+    """From its start time on, to the last whole step before its stop time."""
+    given = '<DefaultExperiment startTime="1.5" stopTime="1.5335" stepSize="0.016666666666666666"/>'
+    fmu = altered(fmus["integrator"], tmp_path / "x.fmu", ("<ModelVariables>", f"{given}<ModelVariables>"))
+    system = load_system(fmu).with_isolation("x", False)
+    simulate(system, tmp_path / "out", overrides={"x.u": 2.0, "x.x0": 0.0})
+    signals = read_signals(tmp_path / "out")
+    assert signals.time.tolist() == [1.5, 91 / 60, 92 / 60]
+    assert signals["x.x"].tolist() == pytest.approx([0.0, 1 / 30, 2 / 30], abs=1e-16)
 
 
 def test_a_model_description_with_small_offences_is_read_with_a_warning(tmp_path, fmus):

@@ -133,7 +133,7 @@ REFUSALS = [
         r"-> echo\.u\[3\]: echo declares no connector u\[3\]; it declares u\[1\]",
     ),
     ('endConnector="number"', 'endConnector="u[1]"', r"u\[1\]: the input is already connected to counter\.count"),
-    ('startTime="0"', 'startTime="2"', r"startTime 2 must be 0"),
+    ('startTime="0"', 'startTime="1e-10"', r"startTime: 1e-10 s is not a whole number of nanoseconds"),
     (
         'type="application/x-fmu-sharedlibrary"',
         'type="application/x-vendor"',

@@ -51,6 +51,13 @@ def signal(variable, function, name, group=""):
     return f"<Signal{group}Connection>{ends}</Signal{group}Connection>"
 
 
+def test_time_begins_at_the_start_time_and_steps_may_be_no_whole_nanoseconds(osp, tmp_path):
+    head = "<StartTime>2.5</StartTime><EndTime>2.6</EndTime><BaseStepSize>0.016666666666666666</BaseStepSize>"
+    system = load_system(osp(simulator("one", "counter"), head=head)).with_isolation("one", False)
+    assert simulate(system, tmp_path / "out").rows == 7
+    assert read_signals(tmp_path / "out").time.tolist() == [(150 + k) / 60 for k in range(7)]
+
+
 def test_steps_values_and_connections(osp, tmp_path):
     path = osp(
         simulator("one", "counter", "2.9e-3", initial("gain", "Real", 2.0))
@@ -72,8 +79,8 @@ def test_steps_values_and_connections(osp, tmp_path):
     simulate(system, tmp_path / "out")
     seen = read_signals(tmp_path / "out")
     # x is true at the end of a step, and u is what the counter has after 1, 2, ... steps of 2 ms, each worth 2
-    inputs = [0.0, 0.0, 2.0, 2.0, 4.0, 4.0, 6.0, 6.0, 8.0]
-    assert seen["two.x"].tolist() == pytest.approx([5.0 + 1e-3 * sum(inputs[:k]) for k in range(10)])
+    inputs = [0.0, 0.0, 2.0, 2.0, 4.0, 4.0, 6.0, 6.0, 8.0, 8.0]
+    assert seen["two.x"].tolist() == pytest.approx([5.0 + 1e-3 * sum(inputs[:k]) for k in range(11)])
 
 
 def test_a_linear_transformation_is_part_of_the_connection(osp):

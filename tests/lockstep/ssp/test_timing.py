@@ -175,9 +175,9 @@ def test_an_odd_step_of_an_fmu_is_refused_with_the_remedy(tmp_path, ssd, load, e
     odd = tmp_path / "odd.fmu"
     with zipfile.ZipFile(eager) as source, zipfile.ZipFile(odd, "w") as target:
         for member in source.infolist():
-            target.writestr(member, source.read(member).replace(b'stepSize="0.005"', b'stepSize="0.0033333333333"'))
+            target.writestr(member, source.read(member).replace(b'stepSize="0.005"', b'stepSize="0.00333333333"'))
     with pytest.raises(
-        InputError, match=r"odd: the FMU's step size: 0\.0033333333333 s is not .*; give --step-size odd=S"
+        InputError, match=r"odd: the FMU's step size: 0\.00333333333 s is not .*; give --step-size odd=S"
     ):
         load(ssd.system("top", ssd.component("odd", odd)), Timing())
 
@@ -247,7 +247,7 @@ def test_without_annotations_the_values_are_those_of_fmpys_master(tmp_path, ssd,
     fmpys = simulate_ssp(str(package), stop_time=32 * step, step_size=step)
     for name in ("counter", "echo", "integrator"):
         text = text.replace(f"resources/{name}.fmu", str(fmus[name]))
-    system = load(text, timing_of("--step-size", str(step)), stop=33 * step)
+    system = load(text, timing_of("--step-size", str(step)), stop=32 * step)
     found = run(system, overrides={"sub/echo.u[2]": 0, "sub/echo.flag": False})
     for name, other in (("counter.count", "counter.count"), ("sub/echo.y[1]", "sub.echo.y[1]"),
                         ("sub/echo.number_out", "sub.echo.number_out"), ("plant.x", "plant.x")):  # fmt: skip

@@ -101,7 +101,7 @@ def steady_error(run: Run, since: float | None = None) -> ErrorHistory:
     InputError
         If nothing is left of the run, or a signal was not recorded.
     """
-    signals = run.signals()
+    signals = run.samples()
     start, first, interval = since_default(run, signals.time, since)
     return ErrorHistory(error=histories.pointing_error_vector(signals)[first:], interval=interval, start=start)
 

@@ -138,7 +138,7 @@ def compute_split(
 
 def guidance_error(run: Run, since: float | None) -> Array:
     """Return the reference less the commanded rigid profile, (rows, 3) [rad], body axes; zeros without a slew."""
-    signals = run.signals()
+    signals = run.samples()
     _, first, _ = since_default(run, signals.time, since)
     time = signals.time[first:]
     if not run.slew:

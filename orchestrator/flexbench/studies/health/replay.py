@@ -51,7 +51,7 @@ def replay(run: Run) -> Replay:
         If something needed was not recorded, delays are configured, or the replay does not command the torques
         that the FMU did: then its filter is another one.
     """
-    signals, design = run.signals(), run.design
+    signals, design = run.samples(), run.design
     missing = [name for name in (*MEASURED, *TRUE, "controller.wheel.torque") if name not in signals]
     if missing:
         raise InputError(f"{run.folder}: {missing[0]} was not recorded; `flexsat health` records what it needs")

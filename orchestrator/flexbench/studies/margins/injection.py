@@ -152,7 +152,8 @@ def record_injection(
     )
     signals = read_signals(folder)
     shape = (periods, samples, len(opened.channels))
-    return signals[f"{NAME}.before"].reshape(shape), signals[f"{NAME}.after"].reshape(shape)
+    rows = slice(periods * samples)  # without the one at the stop time
+    return signals[f"{NAME}.before"][rows].reshape(shape), signals[f"{NAME}.after"][rows].reshape(shape)
 
 
 def _drift(signal: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND, ConfigurationName
-from lockstep import InputError, Signals, read_signals
+from lockstep import InputError, Signals
 
 from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
 from ...runs import histories
@@ -98,9 +98,8 @@ def run_robustness(
                     metrics=False,
                 )
     run_jobs(list(plan.values()), processes)
-    outcomes = [
-        judge(read_run(job.folder), read_signals(job.folder), kind, level) for (_, kind, level, _), job in plan.items()
-    ]
+    runs = [(kind, level, read_run(job.folder)) for (_, kind, level, _), job in plan.items()]
+    outcomes = [judge(run, run.samples(), kind, level) for kind, level, run in runs]
     write_json(folder / RESULT, [asdict(outcome) for outcome in outcomes])
     return outcomes
 

@@ -87,7 +87,7 @@ def run_spectra(
     InputError
         If the run is too short, or a signal was not recorded.
     """
-    signals = run.signals()
+    signals = run.samples()
     start, first, interval = since_default(run, signals.time, since)
     duration = (len(signals.time) - first) * interval
     if resolution is None:

@@ -149,7 +149,7 @@ def design_of(system: Path) -> Design:
 def measure(folder: Path, design: Design, stop: float) -> tuple[Array, Array, float]:
     """Return frequencies [Hz], density of the deformation [m^2/Hz] and its RMS [m], over the second half of a run."""
     signals = read_signals(folder)
-    later = signals.time >= 0.5 * stop
+    later = (signals.time >= 0.5 * stop) & (signals.time < stop)  # at the stop time no interval begins
     history = signals["plant.modal.displacement"][later] / np.sqrt(design.spacecraft.mass)
     interval = float(signals.time[1] - signals.time[0])
     resolution = noise_bandwidth("hann") / (len(history) * interval)  # one segment: lines, not noise, matter here

@@ -11,10 +11,9 @@ from lxml import etree  # type: ignore[import-untyped]
 from lockstep.check.static.fmu_archive import FmuArchive, unreadable
 from lockstep.check.static.model import DEFAULT_INITIAL, NUMBERS, Model, ScalarVariable, duplicates, number
 from lockstep.check.static.static_check import CheckOutcome, Notes, check, model_check
-from lockstep.errors import compact
+from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import SCHEMAS, validation_problems
-
-NANOSECOND = 1e-9
+from lockstep.system.clock import nanoseconds
 
 _PLAIN = r"[A-Za-z_][A-Za-z0-9_]*"
 _QUOTED = r"'(?:[A-Za-z0-9_!#$%&()*+,\-./:;<>=?@\[\]^{}|~ ]|\\['\"?\\abfnrtv])+'"
@@ -194,6 +193,15 @@ def aliases(model: Model) -> CheckOutcome:
     return notes.outcome("no aliases")
 
 
+def _is_exact(step: str) -> bool:
+    """Return whether the master can keep this step."""
+    try:
+        nanoseconds(step, "stepSize")
+    except InputError:
+        return False
+    return True
+
+
 @model_check("experiment", "the default experiment is usable, and a fixed step is stated")
 def experiment(model: Model) -> CheckOutcome:
     """Look at start, stop and step."""
@@ -210,9 +218,10 @@ def experiment(model: Model) -> CheckOutcome:
     if "stepSize" in declared:
         if not (step > 0.0 and math.isfinite(step)):
             notes.error(f"stepSize={declared['stepSize']} is not above zero")
-        elif abs(step - round(step / NANOSECOND) * NANOSECOND) > 1e-9 * step:
+        elif not _is_exact(declared["stepSize"]):
             notes.info(
-                f"stepSize={declared['stepSize']} s is not a whole number of nanoseconds, the time unit of this master"
+                f"stepSize={declared['stepSize']} s is neither a whole number of nanoseconds nor a fraction such as "
+                "0.016666666666666666, 1/60: users have to give another one to this master"
             )
     if "stopTime" in declared:
         if not stop > start:

@@ -139,7 +139,7 @@ DEFECTS = {
     "step of zero": (('stepSize="0.01"', 'stepSize="0"'), ("static.experiment", "not above zero")),
     "ends before it begins": (('startTime="0"', 'startTime="2"'), ("static.experiment", "not after")),
     "step longer than the experiment": (('stepSize="0.01"', 'stepSize="2"'), ("static.experiment", "longer")),
-    "step of a third": (('stepSize="0.01"', 'stepSize="0.0333333333333333"'), ("static.experiment", "nanoseconds")),
+    "step between nanoseconds": (('stepSize="0.01"', 'stepSize="0.0333333333"'), ("static.experiment", "nanoseconds")),
     "serialises without get and set": (('canGetAndSetFMUstate="true" ', ""), ("static.functions", "without")),
     "one instance a process": (
         ("<CoSimulation ", '<CoSimulation canBeInstantiatedOnlyOncePerProcess="true" '),
