@@ -30,8 +30,8 @@ def triple(fmus):
         tick=MS,
         stop_time=60 * MS,
         components=(
-            part(name="a", period=2 * MS, parameters={"seed": 5, "offset": 0.25, "flag": True}),
-            part(name="b", period=3 * MS, offset=MS, parameters={"seed": 6, "offset": -0.5}),
+            part(name="a", period=2 * MS, kind="sampled", parameters={"seed": 5, "offset": 0.25, "flag": True}),
+            part(name="b", period=3 * MS, offset=MS, kind="sampled", parameters={"seed": 6, "offset": -0.5}),
             part(name="p", period=2 * MS, kind="continuous",
                  parameters={"seed": 7, "offset": 0.125, "flag": False, "number": 0}),
         ),
