@@ -1,0 +1,53 @@
+"""Check the robust controller on the whole structure: `python tests/bench/robust_design.py [layout] [--curves]`.
+
+Every corner at which it must be stable, with all 198 modes below 80 Hz (some minutes), its exact margins there, fine
+pointing as covariances, and with `--curves` the trade-off with 60 modes. The published design is in the table beside.
+"""
+
+import sys
+
+from flexbench.studies.margins.designed_loop import DesignedLoop
+from flexbench.studies.margins.stability import stability_margins
+from flexbench.studies.spillover.corners import Corner, Plants, required_corners, stability
+from flexbench.studies.spillover.stationary import stationary
+from flexbench.studies.spillover.trade_off import HEADER, trade_off
+from flexsat.design.chain import build_design
+from flexsat.parameters import ALL_MODES, ARCSECOND, CONFIGURATIONS, configuration
+from flexsat.spacecraft.variation import ModelErrors
+
+CURVE_MODES = 60
+
+
+def show(name: str) -> None:
+    """Print the table of one layout."""
+    published = Plants(build_design(configuration(name)))
+    plants = Plants(build_design(configuration(name, "robust")))
+    print(f"{name}: growth rate of the slowest pole [1/s]; positive is unstable")
+    for corner in required_corners(name):
+        rates = [stability(each, corner).growth for each in (plants, published)]
+        print(f"  {corner.title:62} robust {rates[0]:+9.4f}   published {rates[1]:+9.3f}", flush=True)
+    for fine in (True, False):
+        model = plants.model(ALL_MODES, ModelErrors())
+        found = stationary(plants.design, model, plants.spacecraft.mass, fine=fine, jitter=fine)
+        print(
+            f"  {'fine guidance sensor, jitter' if fine else 'coarse star tracker, no jitter'}:"
+            f" {found.pointing / ARCSECOND:.4f} arcsec, {found.torque:.4f} N.m, {1e6 * found.deformation:.4f} um"
+        )
+    coarse = stability(plants, Corner(modes=ALL_MODES), fine=False)
+    print(f"  coarse star tracker: growth {coarse.growth:+.4f}")
+    plant = plants.model(CURVE_MODES, ModelErrors())
+    print(f"  {stability_margins(DesignedLoop(design=plants.design, plant=plant).at)}", flush=True)
+
+
+def curves(name: str) -> None:
+    """Print the trade-off of one layout."""
+    print(f"{name}, trade-off with {CURVE_MODES} modes")
+    print("  " + " | ".join(HEADER))
+    for point in trade_off(configuration(name, "robust"), CURVE_MODES):
+        print("  " + " | ".join(point.row), flush=True)
+
+
+if __name__ == "__main__":
+    layouts = [name for name in CONFIGURATIONS if name in sys.argv[1:]] or CONFIGURATIONS
+    for layout in layouts:
+        (curves if "--curves" in sys.argv else show)(layout)
