@@ -269,7 +269,7 @@ def _start(
     wait_until_ready(started)
     together = [component.name for component in with_shadow_components(plan.system) if component.grouped]
     if together:
-        events.add("shared process", components=together)
+        events.add("shared-process", components=together)
     return with_shadows(plan.system, slaves, events.add)
 
 

@@ -148,7 +148,7 @@ def test_one_process_and_one_message_a_tick_step_all(fmus, tmp_path, connections
         counts.append(one._number)
         connections.clear()
     assert counts[1] - counts[0] == 100
-    assert events(tmp_path / "50")[0] == {"time": 0.0, "event": "shared process", "components": NAMES}
+    assert events(tmp_path / "50")[0] == {"time": 0.0, "event": "shared-process", "components": NAMES}
 
 
 @pytest.mark.parametrize(
