@@ -42,7 +42,8 @@ $(VENV)/installed-dev: $(VENV)/installed
 # CoFMuPy and gemseo-fmu need other versions of FMPy, pythonfmu and numpy than flexsat. Without them their tests skip.
 $(HOSTS)/installed: tests/hosts/pypi/requirements.txt $(VENV)/pip
 	-$(PYTHON) -m venv --without-pip $(HOSTS) \
-	  && $(BIN)/python -m pip --python $(HOSTS) install --quiet --no-deps --requirement $< && touch $@
+	  && $(BIN)/python -m pip --python $(HOSTS) install --quiet --no-deps --no-compile \
+	  --requirement $< && touch $@
 
 clean:
 	rm -rf $(VENV) $(HOSTS) fmus/centralised fmus/distributed results
