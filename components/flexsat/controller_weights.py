@@ -11,6 +11,7 @@ from typing import Literal
 
 ConfigurationName = Literal["centralised", "distributed"]
 ControllerDesign = Literal["published", "robust"]
+DEFAULT_DESIGN: ControllerDesign = "published"  # of configurations and FMUs; as published is always "published"
 
 BUS_WHEELS = 5.5  # P: 33 small wheels weigh what six large ones do
 

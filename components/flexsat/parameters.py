@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from .controller_weights import BUS_WHEELS, PUBLISHED, ROBUST
+from .controller_weights import DEFAULT_DESIGN as DEFAULT_DESIGN
 from .controller_weights import ConfigurationName as ConfigurationName  # parameters are read here
 from .controller_weights import ControllerDesign as ControllerDesign
 from .controller_weights import Weights as Weights
@@ -196,7 +197,7 @@ class Configuration:
     speeds: SpeedSelection = field(default_factory=SpeedSelection)
 
 
-def configuration(name: ConfigurationName, controller_design: ControllerDesign = "published") -> Configuration:
+def configuration(name: ConfigurationName, controller_design: ControllerDesign = DEFAULT_DESIGN) -> Configuration:
     """Return a configuration with one of its two controller designs; raise ValueError for any other."""
     if name not in CONFIGURATIONS:
         raise ValueError(f"configuration {name!r}: no such configuration; there are {', '.join(CONFIGURATIONS)}")

@@ -20,7 +20,7 @@ CURVE_MODES = 60
 
 def show(name: str) -> None:
     """Print the table of one layout."""
-    published = Plants(build_design(configuration(name)))
+    published = Plants(build_design(configuration(name, "published")))
     plants = Plants(build_design(configuration(name, "robust")))
     print(f"{name}: growth rate of the slowest pole [1/s]; positive is unstable")
     for corner in required_corners(name):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..arrays import Array
-from ..parameters import Configuration, ConfigurationName, ControllerDesign, Rates, configuration
+from ..parameters import DEFAULT_DESIGN, Configuration, ConfigurationName, ControllerDesign, Rates, configuration
 from ..runtime.controller_parameters import ControllerMatrices
 from ..runtime.periods import whole_multiple
 from ..runtime.plant_parameters import PlantMatrices
@@ -207,9 +207,9 @@ class Designs:
     as_published: Design
 
 
-def build_designs(name: ConfigurationName, controller_design: ControllerDesign = "published") -> Designs:
+def build_designs(name: ConfigurationName, controller_design: ControllerDesign = DEFAULT_DESIGN) -> Designs:
     """Run the design chain twice, as published always with the published controller; raise ValueError for bad names."""
     return Designs(
         corrected=build_design(configuration(name, controller_design)),
-        as_published=build_design(configuration(name), as_published=True),
+        as_published=build_design(configuration(name, "published"), as_published=True),
     )

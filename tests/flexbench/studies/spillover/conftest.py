@@ -16,4 +16,4 @@ def robust():
 
 @pytest.fixture(scope="session")
 def published():
-    return {name: Plants(build_design(configuration(name)), MOST) for name in CONFIGURATIONS}
+    return {name: Plants(build_design(configuration(name, "published")), MOST) for name in CONFIGURATIONS}
