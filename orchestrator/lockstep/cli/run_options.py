@@ -198,12 +198,13 @@ def _tolerances(texts: Iterable[str], system: System) -> dict[str, str]:
 def with_processes(system: System, isolated: Iterable[str], shared: Iterable[str]) -> System:
     """Return the system with components in processes of their own or in the master's; a name goes before a pattern."""
     from lockstep.shadow.component import names_of, with_isolation
+    from lockstep.system.name_patterns import named
 
     found: dict[str, tuple[bool, str, bool]] = {}  # isolated, as which option says, and whether by a pattern
     names = names_of(system)
     for option, patterns, isolate in (("--isolate", isolated, True), ("--share-process", shared, False)):
         for pattern in patterns:
-            for name in _named(pattern, option, names):
+            for name in named(pattern, names, f"{option} "):
                 entry = (isolate, f"{option} {pattern}", name != pattern)
                 before = found.get(name, entry)
                 if before[0] != isolate and before[2] == entry[2]:
@@ -212,19 +213,3 @@ def with_processes(system: System, isolated: Iterable[str], shared: Iterable[str
     for name, (isolate, _, _) in found.items():
         system = with_isolation(system, name, isolate)
     return system
-
-
-def _named(pattern: str, option: str, names: list[str]) -> list[str]:
-    """Return the components that a name or a pattern with `*` and `?` means, or raise InputError."""
-    from fnmatch import fnmatchcase
-
-    from lockstep.errors import compact, suggestion
-
-    if pattern in names:
-        return [pattern]
-    literal = pattern.replace("[", "[[]")
-    matched = [name for name in names if fnmatchcase(name, literal)]
-    if not matched:
-        there = f"there are {compact(names)}{suggestion(pattern, names)}"
-        raise InputError(f"{option} {pattern}: no such component; {there}")
-    return matched

@@ -59,7 +59,7 @@ timing_options = option_group(
     click.option("--delay", multiple=True, metavar="[A:B=]N",
                  help="delay of the connections from A to B, or of all connections, in ticks"),
     click.option("--step-size", multiple=True, metavar="[C=]S",
-                 help="co-simulation step of component C, or of all, in seconds, or as a fraction: 1/60"),
+                 help="co-simulation step of component C, also a pattern, or of all, in seconds, or as a fraction: 1/60"),
     click.option("--tick", metavar="S", help="base tick in seconds, for system files without one"),
     click.option("--continuous", multiple=True, metavar="C", help="outputs of C are true at the end of its step"),
     click.option("--sampled", multiple=True, metavar="C", help="outputs of C hold from the start of its step"),
@@ -80,14 +80,16 @@ def with_delays(system: System, texts: Sequence[str]) -> System:
 
 
 def with_step_sizes(system: System, texts: Sequence[str]) -> System:
-    """Return the system with step sizes given as SECONDS for all, and as COMPONENT=SECONDS, which goes before.
+    """Return the system with step sizes given for all, by PATTERN= and by COMPONENT=; the later of these goes before.
 
     `load_system` has applied one for all already, but a system rebuilt from a checkpoint is without it.
     """
+    from lockstep.system.name_patterns import is_pattern, named
+
     refuse_repeated(texts, "--step-size")
-    for text in sorted(texts, key=lambda text: "=" in text):
-        name, equals, size = text.rpartition("=")
-        for each in [name] if equals else [component.name for component in system.components]:
+    sizes = [(name, size) for name, _, size in (text.rpartition("=") for text in texts)]
+    for name, size in sorted(sizes, key=lambda entry: (entry[0] != "", not is_pattern(entry[0]))):
+        for each in named(name or "*", [component.name for component in system.components]):
             system = system.with_period(each, _positive(size, f"--step-size {each}"))
     return system
 

@@ -108,8 +108,7 @@ class _Assembly:
         )
         if self.own is not None and system.warnings:
             raise InputError(f"{system.warnings[0]}; in a file with {ANNOTATION} annotations this is an error")
-        for named in self.timing.names():
-            system.component(named)
+        self.timing.check_names(system)
         return system
 
     def _start_values(self, found: list[Way], values: Mapping[str, Mapping[str, object]]) -> tuple[str, ...]:

@@ -44,6 +44,5 @@ def lone_fmu(path: Path, timing: Timing) -> System:
         sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
         warnings=tuple(warnings),
     )
-    for named in timing.names():
-        system.component(named)
+    timing.check_names(system)
     return system

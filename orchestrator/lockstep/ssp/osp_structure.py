@@ -88,8 +88,7 @@ class _Structure:
             sha256=digest,
             warnings=self.location.all_warnings,
         )
-        for named in self.timing.names():
-            system.component(named)
+        self.timing.check_names(system)
         return system
 
     def _text(self, tag: str, default: str) -> str:
@@ -115,7 +114,7 @@ class _Structure:
 
     def _period(self, name: str, given: str | None) -> Time:
         """Return the period of a simulator [ns]: the greatest multiple of the base step within its step size."""
-        period = self.timing.periods.get(name) or self.timing.period
+        period = self.timing.given_period(name)
         if period is not None:
             return period
         wanted = nanoseconds(given, f"{name}: stepSize") if given is not None else self.base

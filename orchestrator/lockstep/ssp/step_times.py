@@ -24,6 +24,8 @@ from lockstep.fmi.model_description import Description
 from lockstep.ssp.annotations import DeclaredSteps
 from lockstep.system.clock import Time, common_divisor, nanoseconds, positive_nanoseconds, seconds_text
 from lockstep.system.component import Kind
+from lockstep.system.name_patterns import given_for, named
+from lockstep.system.system import System
 
 DEFAULT_STEP = 1_000_000  # [ns], where nothing gives one
 
@@ -43,21 +45,30 @@ class Timing:
 
     tick: Time | None = None
     period: Time | None = None  # of all components
-    periods: Mapping[str, Time] = field(default_factory=dict)
+    periods: Mapping[str, Time] = field(default_factory=dict)  # by name, or by pattern with `*` and `?`
     kinds: Mapping[str, Kind] = field(default_factory=dict)
     delay: int | None = None  # of all connections
 
-    def names(self) -> list[str]:
-        """Return the components for which a period or kind is given."""
-        return [*self.periods, *self.kinds]
+    def check_names(self, system: System) -> None:
+        """Raise InputError where a period or kind is given for no component."""
+        names = [component.name for component in system.components]
+        for pattern in self.periods:
+            named(pattern, names)
+        for name in self.kinds:
+            system.component(name)
+
+    def given_period(self, name: str) -> Time | None:
+        """Return the period that is given for a component or for all [ns], None if none is."""
+        own = given_for(name, self.periods, "--step-size")
+        return self.period if own is None else own
 
     def needs_description(self, name: str, steps: DeclaredSteps) -> bool:
         """Return whether the description of the FMU is needed."""
-        return (steps.period or steps.hint or self.period or self.periods.get(name)) is None
+        return (steps.period or steps.hint or self.given_period(name)) is None
 
     def period_of(self, name: str, steps: DeclaredSteps, description: Description | None) -> Time | None:
         """Return the period of a component [ns], None if nothing gives it, or raise InputError."""
-        for answer in (self.periods.get(name), self.period, steps.period, steps.hint):
+        for answer in (self.given_period(name), steps.period, steps.hint):
             if answer is not None:
                 return answer
         if description is None or description.step_size is None:
