@@ -59,7 +59,7 @@ timing_options = option_group(
     click.option("--delay", multiple=True, metavar="[A:B=]N",
                  help="delay of the connections from A to B, or of all connections, in ticks"),
     click.option("--step-size", multiple=True, metavar="[C=]S",
-                 help="co-simulation step of component C, also a pattern, or of all, in seconds, or as a fraction: 1/60"),
+                 help="co-simulation step of component C, or a pattern, or of all, in seconds, or as a fraction: 1/60"),
     click.option("--tick", metavar="S", help="base tick in seconds, for system files without one"),
     click.option("--continuous", multiple=True, metavar="C", help="outputs of C are true at the end of its step"),
     click.option("--sampled", multiple=True, metavar="C", help="outputs of C hold from the start of its step"),
