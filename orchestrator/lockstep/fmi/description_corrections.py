@@ -15,6 +15,7 @@ import io
 import os
 import zipfile
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import IO, Any
 
 from fmpy.model_description import Unknown
@@ -142,3 +143,10 @@ def _value(element: etree._Element) -> Mapping[str, str]:
     if element.tag != "ScalarVariable":
         return dict(element.attrib)
     return next((dict(child.attrib) for child in element if child.tag in _TYPES), {})
+
+
+def validation_problems(path: Path) -> list[str]:
+    """Return the problems that FMPy's own validation finds in an FMU; nothing for a good one."""
+    from fmpy.validation import validate_fmu  # here only: it loads a grammar
+
+    return [str(problem) for problem in validate_fmu(str(path))]

@@ -309,13 +309,6 @@ def library_path(identifier: str, version: str) -> str:
     return f"binaries/{PLATFORMS[version]}/{identifier}{fmpy.sharedLibraryExtension}"
 
 
-def validation_problems(path: Path) -> list[str]:
-    """Return the problems that FMPy's own validation finds in an FMU; nothing for a good one."""
-    from fmpy.validation import validate_fmu  # here only: it loads a grammar
-
-    return [str(problem) for problem in validate_fmu(str(path))]
-
-
 def _unit(unit: Any) -> Unit:
     base = unit.baseUnit
     if base is None:

@@ -12,7 +12,8 @@ from lockstep.check.static.fmu_archive import FmuArchive, unreadable
 from lockstep.check.static.model import DEFAULT_INITIAL, NUMBERS, Model, ScalarVariable, duplicates, number
 from lockstep.check.static.static_check import CheckOutcome, Notes, check, model_check
 from lockstep.errors import InputError, compact
-from lockstep.fmi.model_description import SCHEMAS, validation_problems
+from lockstep.fmi.description_corrections import validation_problems
+from lockstep.fmi.model_description import SCHEMAS
 from lockstep.system.clock import nanoseconds
 
 _PLAIN = r"[A-Za-z_][A-Za-z0-9_]*"
