@@ -20,6 +20,8 @@ from lockstep.run.input_signals import InputSignals
 from lockstep.run.overlapped_steps import Action, StartedStep
 from lockstep.system.clock import seconds
 
+MOST_JOINED = 20_000  # steps in all batches, which take time and memory to bind: a cycle may have as many ticks
+
 CheckFinite = Callable[[str, Sequence[int], Buffer, float], None]  # component, references, values, time when true [s]
 Sets = Mapping[Scalar, Sequence[SetValue]]  # by type
 End = Callable[[EndOfSimulation], None]
@@ -39,6 +41,7 @@ class Batches:
         self._places: dict[Scalar, tuple[int, int]] = {}
         self._described: dict[tuple[object, ...], BatchedStep] = {}
         self._members: frozenset[str] = frozenset()
+        self._count = 0  # of the steps that are joined
         self._made: dict[tuple[int, ...], StartedStep] = {}  # by the steps that are joined
         self._check_finite: CheckFinite
         self._refuse_overflow: CheckFinite
@@ -104,6 +107,12 @@ class Batches:
         yield from self._batch(waiting)
 
     def _batch(self, waiting: Sequence[tuple[Task, BatchedStep]]) -> Iterator[tuple[tuple[Task, ...], Action]]:
+        if len(waiting) > 1 and tuple(id(step) for _, step in waiting) not in self._made:
+            self._count += len(waiting)
+            if self._count > MOST_JOINED:
+                for each in waiting:
+                    yield from self._batch([each])
+                return
         if not waiting:
             return
         tasks, steps = tuple(task for task, _ in waiting), [step for _, step in waiting]

@@ -19,6 +19,7 @@ from lockstep.processes import connection as connection_module
 from lockstep.processes.isolation_policy import FEW, settle
 from lockstep.processes.last_call import CALL
 from lockstep.processes.remote_slave import RemoteSlave
+from lockstep.run import batched_steps
 from lockstep.simulation import resume
 
 STEP = 10_000_000  # [ns]
@@ -149,6 +150,15 @@ def test_one_process_and_one_message_a_tick_step_all(fmus, tmp_path, connections
         connections.clear()
     assert counts[1] - counts[0] == 100
     assert events(tmp_path / "50")[0] == {"time": 0.0, "event": "shared-process", "components": NAMES}
+
+
+def test_steps_beyond_a_number_are_not_joined(fmus, tmp_path, connections, monkeypatch):
+    monkeypatch.setattr(batched_steps, "MOST_JOINED", len(NAMES))  # the first batch of the four
+    system = systems(fmus)["mixed delays"]
+    simulate(system, tmp_path / "shared", stop_time=0.2)
+    assert connections[0]._number > 20 / 4 * (1 + 3 * len(NAMES))
+    simulate(inside(system), tmp_path / "inside", stop_time=0.2)
+    assert_same_rows(tmp_path / "shared", tmp_path / "inside")
 
 
 @pytest.mark.parametrize(
