@@ -73,7 +73,7 @@ run_options = option_group(
     click.option("--set", "settings", multiple=True, metavar="C.P=V",
                  help="set parameter P of component C; or, as NAME=V, an input of the whole system"),
     click.option("--input", "inputs", type=PATH, multiple=True, metavar="FILE",
-                 help="CSV or Parquet file of signals for inputs: see above"),
+                 help="CSV or Parquet file of signals for inputs: a column time in seconds, the others named C.INPUT"),
     replace_option,
     adapter_option,
     click.option("--faults", type=PATH, multiple=True, metavar="FILE", help="fault scenario: see below"),
