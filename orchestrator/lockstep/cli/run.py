@@ -30,9 +30,9 @@ a system file of another tool, without step sizes and delays:
 
 inputs from a file, and variables that are no outputs:
   {{program}} run vendor.fmu --input signals.csv --record all --record 'inputs:*' --record 'locals:*'
-  The file has a column `time` in seconds; the others are named as inputs, component.variable (of one FMU alone: variable),
-  or as connectors of the system. Continuous Reals are interpolated linearly, all else keeps the value of the row before;
-  before the first row and after the last one their values hold. A connected input is refused.
+  The file has a column `time` in seconds; the others are named as inputs, component.variable (of one FMU alone, just
+  variable), or as connectors of the system. Continuous Reals are interpolated linearly, all else keeps the value of
+  the row before; before the first row and after the last one their values hold. A connected input is refused.
 
 {HELP}"""
 
