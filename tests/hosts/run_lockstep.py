@@ -31,7 +31,7 @@ def main(given: str, saved: str) -> None:
         simulate(
             system,
             Path(folder) / "run",
-            stop_time=(setup["ticks"] + 1) * system.tick / 1e9,
+            stop_time=setup["ticks"] * system.tick / 1e9,
             record=setup["signals"],
             record_period=system.tick / 1e9,
             overrides=overrides,

@@ -29,7 +29,7 @@ def main(given: str, saved: str) -> None:
         simulate(
             system,
             Path(folder) / "run",
-            stop_time=(setup["ticks"] * setup["tick"] + rows) / 1e9,
+            stop_time=setup["ticks"] * setup["tick"] / 1e9,
             record=names,
             record_period=rows / 1e9,
             overrides=overrides,

@@ -37,7 +37,7 @@ def run(system, scheme, step, ticks):
         simulate(
             system,
             Path(folder) / "run",
-            stop_time=(ticks * step + system.tick) / 1e9,
+            stop_time=ticks * step / 1e9,
             record=["all"],
             record_period=system.tick / 1e9,
             overrides=overrides,
