@@ -52,13 +52,13 @@ PUBLISHED: Mapping[ConfigurationName, Weights] = {
 }
 
 # Chosen on the trade-off curves of `flexbench.studies.spillover` (tests/bench/robust_design.py). Why they hold:
-# - Torque weighs a hundred times more: the attitude loop crosses over two decades below the delay that must be tolerated.
+# - Torque weighs a hundred times more: the loop is slow against the delay that must be tolerated.
 # - Gyros count for less, so that the loop gain falls below one where the model ends; the modes that it lacks, up to
 #   80 Hz, are then stable at any phase by their own damping. Encoders count for less, as a filter that infers the body
 #   rate from wheel speeds becomes unstable at half the plant's gain.
 # - Deformation is reduced by a feed-forward of the known imbalance, which moves no pole.
 # - Centralised, all modal displacements weigh alike: the coupling of the bus to the modes near 0.3 Hz limits the gain
-#   upwards (more weight helps), that to the modes near 5 Hz with -5 % frequency and half the damping (less weight helps).
+#   upwards (more weight helps), the modes near 5 Hz, -5 % in frequency with half the damping, bound the errors (less).
 ROBUST: Mapping[ConfigurationName, Weights] = {
     "centralised": Weights(
         mrp=2e6,
