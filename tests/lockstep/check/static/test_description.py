@@ -150,7 +150,7 @@ DEFECTS = {
         ("static.dependencies", "names the tool"),
     ),
 }
-INFOS = {"feedthrough not declared", "step of a third", "one instance a process"}
+INFOS = {"feedthrough not declared", "step between nanoseconds", "one instance a process"}
 WARNINGS = {
     "stale unit", "port without unit", "display factor inverted", "base units of another unit", "depends on an output",
     "names alike", "port without description", "variability left out of an integer", "start outside of its range",
