@@ -227,3 +227,12 @@ def test_a_regular_end_completes_the_run_with_its_last_row(reference_fmu, tmp_pa
     assert (last["event"], last["status"], last["time"]) == ("end", "terminated", reached)
     integral = [0.5 * STEP / 1e9 * sum(range(1, k + 1)) for k in range(rows)]
     assert signals["reader.x"].tolist() == pytest.approx(integral, rel=1e-12)
+
+
+def test_the_last_row_has_values_that_no_row_before_it_needed(reference_fmu, tmp_path):
+    """Of a sampled component recorded every fifth step, only the step at a row is read; the end comes before it."""
+    stair = Component(name="stair", source=reference_fmu("stair", "2.0"), period=STEP, kind="sampled", isolated=False,
+                      parameters={"mode": 7, "at": 5})  # fmt: skip
+    simulate(System(name="s", tick=STEP, stop_time=STOP, components=(stair,), record_period=5 * STEP), tmp_path / "out")
+    signals = read_signals(tmp_path / "out")
+    assert (signals.time.tolist(), signals["stair.counter"].tolist()) == ([0.0, 5 * STEP / 1e9], [1, 5])
