@@ -65,6 +65,9 @@ def build_container(system: System, step: float, folder: Path) -> Path:
             description="simulation time",
         )
     ]
+    # The container reads an output when it is asked for it, after it has set the inputs of the next step, and the
+    # plant's accelerations change at once with the torque: what is connected is shown as it arrives.
+    arrives = {(w.from_component, w.output): (w.to_component, w.input) for w in system.connections}
     pairs = []
     for name, known in variables.items():
         for variable in known.values():
@@ -79,7 +82,8 @@ def build_container(system: System, step: float, folder: Path) -> Path:
                 own.causality, own.variability, own.initial = "parameter", "fixed", "exact"
                 own.start = _text(start_values[name][variable.name])
             exposed.append(own)
-            pairs.append((own, [(components[name], variable)]))
+            owner, shown = arrives.get((name, variable.name), (name, variable.name))
+            pairs.append((own, [(components[owner], variables[owner][shown])]))
 
     groups: dict[tuple[str, str, str], tuple[list[Any], list[Any]]] = {}
     for wire in system.connections:
