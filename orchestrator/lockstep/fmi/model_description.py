@@ -233,19 +233,18 @@ def _located(description: Description, component: Component) -> Description:
 
 def _describe_sums(sums: Sums) -> Description:
     """Return what the description of an FMU with these sums would be."""
-    variables = [
-        Variable(name=name, reference=k, type="Real", causality="output") for k, name in enumerate(sums.inputs)
-    ]
-    inputs = enumerate((name for names in sums.inputs.values() for name in names), len(variables))
-    variables += [Variable(name=name, reference=k, type="Real", causality="input", start="0") for k, name in inputs]
+    inputs = (name for names in sums.inputs.values() for name in names)
+    ports = [*((name, "output") for name in sums.inputs), *((name, "input") for name in inputs)]
+    variables = {n: Variable(name=n, reference=k, type="Real", causality=c) for k, (n, c) in enumerate(ports)}
+    digest = hashlib.sha256(repr(dict(sums.inputs)).encode()).hexdigest()
     return Description(
         model="Sums",
         guid="",
         identifier="",
         once_per_process=False,
         saves_state=True,
-        sha256=hashlib.sha256(repr(dict(sums.inputs)).encode()).hexdigest(),
-        variables={v.name: v for v in variables},
+        sha256=digest,
+        variables=variables,
     )
 
 
