@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from flexsat.design.chain import build_designs
 from flexsat.parameters import Rates, Slew
 from lockstep import load_system, read_signals, simulate
 from lockstep.ssp.documents.xml import NS
+from lockstep.system.clock import seconds
 
 MILLISECOND = 1_000_000  # ns
 
@@ -48,6 +50,16 @@ def test_other_rates_give_other_periods_tick_and_delays(designs):
     assert (system.tick, system.record_period) == (2 * MILLISECOND, 8 * MILLISECOND)
     assert periods(system) == {"sensors": 2 * MILLISECOND, "controller": 8 * MILLISECOND, "plant": 2 * MILLISECOND}
     assert {c.delay for c in system.connections if c.from_component == "plant"} == {1}
+
+
+def test_a_star_tracker_of_3_hz_gives_periods_that_are_fractions_of_nanoseconds(designs):
+    rates = Rates(plant=1 / 1200, sensors=1 / 1200, controller=1 / 300, star_tracker=1 / 3)
+    system = build_system(with_parameters(designs, rates=rates), "slew", Path())
+
+    twelve_hundredth = Fraction(10**9, 1200)  # [ns]
+    assert (system.tick, system.record_period) == (twelve_hundredth, 4 * twelve_hundredth)
+    assert {c.delay for c in system.connections if c.from_component == "plant"} == {1}
+    assert rates.star_tracker == seconds(400 * system.tick)
 
 
 def test_sensors_read_the_plant_at_its_last_communication_point(designs):
