@@ -7,9 +7,7 @@ from flexsat.design.chain import build_design
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName, configuration
 from flexsat.ports.table import Port
 from flexsat.ports.units import BASE_UNITS, unit_of
-from lockstep.adapter.bind import Variables
 from lockstep.check.contract import Contract, ContractPort
-from lockstep.fmi.model_description import Variable
 from lockstep.system.units import Unit
 
 from ..loop.systems import WIRES, scalar_names
@@ -35,14 +33,6 @@ def contracts_of(name: ConfigurationName) -> tuple[Contract, ...]:
         )
         found.append(Contract(component=component, variant=name, ports=scalars))
     return tuple(found)
-
-
-def variables_of(contract: Contract) -> Variables:
-    """Return the ports of a contract as variables of an FMU."""
-    return {
-        port.name: Variable(name=port.name, reference=number, type=port.type, causality=port.causality, unit=port.unit)
-        for number, port in enumerate(contract.ports)
-    }
 
 
 def _scalars(port: Port, needed: bool) -> list[ContractPort]:

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lockstep.adapter.draft import draft_adapter
+from lockstep.check.adapted_findings import variables_of
 from lockstep.check.contract import named
 
 from .attitude_words import SYNONYMS
-from .contracts import contracts, variables_of
+from .contracts import contracts
 
 
 def draft_for(fmu: Path, like: str) -> tuple[str, Sequence[str]]:

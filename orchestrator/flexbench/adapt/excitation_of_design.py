@@ -13,13 +13,14 @@ from flexsat.parameters import ConfigurationName, configuration
 from flexsat.ports.table import Port
 from lockstep import InputError
 from lockstep.adapter.bind import bind
+from lockstep.check.adapted_findings import variables_of
 from lockstep.check.contract import Contract, named
 from lockstep.fmi.model_description import read_description
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.component import Component
 
 from ..loop.systems import NANOSECOND, scalar_names
-from .contracts import contracts, variables_of
+from .contracts import contracts
 
 _SHARE = 0.02  # of a wheel's torque limit: expected for each error, far from saturation even if it is taken for degrees
 

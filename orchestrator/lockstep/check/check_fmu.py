@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
 
+from lockstep.check.adapted_findings import Behind, adapted_findings
 from lockstep.check.contract import Contract
 from lockstep.check.contract_findings import contract_findings
 from lockstep.check.dynamic_checks import dynamic_checks
@@ -26,6 +27,7 @@ def check_fmu(
     dynamic: bool = True,
     contracts: Sequence[Contract] = (),
     like: str | None = None,
+    behind: Behind | None = None,
     others: Sequence[Path] = (),
     report: Callable[[Finding], None] = lambda _: None,
 ) -> CheckReport:
@@ -36,6 +38,7 @@ def check_fmu(
     path : the file
     dynamic : also run it, in processes of their own
     contracts : to compare its ports with; the one named `like`, or the one that fits best
+    behind : the adapter behind which its ports are compared
     others : FMUs to load in one process with it; none: a copy of itself
     report : called with each finding as it comes
 
@@ -48,7 +51,7 @@ def check_fmu(
     fmu = read_archive(path)
     findings = static_checks(fmu, report)
     findings += _dynamic(path, findings, report, others) if dynamic else []
-    compared = _contract(fmu, contracts, like)
+    compared = _contract(fmu, contracts, like, behind, dynamic)
     for finding in compared:
         report(finding)
     attributes = {} if fmu.model is None else fmu.model.attributes
@@ -84,8 +87,11 @@ def _dynamic(
     return dynamic_checks(path, report, others=others, faults=faults)
 
 
-def _contract(fmu: FmuArchive, contracts: Sequence[Contract], like: str | None) -> list[Finding]:
-    reason = unreadable(fmu)
-    if not contracts or fmu.model is None or reason:
+def _contract(
+    fmu: FmuArchive, contracts: Sequence[Contract], like: str | None, behind: Behind | None, dynamic: bool
+) -> list[Finding]:
+    if not contracts or fmu.model is None or unreadable(fmu):
         return []
+    if behind is not None:
+        return adapted_findings(contracts, fmu.path, like, behind, dynamic=dynamic)
     return contract_findings(contracts, fmu.model, like)

@@ -81,7 +81,13 @@ def _adapter(comparison: Comparison) -> Finding:
         if len(group) > 1:
             variables += f" to {group[-1].variable.name}"
         details.append(f"{compact(s.port.name for s in group)} is {variables}: {'; '.join(work)}")
-    return _finding("contract.adapter", title, "warning", f"{len(adapted)} ports need an adapter", details)
+    message = f"{len(adapted)} ports need an adapter; {_draft(comparison)}"
+    return _finding("contract.adapter", title, "warning", message, details)
+
+
+def _draft(comparison: Comparison) -> str:
+    """Return how to make an adapter."""
+    return f"draft one with `adapt`, --like {comparison.contract.name}, and give it to this check as --adapter FILE"
 
 
 def _missing(comparison: Comparison, asked: bool) -> Finding:
@@ -95,6 +101,8 @@ def _missing(comparison: Comparison, asked: bool) -> Finding:
         rest = [(p, why) for p, why in comparison.missing if p.causality == causality and not p.needed]
         details += [f"{causality}, {meaning}: {line}" for line in _lines(rest)]
     count = f"{len(comparison.missing)} ports, {len(needed)} of them outputs that the system needs"
+    if needed and not comparison.adapted:  # under other names, perhaps
+        count += f"; {_draft(comparison)}"
     status: Status = ("error" if asked else "warning") if needed else "info"
     return _finding("contract.missing", title, status, count, details)
 

@@ -16,6 +16,7 @@ from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
 
 if TYPE_CHECKING:
+    from lockstep.check.adapted_findings import Behind
     from lockstep.check.contract import Contract
     from lockstep.check.report.check_report import CheckReport
 
@@ -63,7 +64,10 @@ def check(options: CheckOptions) -> int:
 
 
 def check_fmus(
-    options: CheckOptions, contracts: Callable[[], Sequence[Contract]] = tuple, like: str | None = None
+    options: CheckOptions,
+    contracts: Callable[[], Sequence[Contract]] = tuple,
+    like: str | None = None,
+    behind: Behind | None = None,
 ) -> int:
     """Check every FMU, print a report of each, write the files asked for; return the exit code.
 
@@ -74,6 +78,7 @@ def check_fmus(
     options : of the command line
     contracts : returns the components whose ports an FMU may have
     like : name of the component to compare with; None: the one that the FMU resembles
+    behind : adapter behind which the FMUs are compared
     """
     from lockstep.check.check_fmu import check_fmu
     from lockstep.check.contract import named
@@ -90,7 +95,13 @@ def check_fmus(
         with show_checks(str(path)) as progress:
             others = [other for other in options.fmus if other.resolve() != path.resolve()][:_NEIGHBOURS]
             found = check_fmu(
-                path, dynamic=not options.static, contracts=offered, like=like, others=others, report=progress
+                path,
+                dynamic=not options.static,
+                contracts=offered,
+                like=like,
+                behind=behind,
+                others=others,
+                report=progress,
             )
         print_report(found)
         reports.append(found)

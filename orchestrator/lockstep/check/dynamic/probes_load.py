@@ -39,9 +39,8 @@ def memory(task: ProbeTask) -> ProbeResult:
             for number in range(done, min(done + block, aim)):
                 k = number % (experiment.most_steps or aim)
                 if number and not k:  # it asks for the end here: begin again
-                    instance.close()
-                    task.instances.remove(instance)
-                    instance = task.started()
+                    instance.reset()  # a new instance would cost this process memory of its own
+                    instance.initialise()
                 instance.put([table[k % PERIOD] for table in tables])
                 instance.step(experiment.time(k), experiment.step)
                 instance.row()
