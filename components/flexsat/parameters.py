@@ -187,7 +187,6 @@ class Configuration:
     name: ConfigurationName
     wheel: Wheel
     weights: Weights
-    controller_design: ControllerDesign = "published"
     wheels_at_sites: bool  # three more at each site, else six on the bus
     aperture: Aperture = field(default_factory=Aperture)
     plate: Plate = field(default_factory=Plate)
@@ -210,7 +209,6 @@ def configuration(name: ConfigurationName, controller_design: ControllerDesign =
         name=name,
         wheel=Wheel() if at_sites else Wheel().scaled(BUS_WHEELS),
         weights=(ROBUST if robust else PUBLISHED)[name],
-        controller_design=controller_design,
         wheels_at_sites=at_sites,
         speeds=SpeedSelection(modes=ALL_MODES if robust else 0),
     )

@@ -48,6 +48,8 @@ def changed(value: object, factor: float) -> object:
         return not value
     if isinstance(value, str):
         return next(name for name in CONFIGURATIONS if name != value)
+    if value == 0:  # off: on, with more modes than the controller's, or any weight
+        return 198 if isinstance(value, int) else 1e6
     if isinstance(value, int):
         return value + 1 if factor > 1.0 else value - 1
     if isinstance(value, tuple):
