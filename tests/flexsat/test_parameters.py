@@ -96,11 +96,13 @@ def differing(one: dict[str, object], other: dict[str, object]) -> set[str]:
 @pytest.mark.parametrize("path", list(paths(STOCK)), ids=".".join)
 def test_a_changed_parameter_changes_what_is_built(path):
     variant = path == ("name",)  # decides what the published release leaves out; else only names of files
+    # of few speeds, the quietest are the lowest with any number of modes
+    stock = replace(STOCK, speeds=SpeedSelection()) if path == ("speeds", "modes") else STOCK
     found, refusals = set(), []
     for factor in FACTORS:
         try:
-            other = with_value(STOCK, path, changed(value_at(STOCK, path), factor))
-            found = differing(built(STOCK, variant), built(other, variant))
+            other = with_value(stock, path, changed(value_at(stock, path), factor))
+            found = differing(built(stock, variant), built(other, variant))
         except ValueError as error:
             refusals.append(str(error))
         if found:
