@@ -59,6 +59,7 @@ def plant_matrices(
         torque_influence=spacecraft.torque_influence,
         wrench_influence=spacecraft.wrench_influence,
         lateral_influence=spacecraft.jitter_influence[:, 2 * spacecraft.wheel_count :],
+        mount_of_wheel=spacecraft.mount_of_wheel,
         wheel_axis=wheels.axis,
         wheel_sense=np.sum(turned * wheels.axis, axis=1),
         wheel_slope=wheels.slope,

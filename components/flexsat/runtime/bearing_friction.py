@@ -24,9 +24,9 @@ class PreparedFriction:
     limits: Array  # (b,) [N.m]
     step_length: float  # s
     wheel_inertia: float  # kg.m2
-    mount_speed: Array  # (b, 2 m + 6 + held): axial speed of the mounts at the end of a step
+    mount_speed: Array  # (b, vector): axial speed of the mounts at the end of a step, from the state's vector
     torque_of_speed: Array  # (b, b) [N.m.s/rad]: coupled through the structure
-    held_torque: Index  # (b,) where the wheels' torques stand in the work array of a step
+    load_of_torque: Array  # (r, b)
 
     def __post_init__(self) -> None:
         make_read_only(self)
@@ -34,41 +34,48 @@ class PreparedFriction:
 
 def prepare(plant: PreparedPlant, limits: Array) -> PreparedFriction:
     """Prepare for the friction torques (n,) [N.m]; wheels of friction 0 turn freely."""
-    size, n = 2 * plant.modes + 6, plant.wheels
+    m, n = plant.modes, plant.wheels
     wheels = np.flatnonzero(limits > 0.0)
-    speed = plant.output_map[size : size + n, :size][wheels]  # of the mounts alone: the rotors' own is added below
-    mount_speed = product(speed, plant.whole_step[:size])
-    response = mount_speed[:, size + wheels] + np.eye(len(wheels)) * (plant.step_length / plant.wheel_inertia)
+    speed = plant.output_map[6 : 6 + n][wheels]  # of the mounts alone: the rotors' own is added below
+    count = len(plant.observed) - plant.accelerometers
+    mount = product(speed[:, :count], plant.observed[:count])  # from the vector, at any time
+    of_z, of_momentum = mount[:, : 2 * m], mount[:, 2 * m : 2 * m + 6]
+    at_end = np.hstack([of_z[:, :m] * plant.diagonal[0] + of_z[:, m:] * plant.crossed[1],
+                        of_z[:, :m] * plant.crossed[0] + of_z[:, m:] * plant.diagonal[1]])  # fmt: skip
+    of_load = product(mount[:, : 2 * m + 6], plant.driven[:-3])
+    load_of_torque = plant.load_of_input[:, wheels]
+    response = product(of_load, load_of_torque) + np.eye(len(wheels)) * (plant.step_length / plant.wheel_inertia)
     return PreparedFriction(
         wheels=wheels,
         limits=limits[wheels],
         step_length=plant.step_length,
         wheel_inertia=plant.wheel_inertia,
-        mount_speed=mount_speed,
+        mount_speed=np.hstack([at_end, of_momentum, of_load]),
         torque_of_speed=inverse(response),
-        held_torque=size + wheels,
+        load_of_torque=load_of_torque,
     )
 
 
-def add(friction: PreparedFriction, work: Array, momentum: Array, torque: Array) -> None:
-    """Add the friction of one step to the wheels' torques, (n,), which also stand in `work`, in place.
+def add(friction: PreparedFriction, vector: Array, momentum: Array, torque: Array, load: Array) -> None:
+    """Add the friction of one step to the wheels' torques, (n,), and to the loads of the inputs, (r,), in place.
 
     Parameters
     ----------
     friction : of the plant that is stepped
-    work : structure state, then what is held over the step, with the gyroscopic terms of the step before: they
-        change so little in a step that a wheel which is held turns by less than rounding shows
+    vector : of the state, with the loads of this step; its gyroscopic terms are those of the step before: they change
+        so little in a step that a wheel which is held turns by less than rounding shows
     momentum : (n,) axial momentum at the step's start [N.m.s]
     torque : (n,) motor torques [N.m]
+    load : (r,) of the inputs
 
     Wheels that brake at once are coupled through the structure. A limit that one of them meets leaves the others
     off by their coupling, wheel inertia over that of the structure, until the next step.
     """
     wheels = friction.wheels
     unbraked = (
-        friction.mount_speed @ work
+        friction.mount_speed @ vector
         + (momentum[wheels] + friction.step_length * torque[wheels]) / friction.wheel_inertia
     )
     braking = np.clip(-(friction.torque_of_speed @ unbraked), -friction.limits, friction.limits)
     torque[wheels] += braking
-    work[friction.held_torque] += braking
+    load += friction.load_of_torque @ braking

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 
 STREAM = 1  # a component's own random streams: plant and sensors may be given the same seed
 
@@ -21,6 +21,7 @@ class PlantMatrices:
     torque_influence: Array  # (6 + m, n)
     wrench_influence: Array  # (6 + m, 6 s): force x, y, z, then torque x, y, z, each over the s mounts of wheels
     lateral_influence: Array  # (6 + m, 2 n): torque about each wheel's lateral axis a, then about b
+    mount_of_wheel: Index  # (n,)
     wheel_axis: Array  # (n, 3)
     wheel_sense: Array  # (n,): +1 if (a, b, axis) is right-handed, else -1
     wheel_slope: Array  # (n, 3, m)

@@ -8,57 +8,72 @@ import numpy as np
 
 from ..arrays import Array, make_read_only
 from ..fixed_order import inverse, product
+from .free_modes import FreeModes, free_modes
+from .loads import Loads, at_mounts, lateral_axes, prepare_loads
 from .plant_parameters import PlantMatrices, PlantParameters
-from .zero_order_hold import zero_order_hold
 
 PRODUCTS = 9  # products of velocities in the accelerations: w x v, and w_i w_j as xx yy zz xy xz yz
+MIDDLE = 9  # rows of `middle` before the slopes: linear and angular momentum, rate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """The spacecraft of one run, for steps of any length."""
+
+    matrices: PlantMatrices
+    parameters: PlantParameters
+    mass: Array  # (6 + m, 6 + m) with its dispersion
+    stiffness: Array  # (m,) [1/s2]
+    free: FreeModes
+    loads: Loads
+    drive: Array  # (2 m, r): z' = A z + drive @ loads
+    compliance: Array  # (6, 6): inverse of the rigid mass
+    carried: Array  # (6, m): (v, w) = compliance @ momentum - carried @ eta'
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PreparedPlant:
     """Arrays and numbers that no step changes; states of several runs may share them.
 
-    Structure state: eta, v, w, eta'. Held over a step: the inputs (wheel torque, jitter wrenches, external force and
-    torque), gyroscopic torques (2 n) and momentum terms (6).
+    The vector of a state is z, (2 m,), linear and angular momentum of body and structure, (6,), and loads, (r,).
     """
 
+    motion: Motion
     step_length: float  # s
     modes: int
     wheels: int
     gyros: int
     accelerometers: int
     input_count: int  # wheel torque, jitter wrenches (6 s), external force and torque
-    held_count: int
+    load_count: int
     torque_limit: float  # N.m, of each motor
     wheel_inertia: float  # kg.m2
-    wheel_axis: Array  # (n, 3)
-    mass: Array  # (6 + m, 6 + m)
-    stiffness: Array  # (m,) [1/s2]
-    whole_step: Array  # (2 m + 9, 2 m + 6 + held): structure and the integral of w at the end of the step
-    mid_step: Array  # (9 + 2 n, 2 m + 6 + held): momenta, rate and gyroscopic factors at mid-step
-    momentum_map: Array  # (9 + 2 n, 6 + m): the same, from velocities
-    output_map: Array  # (outputs, 2 m + 6 + n + 9): from structure, wheel momentum and products of velocities
-    acceleration_of_held: Array  # (k, held)
-    tilt: Array  # (n, 3, m): change of the wheels' axes with the modes
-    initial_mrp: Array  # (3,)
-    initial_structure: Array  # (2 m + 6,)
-    initial_momentum: Array  # (n,) axial, inertial [N.m.s]
-    initial_speed: Array  # (n,) relative [rad/s]
-    initial_angle: Array  # (n,) [rad]
+    load_of_input: Array  # (r, inputs)
+    load_of_internal: Array  # (r, 2 n + 6): from gyroscopic torques and momentum terms
+    diagonal: Array  # (2, m): z of the step's end, from itself,
+    crossed: Array  # (2, m): from the other of its pair,
+    driven: Array  # (2 m + 9, r): and from the loads; then the change of momentum, and the turn over the step
+    middle: Array  # (9 + u + 3, vector): momenta, rate and slope rates at mid-step, and the turn without the loads
+    gyroscopic: Array  # (2 n, 3 + u + 3): torque about a and b per axial momentum, from rate and slope rates
+    now: Array  # (9 + u + 3, vector): `middle` of the present
+    observed: Array  # (6 + u + k, vector): velocity and rate, slope rates, accelerations without products
+    output_map: Array  # (6 + n + g + k, 6 + u + k + n + 9): from these, axial momenta and products of velocities
 
     def __post_init__(self) -> None:
         make_read_only(self)
 
 
-def prepare(matrices: PlantMatrices, parameters: PlantParameters, step: float) -> PreparedPlant:
-    """Prepare the transition matrices for steps of `step` [s].
+def prepare_motion(matrices: PlantMatrices, parameters: PlantParameters) -> Motion:
+    """Prepare what does not depend on the step length.
 
     Raises
     ------
     ValueError
-        If the step is not positive, or the dispersed mass matrix is not positive definite.
+        If the dispersed mass matrix is not positive definite.
     """
-    m, n = matrices.modes, matrices.wheels
     mass = matrices.mass_matrix.copy()
     mass[3:6, 3:6] += np.diag(np.diag(mass[3:6, 3:6]) * parameters.inertia_dispersion)
     if not np.linalg.eigvalsh(mass)[0] > 0.0:
@@ -69,129 +84,142 @@ def prepare(matrices: PlantMatrices, parameters: PlantParameters, step: float) -
         )
     stiffness = (matrices.frequency * (1.0 + parameters.frequency_dispersion)) ** 2
     damping = matrices.damping * (1.0 + parameters.damping_dispersion)
-    inverse_mass = inverse(mass)
-    force = _force_of_held(matrices, mass)
-    held = force.shape[1]
-
-    # structure state: eta, then (v, w, eta'), then the integral of w over the step
-    size = 2 * m + 6
-    a = np.zeros((size + 3, size + 3))
-    a[:m, m + 6 : size] = np.eye(m)
-    a[m:size, :m] = -inverse_mass[:, 6:] * stiffness
-    a[m:size, m + 6 : size] = -inverse_mass[:, 6:] * damping
-    a[size:, m + 3 : m + 6] = np.eye(3)
-    b = np.zeros((size + 3, held))
-    b[m:size] = product(inverse_mass, force)
-    full, full_held = zero_order_hold(a, b, step)
-    half, half_held = zero_order_hold(a, b, 0.5 * step)
-
-    # mid-step: what the momentum terms are made of, straight from the state at the start of the step
-    momentum_map = _momentum_map(matrices, mass, parameters.gyroscopics)
-    mid = np.hstack([half[m:size, :size], half_held[m:size]])
-    sensed = _accelerometer_map(matrices)
-
-    axial_slope = np.einsum("ni,nim->nm", matrices.wheel_axis, matrices.wheel_slope)
-    inertial_speed = (
-        parameters.wheel_speed
-        + product(matrices.wheel_axis, parameters.rate)
-        + product(axial_slope, parameters.modal_velocity)
+    free, loads = free_modes(mass, stiffness, damping), prepare_loads(matrices)
+    compliance, coupling = inverse(mass[:6, :6]), mass[:6, 6:]
+    carried = product(compliance, coupling)
+    on_modes = loads.force[6:] - product(carried.T, loads.force[:6])
+    acceleration = product(inverse(mass[6:, 6:] - product(coupling.T, carried)), on_modes)
+    return Motion(
+        matrices=matrices,
+        parameters=parameters,
+        mass=mass,
+        stiffness=stiffness,
+        free=free,
+        loads=loads,
+        drive=product(free.of_structure[:, matrices.modes :], acceleration),
+        compliance=compliance,
+        carried=carried,
     )
+
+
+def prepare(matrices: PlantMatrices, parameters: PlantParameters, step: float) -> PreparedPlant:
+    """Prepare the transition matrices for steps of `step` [s]; see `prepare_motion` and `at_step`."""
+    return at_step(prepare_motion(matrices, parameters), step)
+
+
+def at_step(motion: Motion, step: float) -> PreparedPlant:
+    """Prepare a motion for steps of `step` [s]; raise ValueError if that is not positive."""
+    if not step > 0.0:
+        raise ValueError(f"the plant's period must be > 0 s, got {step!r}")
+    matrices, free, loads = motion.matrices, motion.free, motion.loads
+    m, n, r = matrices.modes, matrices.wheels, loads.force.shape[1]
+    whole, whole_held = free.transition(step)
+    half, half_held = free.transition(0.5 * step)
+    speeds = np.vstack([-motion.carried[3:], loads.slopes])  # rate and slope rates, from eta'
+    of_z = product(speeds, free.velocity)
+    turned, turned_by_load = _turned(motion, step)
+    middle = _velocities(motion, half.after(of_z), product(of_z, half_held.times(motion.drive)), 0.5 * step)
+    inputs = n + 6 * matrices.mounts + 6
     return PreparedPlant(
+        motion=motion,
         step_length=step,
         modes=m,
         wheels=n,
         gyros=len(matrices.gyro_axis),
         accelerometers=len(matrices.accelerometer_axis),
-        input_count=n + 6 * matrices.mounts + 6,
-        held_count=held,
-        torque_limit=parameters.torque_limit,
+        input_count=inputs,
+        load_count=r,
+        torque_limit=motion.parameters.torque_limit,
         wheel_inertia=matrices.wheel_inertia,
-        wheel_axis=matrices.wheel_axis,
-        mass=mass,
-        stiffness=stiffness,
-        whole_step=np.ascontiguousarray(np.hstack([full[:, :size], full_held])),
-        mid_step=product(momentum_map, mid),
-        momentum_map=momentum_map,
-        output_map=_output_map(matrices, product(sensed, a[m:size, :size])),
-        acceleration_of_held=product(sensed, b[m:size]),
-        tilt=np.cross(matrices.wheel_slope, matrices.wheel_axis[:, :, None], axis=1),
-        initial_mrp=parameters.mrp.copy(),
-        initial_structure=np.concatenate(
-            [parameters.modal_displacement, parameters.velocity, parameters.rate, parameters.modal_velocity]
-        ),
-        initial_momentum=matrices.wheel_inertia * inertial_speed,
-        initial_speed=parameters.wheel_speed.copy(),
-        initial_angle=parameters.wheel_angle.copy(),
+        load_of_input=loads.of_held[:, :inputs].copy(),
+        load_of_internal=loads.of_held[:, inputs:].copy(),
+        diagonal=whole.diagonal,
+        crossed=whole.crossed,
+        driven=np.vstack([whole_held.times(motion.drive), step * loads.force[:6], turned_by_load]),
+        middle=np.vstack([middle, turned]),
+        gyroscopic=np.pad(_gyroscopic(motion), ((0, 0), (0, 3))),
+        now=np.pad(_velocities(motion, of_z, np.zeros((len(of_z), r)), 0.0), ((0, 3), (0, 0))),
+        observed=_observed(motion),
+        output_map=_output_map(motion),
     )
 
 
-def _force_of_held(matrices: PlantMatrices, mass: Array) -> Array:
-    """Return the generalised force of everything that is held over a step, (6 + m, held)."""
-    m = matrices.modes
-    external = np.zeros((6 + m, 6))
-    external[:6] = np.eye(6)
-    momentum_terms = np.zeros((6 + m, 6))
-    momentum_terms[:3, :3] = -np.eye(3)
-    # P has the other sign here; then uniform motion of the whole would shake the modes and feed them energy
-    momentum_terms[6:, :3] = -mass[:3, 6:].T / mass[0, 0]
-    momentum_terms[3:6, 3:] = -np.eye(3)
-    return np.hstack(
-        [
-            matrices.torque_influence,
-            matrices.wrench_influence,
-            external,
-            -matrices.lateral_influence,
-            momentum_terms,
-        ]
-    )
+def _velocities(motion: Motion, of_z: Array, of_load: Array, time: float) -> Array:
+    """Map z, momentum and loads to momentum, rate and slope rates after a time [s], given their parts due to z."""
+    m, r = motion.matrices.modes, motion.loads.force.shape[1]
+    rows = np.zeros((6 + len(of_z), 2 * m + 6 + r))
+    momentum, load = slice(2 * m, 2 * m + 6), slice(2 * m + 6, None)
+    rows[:6, momentum] = np.eye(6)
+    rows[:6, load] = time * motion.loads.force[:6]
+    rows[6:, : 2 * m], rows[6:, load] = of_z, of_load
+    rows[6:9] += product(motion.compliance[3:], rows[:6])
+    return rows
 
 
-def _momentum_map(matrices: PlantMatrices, mass: Array, gyroscopics: bool) -> Array:
-    """Map velocities to linear and angular momentum, rate, and the factors of the gyroscopic torques, (9 + 2 n)."""
-    m, n = matrices.modes, matrices.wheels
-    lateral = matrices.lateral_influence
-    crossed = np.vstack(
-        [
-            (lateral[:, n:] * matrices.wheel_sense).T,  # w_b times h: torque about a
-            -(lateral[:, :n] * matrices.wheel_sense).T,  # -w_a times h: torque about b
-        ]
-    )
-    if not gyroscopics:
-        crossed = np.zeros_like(crossed)
-    rate_rows = np.zeros((3, 6 + m))
-    rate_rows[:, 3:6] = np.eye(3)
-    return np.vstack([mass[:6], rate_rows, crossed])
+def _turned(motion: Motion, step: float) -> tuple[Array, Array]:
+    """Map z and momentum, (3, vector), and the loads, (3, r), to the integral of the rate over a step."""
+    m, resultant = motion.matrices.modes, motion.loads.force[:6]
+    whole, held = motion.free.transition(step)
+    moved = -product(motion.carried[3:], motion.free.displacement)
+    by_load = 0.5 * step**2 * product(motion.compliance[3:], resultant) + product(moved, held.times(motion.drive))
+    return np.hstack([whole.after(moved) - moved, step * motion.compliance[3:], np.zeros_like(by_load)]), by_load
 
 
-def _output_map(matrices: PlantMatrices, acceleration: Array) -> Array:
-    """Map structure state, wheel momentum and products of velocities to the outputs that are linear in them.
-
-    Rows: rate, velocity, modal displacement, modal velocity, wheel speed, gyro rates, accelerations; those of the
-    accelerations from the structure state are given.
-    """
-    m, n = matrices.modes, matrices.wheels
-    size = 2 * m + 6
-    g, k = len(matrices.gyro_axis), len(matrices.accelerometer_axis)
-    linear = np.zeros((2 * m + 6 + n + g + k, size + n + PRODUCTS))
-    linear[:3, m + 3 : m + 6] = np.eye(3)
-    linear[3:6, m : m + 3] = np.eye(3)
-    linear[6 : 6 + m, :m] = np.eye(m)
-    linear[6 + m : 6 + 2 * m, m + 6 : size] = np.eye(m)
-    speed = slice(6 + 2 * m, 6 + 2 * m + n)
-    linear[speed, m + 3 : m + 6] = -matrices.wheel_axis
-    linear[speed, m + 6 : size] = -np.einsum("ni,nim->nm", matrices.wheel_axis, matrices.wheel_slope)
-    linear[speed, size : size + n] = np.eye(n) / matrices.wheel_inertia
-    gyro = slice(speed.stop, speed.stop + g)
-    linear[gyro, m + 3 : m + 6], linear[gyro, m + 6 : size] = matrices.gyro_axis, matrices.gyro_slope
-    linear[gyro.stop :, :size] = acceleration
-    linear[gyro.stop :, size + n :] = _accelerometer_products(matrices)
-    return linear
+def _gyroscopic(motion: Motion) -> Array:
+    """Map rate and slope rates to the factors of the gyroscopic torques, (2 n, 3 + u)."""
+    matrices, loads = motion.matrices, motion.loads
+    first, second = lateral_axes(matrices)
+    if not motion.parameters.gyroscopics:
+        return np.zeros((2 * matrices.wheels, 3 + len(loads.slopes)))
+    lateral = [
+        np.hstack([axes, product(_placed(matrices, axes), loads.mount_slopes)]) * matrices.wheel_sense[:, None]
+        for axes in (second, -first)  # w_b times h: torque about a; -w_a times h: torque about b
+    ]
+    return np.vstack(lateral)
 
 
-def _accelerometer_map(matrices: PlantMatrices) -> Array:
-    """Map (v', w', eta'') to the sensed accelerations, (k, 6 + m)."""
+def _placed(matrices: PlantMatrices, axes: Array) -> Array:
+    """Return (n, 3 s): what picks a wheel's component along its axis from the vectors of the mounts."""
+    return at_mounts(matrices, axes).T
+
+
+def _observed(motion: Motion) -> Array:
+    """Map z, momentum and loads to velocity and rate, slope rates, and the linear part of the accelerations."""
+    matrices, free, loads = motion.matrices, motion.free, motion.loads
+    m, u = matrices.modes, len(loads.slopes)
     axis, position = matrices.accelerometer_axis, matrices.accelerometer_position
-    return np.hstack([axis, np.cross(position, axis), matrices.accelerometer_deflection])
+    of_change = np.hstack([axis, np.cross(position, axis), matrices.accelerometer_deflection])  # of v', w', eta''
+    of_force = product(of_change, inverse(motion.mass))
+    damping = matrices.damping * (1.0 + motion.parameters.damping_dispersion)
+    restoring = motion.stiffness[:, None] * free.displacement + damping[:, None] * free.velocity
+    rows = np.zeros((6 + u + len(axis), 2 * m + 6 + loads.force.shape[1]))
+    rows[: 6 + u, : 2 * m] = product(np.vstack([-motion.carried, loads.slopes]), free.velocity)
+    rows[:6, 2 * m : 2 * m + 6] = motion.compliance
+    rows[6 + u :, : 2 * m] = -product(of_force[:, 6:], restoring)
+    rows[6 + u :, 2 * m + 6 :] = product(of_force, loads.force)
+    return rows
+
+
+def _output_map(motion: Motion) -> Array:
+    """Map what is observed to the outputs that are linear in it.
+
+    Columns: velocity and rate, slope rates, accelerations without products, axial momenta, products of velocities.
+    Rows: rate, velocity, wheel speed, gyro rates, accelerations.
+    """
+    matrices, loads = motion.matrices, motion.loads
+    n, g, k = matrices.wheels, len(matrices.gyro_axis), len(matrices.accelerometer_axis)
+    u = len(loads.slopes)
+    momentum = slice(6 + u + k, 6 + u + k + n)
+    linear = np.zeros((6 + n + g + k, momentum.stop + PRODUCTS))
+    linear[:3, 3:6], linear[3:6, :3] = np.eye(3), np.eye(3)
+    speed, gyro = slice(6, 6 + n), slice(6 + n, 6 + n + g)
+    linear[speed, 3:6] = -matrices.wheel_axis
+    linear[speed, 6 : 6 + u] = -product(_placed(matrices, matrices.wheel_axis), loads.mount_slopes)
+    linear[speed, momentum] = np.eye(n) / matrices.wheel_inertia
+    linear[gyro, 3:6], linear[gyro, 6 : 6 + u] = matrices.gyro_axis, loads.gyro_slopes
+    linear[gyro.stop :, 6 + u : 6 + u + k] = np.eye(k)
+    linear[gyro.stop :, momentum.stop :] = _accelerometer_products(matrices)
+    return linear
 
 
 def _accelerometer_products(matrices: PlantMatrices) -> Array:

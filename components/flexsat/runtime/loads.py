@@ -1,0 +1,90 @@
+"""The few numbers through which everything that acts on the structure acts on it. numpy alone.
+
+What is held over a step - wheel torques, jitter wrenches on the mounts, external force and torque, gyroscopic torques
+about the wheels' lateral axes (2 n) and momentum terms (6) - has a resultant on the body, (6,), and acts on the modes
+through the components of the mounts' wrenches that move them: for a plate the lateral force and two torques of each
+mount. The last three loads are w x p, through which P's momentum term acts on the modes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from ..fixed_order import product
+from .plant_parameters import PlantMatrices
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loads:
+    """Maps between what is held over a step, the loads, and generalised forces on (v, w, eta')."""
+
+    of_held: Array  # (r, held)
+    force: Array  # (6 + m, r): generalised force of each load; the first six are the resultant itself
+    slopes: Array  # (u, m): rates of rotation of the mounts and gyros per unit modal velocity, each row once
+    mount_slopes: Array  # (3 s, u): picks those of the mounts about x, y, z
+    gyro_slopes: Array  # (g, u)
+
+
+def lateral_axes(matrices: PlantMatrices) -> tuple[Array, Array]:
+    """Return the axes a and b of each wheel, (n, 3) each."""
+    first, second = np.split(matrices.lateral_influence[3:6], 2, axis=1)
+    return first.T, second.T
+
+
+def at_mounts(matrices: PlantMatrices, vectors: Array) -> Array:
+    """Return (3 s, n): each wheel's vector, (n, 3), in the rows of its mount, ordered x, y, z, each over the mounts."""
+    s, n = matrices.mounts, matrices.wheels
+    placed = np.zeros((3, s, n))
+    for component in range(3):
+        placed[component, matrices.mount_of_wheel, np.arange(n)] = vectors[:, component]
+    return placed.reshape(3 * s, n)
+
+
+def prepare_loads(matrices: PlantMatrices) -> Loads:
+    """Return the loads of a spacecraft."""
+    s, m, wrench = matrices.mounts, matrices.modes, matrices.wrench_influence
+    first, second = lateral_axes(matrices)
+    torques = [at_mounts(matrices, -vectors) for vectors in (matrices.wheel_axis, first, second)]
+    no_force = np.zeros((3 * s, matrices.wheels))
+    on_wheel, about_a, about_b = (np.vstack([no_force, torque]) for torque in torques)
+    wrench_of_held = np.hstack(
+        [on_wheel, np.eye(6 * s), np.zeros((6 * s, 6)), about_a, about_b, np.zeros((6 * s, 6))]
+    )
+    held, momentum_terms = wrench_of_held.shape[1], slice(wrench_of_held.shape[1] - 6, None)
+    resultant = product(wrench[:6], wrench_of_held)
+    resultant[:, matrices.wheels + 6 * s : matrices.wheels + 6 * s + 6] = np.eye(6)
+    resultant[:, momentum_terms] = -np.eye(6)
+    moving = np.any(wrench[6:] != 0.0, axis=0)
+    turning = np.zeros((3, held))
+    turning[:, held - 6 : held - 3] = np.eye(3)
+    force = np.zeros((6 + m, 6 + np.count_nonzero(moving) + 3))
+    force[:6, :6] = np.eye(6)
+    force[6:, 6:-3] = wrench[6:, moving]
+    # P has the other sign here; then uniform motion of the whole would shake the modes and feed them energy
+    force[6:, -3:] = -matrices.mass_matrix[:3, 6:].T / matrices.mass_matrix[0, 0]
+    slopes, picks = distinct_rows(np.vstack([wrench[6:, 3 * s :].T, matrices.gyro_slope]))
+    return Loads(
+        of_held=np.vstack([resultant, wrench_of_held[moving], turning]),
+        force=force,
+        slopes=slopes,
+        mount_slopes=picks[: 3 * s],
+        gyro_slopes=picks[3 * s :],
+    )
+
+
+def distinct_rows(matrix: Array) -> tuple[Array, Array]:
+    """Return the rows (u, m) that differ and are not zero, and the map (r, u) of zeros and ones back to all rows."""
+    places: dict[bytes, int] = {}
+    rows = matrix + 0.0  # zeros have no sign
+    for row in rows:
+        if np.any(row):
+            places.setdefault(row.tobytes(), len(places))
+    picks = np.zeros((len(rows), len(places)))
+    for k, row in enumerate(rows):
+        if np.any(row):
+            picks[k, places[row.tobytes()]] = 1.0
+    kept = np.array([np.frombuffer(row) for row in places]).reshape(len(places), matrix.shape[1])
+    return kept, picks
