@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 
 
 def make_read_only(prepared: Any) -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -170,13 +172,10 @@ class ClosedLoop:
             "plant.attitude.quaternion": true.quaternion,
             "plant.rate": true.rate,
             "plant.velocity": true.velocity,
-            "plant.modal.displacement": true.modal_displacement,
-            "plant.modal.velocity": true.modal_velocity,
             "plant.wheel.speed": true.wheel_speed,
             "plant.wheel.angle": true.wheel_angle,
             "plant.gyro_site.rate": true.gyro_site_rate,
             "plant.accelerometer_site.acceleration": true.accelerometer_site_acceleration,
-            "plant.rms_deformation": true.rms_deformation.reshape(()),
             "sensors.gyro.rate": sensed.gyro_rate,
             "sensors.accelerometer.acceleration": sensed.accelerometer,
             "sensors.encoder.speed": sensed.encoder_speed,
@@ -200,6 +199,9 @@ class ClosedLoop:
             buffers[f"controller.reference.{name}"] = commanded.reference[part]
             buffers[f"controller.estimate.{name}"] = commanded.estimate[part]
         readers: dict[str, Callable[[], Any]] = {name: buffer.view for name, buffer in buffers.items()}
-        readers["plant.angular_momentum"] = lambda: plant.telemetry(self.plant, state).angular_momentum
-        readers["plant.energy"] = lambda: plant.telemetry(self.plant, state).energy
+        for port in ("angular_momentum", "energy", "modal.displacement", "modal.velocity", "rms_deformation"):
+            readers[f"plant.{port}"] = partial(self._on_demand, attrgetter(port.replace(".", "_")), state)
         return readers
+
+    def _on_demand(self, read: Callable[[plant.Telemetry], Any], state: plant.PlantState) -> Any:
+        return read(plant.telemetry(self.plant, state))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, make_read_only
+from ..arrays import Array, Flags, make_read_only
 from ..fixed_order import inverse, product
 
 WORST_CONDITION = 1e8  # of the eigenvectors: half of the digits are left
@@ -57,7 +57,7 @@ class FreeModes:
     """Coordinates z = (p, q), (2 m,), of the free structure's vibration."""
 
     eigenvalue: Array  # (2, m): real parts and imaginary parts of one of each pair; two real ones: (first, second)
-    oscillates: Array  # (m,) bool: a pair of conjugates, otherwise two real ones
+    oscillates: Flags  # (m,): a pair of conjugates, otherwise two real ones
     displacement: Array  # (m, 2 m): eta = displacement @ z
     velocity: Array  # (m, 2 m): eta' = velocity @ z
     of_structure: Array  # (2 m, 2 m): z = of_structure @ (eta, eta')
@@ -122,9 +122,7 @@ def free_modes(mass: Array, stiffness: Array, damping: Array) -> FreeModes:
     pairs = np.flatnonzero(value.imag > 0.0)
     alone = np.flatnonzero(value.imag == 0.0)
     firsts, seconds = alone[::2], alone[1::2]
-    basis = np.hstack(
-        [vector[:, pairs].real, vector[:, firsts].real, vector[:, pairs].imag, vector[:, seconds].real]
-    )
+    basis = np.hstack([vector[:, pairs].real, vector[:, firsts].real, vector[:, pairs].imag, vector[:, seconds].real])
     condition = np.linalg.cond(basis)
     if not condition < WORST_CONDITION:
         raise ValueError(

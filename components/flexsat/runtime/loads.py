@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, make_read_only
 from ..fixed_order import product
 from .plant_parameters import PlantMatrices
 
@@ -26,6 +26,9 @@ class Loads:
     slopes: Array  # (u, m): rates of rotation of the mounts and gyros per unit modal velocity, each row once
     mount_slopes: Array  # (3 s, u): picks those of the mounts about x, y, z
     gyro_slopes: Array  # (g, u)
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
 
 
 def lateral_axes(matrices: PlantMatrices) -> tuple[Array, Array]:
@@ -50,9 +53,7 @@ def prepare_loads(matrices: PlantMatrices) -> Loads:
     torques = [at_mounts(matrices, -vectors) for vectors in (matrices.wheel_axis, first, second)]
     no_force = np.zeros((3 * s, matrices.wheels))
     on_wheel, about_a, about_b = (np.vstack([no_force, torque]) for torque in torques)
-    wrench_of_held = np.hstack(
-        [on_wheel, np.eye(6 * s), np.zeros((6 * s, 6)), about_a, about_b, np.zeros((6 * s, 6))]
-    )
+    wrench_of_held = np.hstack([on_wheel, np.eye(6 * s), np.zeros((6 * s, 6)), about_a, about_b, np.zeros((6 * s, 6))])
     held, momentum_terms = wrench_of_held.shape[1], slice(wrench_of_held.shape[1] - 6, None)
     resultant = product(wrench[:6], wrench_of_held)
     resultant[:, matrices.wheels + 6 * s : matrices.wheels + 6 * s + 6] = np.eye(6)

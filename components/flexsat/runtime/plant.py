@@ -1,9 +1,10 @@
 """Run-time plant: rigid body, modes and wheels, stepped exactly in their linear part.
 
-Equations of motion: P, with the terms as PHYSICS section 2 gives them. Over a step the linear structure is carried by
-the exponentials of its free modes, and the momentum of the whole by the resultant of all forces; the gyroscopic and momentum terms are evaluated once, at a predicted mid-step, and held. Error
-order: 2 in the step. These terms are explicit: at 5 ms the step is stable up to body rates of 0.2 rad/s, at 1 ms up to
-0.5 rad/s, a thousand times the mission's. numpy alone.
+Equations of motion: P, with the terms as PHYSICS section 2 gives them. Over a step the vibration is carried by the
+exponentials of the free structure's modes, one block each, and the momentum of the whole by the resultant of all
+forces; the gyroscopic and momentum terms are evaluated once, at a predicted mid-step, and held. Error order: 2 in the
+step. These terms are explicit: at 5 ms the step is stable up to body rates of 0.2 rad/s, at 1 ms up to 0.5 rad/s, a
+thousand times the mission's. A step costs in proportion to the number of modes. numpy alone.
 
 One sign differs from P's: the modal momentum term, so that a uniform velocity of the whole spacecraft changes nothing.
 """
@@ -28,15 +29,21 @@ __all__ = [
     "PlantState",
     "PreparedPlant",
     "Telemetry",
+    "agree",
     "at_step",
+    "feed_through",
     "init",
-    "modal_motion",
     "observe",
+    "place",
     "prepare",
     "prepare_motion",
     "step",
+    "structure_motion",
     "telemetry",
 ]
+
+
+SAME = 1e-9  # relative difference of two motions that are the same but for rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,24 +112,39 @@ def init(prepared: PreparedPlant) -> PlantState:
     matrices, given = motion.matrices, motion.parameters
     axial_slope = np.einsum("ni,nim->nm", matrices.wheel_axis, matrices.wheel_slope)
     inertial = given.wheel_speed + product(matrices.wheel_axis, given.rate) + product(axial_slope, given.modal_velocity)
-    velocity = np.concatenate([given.velocity, given.rate, given.modal_velocity])
-    modal = np.concatenate([given.modal_displacement, given.modal_velocity])
-    no_load = np.zeros(prepared.load_count)
-    vector = np.concatenate([product(motion.free.of_structure, modal), product(motion.mass[:6], velocity), no_load])
+    vector = np.zeros(prepared.observed.shape[1])
     state = PlantState(
         mrp=rotations.mrp_from_quaternion(rotations.quaternion_from_mrp(given.mrp.tolist())),
         vector=vector,
-        internal=no_load,
+        internal=np.zeros(prepared.load_count),
         momentum=matrices.wheel_inertia * inertial,
         angle=given.wheel_angle.copy(),
         speed=given.wheel_speed.copy(),
         work=_work(prepared, vector),
         outputs=_outputs(prepared),
     )
-    _set_internal(prepared, state, prepared.now @ state.vector, state.momentum)
-    state.work.total[:] = state.internal
+    place(prepared, state, np.concatenate([given.modal_displacement, given.velocity, given.rate, given.modal_velocity]))
     observe(prepared, state)
     return state
+
+
+def place(prepared: PreparedPlant, state: PlantState, structure: Array) -> None:
+    """Set the motion of body and structure, (eta, v, w, eta'); no inputs act. The wheels' axial momenta stay."""
+    m, motion, work = prepared.modes, prepared.motion, state.work
+    modal = np.concatenate([structure[:m], structure[m + 6 :]])
+    work.moving[: 2 * m] = product(motion.free.of_structure, modal)
+    work.moving[2 * m :] = product(motion.mass[:6], structure[m:])
+    work.total[:] = 0.0
+    _set_internal(prepared, state, prepared.now @ state.vector, state.momentum)
+    work.total[:] = state.internal
+
+
+def structure_motion(prepared: PreparedPlant, state: PlantState) -> Array:
+    """Return the present motion of body and structure, (eta [m sqrt(kg)], v [m/s], w [rad/s], eta'), (2 m + 6,)."""
+    motion, moving = prepared.motion, state.work.moving
+    z, momentum = moving[:-6], moving[-6:]
+    speed = motion.free.velocity @ z
+    return np.concatenate([motion.free.displacement @ z, motion.compliance @ momentum - motion.carried @ speed, speed])
 
 
 def _work(prepared: PreparedPlant, vector: Array) -> PlantWork:
@@ -184,6 +206,30 @@ def _set_internal(prepared: PreparedPlant, state: PlantState, middle: Array, mom
     np.matmul(prepared.load_of_internal, held, out=state.internal)
 
 
+def agree(prepared: PreparedPlant, state: PlantState, structure: Array) -> None:
+    """Set the vibration to that of `structure`, (eta, v, w, eta'), unless it is that but for rounding.
+
+    Where two modes have one frequency, their coordinates depend on the last bits of linear algebra: another processor
+    may have others. A state that continues where it was saved keeps its bits.
+
+    Raises
+    ------
+    ValueError
+        If `structure` is not of this plant's size.
+    """
+    present = structure_motion(prepared, state)
+    if structure.shape != present.shape:
+        raise ValueError(f"structure is {structure.shape} in the saved state, and {present.shape} in this component")
+    m, motion = prepared.modes, prepared.motion
+    differing = [
+        np.linalg.norm(structure[part] - present[part]) > SAME * np.linalg.norm(structure[part])
+        for part in (slice(0, m), slice(m + 6, None))
+    ]
+    if any(differing):
+        modal = np.concatenate([structure[:m], structure[m + 6 :]])
+        state.work.moving[: 2 * m] = product(motion.free.of_structure, modal)
+
+
 def step(
     prepared: PreparedPlant, state: PlantState, inputs: Array, friction: PreparedFriction | None = None
 ) -> PlantOutputs:
@@ -202,17 +248,9 @@ def step(
     ValueError
         If the motion has diverged.
     """
-    length, limit = prepared.step_length, prepared.torque_limit
-    work, vector, momentum = state.work, state.vector, state.momentum
-    load, torque, z = work.total, work.torque, work.z
-    work.given[:] = inputs
-    np.minimum(torque, limit, out=torque)
-    np.maximum(torque, -limit, out=torque)
-    np.matmul(prepared.load_of_input, work.given, out=work.load)
-    np.add(work.load, state.internal, out=load)  # with those of the last step, to predict the middle of this one
-    if friction is not None:
-        bearing_friction.add(friction, vector, momentum, torque, work.load)
-        np.add(work.load, state.internal, out=load)
+    length, work, vector, momentum = prepared.step_length, state.work, state.vector, state.momentum
+    load, z = work.total, work.z
+    torque = _hold(prepared, state, inputs, friction)
 
     middle = np.matmul(prepared.middle, vector, out=work.middle)
     half_impulse = (0.5 * length) * torque
@@ -242,8 +280,36 @@ def step(
     return outputs
 
 
+def _hold(prepared: PreparedPlant, state: PlantState, inputs: Array, friction: PreparedFriction | None) -> Array:
+    """Hold inputs from now on, the torques limited and with friction; return these torques, a view."""
+    limit, work, load = prepared.torque_limit, state.work, state.work.total
+    work.given[:] = inputs
+    torque = work.torque
+    np.minimum(torque, limit, out=torque)
+    np.maximum(torque, -limit, out=torque)
+    np.matmul(prepared.load_of_input, work.given, out=work.load)
+    np.add(work.load, state.internal, out=load)  # with those of the last step, to predict the middle of this one
+    if friction is not None:
+        bearing_friction.add(friction, state.vector, state.momentum, torque, work.load)
+        np.add(work.load, state.internal, out=load)
+    return torque
+
+
+def feed_through(
+    prepared: PreparedPlant, state: PlantState, inputs: Array, friction: PreparedFriction | None = None
+) -> PlantOutputs:
+    """Return the outputs in the present state with other inputs at work: the accelerations, which jump with them.
+
+    Parameters
+    ----------
+    prepared, state, inputs, friction : as of `step`; the next step holds the inputs that it is given
+    """
+    _hold(prepared, state, inputs, friction)
+    return observe(prepared, state)
+
+
 def observe(prepared: PreparedPlant, state: PlantState) -> PlantOutputs:
-    """Return the outputs in the present state; accelerations hold for the inputs of the last step."""
+    """Return the outputs in the present state; accelerations are those with the inputs held last."""
     count = len(prepared.observed)
     seen, outputs = state.work.observed, state.outputs
     np.matmul(prepared.observed, state.vector, out=seen[:count])
@@ -266,12 +332,6 @@ def observe(prepared: PreparedPlant, state: PlantState) -> PlantOutputs:
     return outputs
 
 
-def modal_motion(prepared: PreparedPlant, state: PlantState) -> tuple[Array, Array]:
-    """Return eta [m sqrt(kg)] and eta' [m sqrt(kg)/s], (m,) each, in the present state."""
-    free, z = prepared.motion.free, state.vector[: 2 * prepared.modes]
-    return free.displacement @ z, free.velocity @ z
-
-
 def telemetry(prepared: PreparedPlant, state: PlantState) -> Telemetry:
     """Return quantities of the present state that no other component needs.
 
@@ -279,16 +339,16 @@ def telemetry(prepared: PreparedPlant, state: PlantState) -> Telemetry:
     2). The RMS deformation is the norm of eta over the square root of the mass (P, section 5).
     """
     m, motion = prepared.modes, prepared.motion
-    eta, speed = modal_motion(prepared, state)
-    momentum = state.vector[2 * m : 2 * m + 6]
-    velocity = np.concatenate([motion.compliance @ momentum - motion.carried @ speed, speed])
-    matrices = motion.matrices
-    tilt = np.cross(matrices.wheel_slope @ eta, matrices.wheel_axis)
-    body = momentum[3:] + state.momentum @ (matrices.wheel_axis + tilt)
+    matrices, loads, momentum = motion.matrices, motion.loads, state.work.moving[-6:]
+    moving = structure_motion(prepared, state)
+    eta, body, speed = moving[:m], moving[m : m + 6], moving[m + 6 :]
+    slopes = (loads.mount_slopes @ (loads.slopes @ eta)).reshape(3, -1).T[matrices.mount_of_wheel]
+    axes = matrices.wheel_axis + np.cross(slopes, matrices.wheel_axis)
+    modal_momentum = motion.mass[6:, :6] @ body + speed
     return Telemetry(
-        angular_momentum=rotations.matrix_from_mrp(state.mrp).T @ body,
+        angular_momentum=rotations.matrix_from_mrp(state.mrp).T @ (momentum[3:] + state.momentum @ axes),
         energy=float(
-            0.5 * velocity @ (motion.mass @ velocity)
+            0.5 * (body @ momentum + speed @ modal_momentum)
             + 0.5 * eta @ (motion.stiffness * eta)
             + 0.5 * np.sum(state.momentum * state.momentum) / prepared.wheel_inertia
         ),

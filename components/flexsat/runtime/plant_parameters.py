@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, make_read_only
 
 STREAM = 1  # a component's own random streams: plant and sensors may be given the same seed
 
@@ -34,6 +34,9 @@ class PlantMatrices:
     accelerometer_axis: Array  # (k, 3)
     accelerometer_position: Array  # (k, 3) [m]
     accelerometer_deflection: Array  # (k, m)
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
 
     @property
     def modes(self) -> int:
@@ -79,6 +82,7 @@ class PlantParameters:
         if not np.all(self.damping_dispersion >= -1.0):
             least = float(self.damping_dispersion.min())
             raise ValueError(f"dispersion.damping: every relative error must be >= -1, got {least!r}")
+        make_read_only(self)
 
 
 def parameters_of_run(

@@ -112,7 +112,7 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
     if not step > 0.0:
         raise ValueError(f"the plant's period must be > 0 s, got {step!r}")
     matrices, free, loads = motion.matrices, motion.free, motion.loads
-    m, n, r = matrices.modes, matrices.wheels, loads.force.shape[1]
+    n, r = matrices.wheels, loads.force.shape[1]
     whole, whole_held = free.transition(step)
     half, half_held = free.transition(0.5 * step)
     speeds = np.vstack([-motion.carried[3:], loads.slopes])  # rate and slope rates, from eta'
@@ -123,7 +123,7 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
     return PreparedPlant(
         motion=motion,
         step_length=step,
-        modes=m,
+        modes=matrices.modes,
         wheels=n,
         gyros=len(matrices.gyro_axis),
         accelerometers=len(matrices.accelerometer_axis),
@@ -158,7 +158,7 @@ def _velocities(motion: Motion, of_z: Array, of_load: Array, time: float) -> Arr
 
 def _turned(motion: Motion, step: float) -> tuple[Array, Array]:
     """Map z and momentum, (3, vector), and the loads, (3, r), to the integral of the rate over a step."""
-    m, resultant = motion.matrices.modes, motion.loads.force[:6]
+    resultant = motion.loads.force[:6]
     whole, held = motion.free.transition(step)
     moved = -product(motion.carried[3:], motion.free.displacement)
     by_load = 0.5 * step**2 * product(motion.compliance[3:], resultant) + product(moved, held.times(motion.drive))

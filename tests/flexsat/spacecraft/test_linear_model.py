@@ -21,19 +21,20 @@ def nominal_plant(design, quiet_run):
 
 def stepped(design, plant, x, inputs):
     """Take one plant step from a linear state; return the linear state after it, the outputs and the true change."""
-    index, modes, inertia = design.model.index, design.plant.modes, design.plant.wheel_inertia
+    index, inertia = design.model.index, design.plant.wheel_inertia
     state = nonlinear.init(plant)
     # translation moves with the structure, so that there is no net linear momentum
     drift = -design.plant.mass_matrix[:3, 6:] @ x[index.modal_velocity] / design.plant.mass_matrix[0, 0]
     state.mrp = tuple(x[index.mrp])
-    state.structure[:] = np.concatenate([x[index.modal_displacement], drift, x[index.rate], x[index.modal_velocity]])
     state.momentum[:] = inertia * (design.model.nominal_speed + x[index.wheel_speed])
-    now = plant.momentum_map @ state.structure[modes:]  # the terms of the step before: those of the present state
-    state.held[plant.input_count : -6] = now[9:] * np.tile(state.momentum, 2)
+    nonlinear.place(
+        plant, state, np.concatenate([x[index.modal_displacement], drift, x[index.rate], x[index.modal_velocity]])
+    )
     outputs = nonlinear.step(plant, state, inputs)
     end = np.zeros(index.unfiltered)
     end[index.mrp], end[index.rate] = outputs.mrp, outputs.rate
-    end[index.modal_displacement], end[index.modal_velocity] = outputs.modal_displacement, outputs.modal_velocity
+    moved = nonlinear.telemetry(plant, state)
+    end[index.modal_displacement], end[index.modal_velocity] = moved.modal_displacement, moved.modal_velocity
     end[index.wheel_speed] = state.momentum / inertia - design.model.nominal_speed
     return end, outputs
 

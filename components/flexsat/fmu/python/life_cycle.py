@@ -20,7 +20,7 @@ from pythonfmu._version import __version__ as pythonfmu_version
 from pythonfmu.enums import Fmi2Status
 
 from ...ports.table import Kind, Naming, Port, PortTable
-from ...runtime.named_state import named_values, restore_values
+from ...runtime.named_state import NamedValues, named_values, restore_values
 from .access_plans import AccessPlans
 from .call_order import Phase, check_order
 from .communication_points import CommunicationPoints
@@ -118,6 +118,14 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
 
     def tuned(self) -> None:
         """Use the present values of tunable parameters, one of which has just changed."""
+
+    def saved_state(self) -> NamedValues:
+        """Return the model's state as named arrays and numbers."""
+        return named_values(self.state)
+
+    def restore_state(self, saved: Mapping[str, AnyArray], /) -> None:
+        """Write a saved state back; raise ValueError if it does not fit."""
+        restore_values(self.state, saved)
 
     # What a final class uses.
 
@@ -243,7 +251,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
                 phase=self._phase, experiment=self._points.defined, time=self._points.present, step=self._points.length,
                 started=self._started, stale=self._stale, inputs_set=self._buffers.inputs_set)  # fmt: skip
             values = prefixed(life_cycle.values(), "life_cycle") | prefixed(self.values.saved(), "ports")
-            return pack_state(str(self.guid), values | prefixed(named_values(self.state), "state"))
+            return pack_state(str(self.guid), values | prefixed(self.saved_state(), "state"))
         except BaseException as error:
             self._fail("getFMUstate", error)
             return b""
@@ -274,7 +282,7 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
             self.start()
             self.values.restore(ports)
         if started:
-            restore_values(self.state, state)
+            self.restore_state(state)
 
     @staticmethod
     def _fmu_state_to_bytes(state: bytes) -> bytes:

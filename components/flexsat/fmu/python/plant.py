@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,10 +10,13 @@ from ...parameters import RUN_DURATION
 from ...ports import plant as interface
 from ...ports.table import Port
 from ...runtime import bearing_friction, plant
+from ...runtime.named_state import NamedValues
 from ...runtime.plant_parameters import PlantMatrices
 from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
+from .port_values import AnyArray
 
+STRUCTURE = "structure"  # name of a saved state's motion of body and structure
 KEPT_STEPS = 8  # prepared plants, a few hundred kB each
 
 
@@ -32,15 +35,16 @@ class Plant(ComponentSlave):
     def start(self) -> None:
         """Draw the random initial values, and make the state."""
         path = self.resource(MODEL_FILE)
-        self._matrices = load_matrices(path, PlantMatrices, as_published=self.value("as_published"))
-        self._parameters = interface.parameters(self._matrices, self.value)
-        self._plant = self.in_use(plant.prepare(self._matrices, self._parameters, self.preferred_step))
+        matrices = load_matrices(path, PlantMatrices, as_published=self.value("as_published"))
+        parameters = interface.parameters(matrices, self.value)
+        self._motion = plant.prepare_motion(matrices, parameters)
+        self._plant = self.in_use(plant.at_step(self._motion, self.preferred_step))
         self._plants = {self.preferred_step: self._plant}
         self.state = plant.init(self._plant)
         self.tuned()
         reals = self.values.arrays["real"]
         self._inputs = reals[self.table.run("input")]
-        self._shown = reals[self.table.span("attitude.mrp").start : self.table.span("rms_deformation").stop]
+        self._shown = reals[self.table.span("attitude.mrp").start : self.table.span("wheel.angle").stop]
         np.copyto(self._shown, self.state.outputs.flat)
 
     def advance(self, _time: float, step: float, /) -> None:
@@ -57,7 +61,7 @@ class Plant(ComponentSlave):
         if step not in self._plants:
             if len(self._plants) == KEPT_STEPS:
                 self._plants.pop(next(iter(self._plants)))
-            self._plants[step] = self.in_use(plant.prepare(self._matrices, self._parameters, step))
+            self._plants[step] = self.in_use(plant.at_step(self._motion, step))
         self._plant = self._plants[step]
         self.tuned()
 
@@ -71,8 +75,22 @@ class Plant(ComponentSlave):
         outputs = plant.feed_through(self._plant, self.state, self._inputs, self._friction)
         np.copyto(self._shown, outputs.flat)
 
+    def saved_state(self) -> NamedValues:
+        """Add the motion of the structure: the coordinates of free modes are those of this machine's linear algebra."""
+        return super().saved_state() | {STRUCTURE: plant.structure_motion(self._plant, self.state)}
+
+    def restore_state(self, saved: Mapping[str, AnyArray], /) -> None:
+        """Take the coordinates if they mean the saved motion here too, otherwise compute them from it."""
+        if STRUCTURE not in saved:
+            raise ValueError(f"the saved state lacks {STRUCTURE}, which this component needs")
+        super().restore_state({name: value for name, value in saved.items() if name != STRUCTURE})
+        plant.agree(self._plant, self.state, saved[STRUCTURE])
+
     def evaluate(self) -> None:
         """Compute the telemetry."""
         telemetry = plant.telemetry(self._plant, self.state)
         self.view("angular_momentum")[:] = telemetry.angular_momentum
         self.view("energy")[()] = telemetry.energy
+        self.view("modal.displacement")[:] = telemetry.modal_displacement
+        self.view("modal.velocity")[:] = telemetry.modal_velocity
+        self.view("rms_deformation")[()] = telemetry.rms_deformation
