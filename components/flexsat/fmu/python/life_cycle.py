@@ -20,7 +20,6 @@ from pythonfmu._version import __version__ as pythonfmu_version
 from pythonfmu.enums import Fmi2Status
 
 from ...ports.table import Kind, Naming, Port, PortTable
-from ...runtime.named_state import NamedValues, named_values, restore_values
 from .access_plans import AccessPlans
 from .call_order import Phase, check_order
 from .communication_points import CommunicationPoints
@@ -29,13 +28,13 @@ from .model_description import about_component, model_description
 from .port_values import AnyArray, PortValues, Refused
 from .resources import build_facts, finalise_at_exit, find_resource, remove_from_search_path
 from .saved_life_cycle import SavedLifeCycle
-from .saved_state import pack_state, prefixed, section, unpack_state
+from .saved_state import ModelState, pack_state, prefixed, section, unpack_state
 from .shared_buffers import BUFFERS_REFERENCE, REFUSAL_REFERENCE, SharedBuffers
 
 Prepared = TypeVar("Prepared")
 
 
-class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type information
+class ComponentSlave(ModelState, Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no type information
     """Give a stepper ports and a life cycle. A final class states its ports and calls its stepper.
 
     A final class implements `ports`, `start` and `advance`, and `evaluate` if it has outputs on demand.
@@ -54,8 +53,6 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
     log_categories: ClassVar[dict[str, str]] = {  # the only category that is logged; the wrapper refuses others
         "logStatusError": "why a call failed, with the traceback if the model raised; the instance then stops"
     }
-
-    state: Any = None
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -118,14 +115,6 @@ class ComponentSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu ships no typ
 
     def tuned(self) -> None:
         """Use the present values of tunable parameters, one of which has just changed."""
-
-    def saved_state(self) -> NamedValues:
-        """Return the model's state as named arrays and numbers."""
-        return named_values(self.state)
-
-    def restore_state(self, saved: Mapping[str, AnyArray], /) -> None:
-        """Write a saved state back; raise ValueError if it does not fit."""
-        restore_values(self.state, saved)
 
     # What a final class uses.
 

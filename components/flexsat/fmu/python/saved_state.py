@@ -21,10 +21,26 @@ from typing import Any
 
 import numpy as np
 
+from ...runtime.named_state import NamedValues, named_values, restore_values
+
 LAYOUT = 2  # version of the layout
 DIGEST = 16  # bytes
 TYPES = frozenset({"<f8", "<i8", "<u8", "<i4", "<u4", "|u1", "|b1"})  # of the arrays; no other is made from bytes
 AnyArray = np.ndarray[Any, Any]
+
+
+class ModelState:
+    """What a component adds to its life cycle: the state of its model, and how that is saved."""
+
+    state: Any = None
+
+    def saved_state(self) -> NamedValues:
+        """Return the model's state as named arrays and numbers."""
+        return named_values(self.state)
+
+    def restore_state(self, saved: Mapping[str, AnyArray], /) -> None:
+        """Write a saved state back; raise ValueError if it does not fit."""
+        restore_values(self.state, saved)
 
 
 def pack_state(component: str, values: Mapping[str, AnyArray]) -> bytes:
