@@ -77,7 +77,10 @@ class Plant(ComponentSlave):
 
     def saved_state(self) -> NamedValues:
         """Add the motion of the structure: the coordinates of free modes are those of this machine's linear algebra."""
-        return super().saved_state() | {STRUCTURE: plant.structure_motion(self._plant, self.state)}
+        saved = super().saved_state()
+        if self.state is not None:
+            saved[STRUCTURE] = plant.structure_motion(self._plant, self.state)
+        return saved
 
     def restore_state(self, saved: Mapping[str, AnyArray], /) -> None:
         """Take the coordinates if they mean the saved motion here too, otherwise compute them from it."""
