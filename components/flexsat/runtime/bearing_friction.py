@@ -40,8 +40,7 @@ def prepare(plant: PreparedPlant, limits: Array) -> PreparedFriction:
     count = len(plant.observed) - plant.accelerometers
     mount = product(speed[:, :count], plant.observed[:count])  # from the vector, at any time
     of_z, of_momentum = mount[:, : 2 * m], mount[:, 2 * m : 2 * m + 6]
-    at_end = np.hstack([of_z[:, :m] * plant.diagonal[0] + of_z[:, m:] * plant.crossed[1],
-                        of_z[:, :m] * plant.crossed[0] + of_z[:, m:] * plant.diagonal[1]])  # fmt: skip
+    at_end = plant.motion.free.transition(plant.step_length)[0].after(of_z)
     of_load = product(mount[:, : 2 * m + 6], plant.driven[:-3])
     load_of_torque = plant.load_of_input[:, wheels]
     response = product(of_load, load_of_torque) + np.eye(len(wheels)) * (plant.step_length / plant.wheel_inertia)

@@ -6,7 +6,9 @@ Without V the modes of the clamped structure obey
     (I - L^T M_r^-1 L) eta'' + D eta' + K eta = f - L^T M_r^-1 F,      D, K diagonal,
 
 whose 2 m eigenvalues are those of the free structure without its six rigid motions. Its eigenvectors in (omega eta,
-eta') are well conditioned (98 for 198 modes of the mesh of record), so that transforming costs two digits.
+eta') are well conditioned (98 for 198 modes of the mesh of record), so that transforming costs two digits. Where a
+mode is damped critically there are fewer eigenvectors than coordinates; then, or where the same bits are wanted on
+every processor, the coordinates are eta and eta' themselves, and a step costs the square of their number.
 """
 
 from __future__ import annotations
@@ -15,10 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Flags, make_read_only
+from ..arrays import Array, Complex, Flags, make_read_only
 from ..fixed_order import inverse, product
+from .zero_order_hold import transition
 
-WORST_CONDITION = 1e8  # of the eigenvectors: half of the digits are left
+WORST_CONDITION = 1e6  # of the eigenvectors: six digits are lost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +56,21 @@ class Blocks:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Coupled:
+    """A matrix of coordinates that couple, with the products of `Blocks`."""
+
+    matrix: Array  # (2 m, 2 m)
+
+    def times(self, rows: Array) -> Array:
+        """Return the product with (2 m, k)."""
+        return product(self.matrix, rows)
+
+    def after(self, columns: Array) -> Array:
+        """Return the product of (k, 2 m) with this."""
+        return product(columns, self.matrix)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FreeModes:
     """Coordinates z = (p, q), (2 m,), of the free structure's vibration."""
 
@@ -72,63 +90,72 @@ class FreeModes:
         other = np.where(self.oscillates, 0.0, second)
         power, integral = np.exp(complex_one * time), time * _mean_growth(complex_one * time)
         real_power, real_integral = np.exp(other * time), time * _mean_growth(other * time).real
-        return (
-            Blocks(
-                pp=power.real,
-                pq=power.imag,
-                qp=-power.imag,
-                qq=np.where(self.oscillates, power.real, real_power),
-            ),
-            Blocks(
-                pp=integral.real,
-                pq=integral.imag,
-                qp=-integral.imag,
-                qq=np.where(self.oscillates, integral.real, real_integral),
-            ),
-        )
+        return self._blocks(power, real_power), self._blocks(integral, real_integral)
+
+    def _blocks(self, pair: Complex, alone: Array) -> Blocks:
+        second = np.where(self.oscillates, pair.real, alone)
+        return Blocks(pp=pair.real, pq=pair.imag, qp=-pair.imag, qq=second)
 
 
-def _mean_growth(exponent: Array) -> Array:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClampedModes:
+    """Coordinates z = (eta, eta'), (2 m,), with what `FreeModes` has."""
+
+    matrix: Array  # (2 m, 2 m): z' = matrix @ z
+    displacement: Array  # (m, 2 m)
+    velocity: Array  # (m, 2 m)
+    of_structure: Array  # (2 m, 2 m): identity
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
+
+    def transition(self, time: float) -> tuple[Coupled, Coupled]:
+        """Return exp(A t) and its integral from 0 to t."""
+        exponential, integral = transition(self.matrix, time)
+        return Coupled(matrix=exponential), Coupled(matrix=integral)
+
+
+def _mean_growth(exponent: Array | Complex) -> Complex:
     """Return (exp(x) - 1)/x, 1 at x = 0."""
     still = exponent == 0.0
     return np.where(still, 1.0, np.expm1(exponent) / np.where(still, 1.0, exponent))
 
 
-def free_modes(mass: Array, stiffness: Array, damping: Array) -> FreeModes:
-    """Return the coordinates of the free structure's vibration.
+def vibration(mass: Array, stiffness: Array, damping: Array, *, fixed_order: bool = False) -> FreeModes | ClampedModes:
+    """Return coordinates of the free structure's vibration; those of its free modes if there are as many.
 
     Parameters
     ----------
     mass : (6 + m, 6 + m) of (v, w, eta')
     stiffness : (m,) [1/s2]
     damping : (m,) [1/s]
-
-    Raises
-    ------
-    ValueError
-        If a mode's damping is within 1e-8 of its critical one: such a mode has no two coordinates.
+    fixed_order : eta and eta' in any case, which are the same bits on every processor
     """
     m = len(stiffness)
-    rigid, coupling = mass[:6, :6], mass[:6, 6:]
-    effective = mass[6:, 6:] - product(coupling.T, product(inverse(rigid), coupling))
-    lighter = inverse(effective)
-    frequency = np.sqrt(stiffness)
+    coupling = mass[:6, 6:]
+    effective = inverse(mass[6:, 6:] - product(coupling.T, product(inverse(mass[:6, :6]), coupling)))
+    free = None if fixed_order else _free_modes(effective, np.sqrt(stiffness), damping)
+    if free is not None:
+        return free
+    a = np.zeros((2 * m, 2 * m))
+    a[:m, m:] = np.eye(m)
+    a[m:, :m], a[m:, m:] = -effective * stiffness, -effective * damping
+    both = np.eye(2 * m)
+    return ClampedModes(matrix=a, displacement=both[:m].copy(), velocity=both[m:].copy(), of_structure=both)
+
+
+def _free_modes(effective: Array, frequency: Array, damping: Array) -> FreeModes | None:
+    """Return the free modes, or None where there are fewer than coordinates but for rounding."""
+    m = len(frequency)
     a = np.zeros((2 * m, 2 * m))  # of (omega eta, eta')
     a[:m, m:] = np.diag(frequency)
-    a[m:, :m] = -lighter * frequency
-    a[m:, m:] = -lighter * damping
-    value, vector = np.linalg.eig(a)
-    value, vector = value.astype(complex), vector.astype(complex)
-    pairs = np.flatnonzero(value.imag > 0.0)
-    alone = np.flatnonzero(value.imag == 0.0)
+    a[m:, :m], a[m:, m:] = -effective * frequency, -effective * damping
+    value, vector = (array.astype(complex) for array in np.linalg.eig(a))
+    pairs, alone = np.flatnonzero(value.imag > 0.0), np.flatnonzero(value.imag == 0.0)
     firsts, seconds = alone[::2], alone[1::2]
     basis = np.hstack([vector[:, pairs].real, vector[:, firsts].real, vector[:, pairs].imag, vector[:, seconds].real])
-    condition = np.linalg.cond(basis)
-    if not condition < WORST_CONDITION:
-        raise ValueError(
-            "a mode is damped so nearly critically that it cannot be told from its double; change"
-            " dispersion.damping of it by a millionth"
-        )
+    if not np.linalg.cond(basis) < WORST_CONDITION:
+        return None
     back = np.linalg.inv(basis)
     return FreeModes(
         eigenvalue=np.array(

@@ -265,9 +265,12 @@ def step(
         raise ValueError(
             f"the motion has diverged: steps of {length:g} s are too long for this rate; take shorter ones"
         )
-    np.multiply(prepared.crossed, work.other, out=work.crossed)
-    np.multiply(prepared.diagonal, z, out=z)
-    np.add(z, work.crossed, out=z)
+    if len(prepared.coupled):
+        z[:] = np.matmul(prepared.coupled, z.reshape(-1)).reshape(z.shape)
+    else:
+        np.multiply(prepared.crossed, work.other, out=work.crossed)
+        np.multiply(prepared.diagonal, z, out=z)
+        np.add(z, work.crossed, out=z)
     np.add(work.moving, driven[:-3], out=work.moving)
     state.mrp = rotations.rotate_mrp(state.mrp, turned)
     previous = state.speed

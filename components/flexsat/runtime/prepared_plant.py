@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array, make_read_only
 from ..fixed_order import inverse, product
-from .free_modes import FreeModes, free_modes
+from .free_modes import Blocks, ClampedModes, FreeModes, vibration
 from .loads import Loads, at_mounts, lateral_axes, prepare_loads
 from .plant_parameters import PlantMatrices, PlantParameters
 
@@ -24,7 +24,7 @@ class Motion:
     parameters: PlantParameters
     mass: Array  # (6 + m, 6 + m) with its dispersion
     stiffness: Array  # (m,) [1/s2]
-    free: FreeModes
+    free: FreeModes | ClampedModes
     loads: Loads
     drive: Array  # (2 m, r): z' = A z + drive @ loads
     compliance: Array  # (6, 6): inverse of the rigid mass
@@ -53,7 +53,8 @@ class PreparedPlant:
     wheel_inertia: float  # kg.m2
     load_of_input: Array  # (r, inputs)
     load_of_internal: Array  # (r, 2 n + 6): from gyroscopic torques and momentum terms
-    diagonal: Array  # (2, m): z of the step's end, from itself,
+    coupled: Array  # (2 m, 2 m): z of the step's end, from z; (0, 0) where its pairs do not couple: then
+    diagonal: Array  # (2, m): from itself,
     crossed: Array  # (2, m): from the other of its pair,
     driven: Array  # (2 m + 9, r): and from the loads; then the change of momentum, and the turn over the step
     middle: Array  # (9 + u + 3, vector): momenta, rate and slope rates at mid-step, and the turn without the loads
@@ -66,8 +67,8 @@ class PreparedPlant:
         make_read_only(self)
 
 
-def prepare_motion(matrices: PlantMatrices, parameters: PlantParameters) -> Motion:
-    """Prepare what does not depend on the step length.
+def prepare_motion(matrices: PlantMatrices, parameters: PlantParameters, *, fixed_order: bool = False) -> Motion:
+    """Prepare what does not depend on the step length; with `fixed_order` the same bits on every processor.
 
     Raises
     ------
@@ -84,7 +85,7 @@ def prepare_motion(matrices: PlantMatrices, parameters: PlantParameters) -> Moti
         )
     stiffness = (matrices.frequency * (1.0 + parameters.frequency_dispersion)) ** 2
     damping = matrices.damping * (1.0 + parameters.damping_dispersion)
-    free, loads = free_modes(mass, stiffness, damping), prepare_loads(matrices)
+    free, loads = vibration(mass, stiffness, damping, fixed_order=fixed_order), prepare_loads(matrices)
     compliance, coupling = inverse(mass[:6, :6]), mass[:6, 6:]
     carried = product(compliance, coupling)
     on_modes = loads.force[6:] - product(carried.T, loads.force[:6])
@@ -120,6 +121,7 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
     turned, turned_by_load = _turned(motion, step)
     middle = _velocities(motion, half.after(of_z), product(of_z, half_held.times(motion.drive)), 0.5 * step)
     inputs = n + 6 * matrices.mounts + 6
+    none = np.zeros((0, 0))
     return PreparedPlant(
         motion=motion,
         step_length=step,
@@ -133,8 +135,9 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
         wheel_inertia=matrices.wheel_inertia,
         load_of_input=loads.of_held[:, :inputs].copy(),
         load_of_internal=loads.of_held[:, inputs:].copy(),
-        diagonal=whole.diagonal,
-        crossed=whole.crossed,
+        coupled=none if isinstance(whole, Blocks) else whole.matrix,
+        diagonal=whole.diagonal if isinstance(whole, Blocks) else none,
+        crossed=whole.crossed if isinstance(whole, Blocks) else none,
         driven=np.vstack([whole_held.times(motion.drive), step * loads.force[:6], turned_by_load]),
         middle=np.vstack([middle, turned]),
         gyroscopic=np.pad(_gyroscopic(motion), ((0, 0), (0, 3))),

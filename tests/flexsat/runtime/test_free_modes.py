@@ -9,8 +9,9 @@ from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
 from flexsat.design.chain import plant_matrices
+from flexsat.runtime import bearing_friction
 from flexsat.runtime import plant as stepper
-from flexsat.runtime.free_modes import free_modes
+from flexsat.runtime.free_modes import ClampedModes, FreeModes, vibration
 from flexsat.spacecraft.assembly import build_spacecraft
 
 MODES = 60
@@ -33,7 +34,8 @@ def test_transition_is_the_exponential(distributed, damping_factor):
     """Undamped, as designed, and with some modes overdamped, whose eigenvalues are real."""
     craft = distributed.spacecraft
     stiffness, damping = craft.frequency**2, damping_factor * craft.damping
-    free = free_modes(craft.mass_matrix, stiffness, damping)
+    free = vibration(craft.mass_matrix, stiffness, damping)
+    assert isinstance(free, FreeModes)
     assert np.all(free.oscillates) == (damping_factor < 100.0)
     matrix, scale = clamped_matrix(craft.mass_matrix, stiffness, damping), np.tile(craft.frequency, 2)
     scale[len(stiffness) :] = 1.0  # (omega eta, eta'), which are of one size
@@ -49,9 +51,36 @@ def test_transition_is_the_exponential(distributed, damping_factor):
         assert_allclose(whole.after(to_motion), to_motion @ whole.times(np.eye(len(scale))), atol=1e-14)
 
 
-def test_a_mode_at_its_critical_damping_is_refused():
-    with pytest.raises(ValueError, match="damped so nearly critically"):
-        free_modes(np.eye(7), np.array([4.0]), np.array([4.0]))
+def test_a_mode_at_its_critical_damping_takes_the_coordinates_that_couple():
+    """Two equal eigenvalues, one eigenvector: eta = t exp(-2 t) after an impulse."""
+    clamped = vibration(np.eye(7), np.array([4.0]), np.array([4.0]))
+    assert isinstance(clamped, ClampedModes)
+    assert isinstance(vibration(np.eye(7), np.array([4.0]), np.array([4.0 - 1e-6])), FreeModes)
+    whole, _ = clamped.transition(0.7)
+    motion = clamped.displacement @ whole.times(clamped.of_structure @ np.array([[0.0], [1.0]]))
+    assert_allclose(motion, [[0.7 * np.exp(-1.4)]], rtol=1e-14)
+
+
+def test_coordinates_that_couple_step_as_those_that_do_not(design, quiet_run):
+    """Both forms of one plant under random loads, one wheel braked."""
+    rng = np.random.default_rng(10)
+    m, n = design.plant.modes, design.plant.wheels
+    parameters = quiet_run(
+        design.plant,
+        rate=np.array([0.02, -0.03, 0.01]),
+        modal_velocity=rng.standard_normal(m),
+        wheel_speed=rng.uniform(20.0, 40.0, n),
+    )
+    ends = []
+    for fixed_order in (False, True):
+        plant = stepper.at_step(stepper.prepare_motion(design.plant, parameters, fixed_order=fixed_order), 1e-3)
+        assert len(plant.coupled) == (2 * m if fixed_order else 0)
+        state, brake = stepper.init(plant), bearing_friction.prepare(plant, 30.0 * np.eye(n)[1])
+        draw = np.random.default_rng(11)
+        for _ in range(300):
+            outputs = stepper.step(plant, state, draw.standard_normal(plant.input_count), brake)
+        ends.append(np.concatenate([stepper.structure_motion(plant, state), outputs.flat]))
+    assert_allclose(ends[1], ends[0], rtol=1e-9, atol=1e-11 * np.abs(ends[0]).max())
 
 
 def test_a_step_of_more_modes_is_second_order_too(quiet_run, distributed):

@@ -45,7 +45,7 @@ def use_fixed_order(slave: Any) -> None:
     """Let a component, just instantiated, compute in a fixed order: what it prepares, and its ports."""
     view = slave.view
     slave.view = lambda name: view(name).view(FixedOrderArray)
-    slave.in_use = _in_fixed_order
+    slave.in_use, slave.fixed_order = _in_fixed_order, True
 
 
 def _in_fixed_order(prepared: Any) -> Any:

@@ -47,6 +47,7 @@ class ComponentSlave(ModelState, Fmi2Slave):  # type: ignore[misc]  # pythonfmu 
     version: ClassVar[str] = "0"
     preferred_step: float = 1e-3  # [s] what the model description recommends where any step is accepted
     stop_time: ClassVar[float | None] = None  # [s] end of the default experiment
+    fixed_order = False  # whether sums are to be the same bits on every processor
     fixed_step: float | None = None  # [s] the only step accepted; None accepts any
     equal_steps: ClassVar[bool] = False  # where any step is accepted: whether all have to be as long as the first
     step_parameter: ClassVar[str | None] = None  # parameter that sets it, if one does

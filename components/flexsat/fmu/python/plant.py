@@ -37,7 +37,7 @@ class Plant(ComponentSlave):
         path = self.resource(MODEL_FILE)
         matrices = load_matrices(path, PlantMatrices, as_published=self.value("as_published"))
         parameters = interface.parameters(matrices, self.value)
-        self._motion = plant.prepare_motion(matrices, parameters)
+        self._motion = plant.prepare_motion(matrices, parameters, fixed_order=self.fixed_order)
         self._plant = self.in_use(plant.at_step(self._motion, self.preferred_step))
         self._plants = {self.preferred_step: self._plant}
         self.state = plant.init(self._plant)
