@@ -81,7 +81,7 @@ class Bench:
 
     def left_processes(self) -> list[psutil.Process]:
         """Return the processes that a killed run has left, after they had time to end."""
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + 60.0  # a worker that is still starting ends once it has started
         while left := [process for process in psutil.process_iter() if self._belongs(process)]:
             if time.monotonic() > deadline:
                 return left
