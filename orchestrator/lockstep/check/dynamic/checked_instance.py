@@ -77,6 +77,7 @@ class CheckedInstance:
         hooks = Hooks(log=lambda *_: None, message=self._take_message, call=self._record_call)
         self._slave = instantiate_unpacked(fmu, experiment.fmi, variables, hooks)
         self.do_step = self._slave.do_step
+        self._text_call: PortCall | None = None
         self.write = [self._port_call("Set", ports, scalar) for scalar, ports in experiment.by_type("inputs").items()]
         self._read = {
             scalar: self._port_call("Get", ports, scalar) for scalar, ports in experiment.by_type("outputs").items()
@@ -259,7 +260,9 @@ class CheckedInstance:
             texts = (c_char_p * len(ports))()
             self.demand("GetString", byref(references), len(ports), byref(texts))
             return [text or b"" for text in texts]
-        found = self._port_call("Get", ports, "String")
+        if self._text_call is None:  # bound once: each binding keeps its buffers
+            self._text_call = self._port_call("Get", ports, "String")
+        found = self._text_call
         self._make(found.name, found.call)
         return [str(text).encode() for text in found.buffer]
 
