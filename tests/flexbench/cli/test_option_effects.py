@@ -60,6 +60,8 @@ RUN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--samp
     **dict.fromkeys(("--replace", "--adapter"), _ADAPTER),
     "--faults": "lockstep/faults/test_kinds.py::test_every_kind_gives_its_sequence",
     **dict.fromkeys(("--shadow", "--shadow-adapter", "--switchover", "--blend"), _SHADOW),
+    "--start-time": "lockstep/checkpoint/test_start_time.py"
+    "::test_the_command_line_sets_the_start_time_and_a_run_is_resumed_from_its_record",
     "--input": "lockstep/plan/test_input_files.py"
     "::test_one_fmu_alone_takes_names_of_its_variables_and_other_delimiters",
     "--isolate": f"{HERE}::test_the_process_of_a_component_is_recorded",
@@ -106,7 +108,11 @@ EFFECTS = {
         "--as-published": _VALUE_FILE + "test_as_published_sets_the_parameters_of_the_release",
     },
     "flexsat write-ssp": WRITE_SSP,
-    "flexsat check": CHECK | {"--like": "system/test_acceptance.py::test_a_controller_of_the_other_size_misses_wheels"},
+    "flexsat check": CHECK
+    | {
+        "--like": "system/test_acceptance.py::test_a_controller_of_the_other_size_misses_wheels",
+        "--adapter": "flexbench/adapt/test_adapted_check.py::test_fmu_is_judged_behind_its_adapter",
+    },
     "flexsat probe-latency": PROBE_LATENCY,
     "flexsat timeline": SHOWN | dict.fromkeys(
         ("--ticks", "--svg"), "system/test_foreign_package.py::test_the_command_shows_and_draws_it"
