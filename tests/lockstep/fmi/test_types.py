@@ -14,6 +14,7 @@ from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.fmi.model_description import read_description
 
 STEP = 10_000_000  # [ns]
+ROWS = 6  # of five steps: at the start of each, and at the stop time
 ISOLATED = pytest.mark.parametrize("isolated", [False, True], ids=["inside", "isolated"])
 
 SENT = {  # by the name without _in
@@ -87,7 +88,7 @@ def test_values_of_every_type_arrive_and_are_recorded_unchanged(two, tmp_path, i
 
     for name, value in SENT.items():
         column = signals[f"two.{name}_out"]
-        assert column.tolist() == [value] * 5, name
+        assert column.tolist() == [value] * ROWS, name
     assert signals["two.UInt64_out"].dtype == np.uint64
     assert signals["two.whole_out"].dtype == np.int64
     assert signals["two.UInt8_out"].dtype == np.float64
@@ -120,10 +121,10 @@ def test_array_elements_are_set_one_by_one(two, reference_fmu, tmp_path, isolate
     signals = read_signals(tmp_path / "out")
 
     vector = signals["two.vector_out"]  # in mm; x grows by 1 m/s in its steps of two ticks, and is held between
-    assert vector[:, [0, 2]].tolist() == [[-0.25, -8.0]] * 5
-    assert_allclose(vector[:, 1], [2020.0, 2020.0, 2040.0, 2040.0, 2060.0], rtol=1e-15)
-    assert signals["two.matrix_out"].tolist() == [[9.0, 9.0, 9.0, 3.0, 9.0, -9.0]] * 5
-    assert signals["two.words_out"].tolist() == [["", "zwei Worte"]] * 5
+    assert vector[:, [0, 2]].tolist() == [[-0.25, -8.0]] * ROWS
+    assert_allclose(vector[:, 1], [2020.0, 2020.0, 2040.0, 2040.0, 2060.0, 2060.0], rtol=1e-15)
+    assert signals["two.matrix_out"].tolist() == [[9.0, 9.0, 9.0, 3.0, 9.0, -9.0]] * ROWS
+    assert signals["two.words_out"].tolist() == [["", "zwei Worte"]] * ROWS
 
 
 def test_checkpoint_continues_bitwise_with_partly_set_arrays(two, reference_fmu, tmp_path):
@@ -157,7 +158,7 @@ def test_integers_of_different_widths_can_be_connected(two, tmp_path):
     for number, (source, target, value) in enumerate(pairs):
         simulate(two(crossing(source, target), **{source: value}), tmp_path / f"out{number}")
         signals = read_signals(tmp_path / f"out{number}")
-        assert signals[f"two.{target}_out"].tolist() == [value] * 5
+        assert signals[f"two.{target}_out"].tolist() == [value] * ROWS
 
 
 def test_transformation_of_a_wide_integer_is_exact(two, tmp_path):
@@ -166,7 +167,7 @@ def test_transformation_of_a_wide_integer_is_exact(two, tmp_path):
     )
     simulate(two((tripled,), Int64=2**60 + 1), tmp_path / "out")
 
-    assert read_signals(tmp_path / "out")["two.Int64_out"].tolist() == [-3 * (2**60 + 1) + 1] * 5
+    assert read_signals(tmp_path / "out")["two.Int64_out"].tolist() == [-3 * (2**60 + 1) + 1] * ROWS
     with pytest.raises((InputError, RunError), match=r"-3 \* 3074457345618258604 \+ 1 does not fit into 64 bits"):
         simulate(two((tripled,), Int64=2**63 // 3 + 2), tmp_path / "none")
 
@@ -210,7 +211,7 @@ def test_bad_value_is_refused(two, tmp_path, values, message):
 def test_enumeration_item_is_set_by_name(two, tmp_path):
     simulate(two(wires("Enumeration"), Enumeration="coarse"), tmp_path / "out")
 
-    assert read_signals(tmp_path / "out")["two.Enumeration_out"].tolist() == [3] * 5
+    assert read_signals(tmp_path / "out")["two.Enumeration_out"].tolist() == [3] * ROWS
 
 
 def test_text_too_long_for_an_isolated_fmu_is_refused(two, tmp_path):

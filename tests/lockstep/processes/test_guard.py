@@ -103,4 +103,4 @@ def test_a_daemon_of_an_fmu_ends_with_the_run(tmp_path, monkeypatch):
         except (psutil.Error, OSError):  # it has ended
             continue
     assert left == []
-    assert read_signals(tmp_path / "out")["b.count"][-1] == 10
+    assert read_signals(tmp_path / "out")["b.count"][-1] == 11  # the sample at the stop time too
