@@ -233,9 +233,9 @@ def test_strings_and_64_bit_integers_are_exported_exactly(reference_fmu, tmp_pat
     export_run(tmp_path / "run", "csv", tmp_path / "out.csv")
 
     table = pq.read_table(tmp_path / "out.parquet")
-    assert table["one.UInt64_out"].to_pylist() == [2**64 - 1] * 3
-    assert table["one.whole_out[1]"].to_pylist() == [-(2**63)] * 3
-    assert table["one.String_out"].to_pylist() == ["größer"] * 3
+    assert table["one.UInt64_out"].to_pylist() == [2**64 - 1] * 4
+    assert table["one.whole_out[1]"].to_pylist() == [-(2**63)] * 4
+    assert table["one.String_out"].to_pylist() == ["größer"] * 4
     assert "18446744073709551615" in (tmp_path / "out.csv").read_text()
     drawn = load_results([tmp_path / "run"])[0].signals()  # what a report draws
     assert "one.String_out" not in drawn
