@@ -196,7 +196,7 @@ def paired(bench: Bench, offset: float, kind: str) -> Iterator[tuple[str, bool]]
     found = {}
     for path in home.rglob("run.toml"):
         record, signals = tomllib.loads(path.read_text()), read_signals(path.parent)
-        right = record["status"] == "completed" and len(signals.time) == round(record["stop_time"] * 1000)
+        right = record["status"] == "completed" and len(signals.time) == round(record["stop_time"] * 1000) + 1
         yield "a folder holds one whole run", right and bench.is_part(signals)
         found[path.parent.name] = f"{record['stop_time']:g}"
         names = sorted(file.name for file in path.parent.iterdir())
