@@ -181,7 +181,9 @@ def test_reference_results_do_not_depend_on_what_ran_before(resources, component
 
 def test_an_experiment_that_the_component_refuses_stops_the_build(resources):
     wrong = Experiment(name="wrong", description="a step it does not take", step=2e-3, stop_time=0.01, record_every=1)
-    with pytest.raises(ValueError, match=r"experiment wrong: .* a step of 0.002 s is not accepted"):
+    with pytest.raises(
+        ValueError, match=r"experiment wrong: .* fast_period = 0.005 s must be a whole multiple of the step of 0.002 s"
+    ):
         run_experiments(SHELLS["sensors"], resources["sensors"], [wrong])
 
 
