@@ -49,7 +49,7 @@ def test_a_branch_in_processes_of_its_own_goes_on_bit_by_bit(flexsat, whole, tmp
     assert "no metrics.json: metrics: the run begins at 0.417 s, from a checkpoint" in done.stdout
     mine, full = read_signals(tmp_path), read_signals(whole)
     rows = np.searchsorted(full.time, mine.time)
-    assert (len(mine.columns), len(rows), rows[-1]) == (len(full.columns), 133, 549)
+    assert (len(mine.columns), len(rows), rows[-1]) == (len(full.columns), 134, 550)
     for name in mine.columns:
         np.testing.assert_array_equal(mine[name].view(np.int64), full[name][rows].view(np.int64), name)
 
