@@ -50,7 +50,7 @@ def nested(root):
 
 
 def test_our_loop_written_by_another_tool_runs_bitwise_the_same(tmp_path, fmus, python):
-    original = fmus / "centralised" / "fine_pointing.ssd"
+    original = fmus / "centralised" / "closed" / "fine_pointing.ssd"
     package = tmp_path / "foreign.ssp"
     with zipfile.ZipFile(original.with_suffix(".ssp")) as source, zipfile.ZipFile(package, "w") as target:
         for member in source.namelist():
@@ -69,7 +69,7 @@ def test_our_loop_written_by_another_tool_runs_bitwise_the_same(tmp_path, fmus, 
 
 def test_the_command_shows_and_draws_it(tmp_path, fmus, flexsat):
     folder = tmp_path / "foreign"
-    with zipfile.ZipFile(fmus / "centralised" / "fine_pointing.ssp") as source:
+    with zipfile.ZipFile(fmus / "centralised" / "closed" / "fine_pointing.ssp") as source:
         source.extractall(folder)
     description = folder / "SystemStructure.ssd"
     description.write_bytes(etree.tostring(nested(etree.fromstring(description.read_bytes()))))
