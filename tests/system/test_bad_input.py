@@ -123,7 +123,10 @@ BY_COMPONENT = {
     "inertia": ("plant.dispersion.inertia=0,-0.01,0", ("plant", "dispersion.inertia", "-0.01", "choose larger")),
     "frequency": ("plant.dispersion.frequency[3]=-1", ("plant", "frequency", "must be > -1", "-1.0")),
     "torque limit": ("plant.wheel.torque_limit=0", ("plant", "wheel.torque_limit", "must be > 0", "0.0")),
-    "sampling": ("sensors.fast_period=0.0015", ("sensors", "star_tracker.period = 0.1 s", "whole multiple", "0.0015 s")),
+    "sampling": (
+        "sensors.fast_period=0.0015",
+        ("sensors", "star_tracker.period = 0.1 s", "whole multiple", "0.0015 s"),
+    ),
     "star tracker": (
         "sensors.star_tracker.period=0.101",
         ("sensors", "star_tracker.period = 0.101 s", "whole multiple of", "0.005 s"),
