@@ -125,11 +125,11 @@ BY_COMPONENT = {
     "torque limit": ("plant.wheel.torque_limit=0", ("plant", "wheel.torque_limit", "must be > 0", "0.0")),
     "sampling": (
         "sensors.fast_period=0.0015",
-        ("sensors", "star_tracker.period = 0.1 s", "whole multiple", "0.0015 s"),
+        ("sensors", "star_tracker.period = 0.1 s", "whole multiple of fast_period = 0.0015 s"),
     ),
     "star tracker": (
         "sensors.star_tracker.period=0.101",
-        ("sensors", "star_tracker.period = 0.101 s", "whole multiple of", "0.005 s"),
+        ("sensors", "star_tracker.period = 0.101 s", "whole multiple of fast_period = 0.005 s"),
     ),
 }
 

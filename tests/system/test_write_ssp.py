@@ -16,7 +16,7 @@ def test_the_loop_is_that_with_the_adapter(flexsat, fmus, tmp_path):
     adapter, package = tmp_path / "vendor.toml", tmp_path / "vendor.ssp"
     given = ("--replace", f"controller={vendor_fmu(tmp_path, units=False)}", "--adapter", adapter)
     adapter.write_text(ADAPTER)
-    system, stop = fmus / "centralised" / "closed" / "fine_pointing.ssd", ("--stop-time", 0.5)
+    system, stop = fmus / "centralised" / "fine_pointing.ssd", ("--stop-time", 0.5)
 
     refused = flexsat("write-ssp", system, *given, "--out", package)
     assert refused.returncode == 2

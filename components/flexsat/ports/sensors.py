@@ -131,7 +131,9 @@ def parameters(model: SensorMatrices, value: Callable[[str], Any], step: float |
     least, given = quantity(Rates, "sensors").range.least, value("step_size")
     if least is not None and 0.0 < given < least:
         raise ValueError(f"step_size must be 0 for that of the first step, or >= {least:g} s, got {given!r}")
-    step = step or given or value("fast_period")
+    step = step or given
+    known = "the step of" if step else "fast_period ="
+    step = step or value("fast_period")
     grade = "fine" if value("star_tracker.fine") else "coarse"
     return SensorParameters(
         seed=value("seed"),
@@ -143,7 +145,7 @@ def parameters(model: SensorMatrices, value: Callable[[str], Any], step: float |
         filter_frequency=value("accelerometer.filter_frequency"),
         step=step,
         fast_steps=whole_multiple("fast_period", value("fast_period"), step),
-        star_tracker_steps=whole_multiple("star_tracker.period", value("star_tracker.period"), step),
+        star_tracker_steps=whole_multiple("star_tracker.period", value("star_tracker.period"), step, known),
         jitter=value("jitter.enabled"),
         imbalance_force=value("jitter.imbalance_force"),
         imbalance_torque=value("jitter.imbalance_torque"),

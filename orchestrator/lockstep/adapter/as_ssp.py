@@ -125,6 +125,8 @@ class _Translation:
             self.system,
             components=tuple(self.new if c.name == self.name else c for c in self.system.components),
             connections=tuple(self.connections),
+            # those of the whole system that lead to ports which only the adapter has lead nowhere without it
+            ports=tuple(port for port in self.system.ports if port.component != self.name),
             record=tuple(dict.fromkeys(self._record())) or ("all",),
         )
         return result
