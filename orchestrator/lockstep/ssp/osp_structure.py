@@ -132,7 +132,7 @@ class _Structure:
             yield variable, _value(kind, f"{name}.{variable}")
 
     def _connections(self) -> Iterator[Connection]:
-        """Yield all connections; those of the sums join `components` once all of theirs are known."""
+        """Yield all connections; those of the sums join `components` once all their inputs are known."""
         inputs: dict[str, _End] = {}  # of the linear transformations
         outputs: list[tuple[OspFunction, _End]] = []
         of_sums: list[tuple[OspFunction, str, _End]] = []

@@ -184,7 +184,7 @@ def test_a_folder_whose_process_lives_is_not_removed_though_its_lock_is_unseen(t
 
 
 def test_a_folder_without_a_lock_is_removed_once_its_process_has_ended(tmp_path):
-    """Killed before it locked its folder, or while it removed it; others keep theirs."""
+    """Killed before it locked its folder, or while it removed it; other folders stay."""
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
     mine, gone, young, foreign = (
