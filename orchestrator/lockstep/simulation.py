@@ -146,7 +146,7 @@ def simulate(
         interrupt = stack.enter_context(deferred_interrupt())
         results = stack.enter_context(held(folder, overwrite=chosen.overwrite))  # before anything that takes long
         events = Events(seconds(plan.schedule.time(first)))
-        temporary = stack.enter_context(temporary_folder("run", lambda path: events.add("cleaned", folder=str(path))))
+        temporary = stack.enter_context(temporary_folder("run"))
         stack.callback(events.close)
         close_slaves = stack.enter_context(ExitStack())
         shared = SharedProcess()

@@ -73,7 +73,7 @@ def test_a_second_of_a_closed_loop_is_the_same_without_it(second, tmp_path):
     assert done.returncode == 0, done.stderr
     simulate(second, tmp_path / "with")
     mine, usual = (read_signals(tmp_path / name) for name in ("without", "with"))
-    assert len(mine.time) == 1000
+    assert len(mine.time) == 1001
     for name in usual.columns:
         np.testing.assert_array_equal(mine[name], usual[name], name)
     assert not list((tmp_path / "without").glob("*.lock"))

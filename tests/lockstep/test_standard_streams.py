@@ -47,7 +47,6 @@ def test_what_an_fmu_prints_does_not_get_into_results_of_a_program_without_stand
         name="talkative",
         source=path,
         period=STEP,
-        kind="sampled",
         isolated=False,
         parameters={"level": 1.0, "rate": 1.0},
     )
@@ -55,7 +54,7 @@ def test_what_an_fmu_prints_does_not_get_into_results_of_a_program_without_stand
 
     assert done.returncode == 0
     closed, opened = (read_signals(tmp_path / name) for name in ("closed", "open"))
-    assert len(closed.time) == 10
+    assert len(closed.time) == 11
     assert np.ptp(closed["talkative.filtered"]) > 0.0
     for name in opened.columns:
         np.testing.assert_array_equal(closed[name], opened[name])

@@ -38,14 +38,13 @@ def unpacking_folder() -> Path:
 
 
 @contextmanager
-def temporary_folder(purpose: str, removed: Callable[[Path], None] = lambda _: None) -> Iterator[Path]:
+def temporary_folder(purpose: str) -> Iterator[Path]:
     """Make a folder that is locked while this process lives, and remove it at the end.
 
-    First remove those of processes that were killed, and report each. Raises TemporaryFolderError if none can be made.
+    First remove those of processes that were killed. Raises TemporaryFolderError if none can be made.
     """
     parent = unpacking_folder()
-    for path in remove_abandoned(parent):
-        removed(path)
+    remove_abandoned(parent)
     try:
         made = tempfile.TemporaryDirectory(
             prefix=f"lockstep-{purpose}-{os.getpid()}-", dir=parent, ignore_cleanup_errors=True
