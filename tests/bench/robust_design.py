@@ -7,8 +7,9 @@ pointing as covariances, and with `--curves` the trade-off with 60 modes. The pu
 import sys
 
 from flexbench.studies.margins.designed_loop import DesignedLoop
+from flexbench.studies.margins.real_plant import Corner, Plants, stability
 from flexbench.studies.margins.stability import stability_margins
-from flexbench.studies.spillover.corners import Corner, Plants, required_corners, stability
+from flexbench.studies.spillover.corners import required_corners
 from flexbench.studies.spillover.stationary import stationary
 from flexbench.studies.spillover.trade_off import HEADER, trade_off
 from flexsat.design.chain import build_design

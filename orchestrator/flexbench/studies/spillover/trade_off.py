@@ -9,7 +9,7 @@ from flexsat.design.chain import build_design
 from flexsat.parameters import ARCSECOND, Configuration, Weights
 from flexsat.spacecraft.variation import ModelErrors
 
-from .corners import Corner, Plants, stability
+from ..margins.real_plant import Corner, Plants, stability
 from .stationary import Stationary, stationary
 
 DELAYS = (0.0025, 0.005, 0.0075, 0.010, 0.0125, 0.015, 0.020, 0.025, 0.030, 0.040)  # s

@@ -2,7 +2,7 @@
 
 import pytest
 
-from flexbench.studies.spillover.corners import Plants
+from flexbench.studies.margins.real_plant import Plants
 from flexsat.design.chain import build_design
 from flexsat.parameters import CONFIGURATIONS, configuration
 

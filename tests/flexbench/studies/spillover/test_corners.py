@@ -4,16 +4,8 @@ import numpy as np
 import pytest
 
 from flexbench.studies.margins.designed_loop import DesignedLoop
-from flexbench.studies.spillover.corners import (
-    DELAY,
-    GAINS,
-    MODE_COUNTS,
-    PHASE,
-    Corner,
-    required_corners,
-    stability,
-    table_rows,
-)
+from flexbench.studies.margins.real_plant import Corner, stability, table_rows
+from flexbench.studies.spillover.corners import DELAY, GAINS, MODE_COUNTS, PHASE, required_corners
 from flexsat.parameters import ALL_MODES, CONFIGURATIONS
 from flexsat.spacecraft.variation import ModelErrors
 from lockstep import InputError

@@ -1,0 +1,122 @@
+"""The loop with the real structure: more modes than the controller knows, errors of its model, gain, phase, delay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from flexsat.design.chain import Design
+from flexsat.parameters import ALL_MODES
+from flexsat.spacecraft.assembly import Spacecraft
+from flexsat.spacecraft.linear_model import LinearModel, linearise
+from flexsat.spacecraft.variation import ModelErrors, full_spacecraft, keep_modes, with_errors
+from lockstep.errors import InputError
+
+from .designed_loop import DesignedLoop
+from .periodic_loop import PeriodicLoop
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Corner:
+    """One real plant, and a change of all its inputs that the controller does not know."""
+
+    modes: int
+    errors: ModelErrors = field(default_factory=ModelErrors)
+    gain: float = 1.0
+    phase: float = 0.0  # deg, of lead
+    delay: float = 0.0  # s
+
+    @property
+    def title(self) -> str:
+        """What differs from the model, in words."""
+        errors = self.errors
+        named = {"frequency": errors.frequency, "damping": errors.damping, "inertia": errors.inertia}
+        parts = [f"{name} {100 * value:+g} %" for name, value in named.items() if value]
+        parts += [f"gain {self.gain:g}"] if self.gain != 1.0 else []
+        parts += [f"phase {self.phase:+g} deg"] if self.phase else []
+        parts += [f"delay {1e3 * self.delay:g} ms"] if self.delay else []
+        return f"{self.modes} modes: {', '.join(parts) or 'nominal'}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stability:
+    """What a corner does to the loop."""
+
+    corner: Corner
+    highest: float  # Hz, frequency of the highest mode that the plant has
+    growth: float  # 1/s, of the slowest closed-loop pole: negative if stable
+    frequency: float  # Hz, of that pole, folded below half the star tracker's rate
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole decays."""
+        return self.growth < 0.0
+
+
+class Plants:
+    """Linear models of the real structure, made once for each mode count and set of errors."""
+
+    def __init__(self, design: Design, modes: int = ALL_MODES, real: Spacecraft | None = None) -> None:
+        """Take the real spacecraft, or build the structure of the design with so many modes."""
+        self.design = design
+        self.spacecraft: Spacecraft = real or full_spacecraft(design.config, modes)
+        self._models: dict[tuple[int, ModelErrors], LinearModel] = {}
+
+    def model(self, modes: int, errors: ModelErrors) -> LinearModel:
+        """Return the linear model with the lowest modes, at the wheel speeds of the design.
+
+        Raises
+        ------
+        InputError
+            For more modes than there are.
+        """
+        if modes > self.spacecraft.mode_count:
+            raise InputError(f"{modes} modes: the structure was built with {self.spacecraft.mode_count}")
+        key = (modes, errors)
+        if key not in self._models:
+            real = with_errors(keep_modes(self.spacecraft, slice(modes)), errors)
+            speed, corner = self.design.controller.nominal_speed, self.design.config.noise.filter_frequency
+            self._models[key] = linearise(real, speed, corner)
+        return self._models[key]
+
+    def highest(self, modes: int) -> float:
+        """Return the frequency of the highest of so many modes [Hz]."""
+        return float(self.spacecraft.frequency[modes - 1] / (2.0 * np.pi))
+
+
+def stability(plants: Plants, corner: Corner, fine: bool = True, loop: DesignedLoop | None = None) -> Stability:
+    """Return the growth rate of the loop at a corner, exact over the star tracker's period.
+
+    Parameters
+    ----------
+    plants : of the design
+    corner : the real plant, and the gain, phase and delay of all its inputs together
+    fine : with the gains for the fine guidance sensor, else for the coarse star tracker
+    loop : with delays and parameters of a run; None for no delays and the controller's own parameters
+    """
+    if loop is None:
+        loop = DesignedLoop(design=plants.design, parameters={"star_tracker.fine": fine})
+    opened = replace(loop, plant=plants.model(corner.modes, corner.errors)).at(corner.delay)
+    factor = corner.gain * np.exp(1j * np.deg2rad(corner.phase)) if corner.phase else corner.gain
+    growth, frequency = growth_of_loop(opened, factor)
+    return Stability(corner=corner, highest=plants.highest(corner.modes), growth=growth, frequency=frequency)
+
+
+def growth_of_loop(opened: PeriodicLoop, factor: complex = 1.0) -> tuple[float, float]:
+    """Return growth [1/s] and frequency [Hz] of the slowest pole of a loop closed with a factor on what comes back."""
+    values = np.linalg.eigvals(opened.monodromy(factor))
+    slowest = values[np.argmax(np.abs(values))]
+    span = opened.steps * opened.period
+    return float(np.log(np.abs(slowest)) / span), float(np.abs(np.angle(slowest)) / (2.0 * np.pi * span))
+
+
+HEADER = ("plant", "growth [1/s]", "at [Hz]", "")
+
+
+def table_rows(found: Iterable[Stability]) -> list[tuple[str, ...]]:
+    """Return a row for each corner."""
+    return [
+        (s.corner.title, f"{s.growth:+.4f}", f"{s.frequency:.2f}", "stable" if s.stable else "UNSTABLE") for s in found
+    ]
