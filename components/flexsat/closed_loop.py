@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array
+from .controller_weights import DEFAULT_DESIGN, variant_of
 from .design.chain import Designs
 from .ports import controller as controller_ports
 from .ports import plant as plant_ports
@@ -84,7 +85,13 @@ class ClosedLoop:
         for name, ports in PORTS.items():
             declared = ports(getattr(designs.corrected, name))
             values = self.values[name] = port_values(name, declared, parameters.get(name, {}))
-            models[name] = getattr(designs.as_published if values["as_published"] else designs.corrected, name)
+            variant = variant_of(as_published=values["as_published"], design=DEFAULT_DESIGN)
+            if name == "controller":
+                variant = controller_ports.variant(values.__getitem__)
+            models[name] = getattr(getattr(designs, variant), name)
+        models["plant"] = plant_ports.simulated(models["plant"], self.values["plant"].__getitem__)
+        self.modal_size = designs.corrected.plant.modes  # of the plant's ports
+        self.known_modes = models["controller"].modes
         rates = designs.corrected.config.rates
         self.step = rates.plant
         self.controller_ticks = whole_multiple("controller period", rates.controller, self.step)
@@ -166,7 +173,7 @@ class ClosedLoop:
         self, state: plant.PlantState, sensed: sensors.SensorOutputs, commanded: controller.ControllerOutputs
     ) -> dict[str, Callable[[], Any]]:
         """Return a function for each output, `component.port`, that gives its present value."""
-        true, modes, n = state.outputs, self.plant.modes, self.plant.wheels
+        true, modes, n = state.outputs, self.known_modes, self.plant.wheels
         buffers = {
             "plant.attitude.mrp": true.mrp,
             "plant.attitude.quaternion": true.quaternion,
@@ -201,7 +208,13 @@ class ClosedLoop:
         readers: dict[str, Callable[[], Any]] = {name: buffer.view for name, buffer in buffers.items()}
         for port in ("angular_momentum", "energy", "modal.displacement", "modal.velocity", "rms_deformation"):
             readers[f"plant.{port}"] = partial(self._on_demand, attrgetter(port.replace(".", "_")), state)
+        for port in ("plant.modal.displacement", "plant.modal.velocity"):
+            readers[port] = partial(self._of_all_modes, readers[port])
         return readers
+
+    def _of_all_modes(self, read: Callable[[], Array]) -> Array:
+        """Return modal values as the plant's ports show them: 0 for modes that are not simulated."""
+        return np.pad(read(), (0, self.modal_size - self.plant.modes))
 
     def _on_demand(self, read: Callable[[plant.Telemetry], Any], state: plant.PlantState) -> Any:
         return read(plant.telemetry(self.plant, state))

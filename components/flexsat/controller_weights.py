@@ -11,7 +11,19 @@ from typing import Literal
 
 ConfigurationName = Literal["centralised", "distributed"]
 ControllerDesign = Literal["published", "robust"]
-DEFAULT_DESIGN: ControllerDesign = "published"  # of configurations and FMUs; as published is always "published"
+DEFAULT_DESIGN: ControllerDesign = "robust"  # of configurations and FMUs; as published is always "published"
+
+# Of the matrices in an FMU. Plant and sensors have none of their own for the published controller
+Variant = Literal["corrected", "published", "as_published"]
+VARIANTS: tuple[Variant, ...] = ("corrected", "published", "as_published")
+
+
+def variant_of(*, as_published: bool, design: ControllerDesign) -> Variant:
+    """Return the variant that parameters choose."""
+    if as_published:
+        return "as_published"
+    return "published" if design == "published" else "corrected"
+
 
 BUS_WHEELS = 5.5  # P: 33 small wheels weigh what six large ones do
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Literal
 
 from .controller_weights import BUS_WHEELS, PUBLISHED, ROBUST
 from .controller_weights import DEFAULT_DESIGN as DEFAULT_DESIGN
@@ -26,10 +26,13 @@ ERROR_ANGLE = Range(minimum=0.0, maximum=0.5)  # rad; larger errors wrap round
 TURN = Range(minimum=-2.0 * math.pi, maximum=2.0 * math.pi)  # rad
 
 CONFIGURATIONS: tuple[ConfigurationName, ...] = ("centralised", "distributed")
+ModeChoice = Literal["frequency", "coupling"]
+MODE_CHOICES: tuple[ModeChoice, ...] = ("frequency", "coupling")
 CONTROLLER_DESIGNS: tuple[ControllerDesign, ...] = ("published", "robust")
 
 
 ALL_MODES = 198  # of the mesh of record below 80 Hz
+PUBLISHED_MODES = 25  # P: of plant and controller alike
 RUN_DURATION = 300.0  # s, P: of every run
 
 
@@ -53,10 +56,19 @@ class Plate:
     area_density: Annotated[float, "kg/m2", POSITIVE] = 4200.0 / (360.0 * math.sqrt(3.0))  # P: 4200 kg over 60 hexagons
     damping_ratio: Annotated[float, "1", Range(minimum=0.0, below=1.0)] = 0.005  # P: Rayleigh, at both frequencies
     damping_frequencies: Annotated[tuple[float, float], "Hz", POSITIVE] = (0.5, 10.0)  # C
-    mode_count: Annotated[int, "1", POSITIVE] = 25  # P
+    plant_modes: Annotated[int, "1", POSITIVE] = ALL_MODES  # the lowest, of what is simulated
+    design_modes: Annotated[int, "1", POSITIVE] = PUBLISHED_MODES  # that the controller is designed with
+    design_modes_by: ModeChoice = "frequency"  # which: the lowest, as in C, or those most coupled to rigid motion (P)
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        if self.design_modes > self.plant_modes:
+            raise ValueError(
+                f"Plate.design_modes must be at most plant_modes ({self.plant_modes}), got {self.design_modes}"
+            )
+        if self.design_modes_by not in MODE_CHOICES:
+            known = ", ".join(MODE_CHOICES)
+            raise ValueError(f"Plate.design_modes_by must be one of {known}, got {self.design_modes_by!r}")
 
     def rayleigh(self) -> tuple[float, float]:
         """Return beta_M [1/s] and beta_K [s] of F = beta_M I + beta_K K: 2 zeta w_i = beta_M + beta_K w_i^2."""
@@ -174,7 +186,6 @@ class SpeedSelection:
     highest: Annotated[float, "Hz", POSITIVE] = 100.0
     points: Annotated[int, "1", POSITIVE] = 1000
     window: Annotated[float, "Hz", POSITIVE] = 50.0 / 60.0
-    modes: Annotated[int, "1", Range(minimum=0)] = 0  # of the structure to be quiet on; 0: those of the controller
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -203,12 +214,10 @@ def configuration(name: ConfigurationName, controller_design: ControllerDesign =
     if controller_design not in CONTROLLER_DESIGNS:
         known = ", ".join(CONTROLLER_DESIGNS)
         raise ValueError(f"controller.design {controller_design!r}: no such design; there are {known}")
-    robust = controller_design == "robust"
     at_sites = name == "distributed"
     return Configuration(
         name=name,
         wheel=Wheel() if at_sites else Wheel().scaled(BUS_WHEELS),
-        weights=(ROBUST if robust else PUBLISHED)[name],
+        weights=(ROBUST if controller_design == "robust" else PUBLISHED)[name],
         wheels_at_sites=at_sites,
-        speeds=SpeedSelection(modes=ALL_MODES if robust else 0),
     )

@@ -8,23 +8,24 @@ import numpy as np
 import pytest
 
 from flexsat.design.chain import Design, build_design
-from flexsat.parameters import CONFIGURATIONS, configuration
+from flexsat.parameters import CONFIGURATIONS, PUBLISHED_MODES, configuration
 from flexsat.runtime.controller_parameters import ControllerParameters
 from flexsat.runtime.plant_parameters import PlantMatrices, PlantParameters
+from flexsat.spacecraft.variation import with_modes
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "cachim_antenna_fem.npz"
 
 
 @pytest.fixture(scope="session")
 def centralised() -> Design:
-    """Return the design of the configuration with six wheels on the bus."""
-    return build_design(configuration("centralised"))
+    """Return the published design, on its own 25 modes, of the configuration with six wheels on the bus."""
+    return build_design(with_modes(configuration("centralised", "published"), PUBLISHED_MODES))
 
 
 @pytest.fixture(scope="session")
 def distributed() -> Design:
-    """Return the design of the configuration with 33 wheels."""
-    return build_design(configuration("distributed"))
+    """Return the published design, on its own 25 modes, of the configuration with 33 wheels."""
+    return build_design(with_modes(configuration("distributed", "published"), PUBLISHED_MODES))
 
 
 @pytest.fixture(scope="session", params=CONFIGURATIONS)

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 
 from ..arrays import Array
-from ..parameters import DEFAULT_DESIGN, Configuration, ConfigurationName, ControllerDesign, Rates, configuration
+from ..controller_weights import variant_of
+from ..parameters import (
+    PUBLISHED_MODES,
+    Configuration,
+    ConfigurationName,
+    ControllerDesign,
+    Rates,
+    Weights,
+    configuration,
+)
 from ..runtime.controller_parameters import ControllerMatrices
 from ..runtime.periods import whole_multiple
 from ..runtime.plant_parameters import PlantMatrices
 from ..runtime.sensor_parameters import SensorMatrices
 from ..spacecraft.assembly import Spacecraft, build_spacecraft
 from ..spacecraft.linear_model import LinearModel, linearise
-from ..spacecraft.variation import full_spacecraft, keep_modes
+from ..spacecraft.variation import keep_modes, modes_of_design, with_modes
 from ..spacecraft.wheel_speeds import WheelResponse, select_speeds
 from .dominant_pole import dominant_pole
 from .estimator import Estimator, assumed_by_filter, design_estimator, measurement_noise
@@ -28,7 +38,8 @@ class Design:
 
     config: Configuration
     as_published: bool
-    spacecraft: Spacecraft
+    structure: Spacecraft  # the plant's, with all its modes
+    spacecraft: Spacecraft  # the controller's, with the modes that it is designed with
     response: WheelResponse
     model: LinearModel
     regulator: Regulator
@@ -104,10 +115,8 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         For periods that do not fit together, or weights without a stabilising gain.
     """
     check_rates(config.rates)
-    spacecraft = build_spacecraft(config, as_published)
-    modes = max(config.speeds.modes, config.plate.mode_count)
-    structure = spacecraft if modes == config.plate.mode_count else full_spacecraft(config, modes)
-    response = select_speeds(structure, config.speeds)
+    structure, response = _structure(replace(config, weights=Weights()), as_published)
+    spacecraft = keep_modes(structure, modes_of_design(structure, config.plate))
     noise, period = config.noise, config.rates.controller
     model = linearise(spacecraft, response.nominal, noise.filter_frequency)
     regulator = design_regulator(spacecraft, model, config.weights, period)
@@ -165,13 +174,14 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     return Design(
         config=config,
         as_published=as_published,
+        structure=structure,
         spacecraft=spacecraft,
         response=response,
         model=model,
         regulator=regulator,
         coarse=coarse,
         fine=fine,
-        plant=plant_matrices(spacecraft, response.nominal, config.rates.plant, as_published),
+        plant=plant_matrices(structure, response.nominal, config.rates.plant, as_published),
         sensors=SensorMatrices(
             nominal_speed=response.nominal,
             wrench_of_jitter=spacecraft.wrench_of_jitter,
@@ -195,6 +205,13 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     )
 
 
+@lru_cache(maxsize=4)  # the controllers of a configuration share it
+def _structure(config: Configuration, as_published: bool) -> tuple[Spacecraft, WheelResponse]:
+    """Return the plant's spacecraft and the wheel speeds at which it is quiet; the weights do not matter."""
+    structure = build_spacecraft(config, as_published)
+    return structure, select_speeds(structure, config.speeds)
+
+
 def as_arrays(matrices: PlantMatrices | SensorMatrices | ControllerMatrices, prefix: str) -> dict[str, Array]:
     """Return a matrix set as named arrays for an `.npz`, each name with the prefix."""
     return {f"{prefix}.{f.name}": np.asarray(getattr(matrices, f.name)) for f in fields(matrices)}
@@ -202,15 +219,27 @@ def as_arrays(matrices: PlantMatrices | SensorMatrices | ControllerMatrices, pre
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Designs:
-    """Both variants of one configuration's design."""
+    """What one configuration can fly: two controllers on the full structure, and everything as published."""
 
-    corrected: Design
-    as_published: Design
+    corrected: Design  # with the robust controller
+    published: Design  # the published controller on the same plant, at the same wheel speeds
+    as_published: Design  # the plant has the controller's modes alone
+
+    def flown(self, as_published: bool, controller_design: ControllerDesign) -> Design:
+        """Return the design that parameters choose: as published goes before the controller's design."""
+        chosen: Design = getattr(self, variant_of(as_published=as_published, design=controller_design))
+        return chosen
 
 
-def build_designs(name: ConfigurationName, controller_design: ControllerDesign = DEFAULT_DESIGN) -> Designs:
-    """Run the design chain twice, as published always with the published controller; raise ValueError for bad names."""
+def build_designs(name: ConfigurationName) -> Designs:
+    """Run the design chain for everything that a configuration can fly; raise ValueError for bad names."""
+    return designs_of(configuration(name, "robust"), configuration(name, "published"))
+
+
+def designs_of(robust: Configuration, published: Configuration) -> Designs:
+    """Run the design chain for two configurations that differ in the weights of their controllers."""
     return Designs(
-        corrected=build_design(configuration(name, controller_design)),
-        as_published=build_design(configuration(name, "published"), as_published=True),
+        corrected=build_design(robust),
+        published=build_design(published),
+        as_published=build_design(with_modes(published, PUBLISHED_MODES), as_published=True),
     )

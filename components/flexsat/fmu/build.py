@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from ..arrays import Array
+from ..controller_weights import VARIANTS
 from ..design.chain import Designs, as_arrays
 from ..ports.table import Naming
 from .documentation.content import accompanying_files, draw
@@ -14,7 +16,7 @@ from .documentation.experiments import EXPERIMENTS
 from .documentation.reference_results import run_experiments
 from .export import BuiltFmu, build_fmu
 from .python.controller import Controller
-from .python.load_matrices import AS_PUBLISHED, CORRECTED, MODEL_FILE
+from .python.load_matrices import MODEL_FILE
 from .python.plant import Plant
 from .python.sensors import Sensors
 from .reproducible_zip import npz_bytes
@@ -27,9 +29,11 @@ SHELLS: dict[str, type[Plant | Sensors | Controller]] = {
 
 
 def component_resources(designs: Designs, component: str) -> dict[str, bytes]:
-    """Return the files that travel with a component: one `.npz` with both variants of its matrices."""
-    arrays = as_arrays(getattr(designs.corrected, component), CORRECTED)
-    arrays |= as_arrays(getattr(designs.as_published, component), AS_PUBLISHED)
+    """Return the files that travel with a component: one `.npz` with all variants of its matrices."""
+    arrays: dict[str, Array] = {}
+    for variant in VARIANTS:
+        if component == "controller" or variant != "published":
+            arrays |= as_arrays(getattr(getattr(designs, variant), component), variant)
     return {MODEL_FILE: npz_bytes(arrays)}
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..parameters import Slew, Wheel
+from ..controller_weights import Variant, variant_of
+from ..parameters import CONTROLLER_DESIGNS, DEFAULT_DESIGN, Slew, Wheel
 from ..runtime.controller_parameters import LONGEST_DELAY, ControllerMatrices, ControllerParameters
 from .declared import parameter_port
 from .table import Port
@@ -68,7 +69,9 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="estimate.wheel.speed", causality="output", unit="rad/s", size=n, display_unit="rpm",
              variability="discrete", depends_on=measured, description=f"estimated {deviation}"),
         Port(name="as_published", causality="parameter", kind="boolean",
-             description="use the gains designed on the published release's order of mode rows"),
+             description="use the published design on the published release's order of mode rows, for any `design`"),
+        Port(name="design", causality="parameter", kind="string", start=DEFAULT_DESIGN,
+             description=f"gains: {' or '.join(CONTROLLER_DESIGNS)}"),
         Port(name="open_loop", causality="parameter", kind="boolean",
              description="estimate, but command no torque"),
         Port(name="star_tracker.fine", causality="parameter", kind="boolean",
@@ -92,6 +95,20 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="delay.actuation", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=LONGEST_DELAY,
              display_unit="ms", description="known delay from the torque output to the wheels, whole milliseconds"),
     )  # fmt: skip
+
+
+def variant(value: Callable[[str], Any]) -> Variant:
+    """Return which of the controller's matrices the parameters choose; `value` gives the value of a port.
+
+    Raises
+    ------
+    ValueError
+        For a design that there is not.
+    """
+    chosen = value("design")
+    if chosen not in CONTROLLER_DESIGNS:
+        raise ValueError(f"design must be {' or '.join(CONTROLLER_DESIGNS)}, got {chosen!r}")
+    return variant_of(as_published=value("as_published"), design=chosen)
 
 
 def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> ControllerParameters:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from ..parameters import Wheel
-from ..runtime.plant_parameters import PlantMatrices, PlantParameters, parameters_of_run
+from ..runtime.plant_parameters import PlantMatrices, PlantParameters, lowest_modes, parameters_of_run
 from .declared import parameter_port
 from .table import Port
 
@@ -66,7 +68,9 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
         Port(name="energy", causality="output", unit="J", on_demand=True,
              description="kinetic and elastic energy, wheels included"),
         Port(name="as_published", causality="parameter", kind="boolean",
-             description="use the matrices with the published release's order of mode rows"),
+             description="use the matrices of the published release: 25 modes, with its order of mode rows"),
+        Port(name="modes", causality="parameter", kind="integer", start=0, minimum=0, maximum=m,
+             description="lowest modes that are simulated; 0: all. Values of the others are 0"),
         Port(name="seed", causality="parameter", kind="integer", start=0, minimum=0,
              description="seed of what is random at the start"),
         Port(name="initial.random_wheel_phases", causality="parameter", kind="boolean", start=True,
@@ -114,8 +118,26 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
     )  # fmt: skip
 
 
+def simulated(model: PlantMatrices, value: Callable[[str], Any]) -> PlantMatrices:
+    """Return the matrices with the modes that a run simulates; `value` gives the value of a port."""
+    return lowest_modes(model, value("modes"))
+
+
 def parameters(model: PlantMatrices, value: Callable[[str], Any]) -> PlantParameters:
-    """Return the parameters of a run; `value` gives the value of a port."""
+    """Return the parameters of a run; `value` gives the value of a port, whose modes may be more than the model's.
+
+    Raises
+    ------
+    ValueError
+        For a value that the plant refuses, or the motion of a mode that is not simulated.
+    """
+    for name in ("initial.modal.displacement", "initial.modal.velocity"):
+        rest = np.flatnonzero(value(name)[model.modes :])
+        if len(rest):
+            place = int(model.modes + rest[0])
+            raise ValueError(
+                f"{name}[{place + 1}] = {value(name)[place]:g}: {model.modes} modes are simulated; set it to 0"
+            )
     return parameters_of_run(
         model,
         seed=value("seed"),
@@ -124,13 +146,13 @@ def parameters(model: PlantMatrices, value: Callable[[str], Any]) -> PlantParame
         mrp=value("initial.mrp"),
         rate=value("initial.rate"),
         velocity=value("initial.velocity"),
-        modal_displacement=value("initial.modal.displacement"),
-        modal_velocity=value("initial.modal.velocity"),
+        modal_displacement=value("initial.modal.displacement")[: model.modes],
+        modal_velocity=value("initial.modal.velocity")[: model.modes],
         wheel_speed_offset=value("initial.wheel.speed_offset"),
         wheel_angle=value("initial.wheel.angle"),
         torque_limit=value("wheel.torque_limit"),
-        frequency_dispersion=value("dispersion.frequency"),
-        damping_dispersion=value("dispersion.damping"),
+        frequency_dispersion=value("dispersion.frequency")[: model.modes],
+        damping_dispersion=value("dispersion.damping")[: model.modes],
         inertia_dispersion=value("dispersion.inertia"),
         gyroscopics=value("gyroscopics"),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,6 +52,33 @@ class PlantMatrices:
     def mounts(self) -> int:
         """Number of mounts that carry wheels."""
         return int(self.wrench_influence.shape[1]) // 6
+
+
+def lowest_modes(matrices: PlantMatrices, count: int) -> PlantMatrices:
+    """Return a plant of the lowest modes, the others rigid; 0 keeps all.
+
+    Raises
+    ------
+    ValueError
+        For more modes than there are.
+    """
+    if count in (0, matrices.modes):
+        return matrices
+    if not 0 < count < matrices.modes:
+        raise ValueError(f"modes must be from 1 to {matrices.modes}, or 0 for all of them, got {count}")
+    rows = slice(6 + count)
+    return replace(
+        matrices,
+        mass_matrix=matrices.mass_matrix[rows, rows],
+        frequency=matrices.frequency[:count],
+        damping=matrices.damping[:count],
+        torque_influence=matrices.torque_influence[rows],
+        wrench_influence=matrices.wrench_influence[rows],
+        lateral_influence=matrices.lateral_influence[rows],
+        wheel_slope=matrices.wheel_slope[:, :, :count],
+        gyro_slope=matrices.gyro_slope[:, :count],
+        accelerometer_deflection=matrices.accelerometer_deflection[:, :count],
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

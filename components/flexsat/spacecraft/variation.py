@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Array
-from ..parameters import Configuration
+from ..parameters import Configuration, Plate
 from .assembly import Points, Spacecraft, build_spacecraft
 
 
@@ -29,12 +29,27 @@ class ModelErrors:
 
 
 def with_modes(config: Configuration, count: int) -> Configuration:
-    """Return the configuration with the lowest `count` modes of its plate."""
-    return replace(config, plate=replace(config.plate, mode_count=count))
+    """Return the configuration with a plant of the lowest `count` modes, and a controller that knows no more."""
+    known = min(count, config.plate.design_modes)
+    return replace(config, plate=replace(config.plate, plant_modes=count, design_modes=known))
+
+
+def modes_of_design(spacecraft: Spacecraft, plate: Plate) -> slice | list[int]:
+    """Return the modes that the controller is designed with: the lowest, or those most coupled to rigid motion.
+
+    The coupling of a mode is the share of the spacecraft's mass and moments of inertia that moves with it: what it
+    adds to a force or torque that accelerates the whole spacecraft.
+    """
+    if plate.design_modes_by == "frequency":
+        return slice(plate.design_modes)
+    share = np.sum(spacecraft.translation**2, axis=0) / spacecraft.mass
+    share = share + np.sum(spacecraft.rotation**2 / np.diag(spacecraft.inertia)[:, None], axis=0)
+    strongest = np.argsort(-share, kind="stable")[: plate.design_modes]
+    return sorted(strongest.tolist())
 
 
 def full_spacecraft(config: Configuration, count: int) -> Spacecraft:
-    """Build the spacecraft with the lowest `count` modes, whatever the controller of the configuration knows."""
+    """Build the spacecraft with the lowest `count` modes, whatever the plant of the configuration has."""
     return build_spacecraft(with_modes(config, count))
 
 

@@ -159,9 +159,9 @@ def build_structure(mesh: Mesh, plate: Plate, support: Support = "vertices") -> 
     matrices = assemble(mesh, plate)
     clamped = clamped_dofs(mesh, support)
     if matrices.mass.shape[0] - len(clamped) <= DENSE_LIMIT:
-        frequency, shapes = refined_modes(matrices, clamped, plate.mode_count)
+        frequency, shapes = refined_modes(matrices, clamped, plate.plant_modes)
     else:
-        frequency, shapes = solve_modes(matrices, clamped, plate.mode_count)
+        frequency, shapes = solve_modes(matrices, clamped, plate.plant_modes)
         shapes = fix_signs(frequency, shapes, matrices.rotation)
     beta_m, beta_k = plate.rayleigh()
     return Structure(

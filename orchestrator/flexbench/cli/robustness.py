@@ -60,7 +60,7 @@ def robustness(
     missing = tuple(name for name in names if not (fmus / name / f"{scenario}.ssd").is_file())
     if missing:
         build_all(missing, fmus)
-    modes = parameters_of(names[0]).plate.mode_count
+    modes = parameters_of(names[0]).plate.plant_modes
     with study_folder(out, "robustness") as folder:
         outcomes = frequency.run_robustness(
             fmus, folder, names, cast("ScenarioName", scenario), shares, numbers, stop_time, modes, jobs

@@ -33,7 +33,7 @@ from .palette import PURPLE
 
 HERTZ = 2.0 * np.pi  # rad/s
 MICROMETRE = 1e-6  # m
-FASTEST = 1000.0 * RPM  # rad/s: beyond every chosen speed and every mode
+FASTEST = 1000.0 * RPM  # rad/s: beyond every chosen speed
 MAP_SPEEDS = FASTEST * np.linspace(0.1, 1.0, 24) ** 2
 HARMONIC_SPEEDS = np.arange(5.0, 1001.0) * RPM  # a resonance at half a percent of damping is 5 rpm wide
 EVEN, NEAR = 400, np.array([-0.012, -0.005, -0.002, 0.0, 0.002, 0.005, 0.012])  # of the map's frequencies
@@ -68,8 +68,7 @@ def campbell_diagram(designs: Mapping[ConfigurationName, Design]) -> Figure:
     if not designs:
         raise InputError("campbell_diagram: designs must hold one configuration at least, got none")
     maps = {
-        name: campbell(design.spacecraft, MAP_SPEEDS, _frequencies(design.spacecraft))
-        for name, design in designs.items()
+        name: campbell(design.structure, MAP_SPEEDS, _frequencies(design.structure)) for name, design in designs.items()
     }
     largest = max(float(result.response.max()) for result in maps.values()) / MICROMETRE
     colours = LogNorm(largest * 10.0**-DECADES, largest)
@@ -97,7 +96,7 @@ def campbell_diagram(designs: Mapping[ConfigurationName, Design]) -> Figure:
 
 def _frequencies(spacecraft: Spacecraft) -> Array:
     """Return where to compute the map, (f,) [rad/s]: evenly, and close by the modes."""
-    modes = modal_frequencies(spacecraft, MAP_SPEEDS[:1])[:, 0]
+    modes = modal_frequencies(spacecraft, MAP_SPEEDS[:1], FASTEST)[:, 0]
     close = (modes[:, None] * (1.0 + NEAR)).ravel()
     return np.unique(np.concatenate([np.linspace(0.05 * HERTZ, FASTEST, EVEN), close]))
 
@@ -117,7 +116,7 @@ def _draw_map(axes: Axes, result: Campbell, colours: LogNorm) -> None:
 
 
 def _draw_first_harmonic(axes: Axes, design: Design) -> None:
-    response = harmonic_deformation(design.spacecraft, HARMONIC_SPEEDS) / MICROMETRE
+    response = harmonic_deformation(design.structure, HARMONIC_SPEEDS) / MICROMETRE
     drawn: list[Array] = []
     for wheel, values in enumerate(response):
         decades = np.log10(values)
@@ -138,7 +137,7 @@ def _draw_chosen(upper: Axes, lower: Axes, design: Design) -> None:
         wheels = np.flatnonzero([axis_name(one) == name for one in axis])
         speed = nominal[wheels] / RPM
         made = [
-            imbalance_deformation(design.spacecraft, w, np.array([w]))[wheel, 0] / MICROMETRE
+            imbalance_deformation(design.structure, w, np.array([w]))[wheel, 0] / MICROMETRE
             for wheel, w in zip(wheels, nominal[wheels].tolist(), strict=True)
         ]
         style = MARK | {"color": look.colour, "marker": look.marker, "markersize": SIZES[name], "zorder": 4.0}

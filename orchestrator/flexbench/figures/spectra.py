@@ -32,7 +32,7 @@ def spectra_figure(result: RunSpectra, design: Design) -> Figure:
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, 2.3 * len(CHANNELS)), layout="constrained")
         grid = figure.subplots(len(CHANNELS), 2, sharex="col")
-        modes = modal_frequencies(design.spacecraft, np.array([float(design.response.nominal.mean())]))[:, 0]
+        modes = modal_frequencies(design.structure, np.array([float(design.response.nominal.mean())]))[:, 0]
         wheels = np.unique(np.round(design.response.nominal / (2.0 * np.pi), 6))
         for (left, right), channel in zip(grid, CHANNELS, strict=True):
             spectrum = result.spectra[channel.name]

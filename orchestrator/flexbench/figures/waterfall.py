@@ -80,7 +80,8 @@ def _draw_density(figure: Figure, axes: Axes, result: Waterfall) -> None:
 
 def _draw_modes(axes: Axes, result: Waterfall, design: Design) -> None:
     speed = np.linspace(result.speed[0], result.speed[-1], 40)
-    for number, mode in enumerate(modal_frequencies(design.spacecraft, speed) / (2.0 * np.pi)):
+    highest = 2.0 * np.pi * float(result.frequency[-1])
+    for number, mode in enumerate(modal_frequencies(design.structure, speed, highest) / (2.0 * np.pi)):
         label = "mode of the free spacecraft" if number == 0 else None
         axes.plot(speed / RPM, mode, color="white", linewidth=0.5, alpha=0.75, label=label)
     axes.plot(speed / RPM, speed / (2.0 * np.pi), color=HARMONIC, linewidth=1.2, linestyle=(0.0, (4.0, 1.3)),

@@ -33,7 +33,7 @@ class DerivedHistory:
 def fully_recorded(signals: Signals, run: Run, *names: str) -> bool:
     """Return whether all elements of these arrays were recorded: a part of an array has no norm."""
     wheels = len(build_wheels(run.configuration).position)
-    modes = configuration(run.configuration).plate.mode_count
+    modes = configuration(run.configuration).plate.plant_modes
     counts = {histories.TORQUE: wheels, SPEED: wheels, MODAL: modes, MODAL_RATE: modes}
     return all(len(elements_of(name, signals.columns)) == counts.get(name, 3) for name in names)
 

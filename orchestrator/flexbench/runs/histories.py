@@ -66,7 +66,7 @@ def wheel_speed_deviation(signals: Signals, design: Design) -> Array:
 
     Recorded is the speed relative to the mount; the mount turns with the body and with the modes.
     """
-    wheels = design.spacecraft.wheels
+    wheels = design.structure.wheels
     mount = signals["plant.rate"] @ wheels.axis.T + signals["plant.modal.velocity"] @ wheels.axial_slope.T
     return np.asarray(signals["plant.wheel.speed"] + mount - design.response.nominal)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flexsat.design.chain import Design, Designs, build_designs
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from flexsat.parameters import CONFIGURATIONS, DEFAULT_DESIGN, ConfigurationName, ControllerDesign
 from lockstep import InputError, Signals, read_signals
 from lockstep.results.read import PARQUET
 from lockstep.results.read_run_record import read_run_record
@@ -31,6 +31,7 @@ class Run:
     folder: Path
     configuration: ConfigurationName
     as_published: bool
+    controller_design: ControllerDesign
     slew: bool
     seed: int
     open_loop: bool = False
@@ -38,11 +39,11 @@ class Run:
     @property
     def design(self) -> Design:
         """The design that the run's FMUs were built from."""
-        return self.designs.as_published if self.as_published else self.designs.corrected
+        return self.designs.flown(self.as_published, self.controller_design)
 
     @property
     def designs(self) -> Designs:
-        """Both variants of the design of its configuration."""
+        """All designs of its configuration."""
         return _designs(self.configuration)
 
     def signals(self) -> Signals:
@@ -94,6 +95,7 @@ def read_run(folder: Path) -> Run:
         folder=folder,
         configuration=name,
         as_published=bool(plant.get("as_published", False)),
+        controller_design="published" if controller.get("design", DEFAULT_DESIGN) == "published" else "robust",
         slew=any(_number(controller, f"command.rotation[{axis}]") != 0.0 for axis in (1, 2, 3)),
         seed=int(_number(plant, "seed")),
         open_loop=bool(controller.get("open_loop", False)),

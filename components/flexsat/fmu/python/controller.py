@@ -30,7 +30,7 @@ class Controller(ComponentSlave):
     def start(self) -> None:
         """Sample the design for the parameters, and plan the slew."""
         path = self.resource(MODEL_FILE)
-        matrices = load_matrices(path, ControllerMatrices, as_published=self.value("as_published"))
+        matrices = load_matrices(path, ControllerMatrices, interface.variant(self.value))
         self._controller = self.in_use(controller.prepare(matrices, interface.parameters(matrices, self.value)))
         self._rotation, self._start_time = self.view("command.rotation"), self.view("command.start_time")
         self.state = controller.init(self._controller, self._rotation.copy(), float(self._start_time))

@@ -1,4 +1,4 @@
-"""Read the matrices that travel with a component: one `.npz`, a set for the corrected model and one as published."""
+"""Read the matrices that travel with a component: one `.npz` with a set for each variant."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import TypeVar
 
 import numpy as np
 
+from ...controller_weights import Variant
+
 T = TypeVar("T")
 
 MODEL_FILE = "model.npz"
-CORRECTED, AS_PUBLISHED = "corrected", "as_published"
 
 
-def load_matrices(path: Path, kind: type[T], as_published: bool = False) -> T:
+def load_matrices(path: Path, kind: type[T], variant: Variant = "corrected") -> T:
     """Return a frozen set of matrices; scalars are Python numbers.
 
     Raises
@@ -22,11 +23,10 @@ def load_matrices(path: Path, kind: type[T], as_published: bool = False) -> T:
     ValueError
         If the file lacks one of them.
     """
-    prefix = AS_PUBLISHED if as_published else CORRECTED
     with np.load(path) as archive:
         values = {}
         for item in fields(kind):  # type: ignore[arg-type]  # every set is a dataclass
-            name = f"{prefix}.{item.name}"
+            name = f"{variant}.{item.name}"
             if name not in archive:
                 raise ValueError(f"{path.name}: no array {name!r}; build the FMU again")
             array = archive[name]

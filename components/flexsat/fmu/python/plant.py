@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ...controller_weights import Variant
 from ...parameters import RUN_DURATION
 from ...ports import plant as interface
 from ...ports.table import Port
@@ -35,7 +36,8 @@ class Plant(ComponentSlave):
     def start(self) -> None:
         """Draw the random initial values, and make the state."""
         path = self.resource(MODEL_FILE)
-        matrices = load_matrices(path, PlantMatrices, as_published=self.value("as_published"))
+        variant: Variant = "as_published" if self.value("as_published") else "corrected"
+        matrices = interface.simulated(load_matrices(path, PlantMatrices, variant), self.value)
         parameters = interface.parameters(matrices, self.value)
         self._motion = plant.prepare_motion(matrices, parameters, fixed_order=self.fixed_order)
         self._plant = self.in_use(plant.at_step(self._motion, self.preferred_step))
@@ -94,6 +96,10 @@ class Plant(ComponentSlave):
         telemetry = plant.telemetry(self._plant, self.state)
         self.view("angular_momentum")[:] = telemetry.angular_momentum
         self.view("energy")[()] = telemetry.energy
-        self.view("modal.displacement")[:] = telemetry.modal_displacement
-        self.view("modal.velocity")[:] = telemetry.modal_velocity
+        for name, values in (
+            ("modal.displacement", telemetry.modal_displacement),
+            ("modal.velocity", telemetry.modal_velocity),
+        ):
+            shown = self.view(name)
+            shown[: len(values)], shown[len(values) :] = values, 0.0
         self.view("rms_deformation")[()] = telemetry.rms_deformation

@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from ...controller_weights import Variant
 from ...parameters import RUN_DURATION
 from ...ports import sensors as interface
 from ...ports.table import Port
@@ -33,7 +34,8 @@ class Sensors(ComponentSlave):
     def start(self) -> None:
         """Sample the filter for step_size, and make the state."""
         path = self.resource(MODEL_FILE)
-        self._matrices = load_matrices(path, SensorMatrices, as_published=self.value("as_published"))
+        variant: Variant = "as_published" if self.value("as_published") else "corrected"
+        self._matrices = load_matrices(path, SensorMatrices, variant)
         self.fixed_step = self.value("step_size") or None
         self._sensors = self.in_use(sensors.prepare(interface.parameters(self._matrices, self.value)))
         self.state = sensors.init(self._sensors)

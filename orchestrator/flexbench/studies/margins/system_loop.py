@@ -10,7 +10,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from flexsat.design.chain import Design, build_designs
-from flexsat.parameters import CONFIGURATIONS
+from flexsat.parameters import CONFIGURATIONS, ControllerDesign
 from lockstep import InputError, System
 from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value
@@ -76,7 +76,7 @@ def read_loop(
         If nothing Real goes from one to the other.
     """
     wires = loop_channels(system, controller, plant)
-    design = _design(system, plant, overrides)
+    design = _design(system, plant, controller, overrides)
     own_controller = _model(system, controller) == f"controller_{design.config.name}" if design is not None else False
     designed = None
     if design is not None and own_controller:
@@ -126,13 +126,15 @@ def _model(system: System, component: str) -> str:
     return read_description(system.component(component)).model.removesuffix("_flat")
 
 
-def _design(system: System, plant: str, overrides: Mapping[str, Value]) -> Design | None:
+def _design(system: System, plant: str, controller: str, overrides: Mapping[str, Value]) -> Design | None:
     model = _model(system, plant)
     name = next((name for name in CONFIGURATIONS if model == f"plant_{name}"), None)
     if name is None:
         return None
     designs = build_designs(name)
-    return designs.as_published if _given(system, plant, overrides).get("as_published") else designs.corrected
+    of_plant, of_controller = (_given(system, part, overrides) for part in (plant, controller))
+    chosen: ControllerDesign = "published" if of_controller.get("design") == "published" else "robust"
+    return designs.flown(bool(of_plant.get("as_published")), chosen)
 
 
 def _given(system: System, component: str, overrides: Mapping[str, Value]) -> dict[str, Value]:

@@ -9,10 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from flexsat.arrays import Array
+from flexsat.runtime.rotations import skew
 from flexsat.spacecraft.assembly import Spacecraft
 from lockstep.errors import InputError
+
+Complex = NDArray[np.complex128]
+RIGID = 6
+REDUCED = 2.0  # modes further away than this factor change a frequency by less than 2e-4 of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,7 +27,7 @@ class Campbell:
     """Modes and response over wheel speed. Deformation is the RMS deflection of the aperture, RMS over time."""
 
     speed: Array  # (k,) [rad/s], of all wheels
-    modes: Array  # (m, k) [rad/s]: damped frequencies of the flexible modes of the free spacecraft
+    modes: Array  # (m, k) [rad/s]: damped frequencies of the free spacecraft's flexible modes within `frequency`
     frequency: Array  # (f,) [rad/s]
     response: Array  # (f, k) [m]: largest over the wheels, if the imbalance of that speed acted at that frequency
 
@@ -43,7 +50,8 @@ def campbell(spacecraft: Spacecraft, speed: Array, frequency: Array) -> Campbell
         if not np.all(values > 0.0):
             raise InputError(f"campbell: {name} must be > 0 throughout, got {values.min():g} rad/s")
     grid = np.array([imbalance_deformation(spacecraft, w, frequency).max(axis=0) for w in speed.tolist()])
-    return Campbell(speed=speed, modes=modal_frequencies(spacecraft, speed), frequency=frequency, response=grid.T)
+    modes = modal_frequencies(spacecraft, speed, float(frequency.max()))
+    return Campbell(speed=speed, modes=modes, frequency=frequency, response=grid.T)
 
 
 def harmonic_deformation(spacecraft: Spacecraft, speed: Array) -> Array:
@@ -57,21 +65,28 @@ def harmonic_deformation(spacecraft: Spacecraft, speed: Array) -> Array:
     return np.array([imbalance_deformation(spacecraft, w, np.array([w]))[:, 0] for w in speed.tolist()]).T
 
 
-def modal_frequencies(spacecraft: Spacecraft, speed: Array) -> Array:
+def modal_frequencies(spacecraft: Spacecraft, speed: Array, highest: float = np.inf) -> Array:
     """Return the damped frequencies of the flexible modes of the free spacecraft, (m, k) [rad/s], lowest first.
 
     Parameters
     ----------
     spacecraft : of one configuration
     speed : (k,) [rad/s], of all wheels
+    highest : [rad/s]; modes that are slower at rest are returned, computed with those up to REDUCED times as fast
     """
-    mass, stiffness = spacecraft.mass_matrix, _stiffness(spacecraft)
-    size, modes = len(mass), spacecraft.mode_count
-    found = np.empty((modes, len(speed)))
+    stiffness, mass = np.diag(_stiffness(spacecraft)), spacecraft.mass_matrix
+    square, shapes = eigh(np.diag(stiffness), mass)
+    at_rest = np.sqrt(square[RIGID:])
+    kept = RIGID + int(np.searchsorted(at_rest, REDUCED * highest))
+    count = int(np.searchsorted(at_rest, highest))
+    shapes = shapes[:, :kept]
+    restoring, damping = np.diag(np.concatenate([np.zeros(RIGID), square[RIGID:kept]])), _damping(spacecraft)
+    found = np.empty((count, len(speed)))
     for k, w in enumerate(speed.tolist()):
-        inverse = np.linalg.solve(mass, np.hstack([stiffness, _velocity_forces(spacecraft, w)]))
-        state = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse]])
-        found[:, k] = np.sort(np.linalg.eigvals(state).imag)[-modes:]  # rigid motion and precession are slower
+        velocity = shapes.T @ (damping + _gyroscopic(spacecraft, w)) @ shapes
+        state = np.block([[np.zeros((kept, kept)), np.eye(kept)], [-restoring, -velocity]])
+        # rigid motion and precession are slower
+        found[:, k] = np.sort(np.linalg.eigvals(state).imag)[RIGID - kept :][:count]
     return found
 
 
@@ -92,18 +107,62 @@ def imbalance_deformation(spacecraft: Spacecraft, speed: float, frequency: Array
     # sin = Re(-i exp), cos = Re(exp): one column a wheel
     columns = spacecraft.jitter_influence.reshape(-1, 4, n)
     load = np.einsum("qan,a->qn", columns, np.array([-1j * force, force, -torque, -1j * torque]))
-    w = frequency[:, None, None]
-    dynamic = _stiffness(spacecraft) + 1j * w * _velocity_forces(spacecraft, speed) - w**2 * spacecraft.mass_matrix
-    modal = np.linalg.solve(dynamic, load)[:, 6:]
+    modal = _modal_response(spacecraft, speed, frequency, load)
     # P, section 5: the RMS over the aperture is the norm over the root of the mass
     return np.asarray(np.linalg.norm(modal, axis=1).T / np.sqrt(2.0 * spacecraft.mass))
 
 
+def _modal_response(spacecraft: Spacecraft, speed: float, frequency: Array, load: Complex) -> Complex:
+    """Return the modal displacements, (f, m, n), that loads (6 + m, n) make at frequencies (f,).
+
+    Modes act on each other through rigid motion and the gyroscopic torques at the mounts alone. So each mode is solved
+    for these few, which leaves equations for (v, w) and the turning rates of the mounts.
+    """
+    mass = spacecraft.mass_matrix
+    lever, torques = _mount_rates(spacecraft, speed)
+    modes, mounts = spacecraft.mode_count, len(lever)
+    # the unknowns x: rigid displacement (6,) and gyroscopic torques (3 s,); M eta = load - coupled x
+    w = frequency[:, None, None]
+    impedance = spacecraft.frequency**2 + 1j * w[:, :, 0] * spacecraft.damping - w[:, :, 0] ** 2  # (f, m)
+    coupled = np.concatenate(
+        [np.broadcast_to(-(w**2) * mass[6:, :6], (len(frequency), modes, 6)),
+         np.broadcast_to(lever[:, 6:].T, (len(frequency), modes, mounts))], axis=2,
+    ) / impedance[:, :, None]  # fmt: skip
+    driven = load[6:] / impedance[:, :, None]
+    turning = 1j * w * (torques @ lever)  # (f, 3 s, 6 + m): gyroscopic torques from displacements
+    system = np.zeros((len(frequency), 6 + mounts, 6 + mounts), dtype=complex)
+    system[:, :6, :6] = -(w**2) * mass[:6, :6]
+    system[:, :6, 6:] = lever[:, :6].T
+    system[:, :6] -= -(w**2) * mass[:6, 6:] @ coupled
+    system[:, 6:, :6] = -turning[:, :, :6]
+    system[:, 6:, 6:] = np.eye(mounts)
+    system[:, 6:] += turning[:, :, 6:] @ coupled
+    right = np.concatenate([load[:6] + w**2 * mass[:6, 6:] @ driven, turning[:, :, 6:] @ driven], axis=1)
+    return np.asarray(driven - coupled @ np.linalg.solve(system, right))
+
+
+def _mount_rates(spacecraft: Spacecraft, speed: float) -> tuple[Array, Array]:
+    """Return what maps velocities to the turning rates of the mounts, (3 s, 6 + m), and those to torques, (3 s, 3 s).
+
+    With both, the gyroscopic matrix of the spacecraft is lever^T torques lever.
+    """
+    count = len(spacecraft.mounts.slope)
+    rigid = np.tile(np.hstack([np.zeros((3, 3)), np.eye(3)]), (count, 1))
+    lever = np.hstack([rigid, spacecraft.mounts.slope.reshape(3 * count, -1)])
+    torques = np.zeros((3 * count, 3 * count))
+    for mount in range(count):
+        momentum = spacecraft.wheel.inertia * speed * spacecraft.wheels.axis[spacecraft.mount_of_wheel == mount].sum(0)
+        torques[3 * mount : 3 * mount + 3, 3 * mount : 3 * mount + 3] = -skew(momentum)
+    return lever, torques
+
+
 def _stiffness(spacecraft: Spacecraft) -> Array:
-    return np.diag(np.concatenate([np.zeros(6), spacecraft.frequency**2]))
+    return np.diag(np.concatenate([np.zeros(RIGID), spacecraft.frequency**2]))
 
 
-def _velocity_forces(spacecraft: Spacecraft, speed: float) -> Array:
-    momentum = np.full(spacecraft.wheel_count, spacecraft.wheel.inertia * speed)
-    damping = np.diag(np.concatenate([np.zeros(6), spacecraft.damping]))
-    return np.asarray(damping + spacecraft.gyroscopic_matrix(momentum))
+def _damping(spacecraft: Spacecraft) -> Array:
+    return np.diag(np.concatenate([np.zeros(RIGID), spacecraft.damping]))
+
+
+def _gyroscopic(spacecraft: Spacecraft, speed: float) -> Array:
+    return spacecraft.gyroscopic_matrix(np.full(spacecraft.wheel_count, spacecraft.wheel.inertia * speed))

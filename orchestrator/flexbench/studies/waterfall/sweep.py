@@ -28,7 +28,7 @@ from .crossings import Crossing, find_crossings
 RESULT = "waterfall.json"
 RECORD = ("plant.modal.displacement", "plant.wheel.speed")
 SLOWEST = 20.0 * RPM
-GRID = 400  # speeds at which modes are computed to find crossings
+GRID = 60  # speeds at which modes are computed to find crossings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,11 +47,8 @@ class Waterfall:
 
 
 def default_range(design: Design) -> tuple[float, float]:
-    """Return the range of speeds [rad/s] that holds every mode and every allowed band."""
-    band = design.config.wheel.speed_band
-    fastest = design.response.nominal.max()
-    mode = modal_frequencies(design.spacecraft, np.array([float(fastest)])).max()
-    return SLOWEST, max(float(fastest) + 2.0 * band, 1.05 * float(mode))
+    """Return the range of speeds [rad/s] that holds every allowed band, and as much again beside the fastest."""
+    return SLOWEST, float(design.response.nominal.max()) + 2.0 * design.config.wheel.speed_band
 
 
 def sweep(
@@ -104,7 +101,7 @@ def sweep(
     run_jobs(jobs, processes)
     spectra = [measure(job.folder, design, stop) for job in jobs]
     grid = np.linspace(low, high, GRID)
-    modes = modal_frequencies(design.spacecraft, grid)
+    modes = modal_frequencies(design.structure, grid, float(grid[-1]))
     result = Waterfall(
         configuration=design.config.name,
         seed=seed,
@@ -150,7 +147,7 @@ def measure(folder: Path, design: Design, stop: float) -> tuple[Array, Array, fl
     """Return frequencies [Hz], density of the deformation [m^2/Hz] and its RMS [m], over the second half of a run."""
     signals = read_signals(folder)
     later = (signals.time >= 0.5 * stop) & (signals.time < stop)  # at the stop time no interval begins
-    history = signals["plant.modal.displacement"][later] / np.sqrt(design.spacecraft.mass)
+    history = signals["plant.modal.displacement"][later] / np.sqrt(design.structure.mass)
     interval = float(signals.time[1] - signals.time[0])
     resolution = noise_bandwidth("hann") / (len(history) * interval)  # one segment: lines, not noise, matter here
     spectrum = estimate(history, interval, resolution)
@@ -160,7 +157,7 @@ def measure(folder: Path, design: Design, stop: float) -> tuple[Array, Array, fl
 def predict(design: Design, speeds: Array) -> Array:
     """Return the steady deformation of the linear model, (k,) [m] RMS: root-sum-square over the wheels."""
     return np.array(
-        [np.linalg.norm(imbalance_deformation(design.spacecraft, w, np.array([w]))[:, 0]) for w in speeds.tolist()]
+        [np.linalg.norm(imbalance_deformation(design.structure, w, np.array([w]))[:, 0]) for w in speeds.tolist()]
     )
 
 
@@ -191,7 +188,7 @@ def crossing_deformation(design: Design, crossing: Crossing) -> float | None:
     """Return the largest steady deformation [m] that a wheel allowed to run there makes at a crossing, alone."""
     if not crossing.flagged:
         return None
-    made = imbalance_deformation(design.spacecraft, crossing.speed, np.array([crossing.speed]))[:, 0]
+    made = imbalance_deformation(design.structure, crossing.speed, np.array([crossing.speed]))[:, 0]
     return float(max(made[number - 1] for number in crossing.wheels))
 
 
