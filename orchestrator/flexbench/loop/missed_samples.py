@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
+from typing import cast
 
 from lockstep import InputError, System
 from lockstep.fmi.model_description import read_description
+from lockstep.fmi.parameter_values import parse_value, with_unit
 from lockstep.system.clock import Time, common_divisor, nanoseconds, seconds_text
-from lockstep.system.component import Component
+from lockstep.system.component import Component, Value
 
 FLAG = "star_tracker.valid"
 SAMPLING = "star_tracker.period"  # parameter of the component that has the flag: time between two samples
@@ -89,7 +91,7 @@ def _period(component: Component, name: str, overrides: Mapping[str, object]) ->
     if variable is None or variable.causality != "parameter" or given is None:
         return None
     try:
-        time = nanoseconds(str(given), name)
+        time = nanoseconds(str(parse_value(cast(Value, given), variable, name) if with_unit(given) else given), name)
     except InputError:
         return None  # no such time: the run refuses it in its own words
     return time if time > 0 else None

@@ -33,7 +33,13 @@ adapter_option = click.option(
     metavar="FILE",
     help="TOML file between the new FMU and the ports of C; C=FILE if several are replaced",
 )
-set_option = click.option("--set", "settings", multiple=True, metavar="C.P=V", help="set parameter P of component C")
+set_option = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="C.P=V",
+    help="set parameter P of component C; a number may have a unit: 0.1arcsec",
+)
 record_option = click.option(
     "--record", multiple=True, metavar="PATTERN",
     help="outputs to record, `all` for all (default: the system's); and variables by their names, `locals:plant.*`, "

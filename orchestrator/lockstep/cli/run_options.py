@@ -71,7 +71,7 @@ run_options = option_group(
                  help="simulated time at which the run begins, in seconds (default: the system file's, or 0)"),
     click.option("--stop-time", metavar="S", help="stop time in seconds (default: the system file's)"),
     click.option("--set", "settings", multiple=True, metavar="C.P=V",
-                 help="set parameter P of component C; or, as NAME=V, an input of the whole system"),
+                 help="set parameter P of component C, or, as NAME=V, an input of the whole system; units: 0.1arcsec"),
     click.option("--input", "inputs", type=PATH, multiple=True, metavar="FILE",
                  help="CSV or Parquet file of signals for inputs: a column time in seconds, the others named C.INPUT"),
     replace_option,

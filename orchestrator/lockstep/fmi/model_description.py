@@ -14,12 +14,13 @@ from fmpy.model_description import read_model_description
 
 from lockstep.array_names import element_name
 from lockstep.errors import InputError, compact, siblings, suggestion
+from lockstep.fmi.declared_units import DeclaredUnits, declared_units
 from lockstep.fmi.description_corrections import correct, negated_aliases, read_root, readable, text_starts
 from lockstep.fmi.safe_zip import open_file, open_zip
 from lockstep.fmi.slave import Scalar
 from lockstep.system.component import Component
 from lockstep.system.sums import Sums
-from lockstep.system.units import BASES, Unit
+from lockstep.system.units import Unit
 
 SSP_SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
 SCHEMAS = {  # of model descriptions, by version of FMI
@@ -84,6 +85,8 @@ class Variable:
     array: int = 0
     element: int = 0  # its position in the array from 0, the last index running fastest
     start: str | None = None  # as written in the model description
+    display_unit: str = ""  # that tools show its values in
+    declared_units: DeclaredUnits = field(default_factory=DeclaredUnits, compare=False, repr=False)  # of its FMU
 
     @property
     def settable(self) -> bool:
@@ -187,7 +190,7 @@ def read_description(component: Component) -> Description:
         raise InputError(f"{where} has no binary for {platform}; it has {', '.join(there) or 'none'}")
     negated = negated_aliases(root)
     try:
-        units = {unit.name: _unit(unit) for unit in model.unitDefinitions}
+        units = declared_units(model.unitDefinitions, root)
         if version == "3.0":
             variables = list(_elements(model.modelVariables, units, text_starts(root)))
         else:
@@ -308,18 +311,7 @@ def library_path(identifier: str, version: str) -> str:
     return f"binaries/{PLATFORMS[version]}/{identifier}{fmpy.sharedLibraryExtension}"
 
 
-def _unit(unit: Any) -> Unit:
-    base = unit.baseUnit
-    if base is None:
-        return Unit(name=unit.name)
-    exponents = tuple(int(getattr(base, name)) for name in BASES)
-    factor, offset = float(base.factor), float(base.offset)
-    if not (math.isfinite(factor) and factor and math.isfinite(offset)):
-        return Unit(name=unit.name)  # it converts nothing: it is known by its name alone
-    return Unit(name=unit.name, exponents=exponents, factor=factor, offset=offset)
-
-
-def _scalars(model: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
+def _scalars(model: Any, units: DeclaredUnits) -> Iterator[Variable]:
     for variable in model.modelVariables:
         yield Variable(
             name=variable.name,
@@ -330,7 +322,7 @@ def _scalars(model: Any, units: Mapping[str, Unit]) -> Iterator[Variable]:
         )
 
 
-def _elements(variables: Any, units: Mapping[str, Unit], texts: Mapping[str, list[str]]) -> Iterator[Variable]:
+def _elements(variables: Any, units: DeclaredUnits, texts: Mapping[str, list[str]]) -> Iterator[Variable]:
     """Yield the variables of FMI 3.0, arrays element by element, with references counted from 0."""
     reference = 0
     for variable in variables:
@@ -358,7 +350,7 @@ def _elements(variables: Any, units: Mapping[str, Unit], texts: Mapping[str, lis
             reference += 1
 
 
-def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, Any]:
+def _shared(variable: Any, kind: str, units: DeclaredUnits) -> dict[str, Any]:
     if not 0 <= variable.valueReference < 2**32:
         raise ValueError(f"{variable.name}: value reference {variable.valueReference} is not in 0 to 2^32 - 1")
     declared = variable.declaredType
@@ -366,7 +358,9 @@ def _shared(variable: Any, kind: str, units: Mapping[str, Unit]) -> dict[str, An
     minimum, maximum = (_bound(variable, bound) if kind in ("Real", "Integer") else None for bound in _BOUNDS)
     return {
         "causality": variable.causality or "local",
-        "unit": units.get(unit, Unit(name=unit)) if unit else None,
+        "unit": units.units.get(unit, Unit(name=unit)) if unit else None,
+        "display_unit": variable.displayUnit or (declared.displayUnit if declared else None) or "",
+        "declared_units": units,
         "relative": _is_relative(variable),
         "minimum": minimum,
         "maximum": maximum,

@@ -1,14 +1,19 @@
 """Check values of parameters and start values against the FMU: their names, types, units and ranges."""
 
 import math
+import re
 from dataclasses import replace
 from typing import cast
 
 from lockstep.errors import InputError, compact, suggestion
+from lockstep.fmi.declared_units import accepted, conversion_from
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.plain_values import plain_value
 from lockstep.system.component import Component, Value
-from lockstep.system.units import checked_conversion
+from lockstep.system.units import Unit, checked_conversion
+
+_NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
+_WITH_UNIT = re.compile(rf"\s*{_NUMBER}(?:\s+(\S.*?)|([^\W\d_].*?|[%°µ].*?))\s*")  # a unit such as 1/s follows a blank
 
 
 def component_parameters(component: Component, description: Description) -> dict[str, Value]:
@@ -19,7 +24,7 @@ def component_parameters(component: Component, description: Description) -> dict
         variable = settable(component.name, name, description)
         if name in component.units and variable.type == "Real":
             gain, bias = checked_conversion(component.units[name], variable.unit, variable.relative, what)
-            given = parse_value(value, replace(variable, minimum=None, maximum=None), what)
+            given = parse_value(value, in_unit(variable, component.units[name]), what)
             value = gain * float(given) + bias  # the FMU's range is in the FMU's unit
         values[name] = parse_value(value, variable, what)
     return values
@@ -38,8 +43,28 @@ def settable(component: str, name: str, description: Description) -> Variable:
     return variable
 
 
+def in_unit(variable: Variable, unit: Unit | None) -> Variable:
+    """Return a variable whose values are given in another unit: the FMU's range does not count for them."""
+    return replace(variable, minimum=None, maximum=None, unit=unit or variable.unit)
+
+
+def with_unit(text: object) -> tuple[str, str] | None:
+    """Return number and unit of a text such as `0.1 arcsec`; None for what has no unit."""
+    if not isinstance(text, str):
+        return None
+    try:
+        float(text)
+    except ValueError:
+        found = _WITH_UNIT.fullmatch(text)
+        return None if found is None else (found[1], found[2] or found[3])
+    return None
+
+
 def parse_value(value: Value, variable: Variable, what: str) -> Value:
-    """Convert a value or its text to the declared type of a variable, or raise InputError."""
+    """Convert a value or its text to the declared type of a variable, or raise InputError.
+
+    The text of a Real may end in a unit that converts to that of the variable: `0.1 arcsec`.
+    """
     value = cast(Value, plain_value(value, what))
     wrong = InputError(f"{what}: {value!r} is not of its type {variable.native or variable.type}")
     parsed: Value
@@ -64,7 +89,9 @@ def parse_value(value: Value, variable: Variable, what: str) -> Value:
             if isinstance(value, bool):
                 raise wrong
             try:
-                parsed = float(value) if variable.type == "Real" else _whole(value, variable)
+                parsed = _real(value, variable, what) if variable.type == "Real" else _whole(value, variable)
+            except InputError:
+                raise
             except (ValueError, OverflowError):
                 raise wrong from None
         case _:
@@ -74,8 +101,42 @@ def parse_value(value: Value, variable: Variable, what: str) -> Value:
     low, high = variable.minimum, variable.maximum
     if (low is not None and parsed < low) or (high is not None and parsed > high):
         limits = f"[{'-inf' if low is None else low}, {'inf' if high is None else high}]"
-        raise InputError(f"{what}: {value!r} is outside {limits}, which the FMU declares")
+        raise InputError(f"{what}: {value!r} is outside {limits}{_unit_text(variable)}, which the FMU declares"
+                         f"{_meant_in_display_unit(value, variable)}")  # fmt: skip
     return parsed
+
+
+def _real(value: str | float | int, variable: Variable, what: str) -> float:
+    """Return a number in the unit of a variable; raise ValueError for what is none."""
+    given = with_unit(value)
+    if given is None:
+        return float(value)
+    number, unit = given
+    if variable.unit is None:
+        raise InputError(f"{what}: {value!r} has a unit, and the variable has none; give the number alone")
+    try:
+        gain, bias = conversion_from(unit, variable.unit, variable.relative, variable.declared_units)
+    except ValueError as error:
+        raise InputError(f"{what} = {value!r}: unit {error}") from None
+    return gain * float(number) + bias
+
+
+def _unit_text(variable: Variable) -> str:
+    return f" {variable.unit.name}" if variable.unit is not None and variable.unit.name not in ("", "1") else ""
+
+
+def _meant_in_display_unit(value: Value, variable: Variable) -> str:
+    """Return how a number is written that would be in the range if it was meant in the unit that tools show."""
+    shown = variable.display_unit
+    if variable.unit is None or variable.type != "Real" or with_unit(value) or shown in ("", variable.unit.name):
+        return ""
+    if shown not in accepted(variable.unit, variable.declared_units):
+        return ""
+    try:
+        parse_value(f"{value} {shown}", variable, "")
+    except InputError:
+        return ""
+    return f"; if it is in {shown}, write {str(value).strip()}{shown}"
 
 
 def _item(value: Value, variable: Variable, what: str) -> int:

@@ -2,13 +2,12 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, cast
 
 from lockstep.array_names import elements_of
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
-from lockstep.fmi.parameter_values import parse_value, settable
+from lockstep.fmi.parameter_values import in_unit, parse_value, settable, with_unit
 from lockstep.plain_values import plain_value
 from lockstep.system.component import Value
 from lockstep.system.system import System
@@ -38,7 +37,7 @@ def resolve_overrides(
             variable = settable(feed.component, feed.input, descriptions[feed.component])
             what = f"{one.name} -> {feed.component}.{feed.input}"
             target = End(type=variable.type, unit=variable.unit, relative=variable.relative, items=variable.items)
-            given = parse_value(item, replace(variable, minimum=None, maximum=None), what)
+            given = parse_value(item, in_unit(variable, one.unit), what)
             sent = transferred(given, one.unit, feed.hops, target, what)[0]
             found.append((feed.component, variable, parse_value(sent, variable, what)))
     return found
@@ -94,11 +93,27 @@ def _spread(key: str, value: Override, elements: Sequence[str], single: bool) ->
     if isinstance(value, str):
         value = _without_brackets(value).split(",")
     values: list[Value] = _flat(value) if isinstance(value, list) else [cast(Value, value)]
+    _refuse_mixed(key, values)
     if len(values) == 1:
         values *= len(elements)
     if len(values) != len(elements):
         raise InputError(f"{key}: got {len(values)} values for {compact(elements)}")
     return values
+
+
+def _refuse_mixed(key: str, values: Sequence[Value]) -> None:
+    """Refuse a list of which some numbers have a unit: 1,2,3deg would be taken as 1 rad, 2 rad, 3 deg."""
+    units = [given[1] for given in map(with_unit, values) if given is not None]
+    bare = [value for value in values if with_unit(value) is None and not _is_zero(value)]
+    if units and bare:
+        raise InputError(f"{key}: {bare[0]!r} has no unit, and others have {units[0]}; give each number its unit")
+
+
+def _is_zero(value: Value) -> bool:
+    try:
+        return float(value) == 0.0
+    except ValueError:
+        return False
 
 
 def _flat(values: Sequence[Any]) -> list[Value]:
