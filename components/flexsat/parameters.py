@@ -21,8 +21,9 @@ DEGREE = math.pi / 180.0  # rad
 ARCSECOND = DEGREE / 3600.0  # rad
 
 # Upper limits are far from anything that is built; beyond them results are not those of a spacecraft, or not numbers.
-UP_TO_ONE = Range(minimum=0.0, maximum=1.0)
-ERROR_ANGLE = Range(minimum=0.0, maximum=0.5)  # rad; larger errors wrap round
+IMBALANCE = Range(minimum=0.0, maximum=1e-2)  # N.s2/rad2, N.m.s2/rad2: over 200 times that of the large wheels
+COARSE_ERROR = Range(minimum=0.0, maximum=DEGREE)  # rad; a sun sensor, and more than the controller's model holds for
+FINE_ERROR = Range(minimum=0.0, maximum=60.0 * ARCSECOND)  # rad; six times the coarse star tracker's
 TURN = Range(minimum=-2.0 * math.pi, maximum=2.0 * math.pi)  # rad
 
 CONFIGURATIONS: tuple[ConfigurationName, ...] = ("centralised", "distributed")
@@ -86,12 +87,12 @@ class Wheel:
     speed_band: Annotated[float, "rad/s", Range(above=0.0, maximum=1e6)] = (
         25.0 * RPM
     )  # P: 50 rpm wide about the nominal speed
-    imbalance_force: Annotated[float, "N.s2/rad2", UP_TO_ONE] = 0.7852e-7 / RPM**2  # C: 0.7852e-7 N/rpm2
-    imbalance_torque: Annotated[float, "N.m.s2/rad2", UP_TO_ONE] = 0.3239e-7 / RPM**2  # C: 0.3239e-7 N.m/rpm2
-    broadband_force: Annotated[float, "N", Range(minimum=0.0, maximum=1e4)] = (
+    imbalance_force: Annotated[float, "N.s2/rad2", IMBALANCE] = 0.7852e-7 / RPM**2  # C: 0.7852e-7 N/rpm2
+    imbalance_torque: Annotated[float, "N.m.s2/rad2", IMBALANCE] = 0.3239e-7 / RPM**2  # C: 0.3239e-7 N.m/rpm2
+    broadband_force: Annotated[float, "N", Range(minimum=0.0, maximum=10.0)] = (
         0.7852e-7 * 3600.0
     )  # C: 60^2 in rpm2, held 5 ms
-    broadband_torque: Annotated[float, "N.m", Range(minimum=0.0, maximum=1e4)] = 0.3239e-7 * 3600.0  # C
+    broadband_torque: Annotated[float, "N.m", Range(minimum=0.0, maximum=10.0)] = 0.3239e-7 * 3600.0  # C
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -142,11 +143,11 @@ SITES_OF_MODE_ROWS_AS_PUBLISHED: tuple[tuple[float, float], ...] = (
 class SensorNoise:
     """Standard deviation of one sample of each sensor (P prints them as densities; C uses them so)."""
 
-    gyro: Annotated[float, "rad/s", Range(minimum=0.0, maximum=10.0)] = 1e-5 * DEGREE
-    accelerometer: Annotated[float, "m/s2", Range(minimum=0.0, maximum=1e3)] = 2e-5
-    encoder: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1e3)] = 3e-4
-    star_tracker_coarse: Annotated[float, "rad", ERROR_ANGLE] = 10.0 * ARCSECOND  # SST, slews
-    star_tracker_fine: Annotated[float, "rad", ERROR_ANGLE] = 0.1 * ARCSECOND  # fine guidance sensor
+    gyro: Annotated[float, "rad/s", Range(minimum=0.0, maximum=DEGREE)] = 1e-5 * DEGREE
+    accelerometer: Annotated[float, "m/s2", Range(minimum=0.0, maximum=1.0)] = 2e-5
+    encoder: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1.0)] = 3e-4
+    star_tracker_coarse: Annotated[float, "rad", COARSE_ERROR] = 10.0 * ARCSECOND  # SST, slews
+    star_tracker_fine: Annotated[float, "rad", FINE_ERROR] = 0.1 * ARCSECOND  # fine guidance sensor
     filter_frequency: Annotated[float, "Hz", Range(minimum=1e-3, maximum=1e6)] = 80.0  # P: accelerometers, 2nd order
 
     def __post_init__(self) -> None:

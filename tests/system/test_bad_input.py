@@ -70,7 +70,7 @@ REFUSED = {
     "fraction for an integer": (("--set", "plant.seed=1.5"), ("plant.seed", "'1.5'", "Integer")),
     "not finite": (("--set", "sensors.gyro.noise=nan"), ("sensors.gyro.noise", "'nan'", "finite")),
     "too few elements": (("--set", "plant.initial.mrp=1,2"), ("plant.initial.mrp", "2 values", "initial.mrp[1..3]")),
-    "negative noise": (("--set", "sensors.gyro.noise=-1e-7"), ("sensors.gyro.noise", "'-1e-7'", "[0.0, 10.0]")),
+    "negative noise": (("--set", "sensors.gyro.noise=-1e-7"), ("sensors.gyro.noise", "'-1e-7'", "[0.0, 0.0174")),
     "damping": (("--set", "plant.dispersion.damping[1]=-2"), ("dispersion.damping[1]", "'-2'", "[-1.0, 1000.0]")),
     "fast rate": (("--set", "plant.initial.rate[2]=0.5"), ("plant.initial.rate[2]", "'0.5'", "[-0.2, 0.2]")),
     "negative seed": (("--seed", "-1"), ("plant.seed", "-1", "[0.0, inf]")),

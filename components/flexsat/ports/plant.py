@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..parameters import Wheel
+from ..parameters import DEGREE, Wheel
 from ..runtime.plant_parameters import PlantMatrices, PlantParameters, lowest_modes, parameters_of_run
 from .declared import parameter_port
 from .table import Port
@@ -77,12 +77,12 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              description="draw each wheel's initial angle from the seed, on top of initial.wheel.angle"),
         Port(name="initial.attitude_deviation", causality="parameter", unit="rad", start=0.0,
              minimum=0.0,
-             maximum=1.0, display_unit="arcsec",
+             maximum=DEGREE, display_unit="arcsec",
              description="standard deviation per axis of an initial attitude error drawn from the seed"),
         Port(name="initial.mrp", causality="parameter", unit="1", size=3, minimum=-1.0, maximum=1.0,
              description="initial attitude, body from inertial"),
         Port(name="initial.rate", causality="parameter", unit="rad/s", size=3, frame="body",
-             minimum=-FASTEST, maximum=FASTEST,
+             minimum=-FASTEST, maximum=FASTEST, display_unit="deg/s",
              description="initial angular rate"),
         Port(name="initial.velocity", causality="parameter", unit="m/s", size=3, frame="body",
              minimum=-1e4, maximum=1e4,
@@ -102,13 +102,13 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
         parameter_port(Wheel, "torque_limit", name="wheel.torque_limit", start=model.torque_limit,
                        description="largest torque of one motor"),
         Port(name="dispersion.frequency", causality="parameter", unit="1", size=m,
-             minimum=-1.0, maximum=10.0,
+             minimum=-1.0, maximum=1.0,
              description="relative error of each modal frequency"),
         Port(name="dispersion.damping", causality="parameter", unit="1", size=m,
-             minimum=-1.0, maximum=1e3,
+             minimum=-1.0, maximum=10.0,
              description="relative error of each mode's damping"),
         Port(name="dispersion.inertia", causality="parameter", unit="1", size=3, frame="body",
-             minimum=-1.0, maximum=10.0,
+             minimum=-1.0, maximum=1.0,
              description="relative error of the principal inertias"),
         Port(name="gyroscopics", causality="parameter", kind="boolean", start=True,
              description="false leaves out the gyroscopic torques of the wheels, to tell what they contribute"),

@@ -127,7 +127,7 @@ def _unit_text(variable: Variable) -> str:
 
 def _meant_in_display_unit(value: Value, variable: Variable) -> str:
     """Return how a number is written that would be in the range if it was meant in the unit that tools show."""
-    shown = variable.display_unit
+    shown = variable.display_unit or ("%" if variable.unit is not None and variable.unit.name == "1" else "")
     if variable.unit is None or variable.type != "Real" or with_unit(value) or shown in ("", variable.unit.name):
         return ""
     if shown not in accepted(variable.unit, variable.declared_units):

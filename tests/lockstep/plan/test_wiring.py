@@ -87,7 +87,11 @@ def test_an_input_without_a_source_keeps_its_start_value(loop):
         ("conter.gain", 1, r"conter: no such component; .*did you mean counter\?"),
         ("gain", 1, r"gain: write component\.parameter"),
         ("counter.count", 1, r"counter\.count: is the FMU's output; only parameters and inputs can be set"),
-        ("counter.gain", "1e-6 m", r"counter\.gain: '1e-6 m' has a unit, and the variable has none; give the number alone"),
+        (
+            "counter.gain",
+            "1e-6 m",
+            r"counter\.gain: '1e-6 m' has a unit, and the variable has none; give the number alone",
+        ),
         ("counter.gain", True, r"counter\.gain: True is not of its type Real"),
         ("counter.gain", "nan", r"counter\.gain: 'nan' must be finite"),
         ("counter.gain", [1, 2], r"counter\.gain: got 2 values for one parameter"),
