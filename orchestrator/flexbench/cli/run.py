@@ -11,6 +11,7 @@ import click
 from lockstep.cli.checkpoint_options import resume_run
 from lockstep.cli.command import command
 from lockstep.cli.options import assignments
+from lockstep.cli.parameter_types import Number
 from lockstep.cli.run_options import RunRequest, run_options, run_system
 from lockstep.errors import InputError
 from lockstep.faults import HELP
@@ -37,24 +38,20 @@ examples:
 @run_options
 @seed_option
 @click.option("--as-published", is_flag=True, help="with the slips of the published release")
-def run(request: RunRequest, seed: int | None, as_published: bool) -> int:
+@click.option("--settling-band", type=Number(above=0.0, most=648000.0), metavar="ARCSEC",
+              help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
+def run(request: RunRequest, seed: int | None, as_published: bool, settling_band: float | None) -> int:
     """Simulate a system and leave its signals, events and metrics in a results folder."""
-    from ..runs.run_folder import read_run, write_metrics
+    from ..runs.metrics_file import closing_text
 
-    def add_metrics(folder: Path) -> None:
-        try:
-            metrics = write_metrics(read_run(folder))
-        except InputError as error:
-            print(f"no metrics.json: {error}")
-            return
-        for key, value in metrics.items():
-            print(f"  {key:16} {value:.4g}")
+    def finish(folder: Path) -> None:
+        print(closing_text(folder, settling_band))
 
     resumed = request.checkpoints.resume
     if resumed is not None:
-        resume_run(resumed, pace=request.pace, step_limit=request.step_limit, finish=add_metrics)
+        resume_run(resumed, pace=request.pace, step_limit=request.step_limit, finish=finish)
     else:
-        _run_new(request, seed, as_published, add_metrics)
+        _run_new(request, seed, as_published, finish)
     return 0
 
 

@@ -11,6 +11,8 @@ from lockstep import Signals
 from lockstep.errors import InputError
 
 ATTITUDE, ATTITUDE_REFERENCE = "plant.attitude.mrp", "controller.reference.mrp"
+RATE, RATE_REFERENCE = "plant.rate", "controller.reference.rate"
+DEFORMATION = "plant.rms_deformation"
 TORQUE, TORQUE_REFERENCE = "controller.wheel.torque", "controller.reference.torque"
 # the regulated state without the wheels, in its order: true value and reference
 STRUCTURE = (
@@ -33,12 +35,12 @@ def pointing_error_vector(signals: Signals) -> Array:
 
 def rate_error(signals: Signals) -> Array:
     """Return the norm of body rate less reference, (rows,) [rad/s]."""
-    return _norm(signals["plant.rate"] - signals["controller.reference.rate"])
+    return _norm(signals[RATE] - signals[RATE_REFERENCE])
 
 
 def deformation(signals: Signals) -> Array:
     """Return the RMS deflection of the aperture, (rows,) [m]."""
-    return signals["plant.rms_deformation"]
+    return signals[DEFORMATION]
 
 
 def rotation_about_x(signals: Signals, attitude: str = ATTITUDE) -> Array:

@@ -31,7 +31,7 @@ from lockstep.processes.cpu_affinity import own_thread
 from lockstep.results.results_folder import claim
 from lockstep.standard_streams import printable, unfiltered
 
-from .run_folder import read_run, write_metrics
+from .metrics_file import write_paper_metrics
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +114,7 @@ def run_job(job: Job) -> Finished:
             progress=progress,
             restart=restart,
         )
-        metrics = write_metrics(read_run(job.folder)) if job.metrics else {}
+        metrics = write_paper_metrics(job.folder) if job.metrics else {}
     return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)
 
 

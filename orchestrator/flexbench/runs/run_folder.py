@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from flexsat.design.chain import Design, Designs, build_designs
 from flexsat.parameters import CONFIGURATIONS, DEFAULT_DESIGN, ConfigurationName, ControllerDesign
@@ -17,7 +16,7 @@ from lockstep.results.run_record import EVENTS, RUN
 from lockstep.results.stream import STREAM
 
 from ..loop.scenarios import slew_end
-from .json_file import write_json
+from .commands import number_of
 from .metrics import Windows, check_length, compute_metrics
 
 METRICS = "metrics.json"
@@ -96,39 +95,10 @@ def read_run(folder: Path) -> Run:
         configuration=name,
         as_published=bool(plant.get("as_published", False)),
         controller_design="published" if controller.get("design", DEFAULT_DESIGN) == "published" else "robust",
-        slew=any(_number(controller, f"command.rotation[{axis}]") != 0.0 for axis in (1, 2, 3)),
-        seed=int(_number(plant, "seed")),
+        slew=any(number_of(controller, f"command.rotation[{axis}]") != 0.0 for axis in (1, 2, 3)),
+        seed=int(number_of(plant, "seed")),
         open_loop=bool(controller.get("open_loop", False)),
     )
-
-
-def _number(parameters: Mapping[str, Any], name: str) -> float:
-    value = parameters.get(name, 0.0)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{RUN}: the parameter {name} = {value!r} must be a number; run again, or restore the file")
-    return float(value)
-
-
-def write_metrics(run: Run) -> Mapping[str, float]:
-    """Compute a run's metrics and write them to metrics.json in its folder."""
-    metrics = run.metrics()
-    content = {
-        "configuration": run.configuration,
-        "as_published": run.as_published,
-        "seed": run.seed,
-        "units": {
-            "total_cost": "1",
-            "control_cost": "1",
-            "pointing_error": "rad",
-            "torque": "N.m",
-            "rate_error": "rad/s",
-            "deformation": "m",
-            "settling_time": "s",
-        },
-        "metrics": dict(metrics),
-    }
-    write_json(run.folder / METRICS, content)
-    return metrics
 
 
 def refuse_own_file(out: Path) -> None:
