@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from flexsat.closed_loop import PORTS
 from flexsat.design.chain import Designs
 from flexsat.parameters import ConfigurationName, Rates
-from flexsat.ports.table import Port
+from flexsat.ports.table import Port, Scalar
 from lockstep.errors import InputError
 
 from .ranges import range_text, signal_ranges
@@ -74,10 +74,18 @@ def _joined(texts: list[str]) -> str:
 def _start(port: Port) -> str:
     if port.causality == "output":
         return ""
-    texts = [str(value).lower() if isinstance(value, bool) else f"{value:.6g}" for value in port.starts]  # no strings
+    texts = [_text(value) for value in port.starts]
     if len(set(texts)) == 1:
         return texts[0]
-    return ", ".join(texts) if len(texts) <= 4 else f"{min(port.starts):.4g} to {max(port.starts):.4g}"
+    if len(texts) <= 4 or port.kind == "string":
+        return ", ".join(texts)
+    return f"{min(port.starts):.4g} to {max(port.starts):.4g}"
+
+
+def _text(value: Scalar) -> str:
+    if isinstance(value, str):
+        return value
+    return str(value).lower() if isinstance(value, bool) else f"{value:.6g}"
 
 
 def _period(port: Port, tables: Mapping[ConfigurationName, tuple[Port, ...]], component: str, rates: Rates) -> str:
