@@ -42,6 +42,15 @@ class Recording:
     signals: Mapping[str, Array]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """A slew commanded during a run: values of the controller's command inputs from a time on."""
+
+    time: float  # s
+    rotation: tuple[float, float, float]  # rad
+    start: float  # s
+
+
 def port_values(component: str, ports: Sequence[Port], given: Mapping[str, Any]) -> dict[str, Any]:
     """Return every input's and parameter's value: the start value, or what is given for the port or an element.
 
@@ -112,10 +121,13 @@ class ClosedLoop:
         limits = self.values["plant"]["wheel.friction_torque"]
         self.friction = bearing_friction.prepare(self.plant, limits) if limits.any() else None
 
-    def run(self, stop: float, record: Sequence[str], record_ticks: int = 5) -> Recording:
+    def run(
+        self, stop: float, record: Sequence[str], record_ticks: int = 5, commands: Sequence[Command] = ()
+    ) -> Recording:
         """Run from rest to `stop` [s], recording ports named `component.port` every `record_ticks` ticks.
 
-        The row at the stop time holds the samples that sensors and controller take there.
+        The row at the stop time holds the samples that sensors and controller take there. `commands`, in the order of
+        their times, change the controller's command inputs during the run.
         """
         ticks = whole_multiple("stop time", stop, self.step)
         step = Fraction(self.step).limit_denominator(10**9)  # whole nanoseconds, or 1/1200 s: times are nearest doubles
@@ -123,6 +135,7 @@ class ClosedLoop:
         rotation, start = given["command.rotation"], given["command.start_time"]
         plant_state, sensor_state = plant.init(self.plant), sensors.init(self.sensors)
         controller_state = controller.init(self.controller, rotation, start)
+        waiting = list(commands)
 
         # the outputs are buffers of the states: these inputs follow them
         true, sensed, torque = plant_state.outputs, sensor_state.outputs, controller_state.outputs.torque
@@ -157,6 +170,8 @@ class ClosedLoop:
             time = tick * step.numerator / step.denominator
             sensors.step(self.sensors, sensor_state, sensor_inputs)
             if tick % self.controller_ticks == 0:
+                while waiting and waiting[0].time <= time:
+                    rotation, start = np.array(waiting[0].rotation), waiting.pop(0).start
                 controller.command(self.controller, controller_state, time, rotation, start)
                 controller.step(self.controller, controller_state, time, measured)
                 inputs[:n] = torque

@@ -7,7 +7,14 @@ from typing import Any
 
 from ..controller_weights import Variant, variant_of
 from ..parameters import CONTROLLER_DESIGNS, DEFAULT_DESIGN, Slew, Wheel
-from ..runtime.controller_parameters import LONGEST_DELAY, ControllerMatrices, ControllerParameters
+from ..runtime.controller_parameters import (
+    CAPTURE_ANGLE,
+    DURING_SLEW,
+    GUIDANCES,
+    LONGEST_DELAY,
+    ControllerMatrices,
+    ControllerParameters,
+)
 from .declared import parameter_port
 from .table import Port
 
@@ -21,6 +28,7 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         "applied.wheel.torque", "applied.valid",
     )  # fmt: skip
     commanded = ("command.rotation", "command.start_time")
+    captured = ("star_tracker.mrp", "star_tracker.valid")  # a run may begin at an attitude that is only measured
     deviation = "wheel speed less the nominal one, inertial, about its axis"
     return (
         Port(name="gyro.rate", causality="input", unit="rad/s", size=g, display_unit="deg/s",
@@ -34,10 +42,10 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
              description="measured attitude, body from inertial"),
         parameter_port(Slew, "rotation", name="command.rotation", causality="input", size=3, display_unit="deg",
                        variability="discrete",
-                       description="rotation vector to turn by from the attitude zero; may change until the slew"
-                       " begins"),
+                       description="rotation vector to turn by from where the slew begins, which is where the one"
+                       " before ended; a change commands another slew, zero none"),
         parameter_port(Slew, "start_time", name="command.start_time", causality="input", variability="discrete",
-                       start=model.slew_start, description="when the slew begins"),
+                       start=model.slew_start, description="when the slew begins; at once if it has passed"),
         Port(name="applied.wheel.torque", causality="input", unit="N.m", size=n, variability="discrete",
              description="motor torque commanded in the step before by whoever was in control, about the wheel's axis"),
         Port(name="star_tracker.valid", causality="input", kind="boolean",
@@ -47,15 +55,15 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="wheel.torque", causality="output", unit="N.m", size=n, variability="discrete",
              depends_on=(*measured, *commanded), description="commanded motor torque, about the wheel's axis"),
         Port(name="reference.mrp", causality="output", unit="1", size=3, variability="discrete",
-             depends_on=commanded, description="reference attitude, body from inertial"),
+             depends_on=captured, description="reference attitude, body from inertial"),
         Port(name="reference.modal.displacement", causality="output", unit="m.kg^0.5", size=m,
-             variability="discrete", depends_on=commanded, description="reference modal coordinates"),
+             variability="discrete", description="reference modal coordinates"),
         Port(name="reference.rate", causality="output", unit="rad/s", size=3, frame="body",
-             display_unit="deg/s", variability="discrete", depends_on=commanded, description="reference rate"),
+             display_unit="deg/s", variability="discrete", description="reference rate"),
         Port(name="reference.modal.velocity", causality="output", unit="m.kg^0.5/s", size=m,
-             variability="discrete", depends_on=commanded, description="reference modal rates"),
+             variability="discrete", description="reference modal rates"),
         Port(name="reference.wheel.speed", causality="output", unit="rad/s", size=n, display_unit="rpm",
-             variability="discrete", depends_on=commanded, description=f"reference {deviation}"),
+             variability="discrete", description=f"reference {deviation}"),
         Port(name="reference.torque", causality="output", unit="N.m", size=n, variability="discrete",
              depends_on=commanded, description="feed-forward torque"),
         Port(name="estimate.mrp", causality="output", unit="1", size=3, variability="discrete",
@@ -69,7 +77,8 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="estimate.wheel.speed", causality="output", unit="rad/s", size=n, display_unit="rpm",
              variability="discrete", depends_on=measured, description=f"estimated {deviation}"),
         Port(name="as_published", causality="parameter", kind="boolean",
-             description="use the published design on the published release's order of mode rows, for any `design`"),
+             description="use the published design on the published release's order of mode rows, for any `design`;"
+             " attitudes as sums of a quarter of the angle"),
         Port(name="design", causality="parameter", kind="string", start=DEFAULT_DESIGN,
              description=f"gains: {' or '.join(CONTROLLER_DESIGNS)}"),
         Port(name="open_loop", causality="parameter", kind="boolean",
@@ -84,6 +93,13 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
                        description="lateral torque over wheel speed squared, as the controller believes"),
         Port(name="reference.smoothed", causality="parameter", kind="boolean",
              description="slew reference: smoothed (modes at rest) instead of time-optimal"),
+        Port(name="slew.guidance", causality="parameter", kind="string", start=GUIDANCES[0],
+             description="slew profile: " + ", ".join(GUIDANCES) + "; smoothed is bang-coast-bang with modes at rest"),
+        Port(name="command.during_slew", causality="parameter", kind="string", start=DURING_SLEW[0],
+             description="a command that would begin during a slew: refuse, or replan, which brakes and turns to it"),
+        Port(name="initial.capture_angle", causality="parameter", unit="rad", start=CAPTURE_ANGLE, minimum=0.0,
+             display_unit="arcsec", description="a first measured attitude farther from zero than this is where the run"
+             " begins; a nearer one is an error to regulate"),
         parameter_port(Slew, "authority", name="slew.authority", start=model.authority,
                        description="share of torque and speed band that the slew plan uses"),
         parameter_port(Wheel, "torque_limit", name="wheel.torque_limit", start=model.torque_limit,
@@ -126,4 +142,8 @@ def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> Contro
         actuation_delay=value("delay.actuation"),
         imbalance_force=value("jitter.imbalance_force"),
         imbalance_torque=value("jitter.imbalance_torque"),
+        guidance=value("slew.guidance"),
+        during_slew=value("command.during_slew"),
+        capture_angle=value("initial.capture_angle"),
+        linear_attitude=value("as_published"),
     )

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from . import slew_guidance as guidance
+from . import rotations, slew_motion
 from . import wheel_jitter as jitter
 from .named_state import NOT_SAVED
-from .prepared_controller import PreparedController, plan_slew, prepare
+from .prepared_controller import PreparedController, check_start, plan_motion, prepare
+from .slew_commands import command, proceed, reference_attitude, start_from
 
 __all__ = [
     "ControllerOutputs",
@@ -27,6 +28,8 @@ __all__ = [
     "prepare",
     "step",
 ]
+
+ZERO_ATTITUDE = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,31 +64,63 @@ class ControllerOutputs:
 
 @dataclass(slots=True, kw_only=True)
 class ControllerState:
-    """What the controller remembers between steps, and the outputs that a step writes; `step` works in place."""
+    """What the controller remembers between steps, and the outputs that a step writes; `step` works in place.
+
+    The linear models know small rotations only. The estimated attitude is `attitude`, turned further by four times the
+    first three of `estimate`, which each step moves into it. The reference attitude is `origin`, turned by four times
+    the first three of `reference` (slew_commands.reference_attitude). With linear attitudes both stay in the linear
+    state.
+    """
 
     estimate: Array  # (s,) at the time of the last measurement
+    attitude: Array  # (4,) body from inertial
+    captured: bool  # the star tracker has given an attitude
     history: Array  # (q + 2, n): torques commanded, by this or the controller in control, the latest first [N.m]
     jitter: Array  # (4, n): harmonic jitter expected over the coming period
     since_star_tracker: int  # steps
     count: int  # steps done
     held: int  # calls since the last step, itself included, where there are several calls to a period
     reference: Array  # (r,)
-    profile: guidance.Profile
+    origin: Array  # (4,) attitude from which the profile turns, body from inertial
+    profile: slew_motion.Motion
+    following: slew_motion.Motion  # the slew after it
+    base: Array  # (4,) attitude from which the command of the profile counts
+    following_base: Array  # (4,) the same, of the slew after it
+    braking: bool  # the profile was braked for a new command
+    commanded_rotation: Array  # (3,) [rad], of the last command
+    commanded_start: float  # s
     outputs: ControllerOutputs = field(metadata=NOT_SAVED)
 
 
 def init(prepared: PreparedController, rotation: Array, start: float) -> ControllerState:
-    """Return the state at the start of a run, at rest at the nominal wheel speeds, with a slew planned."""
+    """Return the state at the start of a run, at rest at the nominal wheel speeds, with a slew planned.
+
+    Raises
+    ------
+    ValueError
+        If the shaped torque would have to begin before the run, or before the first measurement can count it.
+    """
     s, n, r = prepared.states, prepared.wheels, prepared.controlled
+    profile = plan_motion(prepared, rotation, start)
+    check_start(prepared, profile.angle, start)
     return ControllerState(
         estimate=np.zeros(s),
+        attitude=ZERO_ATTITUDE.copy(),
+        captured=False,
         history=np.zeros((prepared.whole_delay + 2, n)),
         jitter=np.zeros((4, n)),
         since_star_tracker=prepared.phases - 1,
         count=0,
         held=0,
         reference=np.zeros(r),
-        profile=plan_slew(prepared, rotation, start),
+        origin=ZERO_ATTITUDE.copy(),
+        profile=profile,
+        following=slew_motion.still(prepared.knots),
+        base=ZERO_ATTITUDE.copy(),
+        following_base=ZERO_ATTITUDE.copy(),
+        braking=False,
+        commanded_rotation=np.array(rotation, np.float64),
+        commanded_start=float(start),
         outputs=ControllerOutputs(
             torque=np.zeros(n),
             estimate=np.zeros(s),
@@ -94,16 +129,6 @@ def init(prepared: PreparedController, rotation: Array, start: float) -> Control
             innovation=np.zeros(len(prepared.c)),
         ),
     )
-
-
-def command(prepared: PreparedController, state: ControllerState, time: float, rotation: Array, start: float) -> None:
-    """Accept a new slew command; raise ValueError if the planned slew has already begun."""
-    old = state.profile
-    if old.start == start and np.array_equal(old.axis * old.angle, rotation):
-        return
-    if old.angle > 0.0 and time >= old.start - prepared.shaper.shifts[0]:
-        raise ValueError(f"command.rotation changed at {time:.3f} s, after the slew of {old.start:.3f} s had begun")
-    state.profile = plan_slew(prepared, rotation, start)
 
 
 def is_due(state: ControllerState, calls: int) -> bool:
@@ -131,29 +156,37 @@ def step(
     if measured.applied_valid and measured.applied_torque is not None and state.count:
         history[0] = measured.applied_torque
     if state.count >= prepared.first_measurement:
-        _correct(prepared, state, measured)
+        _correct(prepared, state, time, measured)
     else:
         outputs.innovation[:] = 0.0
 
+    proceed(prepared, state, time)
     r = prepared.controlled
     expected = state.estimate[:r]
     if prepared.delayed:
         expected = prepared.ahead @ np.concatenate([state.estimate, history.ravel()])
-    _refer(prepared, state, time + prepared.actuation_delay)
-    torque = outputs.reference_torque - prepared.feedback @ (expected - outputs.reference)
+    attitude = _refer(prepared, state, time + prepared.actuation_delay)
+    error = expected - outputs.reference
+    if not prepared.linear_attitude:
+        there = rotations.rotate_quaternion(state.attitude.tolist(), (4.0 * expected[:3]).tolist())
+        error[:3] = rotations.relative_mrp(there, attitude)
+    torque = outputs.reference_torque - prepared.feedback @ error
     if prepared.cancels_jitter and state.count >= prepared.first_measurement:
         torque += prepared.jitter_torque @ _jitter_ahead(prepared, measured)
     outputs.torque[:] = _saturate(prepared, torque, expected[r - prepared.wheels :])
     if prepared.open_loop:
         outputs.torque[:] = 0.0
     outputs.estimate[:] = state.estimate
+    if not prepared.linear_attitude:
+        there = rotations.rotate_quaternion(state.attitude.tolist(), (4.0 * state.estimate[:3]).tolist())
+        outputs.estimate[:3] = rotations.mrp_from_quaternion(there)
     history[1:] = history[:-1].copy()
     history[0] = outputs.torque
     state.count += 1
     return outputs
 
 
-def _correct(prepared: PreparedController, state: ControllerState, measured: Measurements) -> None:
+def _correct(prepared: PreparedController, state: ControllerState, time: float, measured: Measurements) -> None:
     """Predict the estimate to the time of the measurement and correct it; predict the jitter of the next period."""
     if state.count > prepared.first_measurement:
         stack = np.concatenate([state.estimate, state.history.ravel(), state.jitter.ravel()])
@@ -171,6 +204,8 @@ def _correct(prepared: PreparedController, state: ControllerState, measured: Mea
         out=innovation,
     )
     innovation -= prepared.c @ state.estimate
+    if not prepared.linear_attitude:
+        innovation[-3:] = _attitude_innovation(prepared, state, time, measured)
     state.estimate += prepared.gain[phase] @ innovation
     if prepared.feed_forward_jitter:
         jitter.harmonic(
@@ -181,6 +216,28 @@ def _correct(prepared: PreparedController, state: ControllerState, measured: Mea
             prepared.imbalance_torque,
             state.jitter,
         )
+
+
+def _attitude_innovation(
+    prepared: PreparedController, state: ControllerState, time: float, measured: Measurements
+) -> Array:
+    """Return the small rotation [rad] from the predicted to the measured attitude; the prediction moves to `attitude`.
+
+    A first measurement that is far from it is the attitude at which the run begins: the estimate is set to it, and
+    before a slew has begun the reference too.
+    """
+    state.attitude[:] = rotations.rotate_quaternion(state.attitude.tolist(), (4.0 * state.estimate[:3]).tolist())
+    state.estimate[:3] = 0.0
+    if not measured.star_tracker_valid:
+        return np.zeros(3)
+    seen = rotations.quaternion_from_mrp(measured.star_tracker_mrp.tolist())
+    off = 4.0 * np.array(rotations.relative_mrp(seen, state.attitude.tolist()))
+    first, state.captured = not state.captured, True
+    if first and float(off @ off) > prepared.capture_angle**2:
+        state.attitude[:] = seen
+        start_from(prepared, state, time, seen)
+        off[:] = 0.0
+    return off
 
 
 def _jitter_ahead(prepared: PreparedController, measured: Measurements) -> Array:
@@ -196,10 +253,13 @@ def _jitter_ahead(prepared: PreparedController, measured: Measurements) -> Array
     ).ravel()
 
 
-def _refer(prepared: PreparedController, state: ControllerState, time: float) -> None:
-    """Write the reference at `time` and the feed-forward torque from then on; propagate the reference by a period."""
+def _refer(prepared: PreparedController, state: ControllerState, time: float) -> rotations.Quadruple:
+    """Write the reference at `time` and the feed-forward torque from then on; propagate the reference by a period.
+
+    Returns the reference attitude, body from inertial.
+    """
     period, profile, outputs = prepared.period, state.profile, state.outputs
-    change = guidance.shaped_rate_change(profile, prepared.shaper, time, period)
+    change = slew_motion.shaped_rate_change(profile, prepared.shaper, time, period)
     momentum_axis = prepared.inertia @ profile.axis
     torque = np.matmul(prepared.distribution, momentum_axis * (change / period), out=outputs.reference_torque)
     reference = outputs.reference
@@ -214,6 +274,12 @@ def _refer(prepared: PreparedController, state: ControllerState, time: float) ->
     else:
         reference[:] = state.reference
         state.reference[:] = prepared.reference_a @ reference + prepared.reference_b @ torque
+    attitude = reference_attitude(state.origin, profile.axis, reference[:3])
+    if prepared.linear_attitude:
+        reference[:3] += rotations.mrp_from_quaternion(state.origin.tolist())
+    else:
+        reference[:3] = rotations.mrp_from_quaternion(attitude)
+    return attitude
 
 
 def _saturate(prepared: PreparedController, torque: Array, speed: Array) -> Array:

@@ -7,6 +7,11 @@ from dataclasses import dataclass
 from ..arrays import Array
 
 LONGEST_DELAY = 0.02  # s, of measurement and of actuation, each
+GUIDANCES = ("bang-coast-bang", "smoothed", "qp")
+DURING_SLEW = ("refuse", "replan")
+CAPTURE_ANGLE = (
+    1e-3  # rad, 3.4 arcmin: above what sensors err and scenarios begin with, below what saturates the wheels
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +62,10 @@ class ControllerParameters:
     actuation_delay: float  # s, from the call to when the torque acts
     imbalance_force: float  # N.s2/rad2
     imbalance_torque: float  # N.m.s2/rad2
+    guidance: str = "bang-coast-bang"  # one of GUIDANCES
+    during_slew: str = "refuse"  # one of DURING_SLEW
+    capture_angle: float = CAPTURE_ANGLE  # rad
+    linear_attitude: bool = False  # attitudes as sums of a quarter of the angle, as the published release has them
 
     def __post_init__(self) -> None:
         # named as the ports are: the messages reach those who set them
@@ -65,6 +74,12 @@ class ControllerParameters:
                 raise ValueError(f"{name} must be > 0, got {value!r}")
         if not 0.0 < self.authority <= 1.0:
             raise ValueError(f"slew.authority must be in (0, 1], got {self.authority!r}")
+        for name, text, known in (("slew.guidance", self.guidance, GUIDANCES),
+                                  ("command.during_slew", self.during_slew, DURING_SLEW)):  # fmt: skip
+            if text not in known:
+                raise ValueError(f"{name} must be one of {', '.join(known)}, got {text!r}")
+        if not self.capture_angle > 0.0:
+            raise ValueError(f"initial.capture_angle must be > 0, got {self.capture_angle!r}")
         for name, value in (("delay.measurement", self.measurement_delay), ("delay.actuation", self.actuation_delay)):
             if not 0.0 <= value <= LONGEST_DELAY or abs(value * 1e3 - round(value * 1e3)) > 1e-6:
                 raise ValueError(f"{name} must be whole milliseconds from 0 to {LONGEST_DELAY:.3f} s, got {value!r}")

@@ -9,8 +9,11 @@ import numpy as np
 from ..arrays import Array, make_read_only
 from ..fixed_order import inverse, product
 from . import slew_guidance as guidance
+from . import slew_motion
 from .controller_parameters import ControllerMatrices, ControllerParameters
 from .zero_order_hold import zero_order_hold
+
+KNOTS = 8  # of a trapezium braked: the start, three corners, and where and when it stops
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +30,10 @@ class PreparedController:
     first_measurement: int  # step that uses the first one
     delayed: bool
     smoothed: bool
+    knots: int  # of a planned motion
+    replans: bool  # a command during a slew replaces it
+    linear_attitude: bool
+    capture_angle: float  # rad
     open_loop: bool
     feed_forward_jitter: bool
     measurement_delay: float  # s
@@ -101,7 +108,11 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         whole_delay=whole,
         first_measurement=max(0, int(np.ceil(parameters.measurement_delay / period - 1e-6))),
         delayed=delay > 0.0,
-        smoothed=parameters.smoothed,
+        smoothed=parameters.smoothed or parameters.guidance == "smoothed",
+        knots=KNOTS,
+        replans=parameters.during_slew == "replan",
+        linear_attitude=parameters.linear_attitude,
+        capture_angle=parameters.capture_angle,
         open_loop=parameters.open_loop,
         feed_forward_jitter=parameters.feed_forward_jitter,
         measurement_delay=parameters.measurement_delay,
@@ -146,9 +157,33 @@ def plan_slew(prepared: PreparedController, rotation: Array, start: float) -> gu
         If the shaped torque would have to begin before the run, or before the first measurement can count it.
     """
     profile = guidance.plan(rotation, start, prepared.inertia, prepared.body_torque, prepared.body_momentum)
+    check_start(prepared, profile.angle, start)
+    return profile
+
+
+def check_start(prepared: PreparedController, angle: float, start: float) -> None:
+    """Refuse a slew that cannot begin as commanded at the start of a run; a slew of no angle is none.
+
+    Raises
+    ------
+    ValueError
+        If the shaped torque would have to begin before the run, or before the first measurement can count it.
+    """
     earliest = float(prepared.shaper.shifts[0]) + prepared.measurement_delay + prepared.actuation_delay
-    if profile.angle > 0.0 and start < earliest:
+    if angle > 0.0 and start < earliest:
         raise ValueError(
             f"command.start_time = {start:g} s must be >= {earliest:g} s: the shaped torque begins before the slew"
         )
-    return profile
+
+
+def plan_motion(prepared: PreparedController, rotation: Array, start: float) -> slew_motion.Motion:
+    """Plan the motion for a rotation vector [rad] from `start` [s] on, from rest."""
+    profile = guidance.plan(rotation, start, prepared.inertia, prepared.body_torque, prepared.body_momentum)
+    if profile.angle == 0.0:
+        return slew_motion.still(prepared.knots, start)
+    return slew_motion.from_profile(profile, prepared.knots, prepared.period, prepared.actuation_delay)
+
+
+def capability_of(prepared: PreparedController, axis: Array) -> tuple[float, float]:
+    """Return the greatest acceleration [rad/s2] and rate [rad/s] of a slew about an axis."""
+    return guidance.capability_about(axis, prepared.inertia, prepared.body_torque, prepared.body_momentum)

@@ -58,6 +58,35 @@ def quaternion_from_rotation_vector(rotation: Sequence[float]) -> Quadruple:
     return x * scale, y * scale, z * scale, math.cos(half)
 
 
+def rotation_vector(quaternion: Sequence[float]) -> Triple:
+    """Return the rotation vector [rad] of the short rotation of a scalar-last unit quaternion."""
+    x, y, z, w = quaternion
+    sine = math.sqrt(x * x + y * y + z * z)
+    if sine == 0.0:
+        return 0.0, 0.0, 0.0
+    scale = 2.0 * math.atan2(sine, abs(w)) / sine
+    scale = scale if w >= 0.0 else -scale
+    return x * scale, y * scale, z * scale
+
+
+def relative_quaternion(quaternion: Sequence[float], base: Sequence[float]) -> Quadruple:
+    """Return the rotation from the attitude `base` to another, in body axes: C(result) = C(quaternion) C(base)^T."""
+    x, y, z, w = base
+    return compose_quaternions(quaternion, (-x, -y, -z, w))
+
+
+def relative_mrp(quaternion: Sequence[float], base: Sequence[float]) -> Triple:
+    """Return the MRP of the short rotation from the attitude `base` to another, in body axes."""
+    return mrp_from_quaternion(relative_quaternion(quaternion, base))
+
+
+def rotate_quaternion(quaternion: Sequence[float], rotation: Sequence[float]) -> Quadruple:
+    """Turn an attitude further by a rotation vector [rad] in body axes; the result has norm 1."""
+    x, y, z, w = compose_quaternions(quaternion_from_rotation_vector(rotation), quaternion)
+    scale = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
+    return x * scale, y * scale, z * scale, w * scale
+
+
 def rotate_mrp(mrp: Sequence[float], rotation: Sequence[float]) -> Triple:
     """Turn the attitude `mrp` further by a rotation vector [rad] in body axes; switch to the shadow set beyond 1."""
     return mrp_from_quaternion(compose_quaternions(quaternion_from_rotation_vector(rotation), quaternion_from_mrp(mrp)))

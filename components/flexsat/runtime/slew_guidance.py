@@ -80,21 +80,16 @@ def plan(rotation: Array, start: float, inertia: Array, torque: Array, momentum:
     if angle == 0.0:
         return Profile(axis=np.array([1.0, 0.0, 0.0]), angle=0.0, start=start, ramp=0.0, coast_rate=0.0, coast=0.0)
     axis = rotation / angle
-    needed = np.abs(inertia @ axis)
-    acceleration = 1.0 / float(np.max(needed / torque))
-    rate = 1.0 / float(np.max(needed / momentum))
+    acceleration, rate = capability_about(axis, inertia, torque, momentum)
     rate = min(rate, float(np.sqrt(angle * acceleration)))  # a short turn never reaches the speed limit
     ramp = rate / acceleration
     return Profile(axis=axis, angle=angle, start=start, ramp=ramp, coast_rate=rate, coast=angle / rate - ramp)
 
 
-def shaped_rate_change(profile: Profile, shaper: Shaper, time: float, period: float) -> float:
-    """Return the change of rate [rad/s] that the shaped torque makes over [time, time + period) [s].
-
-    The difference of the rate at both ends, so that no impulse is lost where a pulse begins between samples.
-    """
-    ends = profile.rate(np.concatenate([time + shaper.shifts, time + period + shaper.shifts]))
-    return float(shaper.weights @ (ends[3:] - ends[:3]))
+def capability_about(axis: Array, inertia: Array, torque: Array, momentum: Array) -> tuple[float, float]:
+    """Return the greatest acceleration [rad/s2] and rate [rad/s] about a unit vector; arguments as in `plan`."""
+    needed = np.abs(inertia @ axis)
+    return 1.0 / float(np.max(needed / torque)), 1.0 / float(np.max(needed / momentum))
 
 
 def shaper_for_pole(frequency: float, damping_ratio: float, period: float) -> Shaper:

@@ -79,13 +79,11 @@ def test_the_feedthrough_of_the_controller_is_as_declared(delivered, name):
         "command.start_time": -1.0,
         "applied.wheel.torque": 1e-2,
     }
-    # With smoothed guidance the reference is a function of the command and the time, but its modes stay at rest; with
-    # time-optimal guidance it is the state of a model, which moves a step later than its torque.
-    never = [(f"reference.modal.{what}", f"command.{by}") for what in ("displacement", "velocity")
-             for by in ("rotation", "start_time")]  # fmt: skip
-    # At 0.6 s: nothing commanded, and then a slew since 0.5 s; a slew from 1.5 s on, and then one since 0.5 s. The
-    # controller takes a new command until the old slew begins. Limits that no noise reaches, of which the slew uses
-    # little.
+    # The reference begins where the first sample says; after that it follows no measurement. A slew begins after its
+    # shaped torque: a command moves the torque at once and the reference later.
+    never = [("reference.mrp", "star_tracker.mrp"), ("reference.mrp", "star_tracker.valid")]
+    # At 0.6 s: nothing commanded, and then a slew since 0.5 s, which is at once; a slew from 1.5 s on, and then one at
+    # once. Limits that no noise reaches, of which the slew uses little.
     idle = {"command.start_time": 0.5, "command.rotation[1]": 0.0}
     waiting = {"command.start_time": 1.5, "command.rotation[1]": 1e-3}
     limits = {"wheel.torque_limit": 1e6, "wheel.speed_band": 1e6, "slew.authority": 7e-6}

@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
 from flexsat.runtime import slew_guidance as guidance
+from flexsat.runtime import slew_motion
 from flexsat.runtime.prepared_controller import plan_slew, prepare
 from flexsat.runtime.zero_order_hold import zero_order_hold
 
@@ -110,12 +111,13 @@ def test_a_shaped_pulse_leaves_no_vibration(rotation, start):
     """The mode of the pole, driven by the shaped acceleration held over each period, is at rest when it ends."""
     frequency, damping, period = 1.7, 0.005, 0.005
     shaper, profile = guidance.shaper_for_pole(frequency, damping, period), planned(rotation, start)
+    motion = slew_motion.from_profile(profile, 8, period, 0.0)
     mode = np.array([[0.0, 1.0], [-(frequency**2), -2.0 * damping * frequency]])
     a, b = zero_order_hold(mode, np.array([[0.0], [1.0]]), period)
     unshaped, shaped, turned, most = np.zeros(2), np.zeros(2), 0.0, 0.0
     for k in range(round((profile.end + shaper.shifts[0]) / period) + 2):
         time = k * period
-        change = guidance.shaped_rate_change(profile, shaper, time, period)
+        change = slew_motion.shaped_rate_change(motion, shaper, time, period)
         turned += change
         shaped = a @ shaped + b[:, 0] * change / period
         rise = profile.rate(np.array([time, time + period]))
@@ -130,8 +132,9 @@ def test_a_shaped_pulse_leaves_no_vibration(rotation, start):
 def test_shaper_has_no_mean_lag():
     """Far into a coast the shaped rate is the rate, and the middle of the pulse stays where it was."""
     shaper, profile = guidance.shaper_for_pole(1.7, 0.0, 0.005), planned(LONG)
+    motion = slew_motion.from_profile(profile, 8, 0.005, 0.0)
     times = 0.005 * np.arange(3000)
-    change = np.array([guidance.shaped_rate_change(profile, shaper, t, 0.005) for t in times])
+    change = np.array([slew_motion.shaped_rate_change(motion, shaper, t, 0.005) for t in times])
     assert_allclose(change.sum(), 0.05, rtol=1e-12)  # unit gain at rest: the coast rate; 15 s is in the coast
     middle = float((times + 0.0025) @ change / change.sum())
     assert_allclose(middle, 7.5, rtol=1e-12)  # undamped weights are symmetric: the centre of 5 to 10 s

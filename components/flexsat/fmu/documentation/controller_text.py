@@ -12,10 +12,16 @@ CONTROLLER = ComponentText(
         " a linear-quadratic regulator on attitude, rate, modes and wheel speeds, slew guidance, and saturation.",
         "The star tracker has a sample every 20th step only; the gain is periodic: star_tracker.valid marks the new"
         " sample, and the gain of the step follows from how long ago that was.",
-        "Guidance plans one rest-to-rest slew from the attitude zero by command.rotation from command.start_time on:"
-        " bang-coast-bang within slew.authority of torque and speed band, its torque shaped by a three-tap filter"
-        " with zeros at the dominant mode. The shaped torque leads the start time by about 0.15 s, so the command"
-        " must come before; it may change until the slew begins. A rotation of zero is no slew.",
+        "Attitudes are quaternions: the star tracker's sample counts as the small rotation from the predicted attitude,"
+        " and the regulator's error is the rotation from the reference to the estimate, so that slews up to 180 deg are"
+        " flown about any axis. With as_published they are sums of a quarter of the angle, as in the release. A first"
+        " sample farther than initial.capture_angle from zero is the attitude at which the run begins.",
+        "Guidance plans rest-to-rest slews by command.rotation from command.start_time on, each from where the one"
+        " before ended: bang-coast-bang within slew.authority of torque and speed band, its torque shaped by a"
+        " three-tap filter with zeros at the dominant mode. The shaped torque leads the start time by about 0.15 s;"
+        " a slew commanded later than that begins at once. A rotation of zero is no slew. A command that would begin"
+        " during a slew is refused, or with command.during_slew = replan takes its place: the slew is braked, and the"
+        " new one leads to the commanded rotation from where the first began.",
         "The filter predicts with the torque it commanded itself, unless applied.valid is true: then with"
         " applied.wheel.torque, the torque that the controller in command applied in the step before. This controller"
         " can therefore run in shadow of another one, and its torque then differs by the control law alone.",
@@ -34,7 +40,7 @@ CONTROLLER = ComponentText(
             formula="<b>x̂</b><sub>k</sub> = <b>x̂</b><sub>k</sub><sup>−</sup> + <b>K</b><sub>φ</sub>"
             " (<b>y</b><sub>k</sub> − <b>C</b> <b>x̂</b><sub>k</sub><sup>−</sup>)",
             meaning="correction; phi counts the steps since the star tracker's last sample; y: gyros,"
-            " accelerometers, encoder speeds less nominal, four times the measured MRP",
+            " accelerometers, encoder speeds less nominal, rotation of the measured attitude from the predicted one",
             source="P, section 6",
         ),
         Equation(
