@@ -27,6 +27,7 @@ from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
 from lockstep.processes.start_slave import SharedProcess, limits_given, start_slave, wait_until_ready
 from lockstep.processes.watched_process import Limits
+from lockstep.results.monitor import Observed, Watch
 from lockstep.results.recorder import Recorder
 from lockstep.results.results_folder import ResultsFolder, claim_earlier, held
 from lockstep.results.run_record import Events, describe_run
@@ -64,6 +65,7 @@ class RunOptions:
     strict_inputs: bool = False  # refuse inputs without connection and value, which else keep their start values
     inputs: Paths | None = None  # CSV or Parquet files that feed inputs: `lockstep.plan.input_files`
     strict: bool = False  # refuse system files and model descriptions with offences that are else amended
+    watch: Watch | None = None  # returns what looks at the recorded rows: `lockstep.results.monitor`
 
 
 class _Named(TypedDict, total=False):
@@ -84,6 +86,7 @@ class _Named(TypedDict, total=False):
     strict_inputs: bool
     inputs: Paths | None
     strict: bool
+    watch: Watch | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,6 +164,7 @@ def simulate(
         _initialise(plan, slaves, exchange, interrupt, restart, temporary)
         interrupt.check()
         record = _describe(plan, overrides, chosen.faults)
+        observed = _observed(plan, chosen.watch, events)
         if restart is None:
             results.fill(record)
         else:
@@ -174,9 +178,10 @@ def simulate(
             close_slaves=close_slaves,
             not_finite=exchange.not_finite,
             wall_time_before=restart.wall_time_before if restart else 0.0,
+            observed=observed,
         )
         wall_time = run.execute(
-            partial(_open_files, plan, events, results.path, restart),
+            partial(_open_files, plan, events, results.path, restart, observed),
             partial(_run_loop, run, saver, interrupt, chosen.progress),
         )
     return RunSummary(
@@ -198,6 +203,7 @@ def resume(
     progress: Progress | None = None,
     step_limit: float | str | None = None,
     pace: float | str | Pacer | None = None,
+    watch: Watch | None = None,
 ) -> RunSummary:
     """Resume a run from its newest checkpoint: what was simulated after that is cut off and simulated again.
 
@@ -207,7 +213,7 @@ def resume(
     ----------
     folder : results folder of a run that did not complete, or what `claim_earlier` returned for it
     system : None: loaded from where the run had it
-    progress, step_limit, pace : as in `RunOptions`
+    progress, step_limit, pace, watch : as in `RunOptions`
 
     Raises
     ------
@@ -218,10 +224,12 @@ def resume(
     """
     if not isinstance(folder, ResultsFolder):
         with claim_earlier(folder) as claimed:
-            return resume(claimed, system, progress, step_limit, pace)
+            return resume(claimed, system, progress, step_limit, pace, watch)
     checkpoint = resumable(folder.path)
     refuse_missing_rows(folder.path, checkpoint)
-    options = RunOptions(progress=progress, step_limit=step_limit, pace=pace, **earlier_options(checkpoint))
+    options = RunOptions(
+        progress=progress, step_limit=step_limit, pace=pace, watch=watch, **earlier_options(checkpoint)
+    )
     return simulate(system or system_of(checkpoint.run), folder, options)
 
 
@@ -309,7 +317,16 @@ def _describe(plan: Plan, overrides: Mapping[str, Override], faults: Sequence[Sc
     )
 
 
-def _open_files(plan: Plan, events: Events, folder: Path, restart: Restart | None) -> Recorder:
+def _observed(plan: Plan, watch: Watch | None, events: Events) -> Observed | None:
+    """Return what looks at the recorded rows, if anything does."""
+    names = [signal.name for signal in plan.signals]
+    monitor = None if watch is None else watch(plan.system, plan.wiring.parameters, names)
+    return None if monitor is None else Observed(monitor, events.add)
+
+
+def _open_files(
+    plan: Plan, events: Events, folder: Path, restart: Restart | None, observed: Observed | None
+) -> Recorder:
     """Open the events and the signals of the run."""
     stop = seconds(plan.stop_time)
     if restart is None:
@@ -318,7 +335,7 @@ def _open_files(plan: Plan, events: Events, folder: Path, restart: Restart | Non
     else:
         restart.open_events(events, folder, stop)
     rows_per_second = max(1, 10**9 // (plan.layout.record_ticks * plan.system.tick))
-    return Recorder(folder, plan.signals, rows_per_second, restart.saved_rows if restart else None)
+    return Recorder(folder, plan.signals, rows_per_second, restart.saved_rows if restart else None, observed)
 
 
 def _run_loop(

@@ -42,14 +42,16 @@ examples:
               help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
 def run(request: RunRequest, seed: int | None, as_published: bool, settling_band: float | None) -> int:
     """Simulate a system and leave its signals, events and metrics in a results folder."""
+    from ..runs.loop_monitor import print_found, watch_loop
     from ..runs.metrics_file import closing_text
 
     def finish(folder: Path) -> None:
+        print_found(folder)
         print(closing_text(folder, settling_band))
 
     resumed = request.checkpoints.resume
     if resumed is not None:
-        resume_run(resumed, pace=request.pace, step_limit=request.step_limit, finish=finish)
+        resume_run(resumed, pace=request.pace, step_limit=request.step_limit, finish=finish, watch=watch_loop)
     else:
         _run_new(request, seed, as_published, finish)
     return 0
@@ -57,6 +59,7 @@ def run(request: RunRequest, seed: int | None, as_published: bool, settling_band
 
 def _run_new(request: RunRequest, seed: int | None, as_published: bool, finish: Callable[[Path], None]) -> RunSummary:
     from ..loop.missed_samples import refuse_missed_samples
+    from ..runs.loop_monitor import watch_loop
 
     def load(path: Path) -> System:
         from lockstep.ssp.load import load_system
@@ -74,7 +77,7 @@ def _run_new(request: RunRequest, seed: int | None, as_published: bool, finish: 
 
     marks = ("-as-published" if as_published else "") + ("" if seed is None else f"-seed{seed}")
     system = request.checkpoints.system(request.system, load)
-    return run_system(request, system, overrides, marks=marks, finish=finish)
+    return run_system(request, system, overrides, marks=marks, finish=finish, watch=watch_loop)
 
 
 def _published(system: System) -> Mapping[str, Value]:

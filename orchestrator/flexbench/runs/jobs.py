@@ -31,6 +31,7 @@ from lockstep.processes.cpu_affinity import own_thread
 from lockstep.results.results_folder import claim
 from lockstep.standard_streams import printable, unfiltered
 
+from .loop_monitor import watch_loop
 from .metrics_file import write_paper_metrics
 
 
@@ -113,6 +114,7 @@ def run_job(job: Job) -> Finished:
             record=job.record,
             progress=progress,
             restart=restart,
+            watch=watch_loop,
         )
         metrics = write_paper_metrics(job.folder) if job.metrics else {}
     return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)

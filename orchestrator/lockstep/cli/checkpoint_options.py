@@ -18,6 +18,7 @@ from lockstep.errors import InputError
 if TYPE_CHECKING:
     from lockstep.checkpoint.restart import Restart
     from lockstep.checkpoint.schedule import CheckpointSchedule
+    from lockstep.results.monitor import Watch
     from lockstep.simulation import RunSummary
     from lockstep.system.system import System
 
@@ -88,11 +89,16 @@ checkpoint_options = option_group(
 
 
 def resume_run(
-    folder: Path, *, pace: str | None, step_limit: str | None, finish: Callable[[Path], None] = lambda _: None
+    folder: Path,
+    *,
+    pace: str | None,
+    step_limit: str | None,
+    finish: Callable[[Path], None] = lambda _: None,
+    watch: Watch | None = None,
 ) -> RunSummary:
     """Resume a run and print its summary; refuse options that would make it another run.
 
-    `finish` is called with the folder at the end, while no other run can use that.
+    `finish` is called with the folder at the end, while no other run can use that; `watch` as in `RunOptions`.
     """
     from lockstep.checkpoint.resume import resumable
     from lockstep.cli.progress import print_summary, show_progress
@@ -110,7 +116,7 @@ def resume_run(
         checkpoint = resumable(folder)
         title, time = str(checkpoint.run["system"]["name"]), seconds(checkpoint.time)
         with show_progress(title, begin=time, pacer=pacer) as progress:
-            summary = resume(claimed, progress=progress, step_limit=step_limit, pace=pacer)
+            summary = resume(claimed, progress=progress, step_limit=step_limit, pace=pacer, watch=watch)
         print_summary(summary)
         finish(summary.folder)
     return summary

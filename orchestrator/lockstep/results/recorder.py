@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lockstep.errors import InputError
 from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
+from lockstep.results.monitor import Observed
 from lockstep.results.read import PARQUET, open_batches
 from lockstep.results.signal_patterns import Signal
 from lockstep.results.stream import STREAM, read_batches
@@ -43,10 +44,16 @@ class Recorder:
     """
 
     def __init__(
-        self, folder: Path, signals: Sequence[Signal], rows_per_second: int, saved: SavedRows | None = None
+        self,
+        folder: Path,
+        signals: Sequence[Signal],
+        rows_per_second: int,
+        saved: SavedRows | None = None,
+        observed: Observed | None = None,
     ) -> None:
         """Start a file, or continue that of an earlier part of the same run after the rows saved from it."""
         self._folder = folder
+        self._observed = observed
         by_type: dict[Scalar, list[int]] = {scalar: [] for scalar in SCALARS}  # numbers of the signals
         for number, signal in enumerate(signals):
             if signal.variable.scalar is not None:
@@ -90,6 +97,8 @@ class Recorder:
             for batch in first_rows(self._folder, saved.written, self._size):
                 self._writer.write_batch(batch)
                 self._written += len(batch)
+                if self._observed is not None:
+                    self._observed.block(batch, past=True)
             if self._written != saved.written:
                 raise OSError(f"{self._written} of {saved.written} rows of the earlier part could be read")
             _write_through(continued)
@@ -117,14 +126,17 @@ class Recorder:
     def _flush(self) -> None:
         count, self._count = self._count, 0  # first of all: a failed write must not be repeated by close
         end = self._file.tell()
+        batch = self._batch(count)
         try:
-            self._writer.write_batch(self._batch(count))
+            self._writer.write_batch(batch)
         except BaseException:
             self._whole = False
             self._file.close()
             os.truncate(self._folder / STREAM, end)  # no part of a batch stays: readers would take it for a whole one
             raise
         self._written += count
+        if self._observed is not None:
+            self._observed.block(batch)
 
     def _batch(self, count: int) -> pa.RecordBatch:
         columns = list(np.ascontiguousarray(self._block[:count].T))

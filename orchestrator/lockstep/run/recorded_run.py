@@ -11,6 +11,7 @@ from time import perf_counter
 
 from lockstep.errors import EndOfSimulation, RunError
 from lockstep.interrupt import Stopped
+from lockstep.results.monitor import Observed
 from lockstep.results.recorder import Recorder
 from lockstep.results.run_record import Events, end_run_record
 from lockstep.run.loop import Loop
@@ -30,6 +31,7 @@ class RecordedRun:
     close_slaves: ExitStack
     not_finite: NotFinite
     wall_time_before: float = 0.0  # [s] of an earlier part of the same run
+    observed: Observed | None = None
     terminated: EndOfSimulation | None = None  # before the stop time, as a component asked for it
     _started: float = 0.0
 
@@ -88,6 +90,9 @@ class RecordedRun:
         if self.not_finite.warnings:
             before = self.record.get("warnings")
             self.record["warnings"] = [*(before if isinstance(before, list) else []), *self.not_finite.warnings]
+        if self.observed is not None:
+            with suppress(OSError):
+                self.record["found"] = self.observed.end()
         if self.pacer is not None:
             self.record["pace"] = self.pacer.summary()
             with suppress(OSError):

@@ -1,0 +1,86 @@
+"""Find plant and controller in a system that has flexsat's plant, and the values of their parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from lockstep.fmi.model_description import Description, read_description
+from lockstep.system.component import Component, Value
+from lockstep.system.system import Connection, System
+
+Parameters = Mapping[str, Mapping[str, Value]]  # that are set, by component and variable
+_COUPLED = "wheel.torque"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopParts:
+    """Plant and controller of a system. A controller of others has what it stands for as `ports`."""
+
+    configuration: ConfigurationName
+    plant: Component
+    controller: Component | None  # what commands the torque, if one component does
+    ports: Component | None  # flexsat's controller: itself, or the one that it replaces
+    torques: tuple[Connection, ...]  # to the wheels, in their order
+    flat: bool  # names without structure
+
+    def name(self, port: str, element: int = 0) -> str:
+        """Return the variable of a port, or of its element from 1."""
+        return spelled(port, element, self.flat)
+
+
+def spelled(port: str, element: int, flat: bool) -> str:
+    """Return the name of a port's variable, or of an element from 1, in FMUs with structured and flat names."""
+    if flat:
+        return port.replace(".", "_") + (f"_{element}" if element else "")
+    return port + (f"[{element}]" if element else "")
+
+
+def loop_parts(system: System) -> LoopParts | None:
+    """Return the parts of the loop around flexsat's plant; None for a system without it, or with several."""
+    found = [(c, name) for c in system.components for name in CONFIGURATIONS if _model(c, "plant") == f"plant_{name}"]
+    if len(found) != 1:
+        return None
+    ((plant, name),) = found
+    description = read_description(plant)
+    flat = description.model.endswith("_flat")
+    count = 1
+    while spelled(_COUPLED, count, flat) in description.variables:
+        count += 1
+    into = {c.input: c for c in system.connections if c.to_component == plant.name}
+    names = [spelled(_COUPLED, k, flat) for k in range(1, count)]
+    torques = tuple(into[one] for one in names if one in into)
+    sources = {one.from_component for one in torques}
+    controller = system.component(sources.pop()) if len(torques) == len(names) and len(sources) == 1 else None
+    ports = None if controller is None else controller.stands_for or controller
+    if ports is not None and _model(ports, "controller") != f"controller_{name}":
+        ports = None
+    return LoopParts(configuration=name, plant=plant, controller=controller, ports=ports, torques=torques, flat=flat)
+
+
+def _model(component: Component, part: str) -> str:
+    """Return the model of a component's FMU if its name may be that of a part of the loop."""
+    model = read_description(component).model.removesuffix("_flat")
+    return model if component.sums is None and model.startswith(f"{part}_") else ""
+
+
+def value_of(component: Component, name: str, parameters: Parameters) -> str | float | int | bool | None:
+    """Return the value of a parameter in a run: what is set, else the FMU's own; None if there is none."""
+    description: Description = read_description(component)
+    if name not in description.variables:
+        return None
+    given = parameters.get(component.name, {}).get(name)
+    return description.variables[name].start if given is None else given
+
+
+def number_of(component: Component, name: str, parameters: Parameters) -> float | None:
+    """Return the value of a Real in a run, None if there is none."""
+    value = value_of(component, name, parameters)
+    return None if value is None else float(value)
+
+
+def flag_of(component: Component, name: str, parameters: Parameters) -> bool:
+    """Return the value of a Boolean in a run; one that the component lacks is false."""
+    value = value_of(component, name, parameters)
+    return value.strip().lower() in ("true", "1") if isinstance(value, str) else bool(value)

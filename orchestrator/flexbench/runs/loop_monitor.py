@@ -1,0 +1,171 @@
+"""Watch the loop around flexsat's plant while it runs: its torque, wheel speeds, attitude and deformation."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexsat.arrays import Array
+from flexsat.fmu.python.load_matrices import MODEL_FILE
+from flexsat.parameters import configuration
+from flexsat.runtime.rotations import error_angle
+from lockstep.fmi.safe_zip import open_file
+from lockstep.results.monitor import Found
+from lockstep.results.read_run_record import read_run_record
+from lockstep.system.system import Connection, System
+
+from ..loop.loop_parts import LoopParts, Parameters, flag_of, loop_parts, number_of
+from .loop_events import LoopEvents, Rows
+
+KINDS = {
+    "torque-saturation": "torque saturation",
+    "speed-band-left": "wheel speed outside its band",
+    "limit-cycle": "limit cycle",
+    "divergence": "divergence",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Columns:
+    """Names of the recorded signals to look at; none where some of them are not recorded."""
+
+    torque: tuple[str, ...]
+    guidance: tuple[str, ...]
+    speed: tuple[str, ...]
+    attitude: tuple[str, ...]
+    reference: tuple[str, ...]
+    rate: tuple[str, ...]
+    deformation: tuple[str, ...]
+
+
+@dataclass(slots=True, kw_only=True)
+class LoopMonitor:
+    """Looks at the rows of one run; a `lockstep.results.monitor.Monitor`."""
+
+    events: LoopEvents
+    columns: _Columns
+    nominal: Array | None  # (n,) [rad/s]
+
+    def rows(self, time: NDArray[np.float64], columns: Mapping[str, NDArray[Any]]) -> Iterator[Found]:
+        """Yield what these rows show."""
+        torque, guidance, speed, attitude, reference, rate, bent = (
+            _stacked(columns, names)
+            for names in (
+                self.columns.torque,
+                self.columns.guidance,
+                self.columns.speed,
+                self.columns.attitude,
+                self.columns.reference,
+                self.columns.rate,
+                self.columns.deformation,
+            )
+        )
+        return self.events.rows(
+            Rows(
+                time=time,
+                torque=torque,
+                guidance=guidance,
+                speed=None if speed is None or self.nominal is None else speed - self.nominal,
+                error=None if attitude is None or reference is None else error_angle(attitude, reference),
+                rate=rate,
+                deformation=None if bent is None else bent[:, 0],
+            )
+        )
+
+    def end(self) -> Iterable[Found]:
+        """Return what is known when no more rows come."""
+        return self.events.end()
+
+    def summary(self) -> Sequence[Mapping[str, object]]:
+        """Return a table for each kind that was found."""
+        return self.events.summary()
+
+
+def watch_loop(system: System, parameters: Parameters, recorded: Sequence[str]) -> LoopMonitor | None:
+    """Return what watches the loop around flexsat's plant; None for a system without it.
+
+    It is a `lockstep.results.monitor.Watch`: the argument `watch` of `lockstep.simulate`.
+    """
+    parts = loop_parts(system)
+    if parts is None:
+        return None
+    plant, ports, known, wheels = parts.plant, parts.ports, set(recorded), len(parts.torques)
+    limits = [number_of(one, parts.name("wheel.torque_limit"), parameters) for one in (plant, ports) if one is not None]
+    band = None if ports is None else number_of(ports, parts.name("wheel.speed_band"), parameters)
+
+    def columns(component: str, port: str, size: int | None) -> tuple[str, ...]:
+        elements = (0,) if size is None else range(1, size + 1)
+        names = [f"{component}.{parts.name(port, element)}" for element in elements]
+        return tuple(names) if known.issuperset(names) else ()
+
+    controller = "" if parts.controller is None else parts.controller.name
+    commanded = tuple(f"{one.from_component}.{one.output}" for one in parts.torques if not converts(one))
+    complete = wheels > 0 and len(commanded) == wheels and known.issuperset(commanded)
+    return LoopMonitor(
+        events=LoopEvents(
+            torque_limit=min(limit for limit in limits if limit is not None),
+            speed_band=configuration(parts.configuration).wheel.speed_band if band is None else band,
+            details={"component": plant.name},
+        ),
+        columns=_Columns(
+            torque=columns(plant.name, "wheel.torque", wheels) or (commanded if complete else ()),
+            guidance=columns(controller, "reference.torque", wheels),
+            speed=columns(plant.name, "wheel.speed", wheels),
+            attitude=columns(plant.name, "attitude.mrp", 3),
+            reference=columns(controller, "reference.mrp", 3),
+            rate=columns(plant.name, "rate", 3),
+            deformation=columns(plant.name, "rms_deformation", None),
+        ),
+        nominal=_nominal_speed(parts, parameters),
+    )
+
+
+def converts(connection: Connection) -> bool:
+    """Return whether a connection changes what it transfers, other than in its unit."""
+    return any(not hop.converts_units_only for hop in connection.hops)
+
+
+def _nominal_speed(parts: LoopParts, parameters: Parameters) -> Array | None:
+    """Return the nominal wheel speeds of the plant (n,) [rad/s], from its FMU; None if that does not hold them."""
+    published = flag_of(parts.plant, parts.name("as_published"), parameters)
+    with open_file(parts.plant.source, parts.plant.archive, parts.plant.name) as stream, ZipFile(stream) as archive:
+        name = f"resources/{MODEL_FILE}"
+        if name not in archive.namelist():
+            return None
+        with np.load(io.BytesIO(archive.read(name))) as arrays:
+            key = f"{'as_published' if published else 'corrected'}.nominal_speed"
+            return np.asarray(arrays[key]) if key in arrays else None
+
+
+def _stacked(columns: Mapping[str, NDArray[Any]], names: Sequence[str]) -> Array | None:
+    return np.stack([columns[name] for name in names], axis=1) if names else None
+
+
+def print_found(folder: Path) -> None:
+    """Print what a run's monitor found, if it had one."""
+    record, _ = read_run_record(folder)
+    if "found" in record:
+        print("\n".join(found_lines(record["found"])))
+
+
+def found_lines(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the lines of a run's summary: what the monitor found, from run.toml, and what it did not."""
+    lines = [_line(one) for one in found]
+    absent = [text for event, text in KINDS.items() if all(one["event"] != event for one in found)]
+    return [*lines, f"no {', no '.join(absent)}"] if absent else lines
+
+
+def _line(one: Mapping[str, Any]) -> str:
+    text = KINDS[one["event"]] + (f" ({one['quantity']})" if "quantity" in one else "")
+    times = "once" if one["count"] == 1 else f"{one['count']} times, first"
+    lasts = f"for {one['seconds']:.4g} s" + (" in all" if one["count"] > 1 else "")
+    until = f"{lasts}, to the end" if one.get("until_the_end") else lasts
+    level = f": up to {one['torque']:.3g} N.m at {one['frequency']:.3g} Hz" if "torque" in one else ""
+    return f"{text}: {times} at {one['first']:.6g} s, {until}{level}"
