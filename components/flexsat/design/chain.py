@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..controller_weights import variant_of
 from ..parameters import (
     PUBLISHED_MODES,
@@ -48,6 +48,11 @@ class Design:
     plant: PlantMatrices
     sensors: SensorMatrices
     controller: ControllerMatrices
+
+    @property
+    def known_modes(self) -> Index:
+        """Which of the plant's modes the controller is designed with, in its order; from 0."""
+        return np.arange(self.structure.mode_count)[modes_of_design(self.structure, self.config.plate)]
 
 
 def plant_matrices(

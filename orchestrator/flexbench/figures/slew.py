@@ -146,7 +146,8 @@ def _deformation(axes: Axes, name: ConfigurationName, signals: Signals, design: 
 def _bending(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
     mode = int(np.argmax(np.abs(design.spacecraft.rotation[0])))
     true, reference = "plant.modal.displacement", "controller.reference.modal.displacement"
-    draw_line(axes, signals.time, signals[true][:, mode] * 1e3, name, LOOKS[name].line)
+    bending = histories.of_known_modes(signals, design, true)[:, mode]
+    draw_line(axes, signals.time, bending * 1e3, name, LOOKS[name].line)
     _draw_reference(axes, signals.time, signals[reference][:, mode] * 1e3)
 
 

@@ -21,6 +21,7 @@ STRUCTURE = (
     ("plant.rate", "controller.reference.rate"),
     ("plant.modal.velocity", "controller.reference.modal.velocity"),
 )
+MODAL = ("plant.modal.displacement", "plant.modal.velocity")
 
 
 def pointing_error(signals: Signals) -> Array:
@@ -73,13 +74,19 @@ def wheel_speed_deviation(signals: Signals, design: Design) -> Array:
     return np.asarray(signals["plant.wheel.speed"] + mount - design.response.nominal)
 
 
+def of_known_modes(signals: Signals, design: Design, name: str) -> Array:
+    """Return a signal of the plant, of its modes only those that the controller is designed with."""
+    values = signals[name]
+    return values[:, design.known_modes] if name in MODAL else values
+
+
 def regulated_error(signals: Signals, design: Design) -> Array:
     """Return the error that the regulator drives to zero, (rows, c): its basis^T (x - x_ref).
 
     x is MRP [1], modal displacement [m sqrt(kg)], body rate [rad/s], modal velocity [m sqrt(kg)/s] and inertial wheel
-    speed less nominal [rad/s].
+    speed less nominal [rad/s]; of the modes, those that the controller is designed with.
     """
-    parts = [signals[true] - signals[reference] for true, reference in STRUCTURE]
+    parts = [of_known_modes(signals, design, true) - signals[reference] for true, reference in STRUCTURE]
     parts.append(wheel_speed_deviation(signals, design) - signals["controller.reference.wheel.speed"])
     return np.asarray(np.hstack(parts) @ design.regulator.basis)
 

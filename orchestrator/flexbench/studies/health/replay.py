@@ -16,7 +16,7 @@ from lockstep import InputError, Signals
 from lockstep.results.read_run_record import read_run_record
 from lockstep.shadow.ports import ORIGINAL, SHADOW
 
-from ...runs.histories import controller_rows, wheel_speed_deviation
+from ...runs.histories import controller_rows, of_known_modes, wheel_speed_deviation
 from ...runs.run_folder import Run
 
 MEASURED = (
@@ -85,7 +85,7 @@ def replay(run: Run) -> Replay:
     commanded = signals[own if own in signals else "controller.wheel.torque"][rows]
     if np.max(np.abs(torque - commanded)) > SAME * np.max(np.abs(commanded)):
         raise InputError(f"{run.folder}: the replay commands other torques than the FMU did; build and run it again")
-    truth = [signals[name][rows] for name in TRUE]
+    truth = [of_known_modes(signals, design, name)[rows] for name in TRUE]
     error = estimate - np.hstack([*truth, wheel_speed_deviation(signals, design)[rows]])
     return Replay(time=time, phase=phase, innovation=innovation, error=error, fine=parameters.fine_sensor)
 
