@@ -83,10 +83,12 @@ def of_known_modes(signals: Signals, design: Design, name: str) -> Array:
 def regulated_error(signals: Signals, design: Design) -> Array:
     """Return the error that the regulator drives to zero, (rows, c): its basis^T (x - x_ref).
 
-    x is MRP [1], modal displacement [m sqrt(kg)], body rate [rad/s], modal velocity [m sqrt(kg)/s] and inertial wheel
-    speed less nominal [rad/s]; of the modes, those that the controller is designed with.
+    x - x_ref is a quarter of the rotation from reference to attitude [rad], and the differences of modal displacement
+    [m sqrt(kg)], body rate [rad/s], modal velocity [m sqrt(kg)/s] and inertial wheel speed less nominal [rad/s]; of
+    the modes, those that the controller is designed with.
     """
-    parts = [of_known_modes(signals, design, true) - signals[reference] for true, reference in STRUCTURE]
+    parts = [of_known_modes(signals, design, true) - signals[reference] for true, reference in STRUCTURE[1:]]
+    parts.insert(0, 0.25 * pointing_error_vector(signals))  # MRPs do not subtract far from zero
     parts.append(wheel_speed_deviation(signals, design) - signals["controller.reference.wheel.speed"])
     return np.asarray(np.hstack(parts) @ design.regulator.basis)
 

@@ -12,6 +12,7 @@ from flexsat.arrays import Array
 from flexsat.closed_loop import port_values
 from flexsat.ports import controller as interface
 from flexsat.runtime import controller
+from flexsat.runtime.rotations import error_rotation
 from lockstep import InputError, Signals
 from lockstep.results.read_run_record import read_run_record
 from lockstep.shadow.ports import ORIGINAL, SHADOW
@@ -87,6 +88,7 @@ def replay(run: Run) -> Replay:
         raise InputError(f"{run.folder}: the replay commands other torques than the FMU did; build and run it again")
     truth = [of_known_modes(signals, design, name)[rows] for name in TRUE]
     error = estimate - np.hstack([*truth, wheel_speed_deviation(signals, design)[rows]])
+    error[:, :3] = 0.25 * error_rotation(estimate[:, :3], truth[0])  # MRPs do not subtract far from zero
     return Replay(time=time, phase=phase, innovation=innovation, error=error, fine=parameters.fine_sensor)
 
 
