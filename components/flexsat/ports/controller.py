@@ -53,7 +53,7 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="applied.valid", causality="input", kind="boolean",
              description="true if applied.wheel.torque is given; else the estimator takes its own torque for it"),
         Port(name="wheel.torque", causality="output", unit="N.m", size=n, variability="discrete",
-             depends_on=(*measured, *commanded), description="commanded motor torque, about the wheel's axis"),
+             depends_on=(*measured, "encoder.angle", *commanded), description="commanded motor torque, about the wheel's axis"),
         Port(name="reference.mrp", causality="output", unit="1", size=3, variability="discrete",
              depends_on=captured, description="reference attitude, body from inertial"),
         Port(name="reference.modal.displacement", causality="output", unit="m.kg^0.5", size=m,
