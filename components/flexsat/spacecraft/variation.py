@@ -19,13 +19,15 @@ class ModelErrors:
     frequency: float = 0.0  # of all modal frequencies
     damping: float = 0.0  # of all modal damping
     inertia: float = 0.0  # of all moments of inertia
+    participation: float = 0.0  # of the coupling between every mode and the rigid body's motion
 
     def __post_init__(self) -> None:
-        for name, value, least in (("frequency", self.frequency, -1.0), ("inertia", self.inertia, -1.0)):
-            if not value > least:
-                raise ValueError(f"ModelErrors.{name} must be > {least:g}, got {value!r}")
-        if not self.damping >= -1.0:
-            raise ValueError(f"ModelErrors.damping must be >= -1, got {self.damping!r}")
+        for name, value in (("frequency", self.frequency), ("inertia", self.inertia)):
+            if not value > -1.0:
+                raise ValueError(f"ModelErrors.{name} must be > -1, got {value!r}")
+        for name, value in (("damping", self.damping), ("participation", self.participation)):
+            if not value >= -1.0:
+                raise ValueError(f"ModelErrors.{name} must be >= -1, got {value!r}")
 
 
 def with_modes(config: Configuration, count: int) -> Configuration:
@@ -78,12 +80,27 @@ def with_errors(spacecraft: Spacecraft, errors: ModelErrors) -> Spacecraft:
     More inertia is a rigid body on the bus. Less inertia lightens the structure: its coupling to rotation shrinks by
     the root of the factor, as the modes alone carry nearly all of the inertia and the rest must not become negative.
     """
-    factor = 1.0 + errors.inertia
-    rotation: Array = spacecraft.rotation * np.sqrt(min(1.0, factor))
+    factor, coupling = 1.0 + errors.inertia, 1.0 + errors.participation
+    rotation: Array = spacecraft.rotation * (coupling * np.sqrt(min(1.0, factor)))
     return replace(
         spacecraft,
         frequency=spacecraft.frequency * (1.0 + errors.frequency),
         damping=spacecraft.damping * (1.0 + errors.damping),
         inertia=spacecraft.inertia * factor,
+        translation=spacecraft.translation * coupling,
         rotation=rotation,
+    )
+
+
+def dispersed(
+    spacecraft: Spacecraft, frequency: Array, damping: Array, inertia: Array, participation: Array | float = 0.0
+) -> Spacecraft:
+    """Return the spacecraft of a run: relative errors of each mode, (m,), and of the principal inertias, (3,)."""
+    return replace(
+        spacecraft,
+        frequency=spacecraft.frequency * (1.0 + frequency),
+        damping=spacecraft.damping * (1.0 + damping),
+        inertia=spacecraft.inertia + np.diag(np.diag(spacecraft.inertia) * inertia),
+        translation=spacecraft.translation * (1.0 + participation),
+        rotation=spacecraft.rotation * (1.0 + participation),
     )

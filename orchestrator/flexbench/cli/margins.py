@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from ..studies.margins.study import Settings
 
 _EXAMPLES = """
+exit code: 0 the loop is stable, 1 it is not, 2 bad input
+
 example:
   {program} margins fmus/centralised/fine_pointing.ssd --replace controller=vendor.fmu --find-delay
 """
@@ -129,9 +131,10 @@ def margins(
     from ..loop.missed_samples import refuse_missed_samples
     from ..runs.study_folder import study_folder
     from ..studies.margins.estimate import COHERENT
+    from ..studies.margins.stability_table import grid_header, grid_rows
     from ..studies.margins.study import read_study, run_study
     from ..studies.margins.system_loop import read_loop, with_controller
-    from ..studies.margins.tables import EXACT_HEADER, HEADER, exact_rows, explanation, margin_rows
+    from ..studies.margins.tables import EXACT_HEADER, HEADER, exact_rows, explanation, margin_rows, stability_text
 
     if analytic_only:
         names = MeasurementOptions.__dataclass_fields__
@@ -148,14 +151,22 @@ def margins(
     with study_folder(out, default) as folder:
         run_study(loop, folder, measurement.settings(overrides), analytic_only, find_delay, _report_progress)
         content = read_study(folder)
+        unstable = "stability" in content and content["stability"]["growth"] >= 0.0
+        if "stability" in content:
+            grid = content["stability"]["grid"]
+            print_table(grid_header(grid), grid_rows(grid), _WIDTH)
+            print(stability_text(content))
         if exact_rows(content):
             print_table(EXACT_HEADER, exact_rows(content), _WIDTH)
-        print_table(HEADER, margin_rows(content), _WIDTH)
-        print(explanation(content))
+        if margin_rows(content):
+            print_table(HEADER, margin_rows(content), _WIDTH)
+            print(explanation(content))
         for name, figure in margin_figures(content, COHERENT).items():
             save_figure(figure, folder / "figures", name)
         print(f"margins.json and figures: {folder}")
-    return 0
+    if unstable:
+        print(f"flexsat: {stability_text(content)}", file=sys.stderr)
+    return 1 if unstable else 0
 
 
 def _report_progress(text: str) -> None:

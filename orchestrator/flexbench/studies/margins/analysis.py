@@ -35,13 +35,15 @@ class Analysis:
     period: float  # s
 
 
-def analyse(loop: DesignedLoop) -> Analysis:
+def analyse(loop: DesignedLoop, scout: DesignedLoop | None = None) -> Analysis:
     """Return the margins of the designed loop, exact and over frequency.
+
+    `scout` is a smaller loop with nearly the same margins, if there is one: see `stability_margins`.
 
     The exact ones are those of the periodic loop. The others are those of its time-invariant equivalent: the response
     at the frequency of the injection, which is what a measurement finds (see `complementary_sensitivity`).
     """
-    exact = stability_margins(loop.at)
+    exact = stability_margins(loop.at, None if scout is None else scout.at)
     opened = loop.at()
     frequency, t = _followed(opened)
     share, makes = loop.body_axes
@@ -85,13 +87,14 @@ def body_loops(back: Complex, makes: Array, inputs: Complex | None = None) -> tu
 def _followed(loop: PeriodicLoop) -> tuple[Array, Complex]:
     """Return T on a grid from LOWEST to almost half the sampling rate, denser where the loop turns near gain one."""
     frequency = np.geomspace(LOWEST, 0.495 / loop.period, COARSE)
-    t = loop.complementary_sensitivity(frequency)
+    respond = loop.response()
+    t = respond(frequency)
     for _ in range(ROUNDS):
         more = refine(frequency, loop_of_sensitivity(t))
         if not len(more):
             break
         frequency = np.concatenate([frequency, more])
-        t = np.concatenate([t, loop.complementary_sensitivity(more)])
+        t = np.concatenate([t, respond(more)])
         order = np.argsort(frequency)
         frequency, t = frequency[order], t[order]
     return frequency, t

@@ -6,9 +6,11 @@ sign turned: r = L u, u = d - r, as in the textbooks' negative feedback.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import schur, solve_triangular
 
 from flexsat.arrays import Array, Complex
 from lockstep.errors import InputError
@@ -83,6 +85,11 @@ class PeriodicLoop:
         Returns
         -------
         (f, m, d)
+        """
+        return self.response(directions)(frequency)
+
+    def response(self, directions: Array | None = None) -> Callable[[Array], Complex]:
+        """Prepare `complementary_sensitivity` for frequencies that are not known yet.
 
         Notes
         -----
@@ -96,23 +103,41 @@ class PeriodicLoop:
         monodromy = between @ first
         jump = first - rest
         seen = self.first.c - self.rest.c
-        one = np.eye(len(self.b))
-        found = np.empty((len(frequency), self.channels, inject.shape[1]), dtype=complex)
-        for k, omega in enumerate(2.0 * np.pi * np.asarray(frequency)):
-            z = np.exp(1j * omega * self.period)
-            whole = z**self.steps
-            resolvent = z * one - rest
-            fast = np.linalg.solve(resolvent, inject)
-            found[k] = self.rest.c @ fast
-            if self.steps == 1 and not jump.any() and not seen.any():
-                continue
-            kick = jump @ fast
-            slow = np.linalg.solve(whole * one - monodromy, between @ kick)
-            after = first @ slow + kick  # one step after the slow sensor
-            # the sum over k = 1 .. N - 1 of z^-k A^(k-1)
-            summed = np.linalg.solve(resolvent, after - (z / whole) * (between @ after))
-            found[k] += (seen @ fast + self.first.c @ slow + self.rest.c @ summed) / self.steps
-        return found
+        one_phase = self.steps == 1 and not jump.any() and not seen.any()
+        resolve = _resolvent(rest)
+        resolve_whole = resolve if one_phase else _resolvent(monodromy)
+
+        def respond(frequency: Array) -> Complex:
+            found = np.empty((len(frequency), self.channels, inject.shape[1]), dtype=complex)
+            for k, omega in enumerate(2.0 * np.pi * np.asarray(frequency)):
+                z = np.exp(1j * omega * self.period)
+                whole = z**self.steps
+                fast = resolve(z, inject)
+                found[k] = self.rest.c @ fast
+                if one_phase:
+                    continue
+                kick = jump @ fast
+                slow = resolve_whole(whole, between @ kick)
+                after = first @ slow + kick  # one step after the slow sensor
+                # the sum over k = 1 .. N - 1 of z^-k A^(k-1)
+                summed = resolve(z, after - (z / whole) * (between @ after))
+                found[k] += (seen @ fast + self.first.c @ slow + self.rest.c @ summed) / self.steps
+            return found
+
+        return respond
+
+
+def _resolvent(a: Array | Complex) -> Callable[[complex, Array | Complex], Complex]:
+    """Return (z, right) -> (z - a)^-1 right: once the Schur form is known, a triangular system for each z."""
+    triangle, unitary = schur(a, output="complex")
+    back, diagonal = unitary.conj().T, np.diag_indices(len(triangle))
+
+    def solve(z: complex, right: Array | Complex) -> Complex:
+        shifted = -triangle
+        shifted[diagonal] += z
+        return np.asarray(unitary @ solve_triangular(shifted, back @ right, check_finite=False))
+
+    return solve
 
 
 def loop_of_sensitivity(t: Complex, inputs: Complex | None = None) -> Complex:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
@@ -11,11 +11,13 @@ from flexsat.design.chain import Design
 from flexsat.parameters import ALL_MODES
 from flexsat.spacecraft.assembly import Spacecraft
 from flexsat.spacecraft.linear_model import LinearModel, linearise
-from flexsat.spacecraft.variation import ModelErrors, full_spacecraft, keep_modes, with_errors
+from flexsat.spacecraft.variation import ModelErrors, keep_modes, with_errors
 from lockstep.errors import InputError
 
 from .designed_loop import DesignedLoop
 from .periodic_loop import PeriodicLoop
+
+MODE_COUNTS = (25, 28, 40, 60, 100, 150, ALL_MODES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,8 +34,7 @@ class Corner:
     def title(self) -> str:
         """What differs from the model, in words."""
         errors = self.errors
-        named = {"frequency": errors.frequency, "damping": errors.damping, "inertia": errors.inertia}
-        parts = [f"{name} {100 * value:+g} %" for name, value in named.items() if value]
+        parts = [f"{name} {100 * value:+g} %" for name, value in asdict(errors).items() if value]
         parts += [f"gain {self.gain:g}"] if self.gain != 1.0 else []
         parts += [f"phase {self.phase:+g} deg"] if self.phase else []
         parts += [f"delay {1e3 * self.delay:g} ms"] if self.delay else []
@@ -58,10 +59,13 @@ class Stability:
 class Plants:
     """Linear models of the real structure, made once for each mode count and set of errors."""
 
-    def __init__(self, design: Design, modes: int = ALL_MODES, real: Spacecraft | None = None) -> None:
-        """Take the real spacecraft, or build the structure of the design with so many modes."""
+    def __init__(
+        self, design: Design, modes: int = ALL_MODES, real: Spacecraft | None = None, gyroscopic: bool = True
+    ) -> None:
+        """Take the real spacecraft, or the design's structure with so many of its modes."""
         self.design = design
-        self.spacecraft: Spacecraft = real or full_spacecraft(design.config, modes)
+        self.gyroscopic = gyroscopic
+        self.spacecraft: Spacecraft = real or keep_modes(design.structure, slice(modes))
         self._models: dict[tuple[int, ModelErrors], LinearModel] = {}
 
     def model(self, modes: int, errors: ModelErrors) -> LinearModel:
@@ -73,12 +77,12 @@ class Plants:
             For more modes than there are.
         """
         if modes > self.spacecraft.mode_count:
-            raise InputError(f"{modes} modes: the structure was built with {self.spacecraft.mode_count}")
+            raise InputError(f"{modes} modes: the structure has {self.spacecraft.mode_count}")
         key = (modes, errors)
         if key not in self._models:
             real = with_errors(keep_modes(self.spacecraft, slice(modes)), errors)
             speed, corner = self.design.controller.nominal_speed, self.design.config.noise.filter_frequency
-            self._models[key] = linearise(real, speed, corner)
+            self._models[key] = linearise(real, speed, corner, self.gyroscopic)
         return self._models[key]
 
     def highest(self, modes: int) -> float:

@@ -12,11 +12,14 @@ from lockstep.errors import InputError
 from .periodic_loop import PeriodicLoop
 
 LONGEST_DELAY = 0.1  # s, up to which a delay margin is searched
-DELAY_STEP = 2.5e-4  # s, between the points of the search: a narrower island of instability would be missed
+DELAY_STEP = 2.5e-4  # s, between the points of the search, and
+DELAY_GROWTH = 1.025  # from one to the next where that is more: a narrower island of instability would be missed
 LARGEST_GAIN = 100.0
 GAIN_STEP = 1.05
 PHASE_STEP = 2.0  # deg
 CLOSENESS = 1e-6  # relative, of a margin
+LIKENESS = 1e-3  # relative: how near the margin of a large loop is sought to that of a smaller one much like it
+SPARSE = 8  # of the points of a search, one in so many is tried on a large loop
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,12 +33,16 @@ class StabilityMargins:
     radius: float  # spectral radius a step, of the loop as it is
 
 
-def stability_margins(loop_at: Callable[[float], PeriodicLoop]) -> StabilityMargins:
+def stability_margins(
+    loop_at: Callable[[float], PeriodicLoop], scout_at: Callable[[float], PeriodicLoop] | None = None
+) -> StabilityMargins:
     """Return the exact margins.
 
     Parameters
     ----------
     loop_at : the open loop with a further delay [s] at the plant input
+    scout_at : the same of a smaller loop with nearly the same margins, if there is one: the margins of the large loop
+        are then sought around those, to LIKENESS, and in between at one point in SPARSE. Minutes become seconds.
 
     Raises
     ------
@@ -46,13 +53,17 @@ def stability_margins(loop_at: Callable[[float], PeriodicLoop]) -> StabilityMarg
     radius = loop.radius()
     if not radius < 1.0:
         raise InputError(f"the closed loop is unstable, spectral radius {radius:.6g}: it has no margins")
-    up = _first(loop.radius, _factors(GAIN_STEP, LARGEST_GAIN))
-    down = _first(loop.radius, _factors(1.0 / GAIN_STEP, 1.0 / LARGEST_GAIN))
-    phase = _first(
-        lambda angle: loop.radius(np.exp(-1j * np.deg2rad(angle))), np.arange(0.0, 181.0, PHASE_STEP).tolist()
-    )
+    scout = None if scout_at is None else scout_at(0.0)
+
+    def first(turn: Callable[[float], complex], points: list[float]) -> float | None:
+        smaller = None if scout is None else (lambda point: scout.radius(turn(point)))
+        return _first(lambda point: loop.radius(turn(point)), points, smaller)
+
+    up = first(lambda factor: factor, _factors(GAIN_STEP, LARGEST_GAIN))
+    down = first(lambda factor: factor, _factors(1.0 / GAIN_STEP, 1.0 / LARGEST_GAIN))
+    phase = first(lambda angle: np.exp(-1j * np.deg2rad(angle)), np.arange(0.0, 181.0, PHASE_STEP).tolist())
     return StabilityMargins(
-        delay=delay_margin(loop_at),
+        delay=delay_margin(loop_at, scout_at=scout_at),
         gain_up=np.inf if up is None else up,
         gain_down=0.0 if down is None else down,
         phase=np.inf if phase is None else phase,
@@ -60,27 +71,53 @@ def stability_margins(loop_at: Callable[[float], PeriodicLoop]) -> StabilityMarg
     )
 
 
-def delay_margin(loop_at: Callable[[float], PeriodicLoop], longest: float = LONGEST_DELAY) -> float:
+def delay_margin(
+    loop_at: Callable[[float], PeriodicLoop],
+    longest: float = LONGEST_DELAY,
+    scout_at: Callable[[float], PeriodicLoop] | None = None,
+) -> float:
     """Return the shortest further delay at the plant input that makes the loop unstable [s]; infinite up to `longest`.
 
-    Found by stepping through the delays and bisecting the first step that ends unstable.
+    Found by stepping through the delays and bisecting the first step that ends unstable; `scout_at` as in
+    `stability_margins`.
     """
-    found = _first(lambda delay: loop_at(delay).radius(), np.arange(0.0, longest, DELAY_STEP).tolist())
+    scout = None if scout_at is None else (lambda delay: scout_at(delay).radius())
+    found = _first(lambda delay: loop_at(delay).radius(), _delays(longest), scout)
     return np.inf if found is None else found
+
+
+def _delays(longest: float) -> list[float]:
+    points = [0.0]
+    while points[-1] < longest:
+        points.append(max(points[-1] + DELAY_STEP, points[-1] * DELAY_GROWTH))
+    return points
 
 
 def _factors(step: float, last: float) -> list[float]:
     return [float(step**k) for k in range(int(np.ceil(np.log(last) / np.log(step))) + 1)]
 
 
-def _first(radius: Callable[[float], float], points: list[float]) -> float | None:
+def _first(
+    radius: Callable[[float], float], points: list[float], scout: Callable[[float], float] | None = None
+) -> float | None:
     """Return where the radius first reaches one: between two points, by bisection; None if it does not."""
+    if scout is None:
+        return _bisected(radius, points, CLOSENESS)
+    guess = _bisected(scout, points, CLOSENESS)
+    sparse = points[::SPARSE]
+    if guess is not None:
+        apart = 0.5 * LIKENESS * guess
+        sparse = sorted([*sparse, guess - apart, guess + apart], reverse=points[-1] < points[0])
+    return _bisected(radius, sparse, LIKENESS)
+
+
+def _bisected(radius: Callable[[float], float], points: list[float], closeness: float) -> float | None:
     stable = points[0]
     for point in points[1:]:
         if radius(point) < 1.0:
             stable = point
             continue
-        while abs(point - stable) > CLOSENESS * max(abs(point), abs(stable)):
+        while abs(point - stable) > closeness * max(abs(point), abs(stable)):
             middle = 0.5 * (stable + point)
             if radius(middle) < 1.0:
                 stable = middle

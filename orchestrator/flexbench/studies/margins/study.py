@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,21 +11,26 @@ from typing import Any
 import numpy as np
 
 from flexsat.arrays import Array, Complex
+from flexsat.spacecraft.variation import ModelErrors
 from lockstep import InputError
 from lockstep.fmi.model_description import read_description
 from lockstep.system.component import Value
 
 from ...runs.json_file import read_table, write_json
 from .analysis import Analysis, analyse
+from .designed_loop import DesignedLoop
 from .estimate import TOGETHER, MeasuredLoop, Replica, estimate_loop, measured_margins, merged
 from .injection import open_loop_at, run_experiment
 from .multisine import Multisine, design_multisine, multisine_at, room
+from .real_plant import Plants, growth_of_loop
 from .response import characteristic_loci
+from .stability_table import as_table, mode_counts, stability_over_modes_and_gain
 from .system_loop import SystemLoop
 from .unstable_delay import UnstableDelay, destabilising_delay
 
 FILE = "margins.json"
 _LONGEST_PERIOD, _MOST_ZOOM = 1e5, 1e3  # [s], 1: beyond them a measurement takes days
+SCOUT_MODES = 60  # up to 17 Hz, where the loops have rolled off
 LOCI_KEPT = 3  # of all wheels together: those that come nearest to -1
 Log = Callable[[str], None]
 
@@ -162,19 +167,47 @@ def run_study(
         "seed": settings.overrides.get("sensors.seed", loop.system.component(loop.plant).parameters.get("seed", 0)),
         "held": loop.period,
     }
-    if loop.designed is not None:
-        log("analysis of the designed loop")
-        content["analysis"] = _analysis(analyse(loop.designed))
+    unstable = False
+    if loop.designed is not None and loop.real is not None:
+        log("stability over mode count and gain")
+        content["stability"] = _stability(loop.designed, loop.real)
+        unstable = content["stability"]["growth"] >= 0.0
+        if not unstable:
+            log("analysis of the designed loop")
+            content["analysis"] = _analysis(analyse(loop.designed, _scout(loop.designed, loop.real)))
     elif analytic_only:
         raise InputError(
             f"{loop.controller}: not a controller of flexsat, so there is no design to analyse; measure it"
         )
-    if not analytic_only:
+    if not analytic_only and not unstable:  # an unstable loop has no margins to measure
         measured, margins = measure(loop, settings, folder / "experiments", log)
         content["measured"] = _measured(measured, margins, settings)
-    if find_delay:
+    if find_delay and not unstable:
         content["real"] = asdict(_find_delay(loop, folder, log))
     return write_json(folder / FILE, content, indent=1)
+
+
+def _stability(designed: DesignedLoop, real: Plants) -> dict[str, Any]:
+    """Return the growth of the loop as it is, and its stability over mode count and gain."""
+    opened = designed.at()
+    growth, frequency = growth_of_loop(opened)
+    carried = real.spacecraft.mode_count
+    flown = designed.plant.index.modes if designed.plant is not None else carried
+    grid = stability_over_modes_and_gain(real, mode_counts(carried), loop=designed)
+    return {
+        "modes": flown,
+        "highest": real.highest(flown),
+        "growth": growth,
+        "frequency": frequency,
+        "grid": as_table(grid),
+    }
+
+
+def _scout(designed: DesignedLoop, real: Plants) -> DesignedLoop | None:
+    """Return the loop with fewer modes, where that is much smaller: it has nearly the same margins."""
+    if designed.plant is None or designed.plant.index.modes <= SCOUT_MODES + 20:
+        return None
+    return replace(designed, plant=real.model(SCOUT_MODES, ModelErrors()))
 
 
 def _find_delay(loop: SystemLoop, folder: Path, log: Log) -> UnstableDelay:
@@ -188,6 +221,13 @@ def _find_delay(loop: SystemLoop, folder: Path, log: Log) -> UnstableDelay:
 _CURVE = {"frequency": ["number"], "real": ["number"], "imaginary": ["number"], "?uncertainty": ["number"]}
 _SHAPE = {
     "seed": "number",
+    "?stability": {
+        "modes": "number",
+        "highest": "number",
+        "growth": "number",
+        "frequency": "number",
+        "grid": ["table"],
+    },
     "?analysis": {
         "exact": {"*": "number?"},
         "margins": {"*": "table"},

@@ -9,8 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from flexsat.arrays import Array
+from flexsat.closed_loop import port_values
 from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import CONFIGURATIONS, ControllerDesign
+from flexsat.ports import plant as plant_ports
+from flexsat.spacecraft.assembly import Spacecraft
+from flexsat.spacecraft.variation import ModelErrors, dispersed
 from lockstep import InputError, System
 from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value
@@ -19,6 +23,7 @@ from lockstep.system.component import Value
 from .analysis import AXES
 from .designed_loop import Delays, DesignedLoop
 from .injection import loop_channels
+from .real_plant import Plants
 
 NANOSECOND = 1e-9
 SHARE_OF_LIMIT = 0.4  # peak of the test signal over a wheel's torque limit: far above the noise, far from saturation
@@ -41,7 +46,8 @@ class SystemLoop:
     system: System
     controller: str
     plant: str
-    designed: DesignedLoop | None  # None unless the controller is one of flexsat
+    designed: DesignedLoop | None  # None unless the controller is one of flexsat; its plant is that of the run
+    real: Plants | None  # the structure of the run, with all modes that its plant carries
     directions: Array  # (m, d): columns along which to inject
     makes: Array  # (d, m): makes @ directions = 1
     names: tuple[str, ...]  # (d,)
@@ -78,10 +84,13 @@ def read_loop(
     wires = loop_channels(system, controller, plant)
     design = _design(system, plant, controller, overrides)
     own_controller = _model(system, controller) == f"controller_{design.config.name}" if design is not None else False
-    designed = None
+    designed = real = None
     if design is not None and own_controller:
+        spacecraft, modes, gyroscopic = _flown(design, _given(system, plant, overrides))
+        real = Plants(design, real=spacecraft, gyroscopic=gyroscopic)
         designed = DesignedLoop(
             design=design,
+            plant=real.model(modes, ModelErrors()),
             delays=_delays(system, controller, plant, design.config.rates.controller),
             parameters=_given(system, controller, overrides),
         )
@@ -96,6 +105,7 @@ def read_loop(
         controller=controller,
         plant=plant,
         designed=designed,
+        real=real,
         directions=directions,
         makes=makes,
         names=names,
@@ -135,6 +145,22 @@ def _design(system: System, plant: str, controller: str, overrides: Mapping[str,
     of_plant, of_controller = (_given(system, part, overrides) for part in (plant, controller))
     chosen: ControllerDesign = "published" if of_controller.get("design") == "published" else "robust"
     return designs.flown(bool(of_plant.get("as_published")), chosen)
+
+
+def _flown(design: Design, given: Mapping[str, Value]) -> tuple[Spacecraft, int, bool]:
+    """Return the spacecraft of a run with the errors that it was given, its modelled modes, and if wheels are gyros."""
+    ports = plant_ports.ports(design.plant)
+    known = {port.name for port in ports if port.causality == "parameter"}
+    parameters = {name: value for name, value in given.items() if name.partition("[")[0] in known}
+    values = port_values("plant", ports, parameters)
+    real = dispersed(
+        design.structure,
+        values["dispersion.frequency"],
+        values["dispersion.damping"],
+        values["dispersion.inertia"],
+        values.get("dispersion.participation", 0.0),
+    )
+    return real, int(values["modes"]) or real.mode_count, bool(values["gyroscopics"])
 
 
 def _given(system: System, component: str, overrides: Mapping[str, Value]) -> dict[str, Value]:

@@ -31,6 +31,20 @@ def exact_rows(content: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def stability_text(content: Mapping[str, Any]) -> str:
+    """Return whether the designed loop is stable on the plant of the run, as a sentence; nothing without a design."""
+    if "stability" not in content:
+        return ""
+    found = content["stability"]
+    plant = f"on {found['modes']} modes, up to {found['highest']:.1f} Hz"
+    if found["growth"] < 0.0:
+        return f"The designed loop is stable {plant}."
+    return (
+        f"The designed loop is UNSTABLE {plant}: it grows by {found['growth']:.3g} 1/s, at {found['frequency']:.2f} Hz "
+        "or an alias of that at the star tracker's rate. An unstable loop has no margins; none were measured."
+    )
+
+
 def margin_rows(content: Mapping[str, Any]) -> Rows:
     """Return a row for each loop, computed and measured."""
     rows: Rows = []

@@ -8,9 +8,8 @@ from itertools import product
 from flexsat.parameters import ALL_MODES, ConfigurationName
 from flexsat.spacecraft.variation import ModelErrors
 
-from ..margins.real_plant import Corner
+from ..margins.real_plant import MODE_COUNTS, Corner
 
-MODE_COUNTS = (25, 28, 40, 60, 100, 150, ALL_MODES)
 GAINS = (0.5, 2.0)  # 6 dB
 PHASE = 30.0  # deg
 DELAY: dict[ConfigurationName, float] = {"centralised": 0.020, "distributed": 0.010}  # s

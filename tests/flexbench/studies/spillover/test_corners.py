@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from flexbench.studies.margins.designed_loop import DesignedLoop
-from flexbench.studies.margins.real_plant import Corner, stability, table_rows
-from flexbench.studies.spillover.corners import DELAY, GAINS, MODE_COUNTS, PHASE, required_corners
+from flexbench.studies.margins.real_plant import MODE_COUNTS, Corner, stability, table_rows
+from flexbench.studies.spillover.corners import DELAY, GAINS, PHASE, required_corners
 from flexsat.parameters import ALL_MODES, CONFIGURATIONS
 from flexsat.spacecraft.variation import ModelErrors
 from lockstep import InputError
@@ -61,5 +61,5 @@ def test_required_corners_cover_the_grid():
 
 
 def test_more_modes_than_the_structure_has_are_refused(robust):
-    with pytest.raises(InputError, match="61 modes: the structure was built with 60"):
+    with pytest.raises(InputError, match="61 modes: the structure has 60"):
         stability(robust["centralised"], Corner(modes=61))
