@@ -236,6 +236,7 @@ class Designs:
         return chosen
 
 
+@lru_cache(maxsize=2)  # both configurations
 def build_designs(name: ConfigurationName) -> Designs:
     """Run the design chain for everything that a configuration can fly; raise ValueError for bad names."""
     return designs_of(configuration(name, "robust"), configuration(name, "published"))

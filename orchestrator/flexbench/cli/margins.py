@@ -22,7 +22,7 @@ from lockstep.cli.options import (
     set_option,
     system_argument,
 )
-from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, OneOf, WholeNumber
+from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, OneOf, Several, WholeNumber
 from lockstep.cli.timing_options import with_delays
 
 from .options import seed_option, seed_overrides
@@ -94,6 +94,10 @@ measurement_options = option_group(
 @replace_option
 @click.option("--analytic-only", is_flag=True, help="only analyse the design, without a run")
 @click.option("--find-delay", is_flag=True, help="also find by bisection the delay that makes the loop unstable")
+@click.option("--modes", type=Several(COUNT), metavar="N...",
+              help="mode counts of the table of stability (default: 25 28 40 60 100 150, and all)")  # fmt: skip
+@click.option("--gains", type=Several(NUMBER), metavar="DB...",
+              help="gains of the table of stability in dB (default: -12 -6 -3 0 3 6 12)")  # fmt: skip
 @seed_option
 @set_option
 @delay_option
@@ -111,6 +115,8 @@ def margins(
     replace: tuple[str, ...],
     analytic_only: bool,
     find_delay: bool,
+    modes: tuple[int, ...] | None,
+    gains: tuple[float, ...] | None,
     seed: int | None,
     settings: tuple[str, ...],
     delay: tuple[str, ...],
@@ -131,7 +137,7 @@ def margins(
     from ..loop.missed_samples import refuse_missed_samples
     from ..runs.study_folder import study_folder
     from ..studies.margins.estimate import COHERENT
-    from ..studies.margins.stability_table import grid_header, grid_rows
+    from ..studies.margins.stability_table import GAINS, Grid, grid_header, grid_rows
     from ..studies.margins.study import read_study, run_study
     from ..studies.margins.system_loop import read_loop, with_controller
     from ..studies.margins.tables import EXACT_HEADER, HEADER, exact_rows, explanation, margin_rows, stability_text
@@ -139,6 +145,7 @@ def margins(
     if analytic_only:
         names = MeasurementOptions.__dataclass_fields__
         refuse_given(names, "has no effect on the design, which --analytic-only analyses; leave one of them out")
+    grid = Grid(modes=modes, gains=gains or GAINS)
     loaded = with_delays(load_system(system), delay)
     for name, fmu in replacements(replace, loaded).items():
         loaded = with_controller(loaded, name, fmu)
@@ -149,7 +156,7 @@ def margins(
         loop = dataclasses.replace(loop, slow_period=slow_period)
     default = f"margins-{folder_name(loaded.name)}" + ("" if seed is None else f"-seed{seed}")
     with study_folder(out, default) as folder:
-        run_study(loop, folder, measurement.settings(overrides), analytic_only, find_delay, _report_progress)
+        run_study(loop, folder, measurement.settings(overrides), analytic_only, find_delay, _report_progress, grid)
         content = read_study(folder)
         unstable = "stability" in content and content["stability"]["growth"] >= 0.0
         if "stability" in content:

@@ -152,6 +152,8 @@ EFFECTS = {
     "flexsat margins": {
         **dict.fromkeys(("--replace", "--set", "--out", "--amplitude", "--periods", "--settle"), _VENDOR),
         "--analytic-only": _VALUE_FILE + "test_measurement_options_beside_analytic_only_are_refused",
+        **dict.fromkeys(("--modes", "--gains"), "flexbench/studies/margins/test_real_plant.py::"
+                        "test_the_command_finds_the_published_design_unstable_on_30_modes"),
         "--find-delay": _MARGINS + "test_the_delay_that_destabilises_the_co_simulation_is_the_analysed_one",
         "--seed": _VALUES,
         "--delay": "flexbench/studies/margins/test_margins.py::test_delays_of_the_system_and_of_the_margin_act_alike",

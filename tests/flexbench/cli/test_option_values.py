@@ -179,6 +179,8 @@ CALLS = {
         {
             "--analytic-only": ((), "True, False"),
             "--find-delay": ((), "False, True"),
+            "--modes": (("25", "28"), "modes=(25, 28)"),
+            "--gains": (("-3", "3"), "gains=(-3.0, 3.0)"),
             "--seed": (("4",), "'plant.seed': 4"),
             "--set": (("c.z=4",), "'c.z': '4'"),
             "--noise-free": ((), "quiet=True"),

@@ -3,20 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from math import log10
 from typing import Any
+
+from lockstep.errors import InputError
 
 from .designed_loop import DesignedLoop
 from .real_plant import MODE_COUNTS, Corner, Plants, Stability, stability
 
 GAINS = (-12.0, -6.0, -3.0, 0.0, 3.0, 6.0, 12.0)  # dB, on all inputs of the plant together
+LARGEST_GAIN = 100.0  # dB
 STABLE = "stable"
 
 
-def mode_counts(most: int, wanted: Sequence[int] = MODE_COUNTS) -> tuple[int, ...]:
-    """Return the mode counts to try on a plant with at most so many, which are always one of them."""
-    return tuple(sorted({count for count in wanted if count < most} | {most}))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grid:
+    """Mode counts and gains at which stability is determined."""
+
+    modes: tuple[int, ...] | None = None  # None for MODE_COUNTS, and all that the plant has
+    gains: tuple[float, ...] = GAINS  # dB
+
+    def __post_init__(self) -> None:
+        for gain in self.gains:
+            if not abs(gain) <= LARGEST_GAIN:
+                raise InputError(f"--gains {gain:g}: must be from -{LARGEST_GAIN:g} to {LARGEST_GAIN:g} dB")
+
+    def counts(self, most: int) -> tuple[int, ...]:
+        """Return the mode counts on a plant with so many modes.
+
+        Raises
+        ------
+        InputError
+            For more than there are.
+        """
+        if self.modes is None:
+            return tuple(sorted({count for count in MODE_COUNTS if count < most} | {most}))
+        for count in self.modes:
+            if not 1 <= count <= most:
+                raise InputError(f"--modes {count}: must be from 1 to {most}, what the structure has")
+        return self.modes
 
 
 def stability_over_modes_and_gain(

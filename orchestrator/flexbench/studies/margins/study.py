@@ -24,7 +24,7 @@ from .injection import open_loop_at, run_experiment
 from .multisine import Multisine, design_multisine, multisine_at, room
 from .real_plant import Plants, growth_of_loop
 from .response import characteristic_loci
-from .stability_table import as_table, mode_counts, stability_over_modes_and_gain
+from .stability_table import Grid, as_table, stability_over_modes_and_gain
 from .system_loop import SystemLoop
 from .unstable_delay import UnstableDelay, destabilising_delay
 
@@ -156,8 +156,15 @@ def run_study(
     analytic_only: bool = False,
     find_delay: bool = False,
     log: Log = lambda _: None,
+    grid: Grid | None = None,
 ) -> Path:
-    """Analyse and measure a loop as far as possible; write margins.json to the folder and return its path."""
+    """Analyse and measure a loop as far as possible; write margins.json to the folder and return its path.
+
+    A designed loop that is unstable on the plant of the run is not measured: `stability` in the file has how it grows.
+    """
+    chosen = grid or Grid()
+    if loop.real is not None:
+        chosen.counts(loop.real.spacecraft.mode_count)  # before anything is computed
     folder.mkdir(parents=True, exist_ok=True)
     controller = loop.system.component(loop.controller)
     content: dict[str, Any] = {
@@ -170,7 +177,7 @@ def run_study(
     unstable = False
     if loop.designed is not None and loop.real is not None:
         log("stability over mode count and gain")
-        content["stability"] = _stability(loop.designed, loop.real)
+        content["stability"] = _stability(loop.designed, loop.real, chosen)
         unstable = content["stability"]["growth"] >= 0.0
         if not unstable:
             log("analysis of the designed loop")
@@ -187,13 +194,13 @@ def run_study(
     return write_json(folder / FILE, content, indent=1)
 
 
-def _stability(designed: DesignedLoop, real: Plants) -> dict[str, Any]:
+def _stability(designed: DesignedLoop, real: Plants, chosen: Grid) -> dict[str, Any]:
     """Return the growth of the loop as it is, and its stability over mode count and gain."""
     opened = designed.at()
     growth, frequency = growth_of_loop(opened)
     carried = real.spacecraft.mode_count
     flown = designed.plant.index.modes if designed.plant is not None else carried
-    grid = stability_over_modes_and_gain(real, mode_counts(carried), loop=designed)
+    grid = stability_over_modes_and_gain(real, chosen.counts(carried), chosen.gains, loop=designed)
     return {
         "modes": flown,
         "highest": real.highest(flown),

@@ -18,6 +18,7 @@ from flexbench.studies.margins.stability import delay_margin, stability_margins
 from flexsat.design.chain import build_design
 from flexsat.parameters import CONFIGURATIONS, configuration
 from flexsat.spacecraft import assembly as spacecraft
+from flexsat.spacecraft.variation import with_modes
 from flexsat.structure import modes as structure
 from flexsat.structure.kirchhoff_plate import assemble
 from flexsat.structure.mesh import Mesh, polar
@@ -41,7 +42,8 @@ def small_plant():
 
 @pytest.fixture(scope="module")
 def designs():
-    return {name: build_design(configuration(name)) for name in CONFIGURATIONS}
+    """Return the published designs, each with a plant of the modes that it knows."""
+    return {name: build_design(with_modes(configuration(name, "published"), 25)) for name in CONFIGURATIONS}
 
 
 # Small loops
@@ -252,7 +254,7 @@ def test_delay_margin_with_the_authors_matrices_as_published(monkeypatch, name, 
     monkeypatch.setattr(
         Mesh, "node_at", lambda mesh, *site: int(np.argmin(np.linalg.norm(mesh.nodes - polar(*site), axis=1)))
     )  # the authors' inner sites are up to 7 cm from those of flexsat
-    loop = DesignedLoop(design=build_design(configuration(name), as_published=True))
+    loop = DesignedLoop(design=build_design(with_modes(configuration(name, "published"), 25), as_published=True))
     printed = 5e-5  # PHYSICS section 6 gives a tenth of a millisecond
     assert loop.at(margin - printed).radius() < 1.0 < loop.at(margin + printed).radius()
 
