@@ -66,6 +66,7 @@ class RunOptions:
     inputs: Paths | None = None  # CSV or Parquet files that feed inputs: `lockstep.plan.input_files`
     strict: bool = False  # refuse system files and model descriptions with offences that are else amended
     watch: Watch | None = None  # returns what looks at the recorded rows: `lockstep.results.monitor`
+    check: Callable[[Plan], None] | None = None  # called before any FMU is started; it may raise InputError
 
 
 class _Named(TypedDict, total=False):
@@ -87,6 +88,7 @@ class _Named(TypedDict, total=False):
     inputs: Paths | None
     strict: bool
     watch: Watch | None
+    check: Callable[[Plan], None] | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,6 +147,8 @@ def simulate(
     saves = chosen.checkpoints.ticks(plan, first + 1 if restart else 0)
     if restart is not None:
         restart.check(plan)
+    elif chosen.check is not None:  # a restart goes on with what its run was checked for
+        chosen.check(plan)
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
         results = stack.enter_context(held(folder, overwrite=chosen.overwrite))  # before anything that takes long

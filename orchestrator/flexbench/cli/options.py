@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 DEFAULT_SEED = 1  # of every command that simulates
 CONFIGURATIONS = ("centralised", "distributed")  # as in flexsat.parameters, which the help does not wait for
 SCENARIOS = ("slew", "fine_pointing", "fine_pointing_open_loop")  # as in flexbench.loop.scenarios
+ACCEPT_INFEASIBLE = "--accept-infeasible"  # as in flexbench.loop.feasibility
 _SEEDED = ("plant", "sensors")  # components with a parameter `seed`
 
 configuration_option = click.option("--configuration", type=OneOf(CONFIGURATIONS), multiple=True, metavar="NAME",

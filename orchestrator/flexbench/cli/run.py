@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from lockstep.cli.run_options import RunRequest, run_options, run_system
 from lockstep.errors import InputError
 from lockstep.faults import HELP
 
-from .options import seed_option, seed_overrides
+from .options import ACCEPT_INFEASIBLE, seed_option, seed_overrides
 
 if TYPE_CHECKING:
     from lockstep.simulation import RunSummary
@@ -40,7 +41,11 @@ examples:
 @click.option("--as-published", is_flag=True, help="with the slips of the published release")
 @click.option("--settling-band", type=Number(above=0.0, most=648000.0), metavar="ARCSEC",
               help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
-def run(request: RunRequest, seed: int | None, as_published: bool, settling_band: float | None) -> int:
+@click.option(ACCEPT_INFEASIBLE, "accept_infeasible", is_flag=True,
+              help="run although the slew cannot be carried out in time, or with these wheels")  # fmt: skip
+def run(
+    request: RunRequest, seed: int | None, as_published: bool, settling_band: float | None, accept_infeasible: bool
+) -> int:
     """Simulate a system and leave its signals, events and metrics in a results folder."""
     from ..runs.loop_monitor import print_found, watch_loop
     from ..runs.metrics_file import closing_text
@@ -53,11 +58,14 @@ def run(request: RunRequest, seed: int | None, as_published: bool, settling_band
     if resumed is not None:
         resume_run(resumed, pace=request.pace, step_limit=request.step_limit, finish=finish, watch=watch_loop)
     else:
-        _run_new(request, seed, as_published, finish)
+        _run_new(request, seed, as_published, accept_infeasible, finish)
     return 0
 
 
-def _run_new(request: RunRequest, seed: int | None, as_published: bool, finish: Callable[[Path], None]) -> RunSummary:
+def _run_new(
+    request: RunRequest, seed: int | None, as_published: bool, accept_infeasible: bool, finish: Callable[[Path], None]
+) -> RunSummary:
+    from ..loop.feasibility import check_feasible
     from ..loop.missed_samples import refuse_missed_samples
     from ..runs.loop_monitor import watch_loop
 
@@ -77,7 +85,8 @@ def _run_new(request: RunRequest, seed: int | None, as_published: bool, finish: 
 
     marks = ("-as-published" if as_published else "") + ("" if seed is None else f"-seed{seed}")
     system = request.checkpoints.system(request.system, load)
-    return run_system(request, system, overrides, marks=marks, finish=finish, watch=watch_loop)
+    return run_system(request, system, overrides, marks=marks, finish=finish, watch=watch_loop,
+                      check=partial(check_feasible, accept=accept_infeasible))  # fmt: skip
 
 
 def _published(system: System) -> Mapping[str, Value]:

@@ -26,6 +26,7 @@ from lockstep.cli.timing_options import TimingOptions, timing_options, with_dela
 from lockstep.errors import InputError
 
 if TYPE_CHECKING:
+    from lockstep.plan.plan import Plan
     from lockstep.results.monitor import Watch
     from lockstep.simulation import RunSummary
     from lockstep.system.component import Value
@@ -104,6 +105,7 @@ def run_system(
     marks: str = "",
     finish: Callable[[Path], None] = lambda _: None,
     watch: Watch | None = None,
+    check: Callable[[Plan], None] | None = None,
 ) -> RunSummary:
     """Simulate a system and print the summary.
 
@@ -114,7 +116,7 @@ def run_system(
     overrides : returns parameters of the system that is simulated; values of --set go before them
     marks : follows the system's name in that of the default folder
     finish : called with the folder at the end, while no other run can use that
-    watch : as in `RunOptions`
+    watch, check : as in `RunOptions`
     """
     from lockstep.adapter.component import with_replacements
     from lockstep.cli.progress import print_summary, print_warnings, show_progress
@@ -158,6 +160,7 @@ def run_system(
                 inputs=request.inputs or None,
                 strict=request.strict,
                 watch=watch,
+                check=check,
             )
         print_warnings(summary.warnings)
         if system.ignored:

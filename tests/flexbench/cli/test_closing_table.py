@@ -93,7 +93,8 @@ def test_the_table_gives_rms_and_peak_during_the_slew_and_after_its_settling(del
 
 def test_a_run_that_ends_in_its_slew_has_no_settling_time_and_windows_of_its_fault(delivered, tmp_path, capsys):
     (tmp_path / "fault.toml").write_text(FAULT)
-    words = ("--set", f"controller.command.start_time={START}", "--faults", tmp_path / "fault.toml")
+    words = ("--set", f"controller.command.start_time={START}", "--faults", tmp_path / "fault.toml",
+             "--accept-infeasible")  # fmt: skip
     metrics, _, table = run(
         capsys, tmp_path / "out", delivered / "centralised" / "slew.ssd", *words, "--stop-time", "1.5"
     )

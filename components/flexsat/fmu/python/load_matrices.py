@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
-from typing import TypeVar
+from typing import IO, TypeVar
 
 import numpy as np
 
@@ -15,8 +15,8 @@ T = TypeVar("T")
 MODEL_FILE = "model.npz"
 
 
-def load_matrices(path: Path, kind: type[T], variant: Variant = "corrected") -> T:
-    """Return a frozen set of matrices; scalars are Python numbers.
+def load_matrices(path: Path | IO[bytes], kind: type[T], variant: Variant = "corrected") -> T:
+    """Return a frozen set of matrices from a file or its content; scalars are Python numbers.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def load_matrices(path: Path, kind: type[T], variant: Variant = "corrected") -> 
         for item in fields(kind):  # type: ignore[arg-type]  # every set is a dataclass
             name = f"{variant}.{item.name}"
             if name not in archive:
-                raise ValueError(f"{path.name}: no array {name!r}; build the FMU again")
+                raise ValueError(f"{MODEL_FILE}: no array {name!r}; build the FMU again")
             array = archive[name]
             values[item.name] = array.item() if array.ndim == 0 else array
     return kind(**values)
