@@ -25,7 +25,9 @@ SLICE = 0.25  # s: four slices are the second for which a limit cycle is seen
 CYCLE = 0.2  # RMS of a wheel's torque over its limit, about its mean, in each slice: a sine of 28 % of the limit
 GROWN = 0.05  # the same of one that grows: three times what noise and jitter make of the published designs
 GROWTH = 1.4  # from the first slice of a second to its last
-CROSSINGS = 3  # in a second: slower changes are those of commands
+CROSSINGS = 3  # of the mean in a second: slower changes are those of commands
+CROSSINGS_GROWING = 6  # what a slew excites grows for a second too, but at the lowest modes
+KEPT = 0.8  # of the first slice's level in the last: what a command excites decays
 FEWEST_ROWS = 4  # in a slice
 FASTEST = 0.2  # rad/s about an axis: beyond it the plant's integration is not accurate (flexsat.ports.plant)
 LARGEST = 0.025  # m, thickness of the plate: beyond it bending is not linear
@@ -177,13 +179,13 @@ def oscillating(parts: Sequence[Array], limit: float) -> tuple[NDArray[np.bool_]
     wheels, frequency : (n,); [Hz] of the strongest of them, 0 for none
     """
     levels = np.array([np.sqrt(np.mean(part**2, axis=0)) for part in parts]) / limit
-    at_limit = (levels >= CYCLE).all(axis=0)
+    at_limit = (levels >= CYCLE).all(axis=0) & (levels[3] >= KEPT * levels[0])
     growing = (np.diff(levels, axis=0) > 0.0).all(axis=0) & (levels[3] >= GROWN) & (levels[3] >= GROWTH * levels[0])
     wheels = at_limit | growing
     second = np.concatenate(parts)
     counts = {k: _crossings(second[:, k]) for k in np.flatnonzero(wheels)}
     for k, count in counts.items():
-        wheels[k] = count >= CROSSINGS
+        wheels[k] = count >= (CROSSINGS if at_limit[k] else CROSSINGS_GROWING)
     strongest = max((k for k in counts if wheels[k]), key=lambda k: float(levels[:, k].sum()), default=None)
     return wheels, 0.0 if strongest is None else 0.5 * counts[strongest]
 
