@@ -1,8 +1,8 @@
 """The paper's quadratic programme for the slew: what the bang-coast-bang profile is the near-optimum of.
 
 Attitude and rate errors squared, summed over the steps; torque and wheel momentum bounded (P, section 4). It is solved
-about one axis, with angle and rate both in units of the slew angle. Design time only: the flight code carries the
-profile, which has nearly this optimum in closed form.
+about one axis, with angle and rate both in units of the slew angle. Design time only, with a well-known solver: what
+flies solves it itself (flexsat.runtime.slew_optimum), or has nearly this optimum in closed form (slew_guidance).
 """
 
 from __future__ import annotations

@@ -9,11 +9,11 @@ import numpy as np
 from ..arrays import Array, make_read_only
 from ..fixed_order import inverse, product
 from . import slew_guidance as guidance
-from . import slew_motion
+from . import slew_motion, slew_optimum
 from .controller_parameters import ControllerMatrices, ControllerParameters
 from .zero_order_hold import zero_order_hold
 
-KNOTS = 8  # of a trapezium braked: the start, three corners, and where and when it stops
+BRAKED = 4  # knots more than those of a profile: where it is braked, and where it stops; and two to spare
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,6 +31,7 @@ class PreparedController:
     delayed: bool
     smoothed: bool
     knots: int  # of a planned motion
+    optimal: bool  # slews are planned by the quadratic programme
     replans: bool  # a command during a slew replaces it
     linear_attitude: bool
     capture_angle: float  # rad
@@ -109,7 +110,8 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         first_measurement=max(0, int(np.ceil(parameters.measurement_delay / period - 1e-6))),
         delayed=delay > 0.0,
         smoothed=parameters.smoothed or parameters.guidance == "smoothed",
-        knots=KNOTS,
+        knots=BRAKED + (slew_optimum.STEPS + 1 if parameters.guidance == "qp" else 4),
+        optimal=parameters.guidance == "qp",
         replans=parameters.during_slew == "replan",
         linear_attitude=parameters.linear_attitude,
         capture_angle=parameters.capture_angle,
@@ -177,11 +179,18 @@ def check_start(prepared: PreparedController, angle: float, start: float) -> Non
 
 
 def plan_motion(prepared: PreparedController, rotation: Array, start: float) -> slew_motion.Motion:
-    """Plan the motion for a rotation vector [rad] from `start` [s] on, from rest."""
+    """Plan the motion for a rotation vector [rad] from `start` [s] on, from rest; raise ValueError if there is none."""
     profile = guidance.plan(rotation, start, prepared.inertia, prepared.body_torque, prepared.body_momentum)
     if profile.angle == 0.0:
         return slew_motion.still(prepared.knots, start)
-    return slew_motion.from_profile(profile, prepared.knots, prepared.period, prepared.actuation_delay)
+    if not prepared.optimal:
+        return slew_motion.from_profile(profile, prepared.knots, prepared.period, prepared.actuation_delay)
+    times = slew_optimum.time_grid(profile.end - start, profile.ramp)
+    acceleration, rate = capability_of(prepared, profile.axis)
+    rates = slew_optimum.optimal_rates(profile.angle, acceleration, rate, times)
+    return slew_motion.from_knots(
+        profile.axis, profile.angle, start + times, rates, prepared.knots, prepared.period, prepared.actuation_delay
+    )
 
 
 def capability_of(prepared: PreparedController, axis: Array) -> tuple[float, float]:

@@ -76,11 +76,13 @@ def test_ten_thousand_commands_end_on_the_commanded_attitude(centralised, flight
     assert_allclose(held, np.linalg.norm(axes, axis=1), atol=PLANNED)
 
 
-@pytest.mark.parametrize("smoothed", [True, False])
-@pytest.mark.parametrize("degrees", [1.0, 20.0, 90.0, 179.0])
-def test_the_reference_ends_on_the_commanded_attitude(centralised, flight, degrees, smoothed):
+ENDS = [(degrees, guidance) for degrees in (1.0, 20.0, 90.0, 179.0) for guidance in ("bang-coast-bang", "smoothed")]
+
+
+@pytest.mark.parametrize(("degrees", "guidance"), [*ENDS, (179.0, "qp")])
+def test_the_reference_ends_on_the_commanded_attitude(centralised, flight, degrees, guidance):
     axis = np.array([0.0, 0.0, 1.0])  # modes do not turn with z: the linear reference has no vibration about it
-    prepared, state = ready(centralised, flight, degrees * DEGREE * axis, 0.3013, smoothed=smoothed)
+    prepared, state = ready(centralised, flight, degrees * DEGREE * axis, 0.3013, guidance=guidance)
     steps = round((state.profile.end + 0.3) / 0.005)
     last = fly(prepared, state, centralised, 0, steps, {})[-1]
     assert_allclose(last[:3], np.tan(0.25 * degrees * DEGREE) * axis, atol=0.25 * PLANNED)

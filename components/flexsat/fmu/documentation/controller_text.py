@@ -21,7 +21,9 @@ CONTROLLER = ComponentText(
         " three-tap filter with zeros at the dominant mode. The shaped torque leads the start time by about 0.15 s;"
         " a slew commanded later than that begins at once. A rotation of zero is no slew. A command that would begin"
         " during a slew is refused, or with command.during_slew = replan takes its place: the slew is braked, and the"
-        " new one leads to the commanded rotation from where the first began.",
+        " new one leads to the commanded rotation from where the first began. With slew.guidance = qp the profile is"
+        " the optimum of P's quadratic programme, solved when the slew is planned: attitude and rate errors squared,"
+        " torque and wheel momentum bounded, at rest on the commanded attitude at its end, without overshoot.",
         "The filter predicts with the torque it commanded itself, unless applied.valid is true: then with"
         " applied.wheel.torque, the torque that the controller in command applied in the step before. This controller"
         " can therefore run in shadow of another one, and its torque then differs by the control law alone.",
