@@ -107,6 +107,7 @@ EFFECTS = {
         "--seed": "flexbench/cli/test_seeds.py::test_a_given_seed_is_set_or_refused_by_the_run",
         "--settling-band": "flexbench/cli/test_closing_table.py"
         "::test_the_table_gives_rms_and_peak_during_the_slew_and_after_its_settling",
+        "--accept-infeasible": "flexbench/loop/test_feasibility.py::test_it_runs_if_that_is_accepted",
         "--as-published": _VALUE_FILE + "test_as_published_sets_the_parameters_of_the_release",
     },
     "flexsat write-ssp": WRITE_SSP,
