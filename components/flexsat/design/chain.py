@@ -222,6 +222,16 @@ def as_arrays(matrices: PlantMatrices | SensorMatrices | ControllerMatrices, pre
     return {f"{prefix}.{f.name}": np.asarray(getattr(matrices, f.name)) for f in fields(matrices)}
 
 
+def cost_arrays(design: Design) -> dict[str, Array | Index]:
+    """Return what the regulator's cost of a recorded run is computed with, as named arrays.
+
+    `basis` (s, c), `state_weight` (c, c) and `torque_weight` (n, n) of the regulator; `modes` (k,): the plant's modes
+    that the controller knows.
+    """
+    arrays = {name: getattr(design.regulator, name) for name in ("basis", "state_weight", "torque_weight")}
+    return {**arrays, "modes": design.known_modes}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Designs:
     """What one configuration can fly: two controllers on the full structure, and everything as published."""

@@ -7,16 +7,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..controller_weights import VARIANTS
-from ..design.chain import Designs, as_arrays
+from ..design.chain import Designs, as_arrays, cost_arrays
 from ..ports.table import Naming
 from .documentation.content import accompanying_files, draw
 from .documentation.experiments import EXPERIMENTS
 from .documentation.reference_results import run_experiments
 from .export import BuiltFmu, build_fmu
 from .python.controller import Controller
-from .python.load_matrices import MODEL_FILE
+from .python.load_matrices import COST, MODEL_FILE
 from .python.plant import Plant
 from .python.sensors import Sensors
 from .reproducible_zip import npz_bytes
@@ -30,10 +30,13 @@ SHELLS: dict[str, type[Plant | Sensors | Controller]] = {
 
 def component_resources(designs: Designs, component: str) -> dict[str, bytes]:
     """Return the files that travel with a component: one `.npz` with all variants of its matrices."""
-    arrays: dict[str, Array] = {}
+    arrays: dict[str, Array | Index] = {}
     for variant in VARIANTS:
+        design = getattr(designs, variant)
         if component == "controller" or variant != "published":
-            arrays |= as_arrays(getattr(getattr(designs, variant), component), variant)
+            arrays |= as_arrays(getattr(design, component), variant)
+        if component == "controller":
+            arrays |= {f"{variant}.{COST}.{name}": values for name, values in cost_arrays(design).items()}
     return {MODEL_FILE: npz_bytes(arrays)}
 
 

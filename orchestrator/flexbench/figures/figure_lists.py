@@ -99,7 +99,7 @@ def save_figures(drawn: Drawn, folder: Path) -> list[Path]:
 def _slew(group: Mapping[tuple[ConfigurationName, bool], Run]) -> Figure:
     runs = {name: run for (name, _), run in group.items()}
     figure = slew_comparison(
-        {name: run.signals() for name, run in runs.items()}, {name: run.design for name, run in runs.items()}
+        {name: run.signals() for name, run in runs.items()}, {name: run.flown for name, run in runs.items()}
     )
     return _shaded(figure, group)
 

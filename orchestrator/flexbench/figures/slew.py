@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from flexbench.loop.scenarios import slew_end
 from flexbench.runs import histories
+from flexbench.runs.flown_design import FlownDesign
 from flexbench.runs.metrics import PUBLISHED_WINDOW, SETTLED_FROM
+from flexbench.runs.slews import slews_of
 from flexbench.studies.paper.published import ROWS
 from flexsat.arrays import Array
-from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName
 from lockstep import Signals
 from lockstep.errors import InputError
@@ -28,18 +28,18 @@ BAND: dict[str, Any] = {"color": "#F0E442", "alpha": 0.25, "linewidth": 0.0}  # 
 MARK: dict[str, Any] = {"color": "0.45", "linewidth": 0.8, "linestyle": (0.0, (6.0, 2.0, 1.0, 2.0))}
 REFERENCE: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0.0, (1.0, 1.6)), "zorder": 3.0}
 SETTLING: dict[str, Any] = {"marker": "v", "linestyle": "none", "markersize": 6.0}
-Panel = Callable[[Axes, ConfigurationName, Signals, Design], None]
+Panel = Callable[[Axes, ConfigurationName, Signals, FlownDesign], None]
 
 
 def slew_comparison(
-    results: Mapping[ConfigurationName, Signals], designs: Mapping[ConfigurationName, Design]
+    results: Mapping[ConfigurationName, Signals], designs: Mapping[ConfigurationName, FlownDesign]
 ) -> Figure:
     """Draw torque, cost, wheel speed, attitude, errors and deformation of the slew, configurations overlaid.
 
     Parameters
     ----------
     results : signals of a slew by configuration
-    designs : the variant of each configuration's design that was simulated
+    designs : of each configuration's FMUs that flew
 
     Raises
     ------
@@ -57,21 +57,27 @@ def slew_comparison(
             if logarithmic:
                 make_logarithmic(axes)
             axes.set(title=title, ylabel=unit)
-            for time in sorted({time for name in results for time in _slew_times(designs[name])}):
+            for time in sorted({time for signals in results.values() for time in _slew_times(signals)}):
                 axes.axvline(time, **MARK)
         for axes in grid[-1]:
             axes.set_xlabel("time [s]")
         span_runs(grid[0, 0], results.values())
         figure.align_ylabels(grid)
-        figure.legend(handles=_legend(results, designs), loc="outside upper center", ncols=4)
+        figure.legend(handles=_legend(results), loc="outside upper center", ncols=4)
     return figure
 
 
-def _slew_times(design: Design) -> tuple[float, float]:
-    return design.config.slew.start_time, slew_end(design)
+def _slew_times(signals: Signals) -> list[float]:
+    """Return begin and end of each slew [s], of those that ended."""
+    return [time for slew in slews_of(signals) for time in (slew.start, slew.end) if time is not None]
 
 
-def _window(signals: Signals, design: Design) -> tuple[float, float]:
+def _last_end(signals: Signals) -> float | None:
+    slews = slews_of(signals)
+    return slews[-1].end if slews else None
+
+
+def _window(signals: Signals, design: FlownDesign) -> tuple[float, float]:
     """Return the time [s] that the rows of rate and deformation refer to, in the variant simulated."""
     return PUBLISHED_WINDOW if design.as_published else (SETTLED_FROM, float(signals.time[-1]))
 
@@ -85,17 +91,19 @@ def _draw_reference(axes: Axes, time: Array, values: Array) -> None:
     draw_line(axes, time, values, "reference", REFERENCE)
 
 
-def _torque(axes: Axes, name: ConfigurationName, signals: Signals, _: Design) -> None:
+def _torque(axes: Axes, name: ConfigurationName, signals: Signals, _: FlownDesign) -> None:
     draw_noisy(axes, signals.time, histories.torque_norm(signals), name, LOOKS[name].line)
     _draw_reference(axes, signals.time, histories.torque_norm(signals, histories.TORQUE_REFERENCE))
 
 
-def _impulse(axes: Axes, name: ConfigurationName, signals: Signals, _: Design) -> None:
+def _impulse(axes: Axes, name: ConfigurationName, signals: Signals, _: FlownDesign) -> None:
     draw_line(axes, signals.time, histories.torque_impulse(signals), name, LOOKS[name].line)
     _draw_reference(axes, signals.time, histories.torque_impulse(signals, histories.TORQUE_REFERENCE))
 
 
-def _cost(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
+def _cost(axes: Axes, name: ConfigurationName, signals: Signals, design: FlownDesign) -> None:
+    if design.cost is None:  # a controller of others has no weights
+        return
     rows, look = histories.controller_rows(signals, design), LOOKS[name]
     total, control = (np.cumsum(part[rows]) for part in histories.lqr_cost(signals, design))
     draw_line(axes, signals.time[rows], total, f"{name}, total", look.line)
@@ -106,49 +114,51 @@ def _cost(axes: Axes, name: ConfigurationName, signals: Signals, design: Design)
             draw_published(axes, "slew", key, name, [end], {"color": look.colour, "markeredgewidth": width})
 
 
-def _wheel_speed(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
-    band = design.config.wheel.speed_band / RPM
-    if not axes.patches:  # the same for both
+def _wheel_speed(axes: Axes, name: ConfigurationName, signals: Signals, design: FlownDesign) -> None:
+    band = design.speed_band / RPM
+    if not axes.patches and np.isfinite(band):  # the same for both
         axes.axhspan(-band, band, **BAND)
     line = LOOKS[name].line | {"linewidth": 0.7 * LOOKS[name].width}  # up to eleven
     deviation = histories.wheel_speed_deviation(signals, design) / RPM
-    for wheel in np.flatnonzero(np.abs(design.spacecraft.wheels.axis[:, 0]) > 0.5):
+    for wheel in np.flatnonzero(np.abs(design.wheel_axis[:, 0]) > 0.5):
         draw_line(axes, signals.time, deviation[:, wheel], f"{name}, wheel {wheel + 1}", line)
 
 
-def _rotation(axes: Axes, name: ConfigurationName, signals: Signals, _: Design) -> None:
+def _rotation(axes: Axes, name: ConfigurationName, signals: Signals, _: FlownDesign) -> None:
     draw_line(axes, signals.time, histories.rotation_about_x(signals) / DEGREE, name, LOOKS[name].line)
     reference = histories.rotation_about_x(signals, histories.ATTITUDE_REFERENCE)
     _draw_reference(axes, signals.time, reference / DEGREE)
 
 
-def _pointing(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
+def _pointing(axes: Axes, name: ConfigurationName, signals: Signals, _: FlownDesign) -> None:
     draw_noisy(axes, signals.time, histories.pointing_error(signals) / ARCSECOND, name, LOOKS[name].line)
     _draw_published(axes, "pointing_error", name, signals, SETTLED_FROM, float(signals.time[-1]))
     (row,) = [row for row in ROWS if row.key == "settling_time"]
-    settled = slew_end(design) + row.published_for(name)
+    end = _last_end(signals)
+    settled = np.inf if end is None else end + row.published_for(name)
     if settled < signals.time[-1]:
         look = PUBLISHED | SETTLING | {"color": LOOKS[name].colour}
         foot = axes.get_xaxis_transform()  # so that the mark does not count for the limits of the y axis
         axes.plot([settled], [0.02], transform=foot, label=f"published settling, {name}", **look)
 
 
-def _rate(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
+def _rate(axes: Axes, name: ConfigurationName, signals: Signals, design: FlownDesign) -> None:
     draw_noisy(axes, signals.time, histories.rate_error(signals) / DEGREE, name, LOOKS[name].line)
     _draw_published(axes, "rate_error", name, signals, *_window(signals, design))
 
 
-def _deformation(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
+def _deformation(axes: Axes, name: ConfigurationName, signals: Signals, design: FlownDesign) -> None:
     draw_noisy(axes, signals.time, histories.deformation(signals) * 1e6, name, LOOKS[name].line)
     _draw_published(axes, "deformation", name, signals, *_window(signals, design))
 
 
-def _bending(axes: Axes, name: ConfigurationName, signals: Signals, design: Design) -> None:
-    mode = int(np.argmax(np.abs(design.spacecraft.rotation[0])))
+def _bending(axes: Axes, name: ConfigurationName, signals: Signals, design: FlownDesign) -> None:
     true, reference = "plant.modal.displacement", "controller.reference.modal.displacement"
-    bending = histories.of_known_modes(signals, design, true)[:, mode]
+    place = int(np.argmax(np.abs(design.rotation[0][design.known_modes])))
+    bending = histories.of_known_modes(signals, design, true)[:, place]
     draw_line(axes, signals.time, bending * 1e3, name, LOOKS[name].line)
-    _draw_reference(axes, signals.time, signals[reference][:, mode] * 1e3)
+    if reference in signals and place < signals[reference].shape[1]:
+        _draw_reference(axes, signals.time, signals[reference][:, place] * 1e3)
 
 
 # title, label of the y axis, what draws one configuration, whether logarithmic
@@ -165,14 +175,14 @@ PANELS: tuple[tuple[str, str, Panel, bool], ...] = (
 )
 
 
-def _legend(
-    results: Mapping[ConfigurationName, Signals], designs: Mapping[ConfigurationName, Design]
-) -> list[Line2D | Patch]:
-    lengths = sorted({f"{end - start:.1f}" for start, end in (_slew_times(designs[name]) for name in results)})
+def _legend(results: Mapping[ConfigurationName, Signals]) -> list[Line2D | Patch]:
+    slews = [slew for signals in results.values() for slew in slews_of(signals)]
+    lengths = sorted({f"{slew.end - slew.start:.1f}" for slew in slews if slew.end is not None})
+    marks = [Line2D([], [], label=f"slew of {' and '.join(lengths)} s", **MARK)] if lengths else []
     return [
         *(Line2D([], [], label=name, **LOOKS[name].line) for name in results),
         Line2D([], [], label="reference", **REFERENCE),
-        Line2D([], [], label=f"slew of {' and '.join(lengths)} s", **MARK),
+        *marks,
         Patch(label="allowed wheel speed", **BAND),
         Line2D([], [], label="published", **(PUBLISHED | {"color": "0.3"})),
         Line2D([], [], label="published settling", **(PUBLISHED | SETTLING | {"color": "0.3"})),

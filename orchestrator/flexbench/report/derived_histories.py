@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 from flexbench.runs import histories
+from flexbench.runs.flown_design import FlownDesign
 from flexbench.runs.run_folder import Run
 from flexsat.arrays import Array
-from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName, configuration
-from flexsat.spacecraft.assembly import Points, build_spacecraft
-from lockstep import Signals
+from flexsat.parameters import ARCSECOND, DEGREE, RPM
+from lockstep import InputError, Signals
 from lockstep.array_names import elements_of
 
 ERRORS = (histories.ATTITUDE, histories.ATTITUDE_REFERENCE)
@@ -30,25 +29,35 @@ class DerivedHistory:
     elements: tuple[str, ...] = ()  # names of the n
 
 
-def fully_recorded(signals: Signals, run: Run, *names: str) -> bool:
-    """Return whether all elements of these arrays were recorded: a part of an array has no norm."""
-    wheels = len(build_wheels(run.configuration).position)
-    modes = configuration(run.configuration).plate.plant_modes
-    counts = {histories.TORQUE: wheels, SPEED: wheels, MODAL: modes, MODAL_RATE: modes}
-    return all(len(elements_of(name, signals.columns)) == counts.get(name, 3) for name in names)
+def fully_recorded(signals: Signals, design: FlownDesign | None, *names: str) -> bool:
+    """Return whether all elements of these arrays were recorded: a part of an array has no norm.
+
+    None for a design that is lost: then how many wheels and modes there are is not known.
+    """
+    counts = {name: len("xyz") for name in names}
+    if design is not None:
+        recorded = len(elements_of(MODAL, signals.columns))  # the plant has ports for modes that a variant lacks
+        modes = max(design.modes, recorded)
+        counts |= {histories.TORQUE: design.wheels, SPEED: design.wheels, MODAL: modes, MODAL_RATE: modes}
+    elif {histories.TORQUE, SPEED, MODAL, MODAL_RATE} & set(names):
+        return False
+    return all(len(elements_of(name, signals.columns)) == counts[name] for name in names)
 
 
-@lru_cache(maxsize=2)
-def build_wheels(name: ConfigurationName) -> Points:
-    """Return the wheels of a configuration."""
-    return build_spacecraft(configuration(name)).wheels
+def design_of(run: Run) -> FlownDesign | None:
+    """Return the design that a run flew, None if it is lost."""
+    try:
+        return run.flown
+    except InputError:
+        return None
 
 
 def derived_histories(signals: Signals, run: Run | None) -> Iterator[DerivedHistory]:
     """Yield the derived histories that the recorded signals allow; none for a system that is not flexsat's."""
     if run is None:
         return
-    if fully_recorded(signals, run, *ERRORS):
+    design = design_of(run)
+    if fully_recorded(signals, design, *ERRORS):
         yield DerivedHistory(
             name="pointing error",
             unit="arcsec",
@@ -62,7 +71,7 @@ def derived_histories(signals: Signals, run: Run | None) -> Iterator[DerivedHist
             values=histories.pointing_error_vector(signals) / ARCSECOND,
             elements=("x", "y", "z"),
         )
-    if fully_recorded(signals, run, *RATES):
+    if fully_recorded(signals, design, *RATES):
         yield DerivedHistory(
             name="rate error",
             unit="deg/s",
@@ -76,15 +85,15 @@ def derived_histories(signals: Signals, run: Run | None) -> Iterator[DerivedHist
             description="RMS deflection of the structure, mass-weighted",
             values=histories.deformation(signals) * 1e6,
         )
-    if fully_recorded(signals, run, histories.TORQUE):
+    if fully_recorded(signals, design, histories.TORQUE):
         yield DerivedHistory(
             name="wheel effort",
             unit="N.m",
             description="sum over the wheels of |commanded torque|",
             values=histories.torque_norm(signals),
         )
-    if fully_recorded(signals, run, SPEED, "plant.rate", MODAL_RATE):
-        deviation = histories.wheel_speed_deviation(signals, run.design) / RPM
+    if design is not None and fully_recorded(signals, design, SPEED, "plant.rate", MODAL_RATE):
+        deviation = histories.wheel_speed_deviation(signals, design) / RPM
         yield DerivedHistory(
             name="wheel speed less nominal",
             unit="rpm",

@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 
 from flexbench.runs import histories
+from flexbench.runs.flown_design import FlownDesign
 from flexbench.runs.run_folder import Run
 from flexsat.arrays import Array
 from flexsat.parameters import ConfigurationName, configuration
+from flexsat.spacecraft.assembly import build_spacecraft
 from flexsat.structure.mesh import record_mesh
 from flexsat.structure.modes import build_structure
 from lockstep import Signals
 
-from .derived_histories import ERRORS, MODAL, build_wheels, fully_recorded
+from .derived_histories import ERRORS, MODAL, design_of, fully_recorded
 from .history_data import encode
 
 FEWEST_FRAMES = 400
@@ -27,7 +29,7 @@ def geometry_data(name: ConfigurationName) -> dict[str, Any]:
     """Return mesh, mode shapes and wheels of a configuration."""
     config = configuration(name)
     structure = build_structure(record_mesh(config.aperture), config.plate)
-    mesh, wheels = structure.mesh, build_wheels(name)
+    mesh, wheels = structure.mesh, build_spacecraft(config).wheels
     sites = [_node_at(mesh.nodes, position) for position in wheels.position]
     return {
         "nodes": encode(mesh.nodes.astype(np.float32)),
@@ -42,6 +44,13 @@ def geometry_data(name: ConfigurationName) -> dict[str, Any]:
     }
 
 
+def has_stock_shapes(name: ConfigurationName, design: FlownDesign) -> bool:
+    """Return whether the modes that flew are those of the configuration, so that their shapes are known."""
+    config = configuration(name)
+    stock = build_structure(record_mesh(config.aperture), config.plate).frequency
+    return design.modes <= len(stock) and bool(np.allclose(design.frequency, stock[: design.modes], rtol=1e-6))
+
+
 def _node_at(nodes: Array, position: Array) -> int:
     """Return the mesh node of a device, or -1 for the bus, which does not deform."""
     distance = np.linalg.norm(nodes - position[:2], axis=1)
@@ -52,13 +61,18 @@ def _node_at(nodes: Array, position: Array) -> int:
 def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
     """Return the frames of the animation within `budget` bytes, each one recorded row; None if no modes were recorded.
 
+    None too for a structure with other modes: their shapes are not known.
+
     Modal coordinates and torques are 16- and 8-bit fractions of their largest values.
     """
-    if len(signals.time) < 2 or not fully_recorded(signals, run, MODAL):
+    design = design_of(run)
+    if design is None or len(signals.time) < 2 or not fully_recorded(signals, design, MODAL):
+        return None
+    if not has_stock_shapes(run.configuration, design):
         return None
     modal = signals[MODAL]
     torque = np.zeros((len(modal), 0))
-    if fully_recorded(signals, run, histories.TORQUE):
+    if fully_recorded(signals, design, histories.TORQUE):
         torque = signals[histories.TORQUE]
     size = 2 * modal.shape[1] + torque.shape[1] + 3 * 4
     frames = max(FEWEST_FRAMES, budget // size)
@@ -78,6 +92,6 @@ def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | Non
         "largest_torque": largest,
         "wheels": torque.shape[1],
     }
-    if fully_recorded(signals, run, *ERRORS):
+    if fully_recorded(signals, design, *ERRORS):
         frames_data["error"] = encode(histories.pointing_error_vector(signals)[rows].astype(np.float32))
     return frames_data

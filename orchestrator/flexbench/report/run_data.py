@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexbench.loop.scenarios import slew_end
+from flexbench.runs.slews import slews_of
 from flexsat.arrays import Array
 from lockstep import InputError, Signals
 from lockstep.array_names import by_array
@@ -75,7 +75,7 @@ def read_run_data(result: Result, runs: int, window: Window | None = None) -> Ru
     steps = np.diff(signals.time)
     return RunData(
         result=result,
-        for_script={"name": result.name, "parts": parts, "marks": list(_marks(result)), "motion": motion},
+        for_script={"name": result.name, "parts": parts, "marks": list(_marks(result, signals)), "motion": motion},
         statistics=tuple(_statistics(one, signals) for one in derived if not one.elements),
         rows=len(signals.time),
         recorded=len(signals.columns),
@@ -152,12 +152,12 @@ def is_fault(event: Mapping[str, Any]) -> bool:
     return "fault" in (event.get("event"), event.get("kind"))
 
 
-def _marks(result: Result) -> Iterator[dict[str, Any]]:
+def _marks(result: Result, signals: Signals) -> Iterator[dict[str, Any]]:
     """Yield the marks of a plot: begin and end of the slew, faults, and other events during the run."""
-    run = result.run
-    if run is not None and run.slew:
-        yield {"time": run.design.config.slew.start_time, "text": "slew", "kind": "slew"}
-        yield {"time": slew_end(run.design), "text": "end", "kind": "slew"}
+    for slew in slews_of(signals) if result.run is not None else ():
+        yield {"time": slew.start, "text": "slew", "kind": "slew"}
+        if slew.end is not None and slew.end > slew.start:
+            yield {"time": slew.end, "text": "end", "kind": "slew"}
     count = 0
     for event in result.events:
         kind = "fault" if is_fault(event) else str(event.get("event", ""))

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from flexsat.arrays import Array
-from flexsat.design.chain import Design
 from flexsat.runtime.rotations import error_angle, error_rotation, quaternion_from_mrp
 from lockstep import Signals
 from lockstep.errors import InputError
+
+from .flown_design import FlownDesign
 
 ATTITUDE, ATTITUDE_REFERENCE = "plant.attitude.mrp", "controller.reference.mrp"
 RATE, RATE_REFERENCE = "plant.rate", "controller.reference.rate"
@@ -64,36 +65,37 @@ def torque_impulse(signals: Signals, torque: str = TORQUE) -> Array:
     return np.concatenate([[0.0], np.cumsum(held)])
 
 
-def wheel_speed_deviation(signals: Signals, design: Design) -> Array:
+def wheel_speed_deviation(signals: Signals, design: FlownDesign) -> Array:
     """Return inertial wheel speed about each axis, less nominal, (rows, n) [rad/s].
 
     Recorded is the speed relative to the mount; the mount turns with the body and with the modes.
     """
-    wheels = design.structure.wheels
-    mount = signals["plant.rate"] @ wheels.axis.T + signals["plant.modal.velocity"] @ wheels.axial_slope.T
-    return np.asarray(signals["plant.wheel.speed"] + mount - design.response.nominal)
+    flexible = signals["plant.modal.velocity"][:, : design.modes]  # the plant may have ports for more
+    mount = signals["plant.rate"] @ design.wheel_axis.T + flexible @ design.wheel_axial_slope.T
+    return np.asarray(signals["plant.wheel.speed"] + mount - design.nominal_speed)
 
 
-def of_known_modes(signals: Signals, design: Design, name: str) -> Array:
+def of_known_modes(signals: Signals, design: FlownDesign, name: str) -> Array:
     """Return a signal of the plant, of its modes only those that the controller is designed with."""
     values = signals[name]
     return values[:, design.known_modes] if name in MODAL else values
 
 
-def regulated_error(signals: Signals, design: Design) -> Array:
+def regulated_error(signals: Signals, design: FlownDesign) -> Array:
     """Return the error that the regulator drives to zero, (rows, c): its basis^T (x - x_ref).
 
     x - x_ref is a quarter of the rotation from reference to attitude [rad], and the differences of modal displacement
     [m sqrt(kg)], body rate [rad/s], modal velocity [m sqrt(kg)/s] and inertial wheel speed less nominal [rad/s]; of
     the modes, those that the controller is designed with.
     """
+    weights = design.weights()
     parts = [of_known_modes(signals, design, true) - signals[reference] for true, reference in STRUCTURE[1:]]
     parts.insert(0, 0.25 * pointing_error_vector(signals))  # MRPs do not subtract far from zero
     parts.append(wheel_speed_deviation(signals, design) - signals["controller.reference.wheel.speed"])
-    return np.asarray(np.hstack(parts) @ design.regulator.basis)
+    return np.asarray(np.hstack(parts) @ weights.basis)
 
 
-def lqr_cost(signals: Signals, design: Design) -> tuple[Array, Array]:
+def lqr_cost(signals: Signals, design: FlownDesign) -> tuple[Array, Array]:
     """Return the regulator's cost of each row: total and control part, (rows,) each.
 
     Half the quadratic forms z^T Q z + u^T R u and u^T R u of the regulated error z and of the torque less its
@@ -102,11 +104,11 @@ def lqr_cost(signals: Signals, design: Design) -> tuple[Array, Array]:
     """
     error = regulated_error(signals, design)
     torque = signals[TORQUE] - signals[TORQUE_REFERENCE]
-    control = _half_form(torque, design.regulator.torque_weight)
-    return _half_form(error, design.regulator.state_weight) + control, control
+    control = _half_form(torque, design.weights().torque_weight)
+    return _half_form(error, design.weights().state_weight) + control, control
 
 
-def controller_rows(signals: Signals, design: Design) -> slice:
+def controller_rows(signals: Signals, design: FlownDesign) -> slice:
     """Return which rows are samples of the controller.
 
     Raises
@@ -114,7 +116,9 @@ def controller_rows(signals: Signals, design: Design) -> slice:
     InputError
         If the record period does not divide the controller's period.
     """
-    period = design.config.rates.controller
+    period = design.period
+    if not period > 0.0:
+        raise InputError("LQR cost: the run's controller has no period of a regulator")
     interval = float(signals.time[1] - signals.time[0]) if len(signals.time) > 1 else period
     stride = round(period / interval)
     if stride < 1 or abs(stride * interval - period) > 1e-9:

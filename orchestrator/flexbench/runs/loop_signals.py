@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import Signals, read_signals
 from lockstep.array_names import array_of, elements_of
 from lockstep.results.read import open_batches
@@ -18,34 +17,11 @@ from lockstep.results.read_run_record import read_run_record
 
 from . import histories
 from .commands import command_of, commanded_attitude
+from .loop_names import LoopNames, loop_names
 
-_PLANT = re.compile(rf"plant_({'|'.join(CONFIGURATIONS)})(_flat)?")
 # what the numbers of a loop are computed from, and the component that outputs it
 _WANTED = (histories.ATTITUDE, histories.RATE, histories.DEFORMATION, histories.TORQUE,
            histories.ATTITUDE_REFERENCE, histories.RATE_REFERENCE, histories.TORQUE_REFERENCE)  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoopNames:
-    """Which components of a run are the plant and its controller."""
-
-    configuration: ConfigurationName
-    plant: str
-    controller: str | None  # None: no component is called controller
-    flat: bool  # names of variables without structure: attitude_mrp_1
-
-
-def loop_names(record: Mapping[str, Any]) -> LoopNames | None:
-    """Return plant and controller of a run, None if it has no plant of flexsat, or several."""
-    components = record.get("component", [])
-    found = [(c["name"], match) for c in components if (match := _PLANT.fullmatch(c.get("model", "")))]
-    if len(found) != 1:
-        return None
-    ((plant, match),) = found
-    configuration = next(name for name in CONFIGURATIONS if name == match[1])
-    controllers = [c["name"] for c in components if c["name"].rpartition("/")[2] == "controller"]
-    controller = controllers[0] if len(controllers) == 1 else None
-    return LoopNames(configuration=configuration, plant=plant, controller=controller, flat=match[2] is not None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,12 +15,13 @@ from lockstep.results.read_run_record import read_run_record
 from lockstep.results.run_record import EVENTS, RUN
 from lockstep.results.stream import STREAM
 
-from ..loop.scenarios import slew_end
-from .commands import number_of
+from .commands import Command, command_of, number_of
+from .flown_design import FILE as DESIGN
+from .flown_design import FlownDesign, planned_slew, read_flown, refuse_other_design
 from .metrics import Windows, check_length, compute_metrics
 
 METRICS = "metrics.json"
-_OWN = (RUN, EVENTS, PARQUET, STREAM, METRICS)  # files of a run
+_OWN = (RUN, EVENTS, PARQUET, STREAM, METRICS, DESIGN)  # files of a run
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,20 +31,33 @@ class Run:
     folder: Path
     configuration: ConfigurationName
     as_published: bool
-    controller_design: ControllerDesign
     slew: bool
     seed: int
+    controller_design: ControllerDesign = DEFAULT_DESIGN
     open_loop: bool = False
 
     @property
+    def flown(self) -> FlownDesign:
+        """The design of the FMUs that flew, as far as recorded signals need it; InputError if it is lost."""
+        return read_flown(self.folder)
+
+    @property
+    def command(self) -> Command | None:
+        """What the run commanded its controller at the start; None: nothing."""
+        record, _ = read_run_record(self.folder)
+        return command_of(record, "controller")
+
+    @property
     def design(self) -> Design:
-        """The design that the run's FMUs were built from."""
+        """The whole design that the run's FMUs were built from; InputError if it is not that of this version."""
         return self.designs.flown(self.as_published, self.controller_design)
 
     @property
     def designs(self) -> Designs:
-        """All designs of its configuration."""
-        return _designs(self.configuration)
+        """All designs of its configuration; InputError if the run flew another plant."""
+        designs = _designs(self.configuration)
+        refuse_other_design(self.flown, designs.flown(self.as_published, self.controller_design), self.folder)
+        return designs
 
     def signals(self) -> Signals:
         """Return the recorded signals."""
@@ -65,9 +79,10 @@ class Run:
     def metrics(self) -> Mapping[str, float]:
         """Return the run's metrics, in SI; raise InputError if it is too short or lacks a signal."""
         signals = self.samples()
-        check_length(signals)  # before the design is built, which takes longer
-        end = slew_end(self.design) if self.slew else None
-        return compute_metrics(signals, self.design, Windows(slew_end=end, as_published=self.as_published))
+        check_length(signals)
+        design, command = self.flown, self.command
+        end = None if command is None else planned_slew(design, command).end
+        return compute_metrics(signals, design, Windows(slew_end=end, as_published=self.as_published))
 
 
 @lru_cache(maxsize=2)

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from flexbench.figures.drawing import save_figure
+from flexbench.runs.flown_design import FlownDesign, flown_part
 from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND, CONFIGURATIONS, ConfigurationName
 from flexsat.runtime.rotations import rotate_mrp
@@ -26,17 +27,17 @@ WHOLE = 60_001  # rows of 300 s
 
 def make_signals(design: Design, error: float, rows: int = SHORT) -> Signals:
     """Make a run at rest, `error` [rad] off about x, with one spike of deformation in row 1234."""
-    modes, wheels = design.spacecraft.mode_count, design.spacecraft.wheel_count
-    sizes = {"modal.displacement": modes, "rate": 3, "modal.velocity": modes}
+    plant, known, wheels = design.structure.mode_count, design.spacecraft.mode_count, design.spacecraft.wheel_count
+    sizes = {"modal.displacement": (plant, known), "rate": (3, 3), "modal.velocity": (plant, known)}
     columns: dict[str, Any] = {}
 
     def add(name: str, values: Any) -> None:
         values = np.broadcast_to(np.asarray(values, dtype=float), (rows, np.shape(values)[-1]))
         columns.update({f"{name}[{i + 1}]": values[:, i] for i in range(values.shape[1])})
 
-    for name, size in sizes.items():
-        add(f"plant.{name}", np.zeros(size))
-        add(f"controller.reference.{name}", np.zeros(size))
+    for name, (true, reference) in sizes.items():
+        add(f"plant.{name}", np.zeros(true))
+        add(f"controller.reference.{name}", np.zeros(reference))
     add("plant.attitude.mrp", rotate_mrp((0.0, 0.0, 0.0), (error, 0.0, 0.0)))
     add("controller.reference.mrp", np.zeros(3))
     add("plant.wheel.speed", design.response.nominal)
@@ -52,6 +53,12 @@ def make_signals(design: Design, error: float, rows: int = SHORT) -> Signals:
 def made_signals() -> Callable[..., Signals]:
     """Return the function that makes a run at rest."""
     return make_signals
+
+
+@pytest.fixture(scope="session")
+def flown(designs: dict[ConfigurationName, Design]) -> dict[ConfigurationName, FlownDesign]:
+    """Return the part of each configuration's design that recorded signals are drawn with."""
+    return {name: flown_part(design) for name, design in designs.items()}
 
 
 @pytest.fixture(scope="session")

@@ -1,16 +1,16 @@
 """The report's section on the design: which figures it shows, and how."""
 
-from pathlib import Path
 from xml.etree import ElementTree
 
 from matplotlib.figure import Figure
 
 from flexbench.html.document import Heading
 from flexbench.report.sections import design
+from flexbench.runs.flown_design import flown_part, write_flown
 from flexbench.runs.run_folder import Run
 
 
-def test_section_shows_structure_wheels_and_architecture_of_the_design_of_a_run(monkeypatch):
+def test_section_shows_structure_wheels_and_architecture_of_the_design_of_a_run(monkeypatch, designs, tmp_path):
     drawn = []
 
     def drawing(name):
@@ -24,7 +24,9 @@ def test_section_shows_structure_wheels_and_architecture_of_the_design_of_a_run(
 
     for name in ("structure_layout", "wheel_responses", "architecture"):
         monkeypatch.setattr(design, name, drawing(name))
-    run = Run(folder=Path("unread"), configuration="distributed", as_published=False, slew=True, seed=1)
+    run = Run(folder=tmp_path, configuration="distributed", as_published=False, slew=True, seed=1)
+
+    write_flown(tmp_path, flown_part(designs["distributed"]))
 
     heading, *pictures = design.section(run)
 

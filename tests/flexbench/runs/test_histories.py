@@ -30,17 +30,21 @@ def signals(time: Any, **arrays: Any) -> Signals:
 
 def small_design(period: float = 0.005) -> Any:
     """Two wheels about x and y, one mode; the second wheel sits on a slope of 0.5 about its axis."""
-    wheels = SimpleNamespace(axis=np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), axial_slope=np.array([[0.0], [0.5]]))
+    # state: 3 MRP, 1 eta, 3 rate, 1 eta', 2 wheels; the basis leaves the first wheel out
+    weights = SimpleNamespace(
+        basis=np.delete(np.eye(10), 8, axis=1),
+        state_weight=np.diag(np.arange(1.0, 10.0)),
+        torque_weight=np.array([[2.0, 1.0], [1.0, 4.0]]),
+        modes=np.array([0]),
+    )
     return SimpleNamespace(
-        spacecraft=SimpleNamespace(wheels=wheels),
-        response=SimpleNamespace(nominal=np.array([10.0, 20.0])),
-        # state: 3 MRP, 1 eta, 3 rate, 1 eta', 2 wheels; the basis leaves the first wheel out
-        regulator=SimpleNamespace(
-            basis=np.delete(np.eye(10), 8, axis=1),
-            state_weight=np.diag(np.arange(1.0, 10.0)),
-            torque_weight=np.array([[2.0, 1.0], [1.0, 4.0]]),
-        ),
-        config=SimpleNamespace(rates=SimpleNamespace(controller=period)),
+        wheel_axis=np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+        wheel_axial_slope=np.array([[0.0], [0.5]]),
+        modes=1,
+        nominal_speed=np.array([10.0, 20.0]),
+        period=period,
+        known_modes=np.array([0]),
+        weights=lambda: weights,
     )
 
 
@@ -124,7 +128,7 @@ def test_cost_is_zero_on_the_reference():
 
 def test_cost_of_a_hand_made_state():
     given = full_signals(
-        plant__attitude__mrp=[[0.0, 0.5, 0.0], [0.0, 0.0, 0.0]],  # weight 2
+        plant__attitude__mrp=[[0.0, 0.5, 0.0], [0.0, 0.0, 0.0]],  # weight 2, of a quarter of the angle: atan of it
         plant__rate=[[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]],  # weight 5; turns the first wheel, which is left out
         plant__wheel__speed=[[10.0, 20.0], [10.0, 22.0]],  # weight 9
         controller__reference__wheel__speed=[[0.0, 0.0], [0.0, 1.0]],
@@ -136,7 +140,7 @@ def test_cost_of_a_hand_made_state():
 
     du = 0.5 * (2.0 * 1.0 + 2.0 * 1.0 * 1.0 * 2.0 + 4.0 * 2.0**2)
     assert_allclose(control, [0.0, du], rtol=ROUNDING)
-    assert_allclose(total, [0.5 * 2.0 * 0.5**2, 0.5 * (5.0 * 3.0**2 + 9.0 * 1.0**2) + du], rtol=ROUNDING)
+    assert_allclose(total, [0.5 * 2.0 * np.arctan(0.5) ** 2, 0.5 * (5.0 * 3.0**2 + 9.0 * 1.0**2) + du], rtol=ROUNDING)
 
 
 def test_controller_rows_are_the_samples_of_the_controller():
@@ -149,3 +153,18 @@ def test_controller_rows_are_the_samples_of_the_controller():
 def test_record_period_that_does_not_divide_the_controller_period_is_refused(interval: float):
     with pytest.raises(ValueError, match=r"record period .* must divide the controller's period of 0\.005 s"):
         histories.controller_rows(signals([0.0, interval, 2.0 * interval]), small_design())
+
+
+def test_modes_that_the_controller_does_not_know_are_no_part_of_its_cost():
+    """Three modes in the plant, of which the controller knows the last; a fourth port of the plant has no mode."""
+    design = small_design()
+    design.modes, design.wheel_axial_slope = 3, np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0]])
+    design.known_modes = np.array([2])
+    more = full_signals(
+        plant__modal__displacement=np.tile([7.0, 8.0, 0.5, 9.0], (2, 1)),
+        plant__modal__velocity=np.tile([2.0, 0.0, 0.0, 9.0], (2, 1)),
+    )
+    known = histories.regulated_error(more, design)
+
+    # MRP, eta, rate, eta', and of the wheels the second, whose mount turns by 0.5 x 2
+    assert_allclose(known, np.tile([0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0], (2, 1)), rtol=ROUNDING)

@@ -23,13 +23,18 @@ SINE = np.sin(2.0 * np.pi * TIME / 10.0)  # zero at 75 s and at 150 s
 
 def spacecraft() -> Any:
     """Return a design of two wheels and one mode, with a regulator that weighs each state once and torque twice."""
+    weights = SimpleNamespace(
+        basis=np.eye(10), state_weight=np.eye(10), torque_weight=2.0 * np.eye(2), modes=np.array([0])
+    )
     return SimpleNamespace(
-        spacecraft=SimpleNamespace(
-            wheels=SimpleNamespace(axis=np.eye(3)[:2], axial_slope=np.zeros((2, 1))),
-        ),
-        response=SimpleNamespace(nominal=np.array([10.0, 20.0])),
-        regulator=SimpleNamespace(basis=np.eye(10), state_weight=np.eye(10), torque_weight=2.0 * np.eye(2)),
-        config=SimpleNamespace(rates=SimpleNamespace(controller=INTERVAL)),
+        wheel_axis=np.eye(3)[:2],
+        wheel_axial_slope=np.zeros((2, 1)),
+        modes=1,
+        nominal_speed=np.array([10.0, 20.0]),
+        period=INTERVAL,
+        cost=weights,
+        known_modes=np.array([0]),
+        weights=lambda: weights,
     )
 
 
@@ -141,7 +146,7 @@ def test_cost_is_the_sum_over_the_whole_run():
 def test_cost_counts_only_the_samples_of_the_controller():
     signals = recorded(**{"controller.wheel.torque": np.full((3000, 2), 0.1)})
     slower = spacecraft()
-    slower.config.rates.controller = 5.0 * INTERVAL
+    slower.period = 5.0 * INTERVAL
     ratio = [compute_metrics(signals, design, FINE)["control_cost"] for design in (spacecraft(), slower)]
 
     assert_allclose(ratio[0] / ratio[1], 5.0, rtol=ROUNDING)
@@ -181,3 +186,15 @@ def test_a_missing_signal_is_named():
 
     with pytest.raises(InputError, match=r"plant\.rms_deformation: not recorded"):
         compute_metrics(Signals(time=TIME, columns=columns, units={}, descriptions={}), spacecraft(), FINE)
+
+
+def test_a_run_whose_slew_ends_in_the_steady_part_is_none_of_the_papers():
+    """It printed a settling time of 0."""
+    with pytest.raises(InputError, match=r"refer to t > 150 s, and the slew ends at 350\.9 s"):
+        compute_metrics(recorded(), spacecraft(), Windows(slew_end=350.9, as_published=False))
+
+
+def test_a_controller_of_others_has_no_cost():
+    design = spacecraft()
+    design.cost = None
+    assert set(compute_metrics(recorded(), design, FINE)) == {"pointing_error", "torque", "rate_error", "deformation"}

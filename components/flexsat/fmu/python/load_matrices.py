@@ -13,6 +13,7 @@ from ...controller_weights import Variant
 T = TypeVar("T")
 
 MODEL_FILE = "model.npz"
+COST = "cost"  # in the names of arrays that no component reads: what a run of the controller is evaluated with
 
 
 def load_matrices(path: Path | IO[bytes], kind: type[T], variant: Variant = "corrected") -> T:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 from flexbench.figures.drawing import svg_text
 from flexbench.figures.margins import margin_figures
 from flexbench.html.document import Block, Heading, Paragraph, Picture, Table
@@ -13,15 +11,13 @@ from flexbench.studies.margins.estimate import COHERENT
 from flexbench.studies.margins.stability import delay_margin
 from flexbench.studies.margins.study import FILE, read_study
 from flexbench.studies.margins.tables import EXACT_HEADER, HEADER, exact_rows, explanation, margin_rows
-from flexsat.design.chain import build_design
-from flexsat.parameters import ConfigurationName, configuration
 
 
 def section(run: Run) -> list[Block]:
     """Return the study in the run's folder; without one the design's delay margin, and the command for the rest."""
     heading = Heading(2, "Margins")
     if not (run.folder / FILE).is_file():
-        margin = _designed_delay_margin(run.configuration, run.as_published)
+        margin = delay_margin(DesignedLoop(design=run.design).at)
         text = (
             f"Delay margin of the design at the plant's input, all wheels together, exact: {margin * 1e3:.2f} ms. "
             f"`flexsat margins SYSTEM --out {run.folder}` finds gain, phase and disk margins, and measures them "
@@ -36,8 +32,3 @@ def section(run: Run) -> list[Block]:
     for name, figure in margin_figures(content, COHERENT).items():
         blocks.append(Picture(svg_text(figure, name), f"{name}.svg", name))
     return blocks
-
-
-@lru_cache(maxsize=4)
-def _designed_delay_margin(name: ConfigurationName, as_published: bool) -> float:
-    return delay_margin(DesignedLoop(design=build_design(configuration(name), as_published)).at)

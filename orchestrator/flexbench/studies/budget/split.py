@@ -24,8 +24,8 @@ from flexsat.parameters import ARCSECOND
 from flexsat.runtime.rotations import error_rotation, mrp_from_quaternion, quaternion_from_rotation_vector
 from lockstep import InputError
 
-from ...loop.scenarios import slew_profile
 from ...runs import histories
+from ...runs.flown_design import planned_slew
 from ...runs.jobs import Job, run_jobs
 from ...runs.json_file import read_table, write_json
 from ...runs.run_folder import Run, read_run
@@ -141,9 +141,10 @@ def guidance_error(run: Run, since: float | None) -> Array:
     signals = run.samples()
     _, first, _ = since_default(run, signals.time, since)
     time = signals.time[first:]
-    if not run.slew:
+    command = run.command
+    if command is None:
         return np.zeros((len(time), 3))
-    profile = slew_profile(run.design)
+    profile = planned_slew(run.flown, command)
     turned = profile.rotation(time)[:, None] * profile.axis
     ideal = np.array([mrp_from_quaternion(quaternion_from_rotation_vector(row)) for row in turned.tolist()])
     return error_rotation(signals[histories.ATTITUDE_REFERENCE][first:], ideal)

@@ -64,7 +64,8 @@ def replay(run: Run) -> Replay:
         raise InputError(
             f"{run.folder}: the controller compensates delays; the estimator is only judged without: run it with none"
         )
-    rows = controller_rows(signals, design)
+    flown = run.flown
+    rows = controller_rows(signals, flown)
     time = signals.time[rows]
     stepper = controller.prepare(matrices, parameters)
     rotation, start = values["command.rotation"], float(values["command.start_time"])
@@ -86,8 +87,8 @@ def replay(run: Run) -> Replay:
     commanded = signals[own if own in signals else "controller.wheel.torque"][rows]
     if np.max(np.abs(torque - commanded)) > SAME * np.max(np.abs(commanded)):
         raise InputError(f"{run.folder}: the replay commands other torques than the FMU did; build and run it again")
-    truth = [of_known_modes(signals, design, name)[rows] for name in TRUE]
-    error = estimate - np.hstack([*truth, wheel_speed_deviation(signals, design)[rows]])
+    truth = [of_known_modes(signals, flown, name)[rows] for name in TRUE]
+    error = estimate - np.hstack([*truth, wheel_speed_deviation(signals, flown)[rows]])
     error[:, :3] = 0.25 * error_rotation(estimate[:, :3], truth[0])  # MRPs do not subtract far from zero
     return Replay(time=time, phase=phase, innovation=innovation, error=error, fine=parameters.fine_sensor)
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flexsat.arrays import Array
-from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND
 from lockstep import InputError, Signals
 from lockstep.shadow.residual import Jump, Residual, ShadowRun, jump, read_shadow_run, residuals
 
 from ...runs import histories
+from ...runs.flown_design import FlownDesign
 from ...runs.metrics import root_mean_square
 from ...runs.run_folder import Run
 
@@ -26,7 +26,8 @@ class Measure:
     label: str
     unit: str
     scale: float
-    of: Callable[[Signals, Design], float]  # in SI
+    of: Callable[[Signals, FlownDesign], float]  # in SI
+    weighted: bool = False  # needs the weights of the original's regulator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,18 +52,18 @@ class Study:
     after: Window | None
 
 
-def _rms(history: Callable[[Signals], Array]) -> Callable[[Signals, Design], float]:
+def _rms(history: Callable[[Signals], Array]) -> Callable[[Signals, FlownDesign], float]:
     return lambda signals, _: root_mean_square(history(signals))
 
 
-def _cost(part: int) -> Callable[[Signals, Design], float]:
-    def mean(signals: Signals, design: Design) -> float:
+def _cost(part: int) -> Callable[[Signals, FlownDesign], float]:
+    def mean(signals: Signals, design: FlownDesign) -> float:
         return float(np.mean(histories.lqr_cost(signals, design)[part][histories.controller_rows(signals, design)]))
 
     return mean
 
 
-def _largest(history: Callable[[Signals], Array]) -> Callable[[Signals, Design], float]:
+def _largest(history: Callable[[Signals], Array]) -> Callable[[Signals, FlownDesign], float]:
     return lambda signals, _: float(np.max(np.abs(history(signals))))
 
 
@@ -80,8 +81,10 @@ MEASURES = (
     Measure(key="deformation", label="deformation, RMS", unit="um", scale=1e6, of=_rms(histories.deformation)),
     Measure(key="torque", label="sum of |torque|, RMS", unit="N.m", scale=1.0, of=_rms(histories.torque_norm)),
     Measure(key="largest_torque", label="torque of a wheel, largest", unit="N.m", scale=1.0, of=_largest(_torque)),
-    Measure(key="total_cost", label="LQR cost a sample", unit="1", scale=1.0, of=_cost(0)),
-    Measure(key="control_cost", label="control cost a sample", unit="1", scale=1.0, of=_cost(1)),
+    Measure(key="total_cost", label="LQR cost a sample", unit="1", scale=1.0, of=_cost(0),
+            weighted=True),
+    Measure(key="control_cost", label="control cost a sample", unit="1", scale=1.0, of=_cost(1),
+            weighted=True),
 )  # fmt: skip
 
 
@@ -100,7 +103,7 @@ def study(run: Run, since: float | None = None, window: float | None = None) -> 
         If no shadow rode along, a signal was not recorded, or there is no room for the windows.
     """
     recorded, _ = read_shadow_run(run.folder)
-    signals, design = run.signals(), run.design
+    signals, design = run.signals(), run.flown
     since = 0.0 if since is None else since
     found = residuals(signals, recorded, since)
     if recorded.switchover is None:
@@ -137,7 +140,7 @@ def study(run: Run, since: float | None = None, window: float | None = None) -> 
     )
 
 
-def _window(signals: Signals, design: Design, start: float, end: float) -> Window:
+def _window(signals: Signals, design: FlownDesign, start: float, end: float) -> Window:
     # a row belongs to the window that it begins in; half a nanosecond for times that are sums
     rows = (signals.time >= start - 5e-10) & (signals.time < end - 5e-10)
     if not np.any(rows):
@@ -145,4 +148,6 @@ def _window(signals: Signals, design: Design, start: float, end: float) -> Windo
     part = replace(
         signals, time=signals.time[rows], columns={name: values[rows] for name, values in signals.columns.items()}
     )
-    return Window(start=start, end=end, values={measure.key: measure.of(part, design) for measure in MEASURES})
+    chosen = [measure for measure in MEASURES if design.cost is not None or not measure.weighted]
+    values = {measure.key: measure.of(part, design) for measure in chosen}
+    return Window(start=start, end=end, values=values)

@@ -45,7 +45,8 @@ def loop_header(found: Study) -> tuple[str, ...]:
 def loop_rows(found: Study) -> list[tuple[str, ...]]:
     """Return the numbers of the closed loop, a column a window, as texts."""
     windows = [window for _, window in _windows(found)]
-    return [(m.label, m.unit, *(f"{m.scale * window.values[m.key]:.4g}" for window in windows)) for m in MEASURES]
+    known = [measure for measure in MEASURES if all(measure.key in window.values for window in windows)]
+    return [(m.label, m.unit, *(f"{m.scale * window.values[m.key]:.4g}" for window in windows)) for m in known]
 
 
 def _windows(found: Study) -> list[tuple[str, Window]]:

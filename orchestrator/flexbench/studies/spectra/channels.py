@@ -92,7 +92,7 @@ def run_spectra(
     duration = (len(signals.time) - first) * interval
     if resolution is None:
         resolution = max(RESOLUTION, 6.0 / duration)
-    mass = run.design.spacecraft.mass
+    mass = run.flown.mass
     spectra = {
         channel.name: estimate(channel_history(signals, channel.name, mass)[first:], interval, resolution, level)
         for channel in CHANNELS
