@@ -7,7 +7,8 @@ its FMU; the wheels carry the momentum of the slew, of the initial rate and of c
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 from zipfile import ZipFile
@@ -20,8 +21,10 @@ from flexsat.fmu.python.load_matrices import MODEL_FILE, load_matrices
 from flexsat.parameters import DEGREE
 from flexsat.ports import controller as interface
 from flexsat.ports.table import Naming
+from flexsat.runtime.controller import ControllerState, command, init
 from flexsat.runtime.controller_parameters import ControllerMatrices
-from flexsat.runtime.prepared_controller import PreparedController, plan_motion, prepare
+from flexsat.runtime.prepared_controller import PreparedController, prepare
+from flexsat.runtime.slew_motion import Motion
 from lockstep import InputError
 from lockstep.fmi.safe_zip import open_file
 from lockstep.plan.plan import Plan
@@ -32,27 +35,25 @@ from .loop_parts import LoopParts, Parameters, loop_parts, number_of
 
 _OFFSET = "initial.wheel.speed_offset"
 OPTION = "--accept-infeasible"
+MOST = 5  # angles in a line
 ROUNDING = 1e-9  # share of the stop time
 HELD = 1e-3  # share of a limit: a motion is scaled so that torques held over periods turn by the angle
+
+Command = tuple[float, Array, float]  # when it comes [s], rotation (3,) [rad], start time [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Needs:
-    """What the first command of a run needs, and what there is. Torque and momentum are those of the hardest wheel."""
+    """What the slews of a run need, and what there is. Torque and momentum are those of the hardest wheel."""
 
-    rotation: tuple[float, ...]  # rad
-    start: float  # s
-    end: float  # s: of the shaped torque
+    angles: tuple[float, ...]  # rad, of the slews in their order
+    start: float  # s, of the first
+    end: float  # s, of the shaped torque of the last
     stop: float  # s
     torque: float  # N.m
     torque_limit: float
     momentum: float  # N.m.s beside that of the nominal speed, the most at any time
     momentum_limit: float  # N.m.s at the edge of the speed band
-
-    @property
-    def angle(self) -> float:
-        """The angle to turn by [rad]."""
-        return float(np.linalg.norm(self.rotation))
 
     def text(self) -> str:
         """Return the line to print before a run."""
@@ -61,17 +62,24 @@ class Needs:
             f" momentum {self.momentum:.3g} of {self.momentum_limit:.3g} N.m.s"
             f" ({_percent(self.momentum, self.momentum_limit)}) of a wheel"
         )
-        if self.angle == 0.0:
+        if not self.angles:
             return f"no slew is commanded: {wheels}"
-        slew = f"slew of {self.angle / DEGREE:.6g} deg from {self.start:.6g} s"
-        return f"{slew}: ends at {self.end:.6g} s of {self.stop:.6g} s, {wheels}"
+        return f"{self._slews()}: {self._ends()} at {self.end:.6g} s of {self.stop:.6g} s, {wheels}"
+
+    def _slews(self) -> str:
+        degrees = ", ".join(f"{angle / DEGREE:.6g}" for angle in self.angles[:MOST])
+        more = f" and {len(self.angles) - MOST} more" if len(self.angles) > MOST else ""
+        return f"slew{'s' if len(self.angles) > 1 else ''} of {degrees} deg{more} from {self.start:.6g} s"
+
+    def _ends(self) -> str:
+        return "the last ends" if len(self.angles) > 1 else "ends"
 
     def objection(self) -> str | None:
         """Return why the command cannot be carried out, and what would help; None if it can."""
-        if self.angle and self.end > self.stop * (1.0 + ROUNDING):
+        if self.angles and self.end > self.stop * (1.0 + ROUNDING):
             return (
-                f"stop time {self.stop:.6g} s: the slew of {self.angle / DEGREE:.6g} deg from {self.start:.6g} s"
-                f" ends at {self.end:.6g} s; give --stop-time {np.ceil(self.end):.6g} or more"
+                f"stop time {self.stop:.6g} s: the {self._slews()} {self._ends() if len(self.angles) == 1 else 'end'}"
+                f" at {self.end:.6g} s; give --stop-time {np.ceil(self.end):.6g} or more"
             )
         if self.torque > self.torque_limit * (1.0 + HELD):
             return (
@@ -102,7 +110,7 @@ def check_feasible(plan: Plan, *, accept: bool = False, report: Callable[[str], 
     needs = needs_of(plan)
     if needs is None:
         return
-    if needs.angle or needs.momentum > 0.0:
+    if needs.angles or needs.momentum > 0.0:
         report(needs.text())
     objection = needs.objection()
     if objection is None:
@@ -117,37 +125,83 @@ def needs_of(plan: Plan) -> Needs | None:
     parts = loop_parts(plan.system)
     if parts is None or parts.controller is None or parts.ports is not parts.controller:
         return None
-    parameters = plan.wiring.parameters
-    if not any(number_of(*one, parameters) for one in _asks(parts, parts.controller)):
-        return None
-    values = _values(parts.controller, "flat" if parts.flat else "structured", parameters)
-    if values["open_loop"]:
+    parameters, controller = plan.wiring.parameters, parts.controller
+    commands = _fed_commands(plan, parts, controller)
+    if not commands and not any(number_of(*one, parameters) for one in _asks(parts, controller)):
         return None
     try:
-        matrices = _matrices(parts.controller, interface.variant(values.__getitem__))
+        values = _values(controller, "flat" if parts.flat else "structured", parameters)
+        if values["open_loop"]:
+            return None
+        matrices = _matrices(controller, interface.variant(values.__getitem__))
         prepared = prepare(matrices, interface.parameters(matrices, values.__getitem__))
-        motion = plan_motion(prepared, values["command.rotation"], float(values["command.start_time"]))
+        first = values["command.rotation"], float(values["command.start_time"])
+        state = init(prepared, *(commands[0][1:] if commands else first))
     except ValueError:
-        return None  # the controller refuses it in its own words
-    stop, turns = seconds(plan.stop_time), motion.angle > 0.0
-    body = prepared.inertia @ motion.axis
-    rate = float(np.abs(motion.scale * motion.rates).max())
-    acceleration = float(np.abs(motion.scale * np.diff(motion.rates) / np.diff(motion.times)).max())
-    own = number_of(parts.plant, parts.name("wheel.torque_limit"), parameters)
+        return None  # the controller refuses it in its own words; one of another version is not read
+    motions = _planned(prepared, state, commands[1:])
+    last = max((motion.end for motion in motions), default=0.0) + float(prepared.shaper.shifts[0])
+    torque, stop = 0.0, seconds(plan.stop_time)
     base = _momentum(parts, parameters, prepared)
-    slew = prepared.distribution @ body * rate
+    momentum = [base(seconds(plan.system.start_time)), base(stop)]
+    for motion in motions:
+        wheels = prepared.distribution @ (prepared.inertia @ motion.axis)
+        changes = np.abs(motion.scale * np.diff(motion.rates) / np.diff(motion.times))
+        torque = max(torque, float(np.abs(wheels).max() * changes.max()))
+        momentum.append(base(motion.end) + wheels * float(np.abs(motion.scale * motion.rates).max()))
+    own = number_of(parts.plant, parts.name("wheel.torque_limit"), parameters)
     return Needs(
-        rotation=tuple(values["command.rotation"].tolist()),
-        start=float(values["command.start_time"]),
-        end=motion.end + float(prepared.shaper.shifts[0]) + prepared.actuation_delay if turns else 0.0,
+        angles=tuple(motion.angle for motion in motions),
+        start=motions[0].start if motions else 0.0,
+        end=last + prepared.actuation_delay if motions else 0.0,
         stop=stop,
-        torque=float(np.abs(prepared.distribution @ body).max()) * acceleration if turns else 0.0,
+        torque=torque,
         torque_limit=min(prepared.torque_limit, np.inf if own is None else own),
-        momentum=max(
-            float(np.abs(one).max()) for one in (base(0.0), base(stop), *((base(motion.end) + slew,) if turns else ()))
-        ),
+        momentum=max(float(np.abs(one).max()) for one in momentum),
         momentum_limit=prepared.wheel_inertia * prepared.speed_band,
     )
+
+
+def _planned(prepared: PreparedController, state: ControllerState, commands: Sequence[Command]) -> list[Motion]:
+    """Return the slews that the controller will fly, as it plans them when the commands come."""
+    motions = [state.profile]
+    for time, rotation, start in commands:
+        try:
+            command(prepared, state, time, rotation, start)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+        if state.braking:  # the one in flight, cut short
+            motions[-1] = state.profile
+        motions += [one for one in (state.profile, state.following) if all(one is not known for known in motions)]
+    return [motion for motion in motions if motion.angle > 0.0]
+
+
+def _fed_commands(plan: Plan, parts: LoopParts, controller: Component) -> list[Command]:
+    """Return the commands that a file feeds, at the times at which they change: when, rotation, start time."""
+    known = plan.descriptions[controller.name].variables
+    names = [parts.name("command.rotation", axis) for axis in (1, 2, 3)] + [parts.name("command.start_time")]
+    fed: list[tuple[Sequence[float], Array] | None] = []
+    for name in names:
+        columns = [
+            (part.times, part.values[:, part.references.index(known[name].reference)])
+            for part in plan.inputs
+            if part.component == controller.name
+            and part.scalar == "Real"
+            and name in known
+            and known[name].reference in part.references
+        ]
+        fed.append(columns[0] if columns else None)
+    times = sorted({time for column in fed if column is not None for time in column[0]})
+    held = [number_of(controller, name, plan.wiring.parameters) or 0.0 for name in names]
+    commands: list[Command] = []
+    for time in times:
+        row = [
+            fixed if column is None else float(column[1][max(0, bisect_right(column[0], time) - 1)])
+            for column, fixed in zip(fed, held, strict=True)
+        ]
+        if not commands or row != [*commands[-1][1].tolist(), commands[-1][2]]:
+            commands.append((time, np.array(row[:3]), row[3]))
+    return commands
 
 
 def _asks(parts: LoopParts, controller: Component) -> Iterator[tuple[Component, str]]:

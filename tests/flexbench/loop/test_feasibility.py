@@ -6,13 +6,14 @@ import pytest
 from flexbench.cli.parser import main
 from flexbench.loop.feasibility import Needs, needs_of
 from flexsat.parameters import DEGREE, RPM
-from lockstep import load_system
+from lockstep import InputError, load_system
 from lockstep.plan.plan import Plan
 
 TORQUE, INERTIA, BAND = 4.4, 4.62, 25.0 * RPM  # of a wheel: N.m, kg.m2, rad/s (PHYSICS section 3)
 BODY = 2.177e5  # kg.m2 about x; two wheels turn it
 AUTHORITY, START = 0.8, 5.0
 MOMENTUM = INERTIA * BAND
+HEAD = "time,controller.command.rotation[1] [deg],controller.command.start_time\n"  # of a table of commands
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +34,8 @@ def test_needs_of_the_paper_s_slew_are_those_of_a_trapezium(needs):
     ramp = AUTHORITY * MOMENTUM / (AUTHORITY * TORQUE)
     end = START + 0.5 * DEGREE / rate + ramp
 
-    assert (found.start, found.stop, found.rotation) == (START, 300.0, (0.5 * DEGREE, 0.0, 0.0))
+    assert (found.start, found.stop) == (START, 300.0)
+    assert found.angles == pytest.approx((0.5 * DEGREE,), rel=1e-12)
     assert found.end == pytest.approx(end + 0.15, abs=0.06)  # three digits of the inertia; the shaper's spacing
     assert (found.torque_limit, found.momentum_limit) == pytest.approx((TORQUE, MOMENTUM), rel=1e-9)
     assert found.torque == pytest.approx(AUTHORITY * TORQUE, rel=1e-4)
@@ -57,9 +59,28 @@ def test_wheels_carry_the_momentum_of_rates_offsets_and_external_torques_too(nee
     assert needs(controller__open_loop=True) is None
 
 
+def test_the_slews_of_a_table_follow_each_other(delivered, tmp_path):
+    """Two slews of 0.01 deg, the second there and back; then the wheels stand as before."""
+    table = tmp_path / "commands.csv"
+    table.write_text(HEAD + "0,0.01,5\n20,-0.01,30\n25,-0.01,30\n")
+    system = load_system(delivered / "centralised" / "slew.ssd")
+    found = needs_of(Plan(system, 50.0, {}, None, None, inputs=[table]))
+    ramp = np.sqrt(0.01 * DEGREE * BODY / (AUTHORITY * 2.0 * TORQUE))  # never at the largest rate
+
+    assert found.angles == pytest.approx((0.01 * DEGREE, 0.01 * DEGREE), rel=1e-9)
+    assert (found.start, found.end) == pytest.approx((5.0, 30.0 + 2.0 * ramp + 0.15), abs=0.06)
+    assert found.text().startswith("slews of 0.01, 0.01 deg from 5 s: the last ends at 3")
+    assert found.objection() is None
+    table.write_text(HEAD + "0,0.01,5\n7,-0.01,7\n")
+    with pytest.raises(
+        InputError, match=r"command\.rotation changed at 7\.000 s, after the slew of 5\.000 s had begun"
+    ):
+        needs_of(Plan(system, 50.0, {}, None, None, inputs=[table]))
+
+
 def numbers(**changed):
     """Return needs that are met, but for what is changed."""
-    met = {"rotation": (0.1, 0.0, 0.0), "start": 5.0, "end": 50.0, "stop": 50.0, "torque": 4.0, "torque_limit": 4.0,
+    met = {"angles": (0.1,), "start": 5.0, "end": 50.0, "stop": 50.0, "torque": 4.0, "torque_limit": 4.0,
            "momentum": 2.0, "momentum_limit": 2.0}  # fmt: skip
     return Needs(**(met | changed))
 
@@ -69,7 +90,7 @@ def test_what_is_just_met_is_accepted_and_what_is_not_names_the_remedy():
     assert "ends at 50.25 s; give --stop-time 51 or more" in numbers(end=50.25).objection()
     assert "set controller.slew.authority lower, or the wheel.torque_limit" in numbers(torque=4.1).objection()
     assert "a wheel would have to take 2.1 N.m.s" in numbers(momentum=2.1).objection()
-    assert numbers(rotation=(0.0, 0.0, 0.0), end=0.0, stop=0.0).objection() is None
+    assert numbers(angles=(), end=60.0).objection() is None
 
 
 @pytest.mark.parametrize(
@@ -107,4 +128,3 @@ def test_it_runs_if_that_is_accepted(delivered, tmp_path, capsys):
 
 def test_percentages_of_nothing_are_none():
     assert "momentum 0 of 0 N.m.s (none)" in numbers(momentum=0.0, momentum_limit=0.0).text()
-    assert np.isfinite(numbers().angle)
