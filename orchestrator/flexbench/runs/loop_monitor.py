@@ -19,9 +19,11 @@ from flexsat.runtime.rotations import error_angle
 from lockstep.fmi.safe_zip import open_file
 from lockstep.results.monitor import Found
 from lockstep.results.read_run_record import read_run_record
+from lockstep.results.signal_patterns import matching
 from lockstep.system.system import Connection, System
 
 from ..loop.loop_parts import LoopParts, Parameters, flag_of, loop_parts, number_of
+from .commands import Command, commanded_attitude
 from .loop_events import LoopEvents, Rows
 
 KINDS = {
@@ -52,6 +54,7 @@ class LoopMonitor:
     events: LoopEvents
     columns: _Columns
     nominal: Array | None  # (n,) [rad/s]
+    command: Command | None  # refers the pointing error where no reference is recorded
 
     def rows(self, time: NDArray[np.float64], columns: Mapping[str, NDArray[Any]]) -> Iterator[Found]:
         """Yield what these rows show."""
@@ -67,6 +70,8 @@ class LoopMonitor:
                 self.columns.deformation,
             )
         )
+        if reference is None and attitude is not None and self.command is not None:
+            reference = commanded_attitude(time, (self.command,))
         return self.events.rows(
             Rows(
                 time=time,
@@ -105,6 +110,7 @@ def watch_loop(system: System, parameters: Parameters, recorded: Sequence[str]) 
         names = [f"{component}.{parts.name(port, element)}" for element in elements]
         return tuple(names) if known.issuperset(names) else ()
 
+    constant = _has_substitute(parts, "reference.mrp")
     controller = "" if parts.controller is None else parts.controller.name
     commanded = tuple(f"{one.from_component}.{one.output}" for one in parts.torques if not converts(one))
     complete = wheels > 0 and len(commanded) == wheels and known.issuperset(commanded)
@@ -119,12 +125,38 @@ def watch_loop(system: System, parameters: Parameters, recorded: Sequence[str]) 
             guidance=columns(controller, "reference.torque", wheels),
             speed=columns(plant.name, "wheel.speed", wheels),
             attitude=columns(plant.name, "attitude.mrp", 3),
-            reference=columns(controller, "reference.mrp", 3),
+            reference=() if constant else columns(controller, "reference.mrp", 3),
             rate=columns(plant.name, "rate", 3),
             deformation=columns(plant.name, "rms_deformation", None),
         ),
         nominal=_nominal_speed(parts, parameters),
+        command=_command(parts, parameters),
     )
+
+
+def _has_substitute(parts: LoopParts, port: str) -> bool:
+    """Return whether an adapter puts a constant in the place of a port that its controller lacks."""
+    adapter = None if parts.controller is None else parts.controller.adapter
+    return adapter is not None and any(matching(text, [parts.name(port, 1)]) for text in adapter.substitutes)
+
+
+def _command(parts: LoopParts, parameters: Parameters) -> Command | None:
+    """Return what is commanded from the start on; None where no controller of the plant's kind is or was there.
+
+    A controller of others keeps what the system commands the one that it replaces, unless its adapter has the command.
+    """
+    controller, ports = parts.controller, parts.ports
+    if controller is None or ports is None:
+        return None
+    own, rotation = parameters.get(controller.name, {}), parts.name("command.rotation")
+    given = any(name.startswith(rotation) for name in own)
+    entries = () if controller.adapter is None else controller.adapter.entries
+    if not given and (ports is controller or any(p.startswith(rotation) for entry in entries for p in entry.ports)):
+        return None  # a file feeds it
+    values = {ports.name: own if given else ports.parameters}
+    names = [parts.name("command.rotation", axis) for axis in (1, 2, 3)] + [parts.name("command.start_time")]
+    x, y, z, start = (number_of(ports, name, values) or 0.0 for name in names)
+    return Command(time=start, rotation=(x, y, z))
 
 
 def converts(connection: Connection) -> bool:
