@@ -203,6 +203,7 @@ def test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide(vendor, 
         assert f"undecided: {doubt}" in undecided
     assert "unit" not in undecided
     text = path.read_text()
+    assert "# reference.*: left out, so that errors are counted from the commanded attitude." in text
     for draft, decided in (
         ('direction = "body-from-inertial"', 'direction = "inertial-from-body"'),
         ("true = 1", "true = 3"),

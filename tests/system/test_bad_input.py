@@ -273,11 +273,11 @@ def test_a_results_folder_that_exists_is_kept(flexsat, system, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out"]
 
 
-def test_a_short_run_is_fine_but_says_why_it_has_no_metrics(flexsat, system, tmp_path):
+def test_a_short_run_ends_with_the_numbers_of_its_second_half(flexsat, system, tmp_path):
     done = flexsat("run", system, "--stop-time", "0.1", "--out", tmp_path / "out")
 
     assert (done.returncode, error_lines(done)) == (0, [])
-    assert "no metrics.json: metrics: the run ends at 0.095 s" in done.stdout
+    assert "steady part, 0.05 to 0.1 s. Errors refer to the reference." in done.stdout
 
 
 LIMIT = 4_000_000  # bytes of one file; the largest that an FMU unpacks to is 2 MB

@@ -12,6 +12,17 @@ from lockstep.check.contract import named
 from .attitude_words import SYNONYMS
 from .contracts import contracts
 
+CONTROLLER = "controller"
+# An FMU has no output that is surely a reference: which attitude it holds, or where it goes?
+_REFERENCE = """
+# reference.*: left out, so that errors are counted from the commanded attitude. If the FMU outputs the attitude that it
+# steers to at each moment, its name goes here:
+# [[output]]
+# port = "reference.mrp"
+# variable = "..."
+# attitude = "quaternion"
+"""
+
 
 def draft_for(fmu: Path, like: str) -> tuple[str, Sequence[str]]:
     """Return a first adapter of an FMU for a component, and what remains undecided."""
@@ -19,4 +30,5 @@ def draft_for(fmu: Path, like: str) -> tuple[str, Sequence[str]]:
     for contract in named(contracts(), like):
         needed = [port.name for port in contract.ports if port.needed]
         drafts.append(draft_adapter(fmu, variables_of(contract), needed, contract.name, SYNONYMS))
-    return min(drafts, key=lambda draft: len(draft[1]))
+    text, doubts = min(drafts, key=lambda draft: len(draft[1]))
+    return text + _REFERENCE if like.startswith(CONTROLLER) else text, doubts

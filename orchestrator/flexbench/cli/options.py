@@ -28,7 +28,7 @@ fmus_option = click.option(
 )
 seed_option = click.option("--seed", type=WHOLE_NUMBER, metavar="N",
                            help=f"seed of plant and sensors (default: {DEFAULT_SEED})")  # fmt: skip
-SETTLED_HELP = "evaluate from this time in seconds (default: 150, or half of a run shorter than 200)"
+SETTLED_HELP = "evaluate from this time in seconds (default: settled after a slew; else 150, or half of a short run)"
 
 
 def seeds_option(default: int) -> Decorator:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from flexsat.arrays import Array
-from flexsat.runtime.rotations import mrp_from_quaternion, quaternion_from_rotation_vector
+from flexsat.runtime.controller_parameters import CAPTURE_ANGLE
+from flexsat.runtime.rotations import rotate_mrp
 from lockstep import InputError, load_system
 from lockstep.results.run_record import RUN
 
@@ -20,15 +21,10 @@ START_TIME = "command.start_time"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """A rotation vector from attitude zero [rad], commanded from `time` [s] on."""
+    """A rotation vector from where the run begins [rad], commanded from `time` [s] on."""
 
     time: float
     rotation: tuple[float, float, float]
-
-    @property
-    def mrp(self) -> Array:
-        """The commanded attitude, (3,), body from inertial."""
-        return np.array(mrp_from_quaternion(quaternion_from_rotation_vector(self.rotation)))
 
 
 def command_of(record: Mapping[str, Any], controller: str) -> Command | None:
@@ -72,9 +68,15 @@ def number_of(parameters: Mapping[str, Any], name: str) -> float:
     return float(value)
 
 
-def commanded_attitude(time: Array, commands: Sequence[Command]) -> Array:
-    """Return the commanded attitude at times (n,) [s] as MRPs, (n, 3): zero before the first command."""
-    attitude = np.zeros((len(time), 3))
-    for command in sorted(commands, key=lambda one: one.time):
-        attitude[time >= command.time - 1e-9] = command.mrp
+def commanded_attitude(time: Array, command: Command | None, initial: Array) -> Array:
+    """Return the commanded attitude at times (n,) [s] as MRPs, (n, 3).
+
+    Before the command it is where the run begins: the attitude `initial`, (3,), if that is far from zero, else zero. A
+    nearer one is an error to regulate.
+    """
+    far = 4.0 * float(np.arctan(np.linalg.norm(initial))) > CAPTURE_ANGLE
+    base = initial if far else np.zeros(3)
+    attitude = np.tile(base, (len(time), 1))
+    if command is not None:
+        attitude[time >= command.time - 1e-9] = rotate_mrp(base.tolist(), command.rotation)
     return attitude

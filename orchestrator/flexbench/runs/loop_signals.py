@@ -47,11 +47,12 @@ def read_loop(folder: Path) -> LoopSignals | None:
     if _has_reference(signals, record, names):
         return LoopSignals(names=names, signals=signals, reference="the reference")
     command = command_of(record, names.controller) if names.controller is not None else None
-    attitude = commanded_attitude(signals.time, () if command is None else (command,))
+    known = len(signals.time) > 0 and len(elements_of(histories.ATTITUDE, signals.columns)) == len("xyz")
+    attitude = commanded_attitude(signals.time, command, signals[histories.ATTITUDE][0] if known else np.zeros(3))
     columns = {k: v for k, v in signals.columns.items() if not k.startswith("controller.reference.")}
     columns |= {f"{histories.ATTITUDE_REFERENCE}[{i + 1}]": attitude[:, i] for i in range(3)}
     columns |= {f"{histories.RATE_REFERENCE}[{i + 1}]": np.zeros(len(attitude)) for i in range(3)}
-    what = "attitude zero" if command is None else "the commanded attitude"
+    what = "the commanded attitude" if command is not None or np.any(attitude) else "attitude zero"
     return LoopSignals(names=names, signals=replace(signals, columns=columns), reference=what)
 
 

@@ -18,7 +18,12 @@ from lockstep.results.stream import STREAM
 from .commands import Command, command_of, number_of
 from .flown_design import FILE as DESIGN
 from .flown_design import FlownDesign, planned_slew, read_flown, refuse_other_design
-from .metrics import Windows, check_length, compute_metrics
+from .histories import pointing_error
+from .loop_numbers import settling_band
+from .loop_signals import read_loop
+from .metrics import SETTLED_FROM, Windows, check_length, compute_metrics
+from .slews import slews_of
+from .windows import steady_since
 
 METRICS = "metrics.json"
 _OWN = (RUN, EVENTS, PARQUET, STREAM, METRICS, DESIGN)  # files of a run
@@ -76,11 +81,34 @@ class Run:
         columns = {name: values[:-1] for name, values in signals.columns.items()}
         return replace(signals, time=signals.time[:-1], columns=columns)
 
+    def loop(self) -> Signals:
+        """Return the signals of the loop without the row at the stop time; a missing reference is the command."""
+        loop = read_loop(self.folder)
+        if loop is None:
+            raise InputError(
+                f"{self.folder}: not a run of a flexsat system, whose plant is called plant_<configuration>"
+            )
+        return loop.signals
+
+    def steady_since(self, signals: Signals) -> float | None:
+        """Return from when on a run with slews is steady [s], None for one without; InputError if it ends in one."""
+        slews = slews_of(signals)
+        if not slews:
+            return None
+        record, _ = read_run_record(self.folder)
+        error = pointing_error(signals)
+        since = steady_since(signals.time, error, slews, settling_band(record))
+        if since is None:
+            raise InputError(f"{self.folder}: ends in a slew, and nothing is steady; run longer, or give --from")
+        return since
+
     def metrics(self) -> Mapping[str, float]:
         """Return the run's metrics, in SI; raise InputError if it is too short or lacks a signal."""
         signals = self.samples()
         check_length(signals)
-        design, command = self.flown, self.command
+        design, command, slews = self.flown, self.command, slews_of(signals)
+        if slews and not (slews[-1].end is not None and slews[-1].end <= SETTLED_FROM):
+            raise InputError(f"metrics of the paper: refer to t > {SETTLED_FROM:g} s, and a slew ends later")
         end = None if command is None else planned_slew(design, command).end
         return compute_metrics(signals, design, Windows(slew_end=end, as_published=self.as_published))
 

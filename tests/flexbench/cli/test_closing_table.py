@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from flexbench.cli.parser import main
+from flexbench.runs.run_folder import read_run
+from flexbench.studies.budget import steady_error
 from flexsat.parameters import ARCSECOND, DEGREE
 from fmus.vendor.vendor_fmu import ADAPTER, vendor_fmu
 from lockstep import Signals, read_signals
@@ -88,6 +90,7 @@ def test_the_table_gives_rms_and_peak_during_the_slew_and_after_its_settling(del
         numbers = [w[kind][key] / unit for w in (slew, settled) for kind in ("rms", "peak")]
         assert printed(table, label) == pytest.approx(numbers, rel=6e-3), label  # three digits
     assert "arcsec" in table
+    assert steady_error(read_run(tmp_path / "out")).start == pytest.approx(end, abs=0.006)  # within 5 arcsec
     assert "Errors refer to the reference." in table
 
 

@@ -169,7 +169,7 @@ def test_failed_export_leaves_no_file(run, tmp_path, to):
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
-OWN = ("signals.parquet", "signals.arrows", "run.toml", "events.jsonl", "metrics.json")
+OWN = ("signals.parquet", "signals.arrows", "run.toml", "events.jsonl", "metrics.json", "design.npz")
 
 
 @pytest.mark.parametrize(

@@ -72,10 +72,11 @@ class ErrorHistory:
         return count
 
 
-def since_default(run: Run, time: Array, since: float | None) -> tuple[float, int, float]:
+def since_default(run: Run, time: Array, since: float | None, settled: float | None = None) -> tuple[float, int, float]:
     """Return from when on a run is judged [s], which row that is, and the interval between rows [s].
 
-    None takes 150 s, as the metrics do, or half of a run that is shorter than 200 s.
+    None takes `settled`, when the run has settled after its last slew [s]; or, for a run without a slew, 150 s, or half
+    of a run that is shorter than 200 s.
 
     Raises
     ------
@@ -85,7 +86,9 @@ def since_default(run: Run, time: Array, since: float | None) -> tuple[float, in
     if len(time) < 2:
         raise InputError(f"{run.folder}: holds {len(time)} rows; simulate longer")
     interval = float(time[-1] - time[0]) / (len(time) - 1)
-    if since is None:
+    if since is None and settled is not None:
+        since = settled
+    elif since is None:
         since = SETTLED_FROM if time[-1] >= SHORT - 1.5 * interval else 0.5 * float(time[-1] + interval)
     first = int(np.searchsorted(time, since - 1e-9))
     if not since >= 0.0 or len(time) - first < 2:
@@ -101,8 +104,10 @@ def steady_error(run: Run, since: float | None = None) -> ErrorHistory:
     InputError
         If nothing is left of the run, or a signal was not recorded.
     """
-    signals = run.samples()
-    start, first, interval = since_default(run, signals.time, since)
+    signals = run.loop()
+    start, first, interval = since_default(
+        run, signals.time, since, None if since is not None else run.steady_since(signals)
+    )
     return ErrorHistory(error=histories.pointing_error_vector(signals)[first:], interval=interval, start=start)
 
 

@@ -119,12 +119,13 @@ def compute_split(
     runs: Mapping[str, Run], stop: float, windows: Windows, since: float | None, levels: Sequence[float] = LEVELS
 ) -> Split:
     """Return the split of finished runs, by the names of `plan_runs`."""
-    errors = {name: steady_error(run, since) for name, run in runs.items()}
-    whole = errors["all"]
+    whole = steady_error(runs["all"], since)
+    # all from when the run with all sources is steady: without the slew others would be so earlier
+    errors = {name: whole if name == "all" else steady_error(run, whole.start) for name, run in runs.items()}
     total = np.sum([errors[source].error for source in SOURCES], axis=0)
     derived = {
         "gyroscopics": whole.error - errors["all without gyroscopics"].error,
-        "guidance": guidance_error(runs["all"], since),
+        "guidance": guidance_error(runs["all"], whole.start),
         "sum of sources": total,
         "residual": whole.error - total,
     }
@@ -138,8 +139,8 @@ def compute_split(
 
 def guidance_error(run: Run, since: float | None) -> Array:
     """Return the reference less the commanded rigid profile, (rows, 3) [rad], body axes; zeros without a slew."""
-    signals = run.samples()
-    _, first, _ = since_default(run, signals.time, since)
+    signals = run.loop()
+    _, first, _ = since_default(run, signals.time, since, None if since is not None else run.steady_since(signals))
     time = signals.time[first:]
     command = run.command
     if command is None:

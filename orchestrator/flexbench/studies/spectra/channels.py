@@ -88,7 +88,8 @@ def run_spectra(
         If the run is too short, or a signal was not recorded.
     """
     signals = run.samples()
-    start, first, interval = since_default(run, signals.time, since)
+    settled = None if since is not None else run.steady_since(run.loop())
+    start, first, interval = since_default(run, signals.time, since, settled)
     duration = (len(signals.time) - first) * interval
     if resolution is None:
         resolution = max(RESOLUTION, 6.0 / duration)
