@@ -65,7 +65,7 @@ def optimal_rates(angle: float, acceleration: float, rate: float, times: Array) 
     drive = _solve(quadratic, linear, inequalities, bounds, end, np.array([1.0, 0.0]))
     rates = np.concatenate([[0.0], angle * (to_rate @ drive)])
     rates[-1] = 0.0
-    return np.maximum(rates, 0.0)  # zero but for what the method leaves
+    return np.asarray(np.maximum(rates, 0.0))  # zero but for what the method leaves
 
 
 def _solve(h: Array, g: Array, c: Array, d: Array, e: Array, f: Array) -> Array:
