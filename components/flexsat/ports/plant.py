@@ -115,6 +115,9 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
         Port(name="wheel.friction_torque", causality="parameter", unit="N.m", size=n, minimum=0.0, maximum=1e6,
              variability="tunable",
              description="dry friction of the bearing: brakes the wheel against its mount, then holds it; 0: none"),
+        Port(name="dispersion.participation", causality="parameter", unit="1", size=m,
+             minimum=-1.0, maximum=1.0,
+             description="relative error of each mode's coupling to the motion of the rigid body"),
     )  # fmt: skip
 
 
@@ -155,4 +158,5 @@ def parameters(model: PlantMatrices, value: Callable[[str], Any]) -> PlantParame
         damping_dispersion=value("dispersion.damping")[: model.modes],
         inertia_dispersion=value("dispersion.inertia"),
         gyroscopics=value("gyroscopics"),
+        participation_dispersion=value("dispersion.participation")[: model.modes],
     )

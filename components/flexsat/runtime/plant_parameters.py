@@ -97,6 +97,7 @@ class PlantParameters:
     damping_dispersion: Array  # (m,) relative error of the modal damping
     inertia_dispersion: Array  # (3,) relative error of the principal inertias
     gyroscopics: bool = True  # False leaves out the gyroscopic torques of the wheels
+    participation_dispersion: Array | float = 0.0  # (m,) relative error of each mode's coupling to rigid motion
 
     def __post_init__(self) -> None:
         if not np.linalg.norm(self.mrp) <= 1.0:
@@ -106,9 +107,10 @@ class PlantParameters:
         for name, errors in (("frequency", self.frequency_dispersion), ("inertia", self.inertia_dispersion)):
             if not np.all(errors > -1.0):
                 raise ValueError(f"dispersion.{name}: every relative error must be > -1, got {float(errors.min())!r}")
-        if not np.all(self.damping_dispersion >= -1.0):
-            least = float(self.damping_dispersion.min())
-            raise ValueError(f"dispersion.damping: every relative error must be >= -1, got {least!r}")
+        for name, given in (("damping", self.damping_dispersion), ("participation", self.participation_dispersion)):
+            if not np.all(np.asarray(given) >= -1.0):
+                least = float(np.min(given))
+                raise ValueError(f"dispersion.{name}: every relative error must be >= -1, got {least!r}")
         make_read_only(self)
 
 
@@ -130,6 +132,7 @@ def parameters_of_run(
     damping_dispersion: Array,
     inertia_dispersion: Array,
     gyroscopics: bool = True,
+    participation_dispersion: Array | float = 0.0,
 ) -> PlantParameters:
     """Return the parameters of a run, with what is random at its start drawn from the seed.
 
@@ -154,4 +157,5 @@ def parameters_of_run(
         damping_dispersion=damping_dispersion,
         inertia_dispersion=inertia_dispersion,
         gyroscopics=gyroscopics,
+        participation_dispersion=participation_dispersion,
     )

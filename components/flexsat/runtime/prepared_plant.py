@@ -77,10 +77,14 @@ def prepare_motion(matrices: PlantMatrices, parameters: PlantParameters, *, fixe
     """
     mass = matrices.mass_matrix.copy()
     mass[3:6, 3:6] += np.diag(np.diag(mass[3:6, 3:6]) * parameters.inertia_dispersion)
+    coupling = mass[:6, 6:] * (1.0 + parameters.participation_dispersion)
+    mass[:6, 6:], mass[6:, :6] = coupling, coupling.T
     if not np.linalg.eigvalsh(mass)[0] > 0.0:
-        given = parameters.inertia_dispersion.tolist()
+        given = f"dispersion.inertia = {parameters.inertia_dispersion.tolist()}"
+        if np.any(parameters.participation_dispersion):
+            given = f"dispersion.participation up to {float(np.max(parameters.participation_dispersion)):g}, {given},"
         raise ValueError(
-            f"dispersion.inertia = {given} takes away more than the modes leave to the rigid body: the mass matrix"
+            f"{given} takes away more than the modes leave to the rigid body: the mass matrix"
             " is not positive definite; choose larger values"
         )
     stiffness = (matrices.frequency * (1.0 + parameters.frequency_dispersion)) ** 2

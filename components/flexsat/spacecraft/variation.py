@@ -93,7 +93,7 @@ def with_errors(spacecraft: Spacecraft, errors: ModelErrors) -> Spacecraft:
 
 
 def dispersed(
-    spacecraft: Spacecraft, frequency: Array, damping: Array, inertia: Array, participation: Array | float = 0.0
+    spacecraft: Spacecraft, frequency: Array, damping: Array, inertia: Array, participation: Array
 ) -> Spacecraft:
     """Return the spacecraft of a run: relative errors of each mode, (m,), and of the principal inertias, (3,)."""
     return replace(

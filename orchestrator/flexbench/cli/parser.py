@@ -26,7 +26,10 @@ PROGRAM = Program(
         "budget": ("flexbench.cli.budget", "pointing budget after ECSS-E-ST-60-10C"),
         "spectra": ("flexbench.cli.spectra", "power spectral densities of pointing, rate, deformation and torque"),
         "health": ("flexbench.cli.health", "consistency of the estimator: NIS, NEES, whiteness"),
-        "robustness": ("flexbench.cli.robustness", "robustness to modal-frequency errors"),
+        "robustness": (
+            "flexbench.cli.robustness",
+            "robustness to errors of the plant's modes and inertia",
+        ),
         "waterfall": ("flexbench.cli.waterfall", "deformation against wheel speed over the Campbell diagram"),
         "shadow": ("flexbench.cli.shadow", "evaluate a run with a shadow controller"),
         "equivalence": ("flexbench.cli.equivalence", "compare the co-simulation with the monolith"),

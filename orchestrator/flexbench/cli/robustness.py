@@ -10,7 +10,8 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
-from lockstep.cli.parameter_types import NUMBER, OneOf, Several
+from lockstep.cli.parameter_types import COUNT, NUMBER, OneOf, Several
+from lockstep.errors import InputError
 
 from .options import SCENARIOS, configuration_option, configurations, fmus_option, seeds, seeds_option
 from .print_table import print_table
@@ -18,11 +19,14 @@ from .print_table import print_table
 if TYPE_CHECKING:
     from ..loop.scenarios import ScenarioName
 
+VARIED = ("frequency", "damping", "inertia", "participation", "modes")  # as in the study, which help does not wait for
+_OPTION = {"frequency": "levels"}
 _EXAMPLES = """
 exit code: 0 all runs are stable, 1 one is not, 2 bad input
 
 example:
   {program} robustness --levels 1 2 5 --seeds 2 --stop-time 100
+  {program} robustness --vary damping modes --damping 30 60 --modes 28 60
 """
 
 
@@ -32,6 +36,16 @@ example:
               help="slew or fine_pointing (default: fine_pointing)")  # fmt: skip
 @click.option("--levels", type=Several(NUMBER), metavar="PERCENT...",
               help="relative errors of the frequencies (default: 1 2 5)")  # fmt: skip
+@click.option("--vary", type=Several(OneOf(VARIED)), metavar="WHAT...",
+              help="frequency, damping, inertia, participation, modes (default: all)")  # fmt: skip
+@click.option("--damping", type=Several(NUMBER), metavar="PERCENT...",
+              help="relative errors of the modal damping (default: 50)")  # fmt: skip
+@click.option("--inertia", type=Several(NUMBER), metavar="PERCENT...",
+              help="relative errors of the moments of inertia (default: 10)")  # fmt: skip
+@click.option("--participation", type=Several(NUMBER), metavar="PERCENT...",
+              help="losses of the modes' coupling to the rigid body (default: 10)")  # fmt: skip
+@click.option("--modes", type=Several(COUNT), metavar="N...",
+              help="mode counts of the plant beside all of them (default: 25 40 100)")  # fmt: skip
 @seeds_option(1)
 @stop_time_option(100.0)
 @out_option(f"results folder (default: results/robustness{DISTINGUISHED})")
@@ -41,33 +55,49 @@ def robustness(
     configuration: tuple[str, ...],
     scenario: str,
     levels: tuple[float, ...] | None,
+    vary: tuple[str, ...] | None,
+    damping: tuple[float, ...] | None,
+    inertia: tuple[float, ...] | None,
+    participation: tuple[float, ...] | None,
+    modes: tuple[int, ...] | None,
     seed_count: int,
     stop_time: float,
     out: Path | None,
     fmus: Path,
     jobs: int | None,
 ) -> int:
-    """Simulate errors of the modal frequencies that the controller does not know."""
+    """Simulate plants with more or fewer modes and errors of the model that the controller does not know."""
     from flexsat.parameters import configuration as parameters_of
 
     from ..loop.build import build_all
     from ..runs.study_folder import study_folder
-    from ..studies.robustness import frequency_errors as frequency
+    from ..studies.robustness import model_errors as errors
 
-    names, numbers = configurations(configuration), seeds(seed_count)
-    shares = tuple(level / 100.0 for level in levels or (100.0 * each for each in frequency.LEVELS))
-    frequency.check_plan(shares, stop_time)  # before anything is built
+    names, numbers, chosen = configurations(configuration), seeds(seed_count), vary or VARIED
+    given = {"frequency": levels, "damping": damping, "inertia": inertia, "participation": participation}
+    for what, values in (*given.items(), ("modes", modes)):
+        if values is not None and what not in chosen:
+            raise InputError(f"--{_OPTION.get(what, what)}: has no effect without --vary {what}")
+    plan = errors.Plan(
+        levels={
+            what: errors.LEVELS[what] if values is None else tuple(value / 100.0 for value in values)
+            for what, values in given.items()
+            if what in chosen
+        },
+        modes=(modes or errors.MODE_COUNTS) if "modes" in chosen else (),
+    )
+    carried = parameters_of(names[0]).plate.plant_modes
+    plan.check(stop_time, carried)  # before anything is built
     missing = tuple(name for name in names if not (fmus / name / f"{scenario}.ssd").is_file())
     if missing:
         build_all(missing, fmus)
-    modes = parameters_of(names[0]).plate.plant_modes
     with study_folder(out, "robustness") as folder:
-        outcomes = frequency.run_robustness(
-            fmus, folder, names, cast("ScenarioName", scenario), shares, numbers, stop_time, modes, jobs
+        outcomes = errors.run_robustness(
+            fmus, folder, names, cast("ScenarioName", scenario), plan, numbers, stop_time, carried, jobs
         )
-    print_table(frequency.HEADER, frequency.table_rows(outcomes), 120)
+    print_table(errors.HEADER, errors.table_rows(outcomes), 120)
     unstable = sum(not outcome.stable for outcome in outcomes)
     print(f"{unstable} of {len(outcomes)} runs unstable; worst of seeds {numbers[0]} to {numbers[-1]} in each row")
     if unstable:
-        print("flexsat: the loop is not robust to these frequency errors", file=sys.stderr)
+        print("flexsat: the loop is not robust to these errors of the plant", file=sys.stderr)
     return 1 if unstable else 0

@@ -191,6 +191,8 @@ EFFECTS = {
     },
     "flexsat robustness": {
         "--levels": "flexbench/studies/robustness/test_robustness.py::test_errors_are_shifts_or_draws_of_the_level",
+        **dict.fromkeys(("--vary", "--damping", "--inertia", "--participation", "--modes"),
+                        "flexbench/studies/robustness/test_robustness.py::test_each_error_reaches_the_plant"),
         "--stop-time": "flexbench/studies/robustness/test_robustness.py::"
                        "test_bad_levels_and_stop_times_are_refused_before_anything_runs",
         **dict.fromkeys(("--configuration", "--scenario", "--seeds", "--out", "--fmus", "--jobs"), _VALUES),

@@ -96,12 +96,17 @@ CALLS = {
     ),
     "robustness": (
         ("robustness",),
-        "flexbench.studies.robustness.frequency_errors:run_robustness",
+        "flexbench.studies.robustness.model_errors:run_robustness",
         ("flexbench.loop.build:build_all",),
         {
             "--configuration": (("centralised",), "('centralised',)"),
             "--scenario": (("slew",), "'slew'"),
             "--levels": (("3", "4"), "(0.03, 0.04)"),
+            "--vary": (("damping",), "levels={'damping': (0.5,)}, modes=()"),
+            "--damping": (("30",), "'damping': (0.3,)"),
+            "--inertia": (("5",), "'inertia': (0.05,)"),
+            "--participation": (("7",), "'participation': (0.07,)"),
+            "--modes": (("28", "60"), "modes=(28, 60)"),
             "--seeds": (("3",), "range(1, 4)"),
             "--stop-time": (("90",), "90.0"),
             "--out": (("there",), "'there'"),

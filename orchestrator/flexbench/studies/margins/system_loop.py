@@ -158,7 +158,7 @@ def _flown(design: Design, given: Mapping[str, Value]) -> tuple[Spacecraft, int,
         values["dispersion.frequency"],
         values["dispersion.damping"],
         values["dispersion.inertia"],
-        values.get("dispersion.participation", 0.0),
+        values["dispersion.participation"],
     )
     return real, int(values["modes"]) or real.mode_count, bool(values["gyroscopics"])
 

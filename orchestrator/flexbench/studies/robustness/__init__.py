@@ -1,1 +1,1 @@
-"""Robustness to errors of the modal frequencies."""
+"""Robustness to errors of the plant that the controller does not know."""
