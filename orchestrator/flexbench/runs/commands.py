@@ -36,9 +36,6 @@ def command_of(record: Mapping[str, Any], controller: str) -> Command | None:
     values = dict(found.get("parameters", {})) if found is not None else {}
     if not any(name in values for name in ROTATION):
         values = _of_system_file(record, controller) | values
-    overrides = record.get("overrides", {})
-    values |= {name: overrides[f"{controller}.{name}"] for name in (*ROTATION, START_TIME)
-               if f"{controller}.{name}" in overrides}  # fmt: skip
     x, y, z = (number_of(values, name) for name in ROTATION)
     if (x, y, z) == (0.0, 0.0, 0.0):
         return None

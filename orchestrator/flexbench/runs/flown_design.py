@@ -114,8 +114,9 @@ def read_flown(folder: Path) -> FlownDesign:
     return _of_fmus(folder, record, names)
 
 
-def keep_flown(folder: Path, record: Mapping[str, Any]) -> None:
+def keep_flown(folder: Path) -> None:
     """Write design.npz to a run's folder, from the FMUs that flew; nothing if they cannot be read any more."""
+    record, _ = read_run_record(folder)
     names = loop_names(record)
     if names is None:
         return

@@ -31,6 +31,7 @@ from lockstep.processes.cpu_affinity import own_thread
 from lockstep.results.results_folder import claim
 from lockstep.standard_streams import printable, unfiltered
 
+from .flown_design import keep_flown
 from .loop_monitor import watch_loop
 from .metrics_file import write_paper_metrics
 
@@ -116,6 +117,7 @@ def run_job(job: Job) -> Finished:
             restart=restart,
             watch=watch_loop,
         )
+        keep_flown(job.folder)
         metrics = write_paper_metrics(job.folder) if job.metrics else {}
     return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)
 

@@ -71,7 +71,7 @@ class LoopMonitor:
             )
         )
         if reference is None and attitude is not None and self.command is not None:
-            reference = commanded_attitude(time, (self.command,))
+            reference = commanded_attitude(time, self.command, np.zeros(3))
         return self.events.rows(
             Rows(
                 time=time,

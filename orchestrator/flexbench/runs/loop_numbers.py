@@ -118,7 +118,7 @@ def numbers_of(loop: LoopSignals, faults: Sequence[tuple[float, float | None]], 
         what = "no row" if chosen else "neither attitude, rate, deformation nor torque"
         raise InputError(f"{what} was recorded; record them, or run longer")
     values = {one.key: one.of(signals) for one in chosen}
-    error = values.get("pointing_error", np.zeros(len(signals.time)))
+    error = values.get("pointing_error", np.full(len(signals.time), np.nan))  # unknown: not settled
     slews = slews_of(signals)
     windows = windows_of(signals.time, error, slews, faults, band)
     return LoopNumbers(

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from flexsat.parameters import ARCSECOND
 from lockstep import InputError
-from lockstep.results.read_run_record import read_run_record
 
 from ..html.text_table import format_table
 from .flown_design import keep_flown
@@ -52,7 +51,7 @@ def evaluate(folder: Path, band: float | None = None) -> Evaluated:
         If it has no plant of flexsat, or recorded nothing of its loop.
     """
     numbers = loop_numbers(folder, band)
-    keep_flown(folder, read_run_record(folder)[0])
+    keep_flown(folder)
     paper: Mapping[str, float] = {}
     about: dict[str, object] = {"configuration": numbers.configuration}
     reason = ""

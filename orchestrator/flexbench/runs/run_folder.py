@@ -138,7 +138,7 @@ def read_run(folder: Path) -> Run:
         configuration=name,
         as_published=bool(plant.get("as_published", False)),
         controller_design="published" if controller.get("design", DEFAULT_DESIGN) == "published" else "robust",
-        slew=any(number_of(controller, f"command.rotation[{axis}]") != 0.0 for axis in (1, 2, 3)),
+        slew=command_of(record, "controller") is not None,
         seed=int(number_of(plant, "seed")),
         open_loop=bool(controller.get("open_loop", False)),
     )

@@ -30,11 +30,9 @@ def test_it_is_where_the_run_begins_and_turns_at_the_commanded_time():
     assert np.array_equal(commanded_attitude(TIME, None, far), np.tile(far, (4, 1)))
 
 
-def test_the_command_is_that_of_the_record_and_overrides_go_before():
+def test_the_command_is_that_of_the_record():
     given = record(**{"command.rotation[3]": 0.5, "command.start_time": 2.0})
     assert command_of(given, "controller") == TURN
-    later = given | {"overrides": {"controller.command.start_time": 7.0}}
-    assert command_of(later, "controller") == Command(time=7.0, rotation=(0.0, 0.0, 0.5))
     assert command_of(record(**{"command.rotation[3]": 0.0}), "controller") is None
     assert command_of(record(), "controller") is None
     with pytest.raises(InputError, match=r"the parameter command\.rotation\[3\] = 'x' must be a number"):

@@ -13,6 +13,7 @@ import pytest
 from flexbench.cli.parser import main
 from flexbench.report.derived_histories import derived_histories
 from flexbench.runs.flown_design import FILE, planned_slew
+from flexbench.runs.histories import lqr_cost, wheel_speed_deviation
 from flexbench.runs.run_folder import read_run
 from flexsat.fmu.reproducible_zip import npz_bytes
 from flexsat.parameters import RPM
@@ -44,7 +45,15 @@ def flown(delivered: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Pa
     plant = folder / "plant.fmu"
     matrices = changed_plant(delivered / "centralised" / "plant.fmu", plant)
     system = delivered / "centralised" / "slew.ssd"
-    words = ["--replace", f"plant={plant}", "--stop-time", "0.05", "--set", "controller.wheel.torque_limit=2"]
+    words = [
+        "--replace",
+        f"plant={plant}",
+        "--stop-time",
+        "0.05",
+        "--accept-infeasible",
+        "--set",
+        "controller.wheel.torque_limit=2",
+    ]
     assert main(["run", str(system), *words, "--out", str(folder / "run")]) == 0
     return folder / "run", plant, matrices
 
@@ -104,3 +113,18 @@ def test_the_design_stays_with_the_results_when_the_fmus_change(flown):
     finally:
         plant.write_bytes(content)
         (folder / FILE).write_bytes(kept)
+
+
+def test_as_published_has_fewer_modes_than_the_plant_has_ports(delivered, tmp_path):
+    system = delivered / "centralised" / "slew.ssd"
+    words = ["--as-published", "--stop-time", "0.02", "--accept-infeasible"]
+    assert main(["run", str(system), *words, "--out", str(tmp_path / "run")]) == 0
+    run = read_run(tmp_path / "run")
+    design, signals = run.flown, run.signals()
+
+    assert (design.as_published, design.modes) == (True, 25)
+    assert signals["plant.modal.velocity"].shape[1] > design.modes
+    assert np.abs(wheel_speed_deviation(signals, design)).max() < 1e-3  # rad/s: at rest at the nominal speed
+    total, control = lqr_cost(signals, design)
+    assert np.all(total >= control)
+    assert np.isfinite(total).all()
