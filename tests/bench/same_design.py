@@ -16,12 +16,11 @@ import pickle, sys
 from flexsat.design.chain import as_arrays, build_designs
 found = {}
 for name in ("centralised", "distributed"):
-    for controller_design in ("published", "robust"):
-        designs = build_designs(name, controller_design)
-        for variant in ("corrected", "as_published"):
-            design = getattr(designs, variant)
-            for component in ("plant", "sensors", "controller"):
-                found |= as_arrays(getattr(design, component), f"{name}.{controller_design}.{variant}.{component}")
+    designs = build_designs(name)
+    for variant in ("corrected", "published", "as_published"):
+        design = getattr(designs, variant)
+        for component in ("plant", "sensors", "controller"):
+            found |= as_arrays(getattr(design, component), f"{name}.{variant}.{component}")
 sys.stdout.buffer.write(pickle.dumps(found))
 """
 KERNELS = ("Haswell", "Zen", "Sandybridge", "Nehalem", "Prescott")

@@ -20,7 +20,7 @@ from .refinement import Eigenpairs, refine
 
 Support = Literal["vertices", "edge"]
 DENSE_LIMIT = 2000  # degrees of freedom up to which the full eigenvalue problem is quicker than the sparse one
-TIE = 1e-6  # relative difference below which deflections are those of symmetric nodes
+TIE = 2e-5  # relative difference below which deflections are those of symmetric nodes; the next is 3.5e-4
 PARTNER_GAP = 1e-6  # relative frequency difference below which two modes are one degenerate pair
 
 

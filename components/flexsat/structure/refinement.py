@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import Array
 from ..double_double import Pair, column_dots, exactly, sparse_product
 
-CORRECTIONS = 3  # each multiplies the error by that of LAPACK's eigenvectors, 1e-8
+CORRECTIONS = 4  # each multiplies the error by that of LAPACK's eigenvectors: 1e-8, more where frequencies lie close
 
 
 @dataclass(frozen=True, slots=True)

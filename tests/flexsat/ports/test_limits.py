@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from flexsat.design.chain import as_arrays
-from flexsat.fmu.build import SHELLS
-from flexsat.fmu.python.load_matrices import AS_PUBLISHED, CORRECTED, MODEL_FILE
-from flexsat.fmu.reproducible_zip import npz_bytes
+from flexsat.design.chain import Designs
+from flexsat.fmu.build import SHELLS, component_resources
+from flexsat.fmu.python.load_matrices import MODEL_FILE
 from flexsat.ports.plant import FASTEST, LARGEST
 from flexsat.runtime import plant as stepper
 
@@ -17,9 +16,8 @@ STEPS = 20
 def shell(request, centralised, tmp_path_factory):
     """Return a maker of one of the three components of the centralised design, outside an FMU."""
     folder = tmp_path_factory.mktemp(request.param)
-    matrices = getattr(centralised, request.param)
-    arrays = as_arrays(matrices, CORRECTED) | as_arrays(matrices, AS_PUBLISHED)
-    (folder / MODEL_FILE).write_bytes(npz_bytes(arrays))
+    designs = Designs(corrected=centralised, published=centralised, as_published=centralised)
+    (folder / MODEL_FILE).write_bytes(component_resources(designs, request.param)[MODEL_FILE])
     return lambda: SHELLS[request.param](instance_name=request.param, resources=str(folder))
 
 

@@ -152,7 +152,7 @@ def test_licences_name_every_file_that_travels():
 @pytest.fixture(scope="session")
 def resources(centralised):
     """Return the resources of each component; the published variant is not asked for here."""
-    designs = Designs(corrected=centralised, as_published=centralised)
+    designs = Designs(corrected=centralised, published=centralised, as_published=centralised)
     return {component: component_resources(designs, component) for component in COMPONENTS}
 
 

@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from flexsat.design.chain import as_arrays
-from flexsat.fmu.build import SHELLS
-from flexsat.fmu.python.load_matrices import AS_PUBLISHED, CORRECTED, MODEL_FILE
-from flexsat.fmu.reproducible_zip import npz_bytes
+from flexsat.design.chain import Designs
+from flexsat.fmu.build import SHELLS, component_resources
+from flexsat.fmu.python.load_matrices import MODEL_FILE
 
 TICK, PERIOD = 1e-3, 5e-3  # s
 
@@ -19,9 +18,8 @@ def made(centralised, tmp_path_factory):
     folders = {}
     for name in SHELLS:
         folders[name] = tmp_path_factory.mktemp(name)
-        matrices = getattr(centralised, name)
-        arrays = as_arrays(matrices, CORRECTED) | as_arrays(matrices, AS_PUBLISHED)
-        (folders[name] / MODEL_FILE).write_bytes(npz_bytes(arrays))
+        designs = Designs(corrected=centralised, published=centralised, as_published=centralised)
+        (folders[name] / MODEL_FILE).write_bytes(component_resources(designs, name)[MODEL_FILE])
 
     def make(name, start=True, **parameters):
         slave = SHELLS[name](instance_name=name, resources=str(folders[name]))
