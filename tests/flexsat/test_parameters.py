@@ -191,7 +191,7 @@ def test_every_unit_is_known():
         (lambda: Slew(authority=1.1), r"^Slew\.authority \[1\] must be > 0 and <= 1, got 1\.1$"),
         (lambda: Slew(authority=float("nan")), r"must be > 0 and <= 1, got nan$"),
         (lambda: Slew(start_time=float("nan")), r"^Slew\.start_time \[s\] must be a number, got nan$"),
-        (lambda: SensorNoise(gyro=-1e-9), r"^SensorNoise\.gyro \[rad/s\] must be >= 0 and <= 10, got -1e-09$"),
+        (lambda: SensorNoise(gyro=-1e-9), r"^SensorNoise\.gyro \[rad/s\] must be >= 0 and <= 0\.0174533, got -1e-09$"),
         (lambda: replace(STOCK.plate, poisson_ratio=0.5), r"must be > -1 and < 0\.5, got 0\.5$"),
         (
             lambda: replace(STOCK.plate, damping_frequencies=(0.5, 0.0)),
