@@ -100,8 +100,9 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="command.during_slew", causality="parameter", kind="string", start=DURING_SLEW[0],
              description="a command that would begin during a slew: refuse, or replan, which brakes and turns to it"),
         Port(name="initial.capture_angle", causality="parameter", unit="rad", start=CAPTURE_ANGLE, minimum=0.0,
-             maximum=math.pi, display_unit="arcsec", description="a first measured attitude farther from zero than this is where the run"
-             " begins; a nearer one is an error to regulate"),
+             maximum=math.pi, display_unit="arcsec",
+             description="a first measured attitude farther from zero than this is where the run begins; a nearer one"
+             " is an error to regulate"),
         parameter_port(Slew, "authority", name="slew.authority", start=model.authority,
                        description="share of torque and speed band that the slew plan uses"),
         parameter_port(Wheel, "torque_limit", name="wheel.torque_limit", start=model.torque_limit,
