@@ -30,6 +30,7 @@ _EXAMPLES = f"""
 examples:
   {{program}} run fmus/distributed/slew.ssd --seed 3 --set plant.initial.mrp[1]=1e-6 --stop-time 200
   {{program}} run fmus/distributed/fine_pointing.ssd --faults examples/faults/star_tracker_outage.toml
+  {{program}} run fmus/centralised/fine_pointing.ssd --set sensors.star_tracker.noise_fine=0.2arcsec --stop-time 60
   {{program}} run --restart-from results/slew/checkpoints/t=100.ckpt --out results/other
 
 {HELP}"""

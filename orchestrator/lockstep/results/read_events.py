@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,9 @@ from lockstep.results.run_record import EVENTS
 
 
 def read_events(folder: Path) -> list[dict[str, Any]]:
-    """Return the events of a run in order; none for a folder without the file.
+    """Return the events of a run in the order of their times; none for a folder without the file.
 
+    What a monitor found was written when it was noticed, after events of later times.
     A killed run may leave half a line at the end, which is left out. Any other line that is no event is an InputError.
     """
     path = folder / EVENTS
@@ -28,7 +30,7 @@ def read_events(folder: Path) -> list[dict[str, Any]]:
     if last:
         with suppress(InputError):  # cut off
             events.append(_event(last, str(path)))
-    return events
+    return sorted(events, key=itemgetter("time"))
 
 
 def _event(line: bytes, where: str) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from fmus.wanderer.wanderer import wanderer
 from lockstep import Component, RunError, System, read_signals, simulate
 from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.results.monitor import Found
+from lockstep.results.read_events import read_events
 from lockstep.simulation import resume
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the FMU is compiled with gcc")
@@ -74,6 +75,8 @@ def test_a_monitor_sees_all_rows_and_its_findings_are_events(system, tmp_path):
     assert len(crossings) > 3
     assert [e["time"] for e in found if e["event"] == "crossing"] == crossings.tolist()
     assert [e["event"] for e in found[-2:]] == ["crossings", "end"]
+    times = [e["time"] for e in read_events(tmp_path / "run")]
+    assert times == sorted(e["time"] for e in found)
     record = tomllib.loads((tmp_path / "run/run.toml").read_text(encoding="utf-8"))
     assert record["found"] == [{"event": "crossing", "count": len(crossings)}]
 
