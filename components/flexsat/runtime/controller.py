@@ -167,19 +167,19 @@ def step(
         expected = prepared.ahead @ np.concatenate([state.estimate, history.ravel()])
     attitude = _refer(prepared, state, time + prepared.actuation_delay)
     error = expected - outputs.reference
+    outputs.estimate[:] = state.estimate
     if not prepared.linear_attitude:
-        there = rotations.rotate_quaternion(state.attitude.tolist(), (4.0 * expected[:3]).tolist())
-        error[:3] = rotations.relative_mrp(there, attitude)
+        estimated = _turned(state.attitude, state.estimate)
+        outputs.estimate[:3] = rotations.mrp_from_quaternion(estimated)
+        if prepared.delayed:
+            estimated = _turned(state.attitude, expected)
+        error[:3] = rotations.relative_mrp(estimated, attitude)
     torque = outputs.reference_torque - prepared.feedback @ error
     if prepared.cancels_jitter and state.count >= prepared.first_measurement:
         torque += prepared.jitter_torque @ _jitter_ahead(prepared, measured)
     outputs.torque[:] = _saturate(prepared, torque, expected[r - prepared.wheels :])
     if prepared.open_loop:
         outputs.torque[:] = 0.0
-    outputs.estimate[:] = state.estimate
-    if not prepared.linear_attitude:
-        there = rotations.rotate_quaternion(state.attitude.tolist(), (4.0 * state.estimate[:3]).tolist())
-        outputs.estimate[:3] = rotations.mrp_from_quaternion(there)
     history[1:] = history[:-1].copy()
     history[0] = outputs.torque
     state.count += 1
@@ -226,7 +226,7 @@ def _attitude_innovation(
     A first measurement that is far from it is the attitude at which the run begins: the estimate is set to it, and
     before a slew has begun the reference too.
     """
-    state.attitude[:] = rotations.rotate_quaternion(state.attitude.tolist(), (4.0 * state.estimate[:3]).tolist())
+    state.attitude[:] = _turned(state.attitude, state.estimate)
     state.estimate[:3] = 0.0
     if not measured.star_tracker_valid:
         return np.zeros(3)
@@ -238,6 +238,11 @@ def _attitude_innovation(
         start_from(prepared, state, time, seen)
         off[:] = 0.0
     return off
+
+
+def _turned(attitude: Array, linear: Array) -> rotations.Quadruple:
+    """Turn an attitude by the small rotation in a state of the linear model: four times its first three."""
+    return rotations.rotate_quaternion(attitude.tolist(), [4.0 * part for part in linear[:3].tolist()])
 
 
 def _jitter_ahead(prepared: PreparedController, measured: Measurements) -> Array:

@@ -96,12 +96,13 @@ def reference_attitude(origin: Array, axis: Array, quarter: Array) -> rotations.
     axis : (3,) of the slew
     quarter : (3,) a quarter of the rotation since, from the linear model: about the axis it may be large
     """
-    about = 4.0 * float(axis @ quarter)
-    across = (4.0 * quarter - about * axis).tolist()
-    turned = rotations.compose_quaternions(
-        rotations.quaternion_from_rotation_vector((about * axis).tolist()), origin.tolist()
-    )
-    return rotations.compose_quaternions(rotations.quaternion_from_rotation_vector(across), turned)
+    attitude = origin.tolist()
+    if not quarter.any():
+        x, y, z, w = attitude
+        return x, y, z, w
+    about = 4.0 * float(axis @ quarter) * axis
+    turned = rotations.rotate_quaternion(attitude, about.tolist())
+    return rotations.rotate_quaternion(turned, (4.0 * quarter - about).tolist())
 
 
 def _in_flight(prepared: PreparedController, state: Commanded, time: float) -> bool:

@@ -32,6 +32,11 @@ examples:
   {{program}} run fmus/distributed/fine_pointing.ssd --faults examples/faults/star_tracker_outage.toml
   {{program}} run fmus/centralised/fine_pointing.ssd --set sensors.star_tracker.noise_fine=0.2arcsec --stop-time 60
   {{program}} run --restart-from results/slew/checkpoints/t=100.ckpt --out results/other
+  {{program}} run fmus/distributed/slew.ssd --input examples/commands/three_slews.csv --stop-time 160
+
+A row of an input file commands a slew from its time on: command.rotation (rad) from where the slew before ends, begun
+at command.start_time, or at once if that has passed. One that would begin during a slew is refused, or replaces it with
+--set controller.command.during_slew=replan; one that begins after it waits.
 
 {HELP}"""
 

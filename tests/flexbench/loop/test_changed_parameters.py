@@ -8,7 +8,7 @@ import pytest
 
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexbench.loop.systems import build_system
-from flexsat.closed_loop import ClosedLoop
+from flexsat.closed_loop import ClosedLoop, Command
 from flexsat.design.chain import Designs, build_design
 from flexsat.fmu.build import SHELLS, component_resources
 from flexsat.fmu.export import build_fmu
@@ -25,7 +25,8 @@ DURATION = 1.0  # s, with the start of the slew inside
 
 @pytest.fixture(scope="module")
 def designs():
-    return Designs(corrected=build_design(CONFIG), as_published=build_design(CONFIG, as_published=True))
+    corrected = build_design(CONFIG)
+    return Designs(corrected=corrected, published=corrected, as_published=build_design(CONFIG, as_published=True))
 
 
 @pytest.fixture(scope="module")
@@ -69,3 +70,32 @@ def test_a_run_of_the_built_fmus_follows_the_changed_parameters(designs, fmus, t
     reference = expected.signals["controller.reference.mrp"]
     lead = 0.6 - expected.time[np.flatnonzero(np.any(reference != 0.0, axis=1))[0]]
     assert 0.1 < lead < 0.2  # the shaped torque begins a quarter of the dominant mode's period before the slew
+
+
+COMMANDS = """time,controller.command.rotation[1],controller.command.rotation[2],controller.command.start_time
+0,2e-6,0,0.6
+1.6,2e-6,0,1.9
+2.0,0,3e-6,0
+"""
+
+
+def test_a_table_of_commands_is_a_chain_of_slews(designs, fmus, tmp_path):
+    """Two slews from a file, and a third that takes the place of the second in flight: bitwise as the plain loop."""
+    table = tmp_path / "commands.csv"
+    table.write_text(COMMANDS)
+    ports = ["controller.reference.mrp", "controller.reference.torque", "controller.wheel.torque"]
+    parameters = scenario_parameters("slew", seed=2, slew=replace(CONFIG.slew, rotation=(2e-6, 0.0, 0.0)))
+    parameters["controller"] |= {"command.during_slew": "replan", "slew.guidance": "smoothed"}
+    system = replace(build_system(designs, "slew", fmus), record=tuple(ports))
+    fed = COMMANDS.partition("\n")[0].split(",")
+    overrides = {name: value for name, value in scalar_overrides(parameters).items() if name not in fed}
+    simulate(system, tmp_path / "run", stop_time=4.2, inputs=[table], overrides=overrides)
+    signals = read_signals(tmp_path / "run")
+    commands = [Command(time=1.6, rotation=(2e-6, 0.0, 0.0), start=1.9),
+                Command(time=2.0, rotation=(0.0, 3e-6, 0.0), start=0.0)]  # fmt: skip
+    expected = ClosedLoop(designs, parameters).run(4.2, ports, record_ticks=2, commands=commands)
+
+    for name in ports:
+        np.testing.assert_array_equal(signals[name], expected.signals[name], err_msg=name)
+    # from 2e-6 rad about x on: the third command leads there from where the second slew began
+    assert np.allclose(4.0 * signals["controller.reference.mrp"][-1], [2e-6, 3e-6, 0.0], atol=1e-10)
