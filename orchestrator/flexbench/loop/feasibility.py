@@ -31,7 +31,7 @@ from lockstep.plan.plan import Plan
 from lockstep.system.clock import seconds
 from lockstep.system.component import Component
 
-from .loop_parts import LoopParts, Parameters, loop_parts, number_of
+from .loop_parts import LoopParts, Parameters, loop_parts, number_of, numbers_of
 
 _OFFSET = "initial.wheel.speed_offset"
 OPTION = "--accept-infeasible"
@@ -127,7 +127,7 @@ def needs_of(plan: Plan) -> Needs | None:
         return None
     parameters, controller = plan.wiring.parameters, parts.controller
     commands = _fed_commands(plan, parts, controller)
-    if not commands and not any(number_of(*one, parameters) for one in _asks(parts, controller)):
+    if not commands and not any(any(numbers_of(*asked, parameters)) for asked in _asks(parts, controller)):
         return None
     try:
         values = _values(controller, "flat" if parts.flat else "structured", parameters)
@@ -192,7 +192,7 @@ def _fed_commands(plan: Plan, parts: LoopParts, controller: Component) -> list[C
         ]
         fed.append(columns[0] if columns else None)
     times = sorted({time for column in fed if column is not None for time in column[0]})
-    held = [number_of(controller, name, plan.wiring.parameters) or 0.0 for name in names]
+    held = [one or 0.0 for one in numbers_of(controller, names, plan.wiring.parameters)] if times else []
     commands: list[Command] = []
     for time in times:
         row = [
@@ -204,11 +204,11 @@ def _fed_commands(plan: Plan, parts: LoopParts, controller: Component) -> list[C
     return commands
 
 
-def _asks(parts: LoopParts, controller: Component) -> Iterator[tuple[Component, str]]:
+def _asks(parts: LoopParts, controller: Component) -> Iterator[tuple[Component, list[str]]]:
     """Yield the parameters and inputs of which one has to differ from zero for wheels to have work before noise."""
-    yield from ((controller, parts.name("command.rotation", axis)) for axis in (1, 2, 3))
-    for port, size in ((_OFFSET, len(parts.torques)), ("initial.rate", 3), ("external.torque", 3)):
-        yield from ((parts.plant, parts.name(port, k)) for k in range(1, size + 1))
+    yield controller, [parts.name("command.rotation", axis) for axis in (1, 2, 3)]
+    sizes = ((_OFFSET, len(parts.torques)), ("initial.rate", 3), ("external.torque", 3))
+    yield parts.plant, [parts.name(port, k) for port, size in sizes for k in range(1, size + 1)]
 
 
 def _momentum(parts: LoopParts, parameters: Parameters, prepared: PreparedController) -> Callable[[float], Array]:
@@ -218,7 +218,9 @@ def _momentum(parts: LoopParts, parameters: Parameters, prepared: PreparedContro
     body, adds.
     """
     offset, rate, torque = (
-        np.array([number_of(parts.plant, parts.name(port, k), parameters) or 0.0 for k in range(1, size + 1)])
+        np.array(
+            [one or 0.0 for one in numbers_of(parts.plant, [parts.name(port, k + 1) for k in range(size)], parameters)]
+        )
         for port, size in (
             (_OFFSET, prepared.wheels),
             ("initial.rate", 3),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
-from lockstep.fmi.model_description import Description, read_description
+from lockstep.fmi.model_description import read_description
 from lockstep.system.component import Component, Value
 from lockstep.system.system import Connection, System
 
@@ -39,7 +39,8 @@ def spelled(port: str, element: int, flat: bool) -> str:
 
 def loop_parts(system: System) -> LoopParts | None:
     """Return the parts of the loop around flexsat's plant; None for a system without it, or with several."""
-    found = [(c, name) for c in system.components for name in CONFIGURATIONS if _model(c, "plant") == f"plant_{name}"]
+    models = [(component, _model(component, "plant")) for component in system.components]
+    found = [(c, name) for c, model in models for name in CONFIGURATIONS if model == f"plant_{name}"]
     if len(found) != 1:
         return None
     ((plant, name),) = found
@@ -65,22 +66,23 @@ def _model(component: Component, part: str) -> str:
     return model if component.sums is None and model.startswith(f"{part}_") else ""
 
 
-def value_of(component: Component, name: str, parameters: Parameters) -> str | float | int | bool | None:
-    """Return the value of a parameter in a run: what is set, else the FMU's own; None if there is none."""
-    description: Description = read_description(component)
-    if name not in description.variables:
-        return None
-    given = parameters.get(component.name, {}).get(name)
-    return description.variables[name].start if given is None else given
+def values_of(component: Component, names: Sequence[str], parameters: Parameters) -> list[str | Value | None]:
+    """Return the values of parameters in a run: what is set, else the FMU's own; None for one that there is not."""
+    variables, given = read_description(component).variables, parameters.get(component.name, {})
+    return [given.get(name, variables[name].start) if name in variables else None for name in names]
+
+
+def numbers_of(component: Component, names: Sequence[str], parameters: Parameters) -> list[float | None]:
+    """Return the values of Reals in a run, None for one that there is not."""
+    return [None if value is None else float(value) for value in values_of(component, names, parameters)]
 
 
 def number_of(component: Component, name: str, parameters: Parameters) -> float | None:
     """Return the value of a Real in a run, None if there is none."""
-    value = value_of(component, name, parameters)
-    return None if value is None else float(value)
+    return numbers_of(component, [name], parameters)[0]
 
 
 def flag_of(component: Component, name: str, parameters: Parameters) -> bool:
     """Return the value of a Boolean in a run; one that the component lacks is false."""
-    value = value_of(component, name, parameters)
+    (value,) = values_of(component, [name], parameters)
     return value.strip().lower() in ("true", "1") if isinstance(value, str) else bool(value)

@@ -22,7 +22,7 @@ from lockstep.results.read_run_record import read_run_record
 from lockstep.results.signal_patterns import matching
 from lockstep.system.system import Connection, System
 
-from ..loop.loop_parts import LoopParts, Parameters, flag_of, loop_parts, number_of
+from ..loop.loop_parts import LoopParts, Parameters, flag_of, loop_parts, number_of, numbers_of
 from .commands import Command, commanded_attitude
 from .loop_events import LoopEvents, Rows
 
@@ -155,7 +155,7 @@ def _command(parts: LoopParts, parameters: Parameters) -> Command | None:
         return None  # a file feeds it
     values = {ports.name: own if given else ports.parameters}
     names = [parts.name("command.rotation", axis) for axis in (1, 2, 3)] + [parts.name("command.start_time")]
-    x, y, z, start = (number_of(ports, name, values) or 0.0 for name in names)
+    x, y, z, start = (one or 0.0 for one in numbers_of(ports, names, values))
     return Command(time=start, rotation=(x, y, z))
 
 
