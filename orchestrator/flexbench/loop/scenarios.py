@@ -5,11 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-import numpy as np
-
-from flexsat.design.chain import Design
 from flexsat.parameters import ARCSECOND, RUN_DURATION, Slew
-from flexsat.runtime.slew_guidance import Profile, plan
 from lockstep.errors import InputError
 
 ScenarioName = Literal["slew", "fine_pointing", "fine_pointing_open_loop"]
@@ -79,21 +75,3 @@ def scalar_overrides(parameters: Mapping[str, Mapping[str, Value | tuple[float, 
             else:
                 flat[f"{component}.{port}"] = value
     return flat
-
-
-def slew_profile(design: Design) -> Profile:
-    """Return the rigid slew that the design's controller plans for the configured rotation."""
-    matrices, config = design.controller, design.config
-    capability = config.slew.authority * np.sum(np.abs(matrices.wheel_axis), axis=0)
-    return plan(
-        np.array(config.slew.rotation),
-        config.slew.start_time,
-        matrices.inertia,
-        capability * matrices.torque_limit,
-        capability * matrices.wheel_inertia * matrices.speed_band,
-    )
-
-
-def slew_end(design: Design) -> float:
-    """Return when the paper's rigid slew ends [s]."""
-    return slew_profile(design).end
