@@ -10,11 +10,13 @@ import pytest
 
 from flexbench.loop.scenarios import scenario_parameters
 from flexsat.closed_loop import PORTS
-from flexsat.design.chain import Designs, as_arrays, build_design
+from flexsat.design.chain import as_arrays, build_design, designs_of
 from flexsat.fmu.build import component_resources
 from flexsat.parameters import (
     CONFIGURATIONS,
+    MODE_CHOICES,
     Configuration,
+    Plate,
     Rates,
     SensorNoise,
     Slew,
@@ -26,8 +28,8 @@ from flexsat.ports import controller, declared, plant, sensors
 from flexsat.ports.units import UNITS
 from flexsat.quantities import Range, quantity
 
-# few speeds, as most of a design's time goes into their selection
-STOCK = replace(configuration("centralised"), speeds=SpeedSelection(points=100))
+# few speeds and modes, as most of a design's time goes into the selection of the quiet ones
+STOCK = replace(configuration("centralised"), plate=Plate(plant_modes=40), speeds=SpeedSelection(points=100))
 FACTORS = (1.05, 1.3, 2.0, 0.5)  # a choice among discrete speeds may survive a small change
 
 
@@ -47,9 +49,10 @@ def changed(value: object, factor: float) -> object:
     if isinstance(value, bool):
         return not value
     if isinstance(value, str):
-        return next(name for name in CONFIGURATIONS if name != value)
-    if value == 0:  # off: on, with more modes than the controller's, or any weight
-        return 198 if isinstance(value, int) else 1e6
+        names = next(names for names in (CONFIGURATIONS, MODE_CHOICES) if value in names)
+        return next(name for name in names if name != value)
+    if value == 0:  # off: on, any weight
+        return 1e6
     if isinstance(value, int):
         return value + 1 if factor > 1.0 else value - 1
     if isinstance(value, tuple):
@@ -96,8 +99,7 @@ def differing(one: dict[str, object], other: dict[str, object]) -> set[str]:
 @pytest.mark.parametrize("path", list(paths(STOCK)), ids=".".join)
 def test_a_changed_parameter_changes_what_is_built(path):
     variant = path == ("name",)  # decides what the published release leaves out; else only names of files
-    # of few speeds, the quietest are the lowest with any number of modes
-    stock = replace(STOCK, speeds=SpeedSelection()) if path == ("speeds", "modes") else STOCK
+    stock = STOCK
     found, refusals = set(), []
     for factor in FACTORS:
         try:
@@ -149,12 +151,12 @@ def test_ports_start_with_the_changed_parameters(kind, monkeypatch):
 
 def test_both_variants_travel_with_the_changed_parameters():
     config = replace(STOCK, rates=Rates(star_tracker=0.2), slew=Slew(authority=0.4, start_time=7.0))
-    designs = Designs(corrected=build_design(config), as_published=build_design(config, as_published=True))
+    designs = designs_of(config, config)
     for design in (designs.corrected, designs.as_published):
         assert design.controller.gain_coarse.shape[0] == design.controller.gain_fine.shape[0] == 40
         assert (design.controller.authority, design.controller.slew_start) == (0.4, 7.0)
         assert design.sensors.star_tracker_period == 0.2
-    stock = Designs(corrected=build_design(STOCK), as_published=build_design(STOCK, as_published=True))
+    stock = designs_of(STOCK, STOCK)
     for component in ("sensors", "controller"):
         assert component_resources(designs, component) != component_resources(stock, component)
 

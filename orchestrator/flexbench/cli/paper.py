@@ -51,7 +51,7 @@ def paper(
     from ..studies.paper.published import VARIANTS
     from ..studies.paper.table import as_text
 
-    asked = {"as_published": as_published, "corrected": corrected}
+    asked = {"as_published": as_published, "corrected": corrected, "published_design": corrected}
     chosen: list[Variant] = [variant for variant in VARIANTS if asked[variant]] or list(VARIANTS)
     if not stop_time > SETTLED_FROM:
         raise InputError(f"--stop-time {stop_time:g}: the table refers to t > {SETTLED_FROM:g} s; simulate longer")

@@ -8,6 +8,7 @@ from typing import Any
 
 from flexbench.html.document import Block, Heading, Paragraph, Table
 from flexbench.runs.json_file import read_table
+from flexbench.studies.paper.published import TITLES
 from flexbench.studies.paper.table import number
 from flexsat.parameters import CONFIGURATIONS
 
@@ -18,7 +19,7 @@ _SHAPE = {
     "rows": [
         {
             "row": "text", "unit": "text", "variant": "text", "configuration": "text", "published": "number?",
-            "mean": "number", "standard_deviation": "number?", "met": "flag",
+            "mean": "number", "standard_deviation": "number?", "deviation": "text?",
         }
     ],
     "remarks": ["text"],
@@ -42,8 +43,13 @@ def study_table(folder: Path) -> list[Block]:
         for row in rows:
             if row["configuration"] == name:
                 line = lines.setdefault(row["row"], [row["row"], row["unit"], number(row["published"])])
-                line.append(_with_spread(row) + ("" if row["met"] else " (differs from the reference)"))
-        header = ("quantity", "unit", "published", *(f"flexsat, {variant.replace('_', ' ')}" for variant in variants))
+                line.append(_with_spread(row) + (f" ({row['deviation']})" if row["deviation"] else ""))
+        header = (
+            "quantity",
+            "unit",
+            "published",
+            *(f"flexsat, {TITLES.get(variant, variant)}" for variant in variants),
+        )
         if lines:
             blocks += [Heading(3, name), Table(header, list(lines.values()), code=frozenset())]
     seeds = ", ".join(str(seed) for seed in content["seeds"])

@@ -121,15 +121,15 @@ def test_study_table_shows_published_and_simulated_values(tmp_path):
            "standard_deviation": 5.4}  # fmt: skip
     content = {
         "seeds": [1, 2], "duration": 300.0, "remarks": ["so it is"],
-        "rows": [row | {"variant": "as_published", "mean": 33.5, "met": True},
-                 row | {"variant": "corrected", "mean": 2.0, "met": False, "standard_deviation": None}],
+        "rows": [row | {"variant": "as_published", "mean": 33.5, "deviation": "+12 ± 5 %"},
+                 row | {"variant": "corrected", "mean": 2.0, "deviation": None, "standard_deviation": None}],
     }  # fmt: skip
     (tmp_path / "table.json").write_text(json.dumps(content))
 
     (table,) = [block for block in study_table(tmp_path) if isinstance(block, Table)]
 
-    assert table.header[2:] == ("published", "flexsat, as published", "flexsat, corrected")
-    assert table.rows == [["slew: settling", "s", "30", "33.5 ± 5.4", "2 (differs from the reference)"]]
+    assert table.header[2:] == ("published", "flexsat, as published", "flexsat, corrected, robust")
+    assert table.rows == [["slew: settling", "s", "30", "33.5 ± 5.4 (+12 ± 5 %)", "2"]]
 
 
 def test_figures_and_page_use_the_same_colours():

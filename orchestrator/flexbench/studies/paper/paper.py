@@ -7,16 +7,20 @@ from pathlib import Path
 
 from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from lockstep.results.read_run_record import read_run_record
 
-from ...loop.scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
+from ...loop.scenarios import SCENARIOS, ScenarioName, Value, scalar_overrides, scenario_parameters
 from ...runs.jobs import Job, run_jobs
 from .published import Variant
 from .table import Key, Results, as_csv, as_json, as_markdown, as_text
 
+LOST_BY = 20.0  # s: the published design is at the limits of the wheels within one
+
 
 def run_folder(folder: Path, variant: Variant, name: ConfigurationName, scenario: ScenarioName, seed: int) -> Path:
     """Return where one run of the study goes."""
-    parts = [name, scenario.replace("_", "-"), *(["as-published"] if variant == "as_published" else []), f"seed{seed}"]
+    marks = [] if variant == "corrected" else [variant.replace("_", "-")]
+    parts = [name, scenario.replace("_", "-"), *marks, f"seed{seed}"]
     return folder / "-".join(parts)
 
 
@@ -28,16 +32,33 @@ def plan_jobs(
         ((variant, name, scenario), seed): Job(
             system=fmus / name / f"{scenario}.ssd",
             folder=run_folder(folder, variant, name, scenario, seed),
-            overrides=scalar_overrides(
-                scenario_parameters(scenario, as_published=variant == "as_published", seed=seed)
-            ),
-            stop_time=duration,
+            overrides=_overrides(scenario, variant, seed),
+            stop_time=min(duration, LOST_BY) if variant == "published_design" else duration,
+            metrics=variant != "published_design",
         )
         for seed in seeds
         for variant in variants
-        for scenario in SCENARIOS
+        for scenario in _scenarios(variant)
         for name in reversed(CONFIGURATIONS)  # the longer runs first
     }
+
+
+def _scenarios(variant: Variant) -> tuple[ScenarioName, ...]:
+    return ("fine_pointing",) if variant == "published_design" else SCENARIOS
+
+
+def _overrides(scenario: ScenarioName, variant: Variant, seed: int) -> dict[str, Value | str]:
+    """Return what a run of the study sets."""
+    set_by_scenario = scalar_overrides(scenario_parameters(scenario, as_published=variant == "as_published", seed=seed))
+    design = {"controller.design": "published"} if variant == "published_design" else {}
+    return {**set_by_scenario, **design}
+
+
+def saturated_from(folder: Path) -> float | None:
+    """Return from when on a wheel of a run is at its torque limit until the end [s]; None if it is not."""
+    record, _ = read_run_record(folder)
+    found = [one for one in record.get("found", ()) if one["event"] == "torque-saturation"]
+    return next((float(one["first"]) for one in found if one.get("until_the_end")), None)
 
 
 def run_paper(
@@ -52,9 +73,13 @@ def run_paper(
     jobs = plan_jobs(fmus, folder, variants, seeds, duration)
     finished = run_jobs(list(jobs.values()), processes)
     metrics: dict[Key, list[Mapping[str, float]]] = {}
+    lost: dict[ConfigurationName, list[float | None]] = {}
     for (key, _), done in zip(jobs, finished, strict=True):
-        metrics.setdefault(key, []).append(done.metrics)
-    results = Results(metrics=metrics, seeds=list(seeds), duration=duration)
+        if key[0] == "published_design":
+            lost.setdefault(key[1], []).append(saturated_from(done.job.folder))
+        else:
+            metrics.setdefault(key, []).append(done.metrics)
+    results = Results(metrics=metrics, seeds=list(seeds), duration=duration, lost=lost)
     for name, content in (
         ("table.txt", as_text(results)),
         ("table.md", as_markdown(results)),
@@ -70,6 +95,7 @@ def one_seed_folders(folder: Path, variants: Sequence[Variant], seed: int) -> li
     return [
         run_folder(folder, variant, name, scenario, seed)
         for variant in variants
+        if variant != "published_design"  # a limit cycle has nothing to compare
         for scenario in SCENARIOS
         for name in CONFIGURATIONS
     ]
