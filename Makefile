@@ -3,10 +3,11 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 HOSTS := .venv-hosts
+PEERS := .venv-peers
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: run test bench lint clean
+.PHONY: run test bench peers lint clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed
@@ -20,6 +21,10 @@ bench: $(VENV)/installed-dev
 	$(BIN)/python tests/bench/speed.py
 	$(BIN)/python tests/bench/isolation.py
 	$(BIN)/python tests/bench/scaling.py
+
+# The plant beside other simulators, not in CI: it needs Basilisk in an environment of its own.
+peers: $(VENV)/installed $(PEERS)/installed
+	$(BIN)/python tests/peers/rigid_wheels.py $(PEERS)/bin/python
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check
@@ -45,5 +50,10 @@ $(HOSTS)/installed: tests/hosts/pypi/requirements.txt $(VENV)/pip
 	  && $(BIN)/python -m pip --python $(HOSTS) install --quiet --no-deps --no-compile \
 	  --requirement $< && touch $@
 
+$(PEERS)/installed: tests/peers/requirements.txt $(VENV)/pip
+	$(PYTHON) -m venv --without-pip $(PEERS)
+	$(BIN)/python -m pip --python $(PEERS) install --quiet --requirement $<
+	touch $@
+
 clean:
-	rm -rf $(VENV) $(HOSTS) fmus/centralised fmus/distributed results
+	rm -rf $(VENV) $(HOSTS) $(PEERS) fmus/centralised fmus/distributed results
