@@ -22,6 +22,9 @@ COHERENT = 0.999  # coherence from which a line counts: one period then scatters
 Replica = tuple[Complex, Complex]  # loops (together, single) with one period left out
 TOGETHER = "together"
 INTERPOLATION = 0.5  # share of what a curve between the lines changes against a straight one that may be wrong
+UNEXPLAINED, ENOUGH = 0.1, 1e-4  # share of the power of what changes that a decay may leave; that is no noise
+MOST_FACTORS = 4  # two modes that ring on
+SLOWEST = 0.02  # distance of a factor from one: what is slower is drift, and taken out as such
 BIAS = 1e-3  # relative: what the plant's step of 1 ms and its products of small quantities add to a linear loop
 
 
@@ -87,8 +90,9 @@ def estimate_loop(
     spectra = [
         [scale * np.fft.rfft(signal, axis=1)[:, multisine.lines] for signal in experiment] for experiment in experiments
     ]
-    back = -np.stack([before for before, _ in spectra], axis=-1)  # (periods, f, m, d)
-    inputs = np.stack([after for _, after in spectra], axis=-1)
+    ringing = [transient(before) for before, _ in spectra]  # the injection is periodic: the same before and after it
+    back = -np.stack([before - rest for (before, _), rest in zip(spectra, ringing, strict=True)], axis=-1)
+    inputs = np.stack([after - rest for (_, after), rest in zip(spectra, ringing, strict=True)], axis=-1)
 
     def loops(chosen: NDArray[np.intp]) -> tuple[Complex, Complex]:
         return body_loops(back[chosen].mean(axis=0), makes, inputs[chosen].mean(axis=0))
@@ -112,6 +116,33 @@ def estimate_loop(
         periods=periods,
     )
     return measured, replicas
+
+
+def transient(spectra: Complex) -> Complex:
+    """Return what has not decayed yet in the lines of consecutive periods, (periods, f, m).
+
+    Modes of a nearly unstable loop ring on for many periods. From one period to the next the part of a mode changes by
+    the same factor in all lines and channels. The differences of the periods have nothing but such parts and noise: as
+    many factors are found as predict them (Prony). Noise is not predicted: then nothing is returned.
+    """
+    periods, shape = len(spectra), spectra.shape
+    change = np.diff(spectra, axis=0).reshape(periods - 1, -1)
+    found, least = np.zeros(shape, dtype=complex), UNEXPLAINED
+    for order in range(2, min(MOST_FACTORS, periods - 2) + 1, 2):
+        past = np.stack([change[k : periods - 1 - order + k].ravel() for k in range(order)], axis=1)
+        next_ = change[order:].ravel()
+        both = np.vstack([past.real, past.imag]), np.concatenate([next_.real, next_.imag])
+        weights = np.linalg.lstsq(*both, rcond=None)[0]  # real: the factors are pairs of conjugates
+        left = float(np.sum((both[1] - both[0] @ weights) ** 2) / max(np.sum(both[1] ** 2), np.finfo(float).tiny))
+        factor = np.roots(np.concatenate([[1.0], -weights[::-1]]))
+        if left >= least or np.any(np.abs(factor) >= 1.0) or np.any(np.abs(factor - 1.0) < SLOWEST):
+            continue
+        parts = np.linalg.lstsq(np.vander(factor, periods - 1, increasing=True).T, change, rcond=None)[0]
+        ringing = np.vander(factor, periods, increasing=True).T @ (parts / (factor - 1.0)[:, None])
+        found, least = ringing.reshape(shape), left
+        if left < ENOUGH:
+            break
+    return found
 
 
 def merged(

@@ -31,6 +31,7 @@ from .unstable_delay import UnstableDelay, destabilising_delay
 FILE = "margins.json"
 _LONGEST_PERIOD, _MOST_ZOOM = 1e5, 1e3  # [s], 1: beyond them a measurement takes days
 SCOUT_MODES = 60  # up to 17 Hz, where the loops have rolled off
+ATTEMPTS, WEAKER = 3, 4.0  # a nearly unstable loop answers many times the test signal: then a weaker one is injected
 LOCI_KEPT = 3  # of all wheels together: those that come nearest to -1
 Log = Callable[[str], None]
 
@@ -134,18 +135,29 @@ def _estimated(
     for k, name in enumerate(loop.names):
         along = loop.directions[:, k]
         seconds = (settings.settle + settings.periods) * multisine.length
-        log(f"direction {name}: {len(multisine.lines)} lines, {seconds:g} s, peak {amplitude:g}")
-        experiments.append(
-            run_experiment(
+        peak = amplitude
+        for attempt in range(ATTEMPTS):
+            log(f"direction {name}: {len(multisine.lines)} lines, {seconds:g} s, peak {peak:g}")
+            found = run_experiment(
                 opened,
                 folder / f"direction-{k + 1}",
                 along,
-                amplitude / float(np.abs(along).max()),
+                peak / float(np.abs(along).max()),
                 settings.settle,
                 settings.periods,
                 overrides,
             )
-        )
+            share = 0.0 if loop.limit is None else float(np.mean(np.abs(found).max(axis=(0, -1)) >= loop.limit))
+            if share == 0.0:
+                break
+            if attempt == ATTEMPTS - 1:
+                raise InputError(
+                    f"direction {name}: the plant's inputs are at their limit of {loop.limit:g} for {100 * share:.2g} %"
+                    f" of the time, with a test signal of {peak:g} too: the loop is unstable, or its noise drives it to"
+                    " the limit; measure a loop that is stable, or set --noise-free"
+                )
+            peak /= WEAKER
+        experiments.append(found)
     return estimate_loop(experiments, multisine, loop.makes, loop.names)
 
 

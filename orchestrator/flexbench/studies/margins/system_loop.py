@@ -53,6 +53,7 @@ class SystemLoop:
     names: tuple[str, ...]  # (d,)
     amplitude: float | None  # peak along a direction's largest share, in the unit of the plant's inputs
     slow_period: float | None  # s
+    limit: float | None  # of every input of the plant, in its unit; None if it is not known
     quiet: Mapping[str, Value]  # overrides that make a run quiet
 
     @property
@@ -110,6 +111,7 @@ def read_loop(
         makes=makes,
         names=names,
         amplitude=None if design is None else SHARE_OF_LIMIT * design.controller.torque_limit,
+        limit=None if design is None else design.controller.torque_limit,
         slow_period=None if design is None else design.config.rates.star_tracker,
         quiet={} if design is None else {**QUIET, **(QUIET_CONTROLLER if own_controller else {})},
     )

@@ -21,6 +21,7 @@ from flexbench.studies.margins.estimate import (
     jackknife,
     measured_margins,
     merged,
+    transient,
 )
 from flexbench.studies.margins.injection import _drift
 from flexbench.studies.margins.multisine import design_multisine
@@ -103,6 +104,29 @@ def test_loop_is_estimated_exactly_without_noise():
     # one channel opened, the other closed: a + b c / (1 + d), from the definition
     expected = loop[:, 0, 0] - loop[:, 0, 1] * loop[:, 1, 0] / (1.0 + loop[:, 1, 1])
     assert_allclose(found.single[:, 0], expected, atol=1e-12)
+
+
+def test_a_mode_that_rings_on_does_not_spoil_the_estimate():
+    """A loop near instability: after the periods to settle its modes have hardly decayed."""
+    signal, loop, experiments = synthetic(0.0)
+    time = SAMPLE * np.arange(experiments[0][0][..., 0].size).reshape(experiments[0][0].shape[:2])
+    for rate, frequency, channels in ((0.03, 3.1, [1.0, -0.4]), (0.08, 17.3, [0.2, 1.0])):
+        ringing = 0.3 * np.exp(-rate * time) * np.cos(2.0 * np.pi * frequency * time + 1.0)
+        for before, after in experiments:
+            before += ringing[..., None] * channels
+            after += ringing[..., None] * channels
+    spectra = np.fft.rfft(experiments[0][0], axis=1)[:, signal.lines]
+    untreated = np.abs(spectra[0] - spectra[-1]).max() / np.abs(spectra[0]).max()
+    found, _ = estimate_loop(experiments, signal, np.eye(2), ("a", "b"))
+    assert untreated > 0.05
+    assert_allclose(found.together, loop, atol=1e-3)  # each line sees a little of the other mode as well
+    assert np.all(found.coherence > COHERENT)
+
+
+def test_noise_is_not_taken_for_a_decay():
+    signal, _, experiments = synthetic(0.01)
+    spectra = np.fft.rfft(experiments[0][0], axis=1)[:, signal.lines]
+    assert np.count_nonzero(transient(spectra)) == 0
 
 
 def test_the_stated_uncertainty_covers_the_error():
