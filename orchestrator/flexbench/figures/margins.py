@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from flexsat.arrays import Array
 from lockstep.errors import InputError
 
+from ..studies.margins.stability_table import gains_of
 from ..studies.margins.study import Curve, curves
 from .drawing import STYLE, WIDTH
 from .palette import PALETTE
@@ -105,11 +106,36 @@ def measurement_coherence(frequency: Array, coherence: Mapping[str, Array], leas
     return figure
 
 
+def stability_map(rows: Sequence[Mapping[str, Any]]) -> Figure:
+    """Draw where a design is stable over the modes of the plant and the gain, with the growth rate where it is not."""
+    modes, gains = sorted({row["modes"] for row in rows}), gains_of(rows)
+    growth = {(row["modes"], row["gain"]): row["growth"] for row in rows}
+    unstable = np.array([[growth[count, gain] >= 0.0 for gain in gains] for count in modes], dtype=float)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, 1.2 + 0.3 * len(modes)), layout="constrained")
+        axes = figure.subplots()
+        axes.pcolormesh(np.arange(len(gains) + 1), np.arange(len(modes) + 1), unstable, cmap="Reds", vmin=0.0, vmax=2.0,
+                        edgecolors="0.8", linewidth=0.5)  # fmt: skip
+        for row, count in enumerate(modes):
+            for column, gain in enumerate(gains):
+                rate = growth[count, gain]
+                axes.text(
+                    column + 0.5, row + 0.5, "stable" if rate < 0.0 else f"{rate:+.2g}/s", ha="center", va="center"
+                )
+        axes.set_xticks(np.arange(len(gains)) + 0.5, [f"{20.0 * np.log10(gain):+.3g}" for gain in gains])
+        axes.set_yticks(np.arange(len(modes)) + 0.5, [f"{count:g}" for count in modes])
+        axes.set(title="Stability over the plant's modes and gain", xlabel="gain [dB]", ylabel="modes of the plant [1]")
+        axes.grid(visible=False)
+    return figure
+
+
 def margin_figures(content: Mapping[str, Any], least: float) -> dict[str, Figure]:
     """Return every figure that a study has data for, by file name."""
     drawn = {}
     loops = curves(content)
     design = content.get("analysis")
+    if "stability" in content and content["stability"]["grid"]:
+        drawn["stability"] = stability_map(content["stability"]["grid"])
     if loops:
         disk = design["margins"]["all wheels"]["disk"] if design else None
         drawn["nichols"] = nichols_chart(loops, disk)

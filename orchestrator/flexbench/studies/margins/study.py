@@ -202,7 +202,7 @@ def run_study(
         measured, margins = measure(loop, settings, folder / "experiments", log)
         content["measured"] = _measured(measured, margins, settings)
     if find_delay and not unstable:
-        content["real"] = asdict(_find_delay(loop, folder, log))
+        content["real"] = asdict(_find_delay(loop, folder, settings, log))
     return write_json(folder / FILE, content, indent=1)
 
 
@@ -229,10 +229,11 @@ def _scout(designed: DesignedLoop, real: Plants) -> DesignedLoop | None:
     return replace(designed, plant=real.model(SCOUT_MODES, ModelErrors()))
 
 
-def _find_delay(loop: SystemLoop, folder: Path, log: Log) -> UnstableDelay:
+def _find_delay(loop: SystemLoop, folder: Path, settings: Settings, log: Log) -> UnstableDelay:
     return destabilising_delay(
         loop,
         folder / "delays",
+        overrides=settings.overrides,
         progress=lambda delay, rate: log(f"delay {delay * 1e3:.1f} ms: fastest growth {rate:+.3f} 1/s"),
     )
 

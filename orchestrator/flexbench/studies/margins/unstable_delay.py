@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from lockstep import InputError, System
+from lockstep.system.component import Value
 
 from .injection import NAME, Opened, open_loop_at, record_injection
 from .multisine import Multisine, design_multisine
@@ -60,6 +61,7 @@ def destabilising_delay(
     between: tuple[float, float] = (0.0, 0.02),
     amplitude: float | None = None,
     progress: Progress | None = None,
+    overrides: Mapping[str, Value] | None = None,
 ) -> UnstableDelay:
     """Bisect the delay at the plant input in co-simulations of a few seconds, without noise.
 
@@ -69,6 +71,7 @@ def destabilising_delay(
     folder : for the runs
     between : delays between which to look [s]: the loop is stable at the first and unstable at the second
     amplitude : peak of the excitation in the unit of the plant's inputs; None for a thousandth of the test signal's
+    overrides : values by `component.parameter`, beside those that make a run quiet
     progress : called after each run with its delay [s] and the fastest growth rate found [1/s]
 
     The system runs on a tick of 0.1 ms, with the plant stepped at it, so that the delay can be any number of ticks.
@@ -85,11 +88,12 @@ def destabilising_delay(
         raise InputError("amplitude: not known for this plant; give one in the unit of its inputs")
     opened = open_loop_at(fine_system(loop), loop.controller, loop.plant, _excitation(loop.period), folder)
     tick = FINE_TICK * 1e-9
+    given = replace(loop, quiet={**(overrides or {}), **loop.quiet})
     done: dict[int, Growth] = {}
 
     def grows(ticks: int) -> bool:
         if ticks not in done:
-            done[ticks] = _growth_with_delay(opened, loop, folder / f"delay{ticks}", ticks, peak)
+            done[ticks] = _growth_with_delay(opened, given, folder / f"delay{ticks}", ticks, peak)
             if progress is not None:
                 progress(ticks * tick, done[ticks].rate)
         return done[ticks].rate > 0.0
