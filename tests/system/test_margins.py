@@ -155,11 +155,6 @@ def test_the_measured_margins_are_the_designs_without_noise(python, fmus, tmp_pa
 def test_the_measured_margins_are_the_designs_with_noise_and_jitter(python, fmus, tmp_path):
     overrides = {**PUBLISHED, "plant.seed": 1, "sensors.seed": 1}
     options = {"length": 10.0, "settle": 1, "periods": 5, "overrides": overrides}
-        "length": 10.0,
-        "settle": 1,
-        "periods": 5,
-        "overrides": {**PUBLISHED, "plant.seed": 1, "sensors.seed": 1},
-    }
     result = python(MEASURE, fmus / "distributed" / "fine_pointing.ssd", tmp_path / "runs", options, timeout=600)
     compare(result, published(fmus, "distributed"), noisy=True)
 
