@@ -14,7 +14,7 @@ from flexbench.studies.margins.system_loop import read_loop
 from flexsat.parameters import CONFIGURATIONS
 from lockstep import load_system
 
-SETTINGS = Settings(length=10.0, settle=1, periods=2, quiet=True)
+SETTINGS = Settings(length=10.0, settle=1, periods=2, quiet=True, zoom=4.0)  # modes cross gain one between lines
 
 
 def decibel(factor: float | None) -> str:
