@@ -40,7 +40,8 @@ def designs(built: dict[ConfigurationName, Designs]) -> dict[ConfigurationName, 
 def recorded_runs(delivered: Path, once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
     """Return a folder with centralised fine pointing of seeds 1 and 2, measurements recorded: run once for all workers.
 
-    The published design on the modes that it knows, whose filter assumes the noise that there is. For reading only. Results are in the folders `1` and `2`.
+    The published design on the modes that it knows, whose filter assumes the noise that there is. For reading only.
+    Results are in the folders `1` and `2`.
     """
 
     def record(folder: Path) -> None:

@@ -100,6 +100,7 @@ from session import argument
 description = fmpy.read_model_description(argument(0))
 claimed = {u.variable.name: {d.name for d in u.dependencies} for u in description.outputs}
 port = lambda name: name.partition("[")[0]
+STEPS = 2e-4, 2e-5
 through, later, at_once = set(), set(), set()  # at_once: by setting and reading alone, without a step
 with Driven(argument(0)) as one:
     one.initialize()
@@ -113,7 +114,7 @@ with Driven(argument(0)) as one:
         assert not one.messages, one.messages
         return one.fmu.getReal(references)
     usual, still = {}, one.fmu.getReal(references)
-    for h in (1e-3, 1e-4):
+    for h in STEPS:  # short for modes up to 80 Hz
         one.fmu.setFMUState(state)
         usual[h] = step(h)
     for v in one.of["input", "Real"]:
@@ -129,15 +130,15 @@ with Driven(argument(0)) as one:
                 assert output.name.startswith("accelerometer") or was == now, output.name
         one.fmu.setReal([v.valueReference], [before])
         assert one.fmu.getReal(references) == still, v.name
-        for h in (1e-3, 1e-4):
+        for h in STEPS:
             one.fmu.setFMUState(state)
             (before,) = one.fmu.getReal([v.valueReference])
             one.fmu.setReal([v.valueReference], [before + 0.3])
             change[h] = [abs(now - was) for now, was in zip(step(h), usual[h])]
-        for output, long, short in zip(outputs, change[1e-3], change[1e-4]):
+        for output, long, short in zip(outputs, change[STEPS[0]], change[STEPS[1]]):
             # What goes through the state vanishes with the step, ten times at least; what feeds through does not.
             # 1e-9: below it the difference of two numbers of order one is rounding
-            if long < 1e-9 * max(1.0, abs(usual[1e-3][outputs.index(output)])):
+            if long < 1e-9 * max(1.0, abs(usual[STEPS[0]][outputs.index(output)])):
                 continue
             if short > 0.5 * long:
                 assert v.name in claimed[output.name], (output.name, v.name, long, short)
