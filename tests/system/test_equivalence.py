@@ -60,8 +60,8 @@ def case(name, scenario="fine_pointing", as_published=False, duration=2.0, chang
 
 DISPERSED = {
     "plant": {
-        "dispersion.frequency": [0.03 * (-1) ** k for k in range(25)],
-        "dispersion.damping": [0.5] * 25,
+        "dispersion.frequency": [0.03 * (-1) ** k for k in range(198)],
+        "dispersion.damping": [0.5] * 198,
         "dispersion.inertia": [0.02, -0.004, -0.03],
         "initial.rate": [1e-6, -2e-6, 3e-6],
         "wheel.torque_limit": 0.05,
@@ -84,6 +84,7 @@ SENSORS = {
 CASES = [
     case("fine pointing", duration=6.0),  # the gate is of whole runs
     case("slew", "slew", duration=7.0),  # it begins at 5 s
+    case("published design on 40 modes", changes={"controller": {"design": "published"}, "plant": {"modes": 40}}),
     case("slew as published", "slew", as_published=True, duration=6.0),
     case("open loop", "fine_pointing_open_loop"),
     case("dispersions", changes=DISPERSED),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from ..arrays import Array, Index
-from ..controller_weights import variant_of
+from ..controller_weights import Variant, variant_of
 from ..parameters import (
     PUBLISHED_MODES,
     Configuration,
@@ -106,6 +107,7 @@ def check_rates(rates: Rates) -> None:
         whole_multiple(f"Rates.{period}", getattr(rates, period), getattr(rates, step))
 
 
+@lru_cache(maxsize=8)
 def build_design(config: Configuration, as_published: bool = False) -> Design:
     """Run the whole design chain of one configuration.
 
@@ -232,18 +234,50 @@ def cost_arrays(design: Design) -> dict[str, Array | Index]:
     return {**arrays, "modes": design.known_modes}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Designs:
-    """What one configuration can fly: two controllers on the full structure, and everything as published."""
+    """What one configuration can fly: two controllers on the full structure, and everything as published.
 
-    corrected: Design  # with the robust controller
-    published: Design  # the published controller on the same plant, at the same wheel speeds
-    as_published: Design  # the plant has the controller's modes alone
+    Each is given, or made when it is first asked for: most uses need one of them.
+    """
+
+    def __init__(
+        self,
+        *,
+        corrected: Design | Callable[[], Design],
+        published: Design | Callable[[], Design],
+        as_published: Design | Callable[[], Design],
+    ) -> None:
+        self._made: dict[Variant, Design | Callable[[], Design]] = {
+            "corrected": corrected,
+            "published": published,
+            "as_published": as_published,
+        }
+
+    @property
+    def corrected(self) -> Design:
+        """With the robust controller."""
+        return self.variant("corrected")
+
+    @property
+    def published(self) -> Design:
+        """The published controller on the same plant, at the same wheel speeds."""
+        return self.variant("published")
+
+    @property
+    def as_published(self) -> Design:
+        """The plant has the controller's modes alone."""
+        return self.variant("as_published")
+
+    def variant(self, name: Variant) -> Design:
+        """Return a variant, made now if it has not been."""
+        made = self._made[name]
+        if not isinstance(made, Design):
+            made = self._made[name] = made()
+        return made
 
     def flown(self, as_published: bool, controller_design: ControllerDesign) -> Design:
         """Return the design that parameters choose: as published goes before the controller's design."""
-        chosen: Design = getattr(self, variant_of(as_published=as_published, design=controller_design))
-        return chosen
+        return self.variant(variant_of(as_published=as_published, design=controller_design))
 
 
 @lru_cache(maxsize=2)  # both configurations
@@ -253,9 +287,9 @@ def build_designs(name: ConfigurationName) -> Designs:
 
 
 def designs_of(robust: Configuration, published: Configuration) -> Designs:
-    """Run the design chain for two configurations that differ in the weights of their controllers."""
+    """Return what two configurations can fly that differ in the weights of their controllers."""
     return Designs(
-        corrected=build_design(robust),
-        published=build_design(published),
-        as_published=build_design(with_modes(published, PUBLISHED_MODES), as_published=True),
+        corrected=partial(build_design, robust),
+        published=partial(build_design, published),
+        as_published=partial(build_design, with_modes(published, PUBLISHED_MODES), as_published=True),
     )

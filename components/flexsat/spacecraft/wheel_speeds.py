@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from ..arrays import Array
+from ..arrays import Array, Complex
 from ..parameters import SpeedSelection
 from .assembly import Spacecraft
 
@@ -35,21 +35,32 @@ def imbalance_response(spacecraft: Spacecraft, frequency: Array) -> Array:
     wheel, wheels, modes = spacecraft.wheel, spacecraft.wheel_count, spacecraft.mode_count
     mass = spacecraft.mass_matrix
     scale = np.repeat([wheel.imbalance_force, wheel.imbalance_torque], 2 * wheels)
-    forces = spacecraft.jitter_influence * scale
-    coupling = mass[:6, 6:]
-    result = np.empty((wheels, len(frequency)))
-    for k, w in enumerate(frequency):
-        # the modes couple to the rigid motion alone: they are eliminated, which leaves six equations
-        rate = 1j * w
-        impedance = spacecraft.frequency**2 / rate + spacecraft.damping + rate
-        uncoupled = forces[6:] / impedance[:, None]
-        returned = rate * coupling.T / impedance[:, None]
-        rigid = np.linalg.solve(rate * (mass[:6, :6] - coupling @ returned), forces[:6] - rate * (coupling @ uncoupled))
-        velocity = uncoupled - returned @ rigid
-        by_wheel = velocity.reshape(modes, 4, wheels).transpose(2, 0, 1)
-        # squared singular values are the eigenvalues of a 4 by 4 matrix, which are quicker to find
-        result[:, k] = np.linalg.eigvalsh(by_wheel.conj().transpose(0, 2, 1) @ by_wheel)[:, -1]
-    return np.sqrt(result)
+    inputs = spacecraft.jitter_influence * scale
+    resultant = inputs[:6].reshape(6, 4, wheels).transpose(2, 0, 1)  # (n, 6, 4)
+    force, coupling = inputs[6:].reshape(modes, 4, wheels), mass[6:, :6]
+    rate = 1j * frequency[:, None]
+    impedance = spacecraft.frequency**2 / rate + spacecraft.damping + rate  # (k, m)
+
+    # The modes couple to the rigid motion V alone: eta' = (force - rate coupling V) / impedance. Six equations for V
+    # are left, and the squared response is made of sums over the modes that depend on frequency by a factor each.
+    def summed(products: Array, factor: Array | Complex) -> Array | Complex:
+        """Return sums over the modes of products (m, ...), each times a factor (k, m)."""
+        return (factor @ products.reshape(modes, -1)).reshape(len(frequency), *products.shape[1:])
+
+    own = np.einsum("miw,mjw->mwij", force, force)  # (m, n, 4, 4)
+    shared = np.einsum("miw,mr->mwir", force, coupling)  # (m, n, 4, 6)
+    rigid = np.einsum("mr,ms->mrs", coupling, coupling)  # (m, 6, 6)
+    compliance, square = 1.0 / impedance, 1.0 / np.abs(impedance) ** 2
+    w = rate[:, :, None]
+    system = w * mass[:6, :6] - w**2 * summed(rigid, compliance)
+    driven = resultant - w[..., None] * summed(shared, compliance).swapaxes(2, 3)  # (k, n, 6, 4)
+    turned = w[..., None] * np.linalg.solve(system[:, None], driven)  # rate V of each wheel's four inputs
+    crossed = summed(shared, square) @ turned  # (k, n, 4, 4)
+    back = turned.conj().swapaxes(2, 3)
+    squared = summed(own, square) - crossed - crossed.conj().swapaxes(2, 3)
+    squared = squared + back @ summed(rigid, square)[:, None] @ turned
+    # squared singular values are the eigenvalues of a 4 by 4 matrix
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(squared)[:, :, -1].T))
 
 
 def select_speeds(spacecraft: Spacecraft, selection: SpeedSelection) -> WheelResponse:

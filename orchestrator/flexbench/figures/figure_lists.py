@@ -66,7 +66,7 @@ def architecture(designs: Designs) -> Figure:
             "slew guidance, LQR,", "Kalman filter with", f"{len(designs.corrected.fine.gain)} gains in turn;",
             "saturation, delay compensation",
         ),
-        "plant": ("rigid body,", f"{craft.mode_count} modes, {craft.wheel_count} wheels"),
+        "plant": ("rigid body,", f"{designs.corrected.structure.mode_count} modes, {craft.wheel_count} wheels"),
     }  # fmt: skip
     return architecture_diagram(system, notes)
 

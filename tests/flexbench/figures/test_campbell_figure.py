@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
 from flexbench.figures import campbell as figure_module
-from flexbench.figures.campbell import HARMONIC_SPEEDS, MAP_SPEEDS, campbell_diagram
+from flexbench.figures.campbell import FASTEST, HARMONIC_SPEEDS, MAP_SPEEDS, campbell_diagram
 from flexbench.figures.drawing import AXES, axis_name
 from flexbench.figures.figure_lists import design_figures
 from flexbench.studies.waterfall.campbell import harmonic_deformation, imbalance_deformation, modal_frequencies
@@ -53,10 +53,10 @@ def campbell(computed: SimpleNamespace) -> Figure:
 def test_campbell_draws_modes_harmonic_and_chosen_speeds(campbell: Figure, designs: Any, points: Any):
     for axes, configuration in zip(campbell.axes[:2], CONFIGURATIONS, strict=True):
         design = designs[configuration]
-        modes = modal_frequencies(design.spacecraft, MAP_SPEEDS) / HERTZ
+        modes = modal_frequencies(design.structure, MAP_SPEEDS, FASTEST) / HERTZ
         for k in (0, 12, 24):
             assert_allclose(points(axes, f"mode {k + 1}"), np.column_stack([MAP_SPEEDS / RPM, modes[k]]), rtol=1e-12)
-        assert len([line for line in axes.get_lines() if str(line.get_label()).startswith("mode")]) == 25
+        assert len([line for line in axes.get_lines() if str(line.get_label()).startswith("mode")]) == len(modes) > 25
         assert_allclose(points(axes, "first harmonic"), [[0.0, 0.0], [1000.0, 1000.0 / 60.0]], rtol=1e-12)
         nominal, names = design.response.nominal / RPM, [axis_name(axis) for axis in design.spacecraft.wheels.axis]
         lines = [drawn for drawn in axes.collections if isinstance(drawn, LineCollection)]
@@ -79,7 +79,7 @@ def test_campbell_marks_the_speeds_of_the_mesh_of_record(campbell: Figure, point
 
 def test_campbell_colours_are_the_response_of_the_worst_wheel(campbell: Figure, designs: Any):
     for axes, configuration in zip(campbell.axes[:2], CONFIGURATIONS, strict=True):
-        craft = designs[configuration].spacecraft
+        craft = designs[configuration].structure
         mesh = axes.collections[0]
         grid, values = mesh.get_coordinates(), np.asarray(mesh.get_array()).reshape(mesh.get_coordinates().shape[:2])
         assert_allclose(grid[0, :, 0], MAP_SPEEDS / RPM, rtol=1e-12)
@@ -96,7 +96,7 @@ def test_campbell_colours_are_the_response_of_the_worst_wheel(campbell: Figure, 
 def test_campbell_draws_the_first_harmonic_of_every_wheel(campbell: Figure, designs: Any, computed: Any, points: Any):
     for axes, configuration in zip(campbell.axes[2:4], CONFIGURATIONS, strict=True):
         design = designs[configuration]
-        craft = design.spacecraft
+        craft = design.structure
         expected = computed.harmonic(craft, HARMONIC_SPEEDS) * 1e6
         drawn = {}
         for line in axes.get_lines():

@@ -65,9 +65,9 @@ def test_mode_shapes_outline_is_the_edge_of_aperture_and_hole(shapes: Figure):
     assert_allclose([np.linalg.norm(end - start) for start, end in outline], np.full(60, 2.0), rtol=1e-9)
 
 
-@pytest.mark.parametrize("count", [0, 26])
+@pytest.mark.parametrize("count", [0, 199])
 def test_mode_shapes_refuse_more_modes_than_there_are(structure: Structure, count: int):
-    with pytest.raises(ValueError, match=f"count must be from 1 to 25, got {count}"):
+    with pytest.raises(ValueError, match=f"count must be from 1 to 198, got {count}"):
         mode_shapes(structure, count)
 
 
