@@ -68,13 +68,14 @@ def agrees(bench, configuration, scenario, master, duration, since, metrics=METR
 
 
 @pytest.mark.parametrize("case", FIRST_SECONDS, ids=lambda case: case[2].name)
-def test_loop_with_compensated_delays_is_stable_and_agrees_with_lockstep(bench, case):
+def test_loop_is_stable_with_compensated_and_unknown_delays_and_agrees_with_lockstep(bench, case):
     compensated = agrees(bench, *case)
     uncompensated = Loop(configuration=case[0], scenario=case[1], duration=2.0, since=1.0)
-    limit_cycle = uncompensated.metrics(bench, case[2], loop_parameters(case[2], {}))
+    unknown = uncompensated.metrics(bench, case[2], loop_parameters(case[2], {}))
 
-    assert compensated["torque"] < 0.2  # N.m; .09 without delay, .15 with 5 ms in both paths (PHYSICS section 6)
-    assert limit_cycle["torque"] > 5.0
+    # the published design needs the compensation, and goes into a limit cycle of 16 N.m without: system/test_delays.py
+    assert compensated["torque"] < 0.2  # N.m
+    assert unknown["torque"] < 0.2
 
 
 @pytest.mark.slow

@@ -70,11 +70,11 @@ def test_campbell_draws_modes_harmonic_and_chosen_speeds(campbell: Figure, desig
 
 
 def test_campbell_marks_the_speeds_of_the_mesh_of_record(campbell: Figure, points: Any):
-    """PHYSICS section 5: 351 and 223 rpm; from 223 to 833 rpm."""
+    """Those chosen on 198 modes; on the 25 of PHYSICS section 5 they are 351 and 223 rpm, from 223 to 833 rpm."""
     central, spread = ([points(axes, f"chosen, about {name}")[:, 0] for name in "xyz"] for axes in campbell.axes[:2])
-    assert_allclose([np.unique(np.round(speed)).item() for speed in central], [351.0, 351.0, 223.0])
+    assert_allclose([np.unique(np.round(speed)).item() for speed in central], [403.0, 403.0, 223.0])
     everything = np.concatenate(spread)
-    assert_allclose([np.round(everything.min()), np.round(everything.max())], [223.0, 833.0])
+    assert_allclose([np.round(everything.min()), np.round(everything.max())], [223.0, 548.0])
 
 
 def test_campbell_colours_are_the_response_of_the_worst_wheel(campbell: Figure, designs: Any):
@@ -84,7 +84,7 @@ def test_campbell_colours_are_the_response_of_the_worst_wheel(campbell: Figure, 
         grid, values = mesh.get_coordinates(), np.asarray(mesh.get_array()).reshape(mesh.get_coordinates().shape[:2])
         assert_allclose(grid[0, :, 0], MAP_SPEEDS / RPM, rtol=1e-12)
         for column in (3, 20):
-            frequency = grid[::40, column, 1] * HERTZ
+            frequency = np.asarray(grid[::40, column, 1]) * HERTZ
             expected = imbalance_deformation(craft, MAP_SPEEDS[column], frequency).max(axis=0) * 1e6
             assert_allclose(values[::40, column], expected, rtol=1e-9)
         low, high = mesh.get_clim()
