@@ -77,7 +77,7 @@ def test_a_wheel_without_torque_is_replaced_by_the_others_and_momentum_is_kept(f
     after = signals.time >= 1.005
     commanded = signals["controller.wheel.torque[1]"][after]
     speed = signals["plant.wheel.speed"][after]
-    assert np.abs(commanded).max() > 1e-3  # N.m: the controller is not result
+    assert np.abs(commanded).max() > 1e-4  # N.m: the controller does not know
     assert np.ptp(speed[:, 0]) < 0.01 * np.ptp(speed[:, 11])  # it runs on; what is left is its mount's motion
     pointing = 4.0 * np.linalg.norm(signals["plant.attitude.mrp"], axis=1)[signals.time >= 1.0] / ARCSECOND
     assert pointing.max() < 0.5
