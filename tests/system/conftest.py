@@ -87,7 +87,7 @@ def study(flexsat: RunCli, once: Callable[[str, Callable[[Path], None]], Path]) 
 
     def run(folder: Path) -> None:
         folder.mkdir()
-        done = flexsat("paper", "--fmus", folder / "fmus", "--out", folder / "results", timeout=1800.0, cwd=folder)
+        done = flexsat("paper", "--fmus", folder / "fmus", "--out", folder / "results", timeout=2700.0, cwd=folder)
         assert done.returncode == 0, done.stderr
         assert sorted(path.name for path in folder.iterdir()) == ["fmus", "results"]
         (folder / "printed.txt").write_text(done.stdout, encoding="utf-8")
