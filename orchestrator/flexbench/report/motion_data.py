@@ -21,7 +21,7 @@ from lockstep import Signals
 from .derived_histories import ERRORS, MODAL, design_of, fully_recorded
 from .history_data import encode
 
-FEWEST_FRAMES = 400
+FEWEST_FRAMES = 300
 
 
 @lru_cache(maxsize=2)

@@ -58,7 +58,7 @@ ROWS: tuple[PaperRow, ...] = (
         unit="1",
         scale=1.0,
         published=(1.9e4, 461.0),
-        definition="half the plain sum of the LQR cost over 200 Hz samples, no dt, with the weights of the design that flew",
+        definition="half the plain sum of the LQR cost over 200 Hz samples, no dt; weights of the design that flew",
         of_whole_run=True,
     ),
     PaperRow(
