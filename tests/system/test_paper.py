@@ -187,7 +187,9 @@ def test_every_run_says_what_it_was_and_has_all_rows(study):
         time = read_signals(path, ["plant.rms_deformation"]).time
         assert (len(time), time[0], time[-1]) == (60_001, 0.0, 300.0)
         events = [json.loads(line) for line in (path / "events.jsonl").read_text().splitlines()]
-        assert [event["event"] for event in events] == ["start", "end"]  # no FMU had to complain
+        kinds = {event["event"] for event in events} - {"start", "end"}  # no FMU had to complain
+        # the smoothed slew as published asks more than the wheels have, as C's does
+        assert kinds == ({"torque-saturation"} if path.name == "distributed-slew-as-published-seed1" else set())
 
 
 @pytest.mark.slow
@@ -212,9 +214,9 @@ def test_facts_that_need_no_reference(study, table):
             assert closed["pointing_error"] < open_loop["pointing_error"]
             slew = metrics[f"{variant} {name} slew"]
             assert 0.0 < slew["control_cost"] < slew["total_cost"]
-    for variant in VARIANTS:  # distributing the wheels pays in pointing
-        errors = [metrics[f"{variant} {name} fine_pointing"]["pointing_error"] for name in CONFIGURATIONS]
-        assert errors[1] < errors[0]
+    # as published, distributing the wheels pays in pointing; of the robust designs both point alike
+    errors = [metrics[f"as_published {name} fine_pointing"]["pointing_error"] for name in CONFIGURATIONS]
+    assert errors[1] < errors[0]
     torque = read_signals(study[0] / "distributed-fine-pointing-open-loop-seed1", ["controller.wheel.torque"])
     assert not torque["controller.wheel.torque"].any()
     slew = read_signals(study[0] / "centralised-slew-seed1", ["plant.attitude.mrp"])

@@ -23,7 +23,7 @@ from .episodes import Details, Episodes, Slices
 AT_LIMIT = 1.0 - 1e-9  # share of a limit: a torque that was limited differs from it by rounding
 SLICE = 0.25  # s: four slices are the second for which a limit cycle is seen
 CYCLE = 0.2  # RMS of a wheel's torque over its limit, about its mean, in each slice: a sine of 28 % of the limit
-GROWN = 0.05  # the same of one that grows: three times what noise and jitter make of the published designs
+GROWN = 0.12  # the same of one that grows: twice what the coarse star tracker makes of the published designs
 GROWTH = 1.4  # from the first slice of a second to its last
 CROSSINGS = 3  # of the mean in a second: slower changes are those of commands
 CROSSINGS_GROWING = 6  # what a slew excites grows for a second too, but at the lowest modes

@@ -41,7 +41,7 @@ CALLS = {
         ("flexbench.loop.build:build_all",),
         {
             "--as-published": ((), "['as_published']"),
-            "--corrected": ((), "['corrected']"),
+            "--corrected": ((), "['corrected', 'published_design']"),
             "--seeds": (("3",), "range(1, 4)"),
             "--stop-time": (("200",), "200.0"),
             "--out": (("there",), "'there'"),

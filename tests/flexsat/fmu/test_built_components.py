@@ -207,7 +207,7 @@ with Driven(argument(0)) as one, Driven(argument(0), "two") as two:
     one.set("wheel.friction_torque", 0.0)
     before = one.get("wheel.speed")
     one.drive(9, 12)
-    assert abs(one.get("wheel.speed") - before) < 1e-4
+    assert abs(one.get("wheel.speed") - before) < 1e-3  # the bus rings; the brake would take 3e-2
     try:
         one.set("wheel.friction_torque", -1.0)
     except FMICallException as error:
