@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from flexbench.figures.margins import margin_figures, nichols_chart, sensitivity
 from flexbench.html.document import Heading, Paragraph, Picture, Table
 from flexbench.html.render import as_html
 from flexbench.report.sections.margins import section
-from flexbench.runs.run_folder import Run
+from flexbench.runs.run_folder import Run, read_run
 from flexbench.studies.margins.estimate import (
     COHERENT,
     MeasuredLoop,
@@ -343,7 +342,6 @@ def test_the_report_shows_the_study_of_a_run(content, tmp_path):
     assert "<?xml" not in page
 
 
-def test_report_of_a_run_without_a_study_has_the_delay_margin(tmp_path):
-    run = Run(folder=Path(tmp_path), configuration="centralised", as_published=False, slew=False, seed=1)
-    blocks = section(run)
+def test_report_of_a_run_without_a_study_has_the_delay_margin(recorded_runs):
+    blocks = section(read_run(recorded_runs / "1"))
     assert "exact: 3.78 ms" in blocks[1].text
