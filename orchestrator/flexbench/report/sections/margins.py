@@ -20,8 +20,9 @@ def section(run: Run) -> list[Block]:
         margin = delay_margin(DesignedLoop(design=run.design).at)
         text = (
             f"Delay margin of the design at the plant's input, all wheels together, exact: {margin * 1e3:.2f} ms, "
-            f"on the {run.design.spacecraft.mode_count} modes that it knows. `flexsat margins SYSTEM --out {run.folder}` "
-            "finds gain, phase and disk margins with all modes of the plant, and measures them through the FMUs."
+            f"on the {run.design.spacecraft.mode_count} modes that it knows. "
+            f"`flexsat margins SYSTEM --out {run.folder}` finds gain, phase and disk margins with all modes of the plant, "
+            "and measures them through the FMUs."
         )
         return [heading, Paragraph(text)]
     content = read_study(run.folder)
