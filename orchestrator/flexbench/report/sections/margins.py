@@ -21,7 +21,7 @@ def section(run: Run) -> list[Block]:
         text = (
             f"Delay margin of the design at the plant's input, all wheels together, exact: {margin * 1e3:.2f} ms, "
             f"on the {run.design.spacecraft.mode_count} modes that it knows. "
-            f"`flexsat margins SYSTEM --out {run.folder}` finds gain, phase and disk margins with all modes of the plant, "
+            f"`flexsat margins SYSTEM --out {run.folder}` finds gain, phase and disk margins with those of the plant, "
             "and measures them through the FMUs."
         )
         return [heading, Paragraph(text)]
