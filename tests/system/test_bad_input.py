@@ -71,7 +71,7 @@ REFUSED = {
     "not finite": (("--set", "sensors.gyro.noise=nan"), ("sensors.gyro.noise", "'nan'", "finite")),
     "too few elements": (("--set", "plant.initial.mrp=1,2"), ("plant.initial.mrp", "2 values", "initial.mrp[1..3]")),
     "negative noise": (("--set", "sensors.gyro.noise=-1e-7"), ("sensors.gyro.noise", "'-1e-7'", "[0.0, 0.0174")),
-    "damping": (("--set", "plant.dispersion.damping[1]=-2"), ("dispersion.damping[1]", "'-2'", "[-1.0, 1000.0]")),
+    "damping": (("--set", "plant.dispersion.damping[1]=-2"), ("dispersion.damping[1]", "'-2'", "[-1.0, 10.0]")),
     "fast rate": (("--set", "plant.initial.rate[2]=0.5"), ("plant.initial.rate[2]", "'0.5'", "[-0.2, 0.2]")),
     "negative seed": (("--seed", "-1"), ("plant.seed", "-1", "[0.0, inf]")),
     "delay out of range": (("--set", "controller.delay.actuation=0.03"), ("delay.actuation", "'0.03'", "0.02")),
@@ -280,7 +280,7 @@ def test_a_short_run_ends_with_the_numbers_of_its_second_half(flexsat, system, t
     assert "steady part, 0.05 to 0.1 s. Errors refer to the reference." in done.stdout
 
 
-LIMIT = 4_000_000  # bytes of one file; the largest that an FMU unpacks to is 2 MB
+LIMIT = 10_000_000  # bytes of one file; the largest that an FMU unpacks to is 5 MB
 
 
 def test_a_full_disk_ends_the_run_and_what_was_recorded_before_is_readable(flexsat, system, tmp_path):

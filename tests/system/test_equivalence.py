@@ -63,6 +63,7 @@ DISPERSED = {
         "dispersion.frequency": [0.03 * (-1) ** k for k in range(198)],
         "dispersion.damping": [0.5] * 198,
         "dispersion.inertia": [0.02, -0.004, -0.03],
+        "dispersion.participation": [-0.03] * 198,  # nearly all of the inertia is that of the modes
         "initial.rate": [1e-6, -2e-6, 3e-6],
         "wheel.torque_limit": 0.05,
     }
