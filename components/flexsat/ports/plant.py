@@ -57,9 +57,12 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              description="true acceleration along each accelerometer's axis: bus x y z, then z at each site"),
         Port(name="wheel.angle", causality="output", unit="rad", size=n,
              description="wheel angle relative to its mount, not wrapped"),
+        # of 198 elements, each is said to start from its own value: all parameters would make 5 MB of the XML
         Port(name="modal.displacement", causality="output", unit="m.kg^0.5", size=m, on_demand=True,
+             initial_depends_on=("initial.modal.displacement[i]", "modes", "as_published"),
              description="mass-normalised modal coordinates"),
         Port(name="modal.velocity", causality="output", unit="m.kg^0.5/s", size=m, on_demand=True,
+             initial_depends_on=("initial.modal.velocity[i]", "modes", "as_published"),
              description="rates of the modal coordinates"),
         Port(name="rms_deformation", causality="output", unit="m", display_unit="um", on_demand=True,
              description="RMS deformation of the structure, mass-weighted"),
