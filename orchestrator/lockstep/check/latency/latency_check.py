@@ -92,7 +92,8 @@ def _response(
     else:
         _, brief = bench.watch(context + change, 1, short=True)
         sure = _sure(bench, change, context, brief, shortened[1], short=True)
-        feedthrough &= lasting(after[:1], base[1][:1], brief, shortened[1]) & sure
+        names = output_names(bench.task.experiment)
+        feedthrough &= lasting(after[:1], base[1][:1], brief, shortened[1], names) & sure
     return Response(inputs=inputs, first=first, direct=direct, feedthrough=feedthrough | direct, sure=sure)
 
 

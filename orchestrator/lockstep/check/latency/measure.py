@@ -227,7 +227,7 @@ def _answers(
     stays[:reals] = sure
     if shortened is not None:
         _, brief = bench.watch(context + change, 1, short=True)
-        stays &= lasting(after[:1], base[1][:1], brief, shortened[1])
+        stays &= lasting(after[:1], base[1][:1], brief, shortened[1], output_names(bench.task.experiment))
     return first, direct, stays, clear
 
 

@@ -35,6 +35,7 @@ SHORT = 1.0 / 16.0  # of the step
 KEPT = 0.5  # share of the answer that is left after a short step, from which on it is feedthrough
 REDUCED = 1.0 / 64.0  # of a change: what answers in proportion, or to a higher power, answers so much less
 ULPS = 64.0  # answers smaller than this are rounding
+OF_ARRAY = 1e-9  # of the largest answer of an array: less is rounding too
 
 Change = list[tuple[int, int, float]]  # setter, column, amount
 
@@ -141,14 +142,28 @@ def grouped(changes: dict[tuple[str, ...], Change]) -> dict[tuple[str, ...], Cha
     return {tuple(names): parts[base] for base, names in groups.items()}
 
 
-def lasting(full: Trajectory, full_base: Trajectory, brief: Trajectory, brief_base: Trajectory) -> NDArray[np.bool_]:
-    """Return which answers do not vanish with the step."""
+def lasting(
+    full: Trajectory, full_base: Trajectory, brief: Trajectory, brief_base: Trajectory, names: Sequence[str]
+) -> NDArray[np.bool_]:
+    """Return which answers do not vanish with the step; `names` of the outputs, the Reals first."""
     with np.errstate(all="ignore"):
         whole = np.abs(full.reals - full_base.reals)[0]
         short = np.abs(brief.reals - brief_base.reals)[0]
         rounding = ULPS * np.spacing(np.abs(brief_base.reals[0]))
+    # what is computed from common coordinates, as modes are, answers with the rounding of the whole array's answer
+    rounding = np.maximum(rounding, OF_ARRAY * _largest_of_array(short, names))
     discrete = unlike(brief, brief_base)[0][len(whole) :]
     return np.concatenate([(short >= KEPT * whole) & (short > rounding), discrete])
+
+
+def _largest_of_array(values: NDArray[np.float64], names: Sequence[str]) -> NDArray[np.float64]:
+    """Return for each value the largest finite one of its array."""
+    arrays = [base_name(name) for name in names[: len(values)]]
+    largest: dict[str, float] = defaultdict(float)
+    for array, value in zip(arrays, values.tolist(), strict=True):
+        if value > largest[array] and np.isfinite(value):
+            largest[array] = value
+    return np.array([largest[array] for array in arrays])
 
 
 def base_name(name: str) -> str:
