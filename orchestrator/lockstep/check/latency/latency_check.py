@@ -15,6 +15,7 @@ from lockstep.check.dynamic.trajectory import Trajectory, output_names, unlike
 from lockstep.check.latency.response_bench import (
     MOMENT,
     REDUCED,
+    SHORTER,
     WINDOW,
     Bench,
     Change,
@@ -94,6 +95,11 @@ def _response(
         sure = _sure(bench, change, context, brief, shortened[1], short=True)
         names = output_names(bench.task.experiment)
         feedthrough &= lasting(after[:1], base[1][:1], brief, shortened[1], names) & sure
+        if feedthrough.any():  # or the parts of an answer cancelled over the whole step
+            (_, without), (_, briefest) = (
+                bench.watch(c, 1, short=True, share=SHORTER) for c in (context, context + change)
+            )
+            feedthrough &= lasting(brief, shortened[1], briefest, without, names)
     return Response(inputs=inputs, first=first, direct=direct, feedthrough=feedthrough | direct, sure=sure)
 
 

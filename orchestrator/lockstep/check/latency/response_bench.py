@@ -32,6 +32,7 @@ from lockstep.fmi.slave import FATAL, WARNING
 MOMENT = 100  # the first changed step: one in which what samples every 2, 4, 5, 10, 20, 25, 50 or 100 steps samples
 WINDOW = 104  # steps watched
 SHORT = 1.0 / 16.0  # of the step
+SHORTER = SHORT / 8.0
 KEPT = 0.5  # share of the answer that is left after a short step, from which on it is feedthrough
 REDUCED = 1.0 / 64.0  # of a change: what answers in proportion, or to a higher power, answers so much less
 ULPS = 64.0  # answers smaller than this are rounding
@@ -87,8 +88,10 @@ class Bench:
             self._state = instance.get_state()
         self.moment = moment
 
-    def watch(self, change: Change, steps: int, short: bool = False) -> tuple[Trajectory, Trajectory]:
-        """Return the outputs before any step, and after each of some steps, or after one short one."""
+    def watch(
+        self, change: Change, steps: int, short: bool = False, share: float = SHORT
+    ) -> tuple[Trajectory, Trajectory]:
+        """Return the outputs before any step, and after each of some steps, or after one short one of this share."""
         instance = self.rewind()
         tables = [table.copy() for table in instance.stimuli()]
         for setter, column, amount in change:
@@ -97,7 +100,7 @@ class Bench:
         experiment = self.task.experiment
         before = Trajectory.of_rows([instance.row()], experiment)
         if short:
-            instance.step(experiment.time(self.moment), SHORT * experiment.step)
+            instance.step(experiment.time(self.moment), share * experiment.step)
             return before, Trajectory.of_rows([instance.row()], experiment)
         return before, instance.run(self.moment, self.moment + steps, tables=tables)
 
