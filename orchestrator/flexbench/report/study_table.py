@@ -9,7 +9,7 @@ from typing import Any
 from flexbench.html.document import Block, Heading, Paragraph, Table
 from flexbench.runs.json_file import read_table
 from flexbench.studies.paper.published import TITLES
-from flexbench.studies.paper.table import number
+from flexbench.studies.paper.table import number, when_lost
 from flexsat.parameters import CONFIGURATIONS
 
 TABLE = "table.json"
@@ -22,6 +22,7 @@ _SHAPE = {
             "mean": "number", "standard_deviation": "number?", "deviation": "text?",
         }
     ],
+    "?published_design_lost_at": {"*": ["number?"]},  # s, by configuration, for each seed
     "remarks": ["text"],
 }  # fmt: skip
 
@@ -54,6 +55,10 @@ def study_table(folder: Path) -> list[Block]:
             blocks += [Heading(3, name), Table(header, list(lines.values()), code=frozenset())]
     seeds = ", ".join(str(seed) for seed in content["seeds"])
     blocks.append(Paragraph(f"Runs of {content['duration']:g} s through the FMUs; seeds {seeds}."))
+    lost: dict[str, list[float | None]] = content.get("published_design_lost_at", {})
+    if lost:
+        when = "; ".join(f"{name}: {when_lost(times)}" for name, times in lost.items())
+        blocks.append(Paragraph(f"Published design on the full plant, fine pointing: {when}."))
     return [*blocks, *(Paragraph(remark) for remark in content["remarks"])]
 
 

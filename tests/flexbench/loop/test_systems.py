@@ -11,7 +11,7 @@ from fmpy.ssp.ssd import get_connections, read_ssd
 from lxml import etree
 
 from flexbench.loop.systems import build_system, write_systems
-from flexsat.design.chain import build_designs
+from flexsat.design.chain import Designs, build_designs
 from flexsat.parameters import Rates, Slew
 from lockstep import load_system, read_signals, simulate
 from lockstep.ssp.documents.xml import NS
@@ -27,8 +27,8 @@ def designs():
 
 def with_parameters(designs, **changed):
     """Return the designs with other parameters in their configuration; the matrices stay."""
-    corrected = designs.corrected
-    return replace(designs, corrected=replace(corrected, config=replace(corrected.config, **changed)))
+    corrected = replace(designs.corrected, config=replace(designs.corrected.config, **changed))
+    return Designs(corrected=corrected, published=designs.published, as_published=designs.as_published)
 
 
 def periods(system):

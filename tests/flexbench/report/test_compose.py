@@ -121,15 +121,19 @@ def test_study_table_shows_published_and_simulated_values(tmp_path):
            "standard_deviation": 5.4}  # fmt: skip
     content = {
         "seeds": [1, 2], "duration": 300.0, "remarks": ["so it is"],
+        "published_design_lost_at": {"centralised": [0.03, 0.031], "distributed": [None, 0.015]},
         "rows": [row | {"variant": "as_published", "mean": 33.5, "deviation": "+12 ± 5 %"},
                  row | {"variant": "corrected", "mean": 2.0, "deviation": None, "standard_deviation": None}],
     }  # fmt: skip
     (tmp_path / "table.json").write_text(json.dumps(content))
 
-    (table,) = [block for block in study_table(tmp_path) if isinstance(block, Table)]
+    blocks = study_table(tmp_path)
+    (table,) = [block for block in blocks if isinstance(block, Table)]
 
     assert table.header[2:] == ("published", "flexsat, as published", "flexsat, corrected, robust")
     assert table.rows == [["slew: settling", "s", "30", "33.5 ± 5.4 (+12 ± 5 %)", "2"]]
+    lost = "centralised: lost at 0.03 to 0.031 s; distributed: lost in 1 of 2"
+    assert Paragraph(f"Published design on the full plant, fine pointing: {lost}.") in blocks
 
 
 def test_figures_and_page_use_the_same_colours():

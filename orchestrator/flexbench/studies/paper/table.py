@@ -63,15 +63,13 @@ class Results:
         """The variants that were run and have numbers."""
         return [variant for variant in VARIANTS if any(key[0] == variant for key in self.metrics)]
 
-    def lost_text(self, name: ConfigurationName) -> str:
-        """Return when the published design saturated on the corrected plant: the range over the seeds."""
-        times = self.lost.get(name)
-        if times is None:
-            return "-"
-        found = sorted(time for time in times if time is not None)
-        if len(found) < len(times):
-            return f"lost in {len(found)} of {len(times)}"
-        return f"lost at {found[0]:.3g} s" if found[0] == found[-1] else f"lost at {found[0]:.3g} to {found[-1]:.3g} s"
+
+def when_lost(times: Sequence[float | None]) -> str:
+    """Return when the published design saturated on the corrected plant: the range over the seeds, None where not."""
+    found = sorted(time for time in times if time is not None)
+    if len(found) < len(times):
+        return f"lost in {len(found)} of {len(times)}"
+    return f"lost at {found[0]:.3g} s" if found[0] == found[-1] else f"lost at {found[0]:.3g} to {found[-1]:.3g} s"
 
 
 def number(value: float) -> str:
@@ -129,7 +127,8 @@ def _lines(results: Results, name: ConfigurationName) -> list[list[str]]:
             if variant == "as_published":
                 line.append(against_published(row, results, name))
         if results.lost:
-            line.append(results.lost_text(name) if row.scenario == "fine_pointing" else "-")
+            times = results.lost.get(name) if row.scenario == "fine_pointing" else None
+            line.append("-" if times is None else when_lost(times))
         lines.append(line)
     return lines
 
