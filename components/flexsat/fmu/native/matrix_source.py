@@ -1,0 +1,91 @@
+"""Write the matrices of a component as C: a structure with a field for each of theirs, and one constant a variant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+WIDTH = 118  # characters of a line
+
+
+def matrix_sources(component: str, variants: Mapping[str, Any]) -> dict[str, str]:
+    """Return the files data.h and data.c of a component.
+
+    Parameters
+    ----------
+    component : "plant", "sensors", "controller"
+    variants : the matrices of each variant by its name, all of the same frozen class
+
+    An array `x` becomes `const double *x`, row after row, with `x_rows` and `x_columns`, the product of all further
+    dimensions; indices become `const int *x`; numbers are `int` or `double`. Doubles are written in hexadecimal,
+    so that they are exact.
+    """
+    kind = f"{component.capitalize()}Data"
+    some = next(iter(variants.values()))
+    header = [
+        f"/* Generated: matrices of the {component}, as flexsat.runtime describes them in {type(some).__name__}. */",
+        "#ifndef FLEXSAT_DATA_H",
+        "#define FLEXSAT_DATA_H",
+        "",
+        f"typedef struct {kind} {{",
+        *(f"    {line}" for field in fields(some) for line in _declaration(field.name, getattr(some, field.name))),
+        f"}} {kind};",
+        "",
+        *(f"extern const {kind} {component}_{name};" for name in variants),
+        "",
+        "#endif",
+    ]
+    source = ["/* Generated; see data.h. */", '#include "data.h"', ""]
+    written: dict[bytes, str] = {}  # equal arrays of several variants are written once
+    for name, matrices in variants.items():
+        entries: list[str] = []
+        for field in fields(matrices):
+            entries += _entries(field.name, getattr(matrices, field.name), f"{name}_{field.name}", source, written)
+        source += [f"const {kind} {component}_{name} = {{", *(f"    {entry}," for entry in entries), "};", ""]
+    return {"data.h": "\n".join(header) + "\n", "data.c": "\n".join(source).rstrip() + "\n"}
+
+
+def _declaration(name: str, value: Any) -> list[str]:
+    if isinstance(value, np.ndarray):
+        kind = "int" if value.dtype.kind in "iub" else "double"
+        return [f"const {kind} *{name};", f"int {name}_rows;", f"int {name}_columns;"]
+    return [f"{'int' if isinstance(value, (bool, int, np.integer)) else 'double'} {name};"]
+
+
+def _entries(name: str, value: Any, label: str, source: list[str], written: dict[bytes, str]) -> list[str]:
+    """Return the initialisers of a field; an array that has not been written yet is added to `source`."""
+    if not isinstance(value, np.ndarray):
+        number = str(int(value)) if isinstance(value, (bool, int, np.integer)) else float(value).hex()
+        return [f".{name} = {number}"]
+    kind = "int" if value.dtype.kind in "iub" else "double"
+    content = kind.encode() + np.ascontiguousarray(value).tobytes()
+    known = written.setdefault(content, label)
+    if known == label:
+        text = [str(int(v)) if kind == "int" else _short_hex(v) for v in value.ravel().tolist()] or ["0"]
+        source += [f"static const {kind} {label}[{len(text)}] = {{", *_wrapped(text), "};", ""]
+    rows = value.shape[0] if value.ndim else 1
+    columns = value.size // rows if rows else 0
+    return [f".{name} = {known}", f".{name}_rows = {rows}", f".{name}_columns = {columns}"]
+
+
+def _short_hex(value: float) -> str:
+    """Return a double as an exact C constant, as short as it can be."""
+    if value == 0.0:
+        return "0.0" if not np.signbit(value) else "-0.0"
+    mantissa, _, exponent = value.hex().partition("p")
+    mantissa = mantissa.rstrip("0") if "." in mantissa else mantissa
+    return f"{mantissa}p{int(exponent)}"
+
+
+def _wrapped(words: list[str]) -> Iterator[str]:
+    """Yield lines of words with commas."""
+    line = "   "
+    for word in words:
+        if len(line) + len(word) + 2 > WIDTH:
+            yield line
+            line = "   "
+        line += f" {word},"
+    yield line
