@@ -24,8 +24,21 @@ def matrix_sources(component: str, variants: Mapping[str, Any]) -> dict[str, str
     so that they are exact.
     """
     kind = f"{component.capitalize()}Data"
+    source = ["/* Generated; see data.h. */", '#include "data.h"', ""]
+    written: dict[bytes, str] = {}  # equal arrays of several variants are written once
+    for name, matrices in variants.items():
+        entries: list[str] = []
+        for field in fields(matrices):
+            entries += _entries(field.name, getattr(matrices, field.name), f"{name}_{field.name}", source, written)
+        source += [f"const {kind} {component}_{name} = {{", *(f"    {entry}," for entry in entries), "};", ""]
+    return {"data.h": matrix_header(component, variants), "data.c": "\n".join(source).rstrip() + "\n"}
+
+
+def matrix_header(component: str, variants: Mapping[str, Any]) -> str:
+    """Return the file data.h of a component; arguments as of `matrix_sources`."""
+    kind = f"{component.capitalize()}Data"
     some = next(iter(variants.values()))
-    header = [
+    lines = [
         f"/* Generated: matrices of the {component}, as flexsat.runtime describes them in {type(some).__name__}. */",
         "#ifndef FLEXSAT_DATA_H",
         "#define FLEXSAT_DATA_H",
@@ -38,14 +51,7 @@ def matrix_sources(component: str, variants: Mapping[str, Any]) -> dict[str, str
         "",
         "#endif",
     ]
-    source = ["/* Generated; see data.h. */", '#include "data.h"', ""]
-    written: dict[bytes, str] = {}  # equal arrays of several variants are written once
-    for name, matrices in variants.items():
-        entries: list[str] = []
-        for field in fields(matrices):
-            entries += _entries(field.name, getattr(matrices, field.name), f"{name}_{field.name}", source, written)
-        source += [f"const {kind} {component}_{name} = {{", *(f"    {entry}," for entry in entries), "};", ""]
-    return {"data.h": "\n".join(header) + "\n", "data.c": "\n".join(source).rstrip() + "\n"}
+    return "\n".join(lines) + "\n"
 
 
 def _declaration(name: str, value: Any) -> list[str]:
