@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
-WIDTH = 118  # characters of a line
+from .c_text import double_text, wrapped
 
 
 def matrix_sources(component: str, variants: Mapping[str, Any]) -> dict[str, str]:
@@ -70,28 +70,8 @@ def _entries(name: str, value: Any, label: str, source: list[str], written: dict
     content = kind.encode() + np.ascontiguousarray(value).tobytes()
     known = written.setdefault(content, label)
     if known == label:
-        text = [str(int(v)) if kind == "int" else _short_hex(v) for v in value.ravel().tolist()] or ["0"]
-        source += [f"static const {kind} {label}[{len(text)}] = {{", *_wrapped(text), "};", ""]
+        text = [str(int(v)) if kind == "int" else double_text(v) for v in value.ravel().tolist()] or ["0"]
+        source += [f"static const {kind} {label}[{len(text)}] = {{", *wrapped(text), "};", ""]
     rows = value.shape[0] if value.ndim else 1
     columns = value.size // rows if rows else 0
     return [f".{name} = {known}", f".{name}_rows = {rows}", f".{name}_columns = {columns}"]
-
-
-def _short_hex(value: float) -> str:
-    """Return a double as an exact C constant, as short as it can be."""
-    if value == 0.0:
-        return "0.0" if not np.signbit(value) else "-0.0"
-    mantissa, _, exponent = value.hex().partition("p")
-    mantissa = mantissa.rstrip("0") if "." in mantissa else mantissa
-    return f"{mantissa}p{int(exponent)}"
-
-
-def _wrapped(words: list[str]) -> Iterator[str]:
-    """Yield lines of words with commas."""
-    line = "   "
-    for word in words:
-        if len(line) + len(word) + 2 > WIDTH:
-            yield line
-            line = "   "
-        line += f" {word},"
-    yield line

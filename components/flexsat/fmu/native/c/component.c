@@ -5,10 +5,10 @@
 
 int refuse(Component *component, const char *format, ...)
 {
-    va_list values;
+    va_list arguments;
 
-    va_start(values, format);
-    vsnprintf(component->message, MESSAGE_SIZE, format, values);
-    va_end(values);
+    va_start(arguments, format);
+    vsnprintf(component->message, sizeof component->message, format, arguments);
+    va_end(arguments);
     return 1;
 }

@@ -13,12 +13,13 @@ Each function returns 0, or another number if it refuses; then `message` says wh
 #include "memory.h"
 
 #define MESSAGE_SIZE 512
+#define STRING_SIZE 256 /* bytes of a string port, the zero at its end included */
 
 typedef struct Component {
     double *real;         /* by places; these arrays are the FMI layer's */
     int *integer;
     int *boolean;         /* 0 or 1 */
-    char **string;        /* never NULL */
+    char **string;        /* each STRING_SIZE bytes, to be written in place */
     Memory memory;        /* of what component_start makes; emptied before it runs again */
     unsigned char *state; /* from `memory`, set by component_start */
     size_t state_size;    /* bytes */

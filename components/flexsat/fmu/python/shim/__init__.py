@@ -39,13 +39,8 @@ def shim_library(python: str = f"libpython{sys.version_info[0]}.{sys.version_inf
     BuildError
         If this is another platform, or there is no C compiler (`CC`, or cc, or gcc), or it fails.
     """
-    here = f"{platform.system()} {platform.machine()}"
-    if here != "Linux x86_64":
-        raise BuildError(f"FMUs are built on Linux x86_64, and this is {here}; build them there")
-    given = os.environ.get("CC", "").split()
-    compiler = given or [name for name in ("cc", "gcc") if shutil.which(name)][:1]
-    if not compiler or not shutil.which(compiler[0]):
-        raise BuildError(f"C compiler {' '.join(given) or 'cc'!r}: not found; install gcc, or name one in CC")
+    require_linux()
+    compiler = c_compiler()
     with tempfile.TemporaryDirectory(prefix="flexsat_shim_") as folder:
         for name, content in shim_sources().items():
             Path(folder, name).write_bytes(content)
@@ -57,3 +52,19 @@ def shim_library(python: str = f"libpython{sys.version_info[0]}.{sys.version_inf
             reason = next((line for line in done.stderr.splitlines() if "error" in line), "it gave no reason")
             raise BuildError(f"{compiler[0]} cannot compile {SOURCES[0]}: {reason.strip()}")
         return Path(folder, "shim.so").read_bytes()
+
+
+def require_linux() -> None:
+    """Raise BuildError unless this is the platform that the FMUs are built for and on."""
+    here = f"{platform.system()} {platform.machine()}"
+    if here != "Linux x86_64":
+        raise BuildError(f"FMUs are built on Linux x86_64, and this is {here}; build them there")
+
+
+def c_compiler() -> list[str]:
+    """Return the C compiler as the beginning of a command: `CC`, or cc, or gcc; raise BuildError if there is none."""
+    given = os.environ.get("CC", "").split()
+    compiler = given or [name for name in ("cc", "gcc") if shutil.which(name)][:1]
+    if not compiler or not shutil.which(compiler[0]):
+        raise BuildError(f"C compiler {' '.join(given) or 'cc'!r}: not found; install gcc, or name one in CC")
+    return compiler

@@ -1,0 +1,32 @@
+/* The order of calls that FMI 2.0 allows in co-simulation (2.0.4, section 4.2.4), for a slave that steps at once. */
+#include "instance.h"
+
+#define IN(phase) (1 << (phase))
+
+/* Calls that touch states, free or reset the instance are allowed in every phase, and do not stand here. */
+static const int allowed[] = {
+    IN(INSTANTIATED),                                            /* SETUP_EXPERIMENT */
+    IN(INSTANTIATED),                                            /* ENTER_INITIALIZATION */
+    IN(INITIALIZING),                                            /* EXIT_INITIALIZATION */
+    IN(STEPPING),                                                /* DO_STEP */
+    IN(STEPPING),                                                /* TERMINATE */
+    IN(INITIALIZING) | IN(STEPPING) | IN(TERMINATED) | IN(FAILED), /* GET; after an error for debugging only */
+    IN(INSTANTIATED) | IN(INITIALIZING) | IN(STEPPING),          /* SET */
+};
+
+static const char *const moments[] = {
+    "",
+    "before fmi2EnterInitializationMode",
+    "before fmi2ExitInitializationMode",
+    "after fmi2ExitInitializationMode",
+    "after fmi2Terminate",
+};
+
+fmi2Status check_order(Instance *instance, Call call, const char *name)
+{
+    if (allowed[call] & IN(instance->phase))
+        return fmi2OK;
+    if (instance->phase == FAILED)
+        return refuse_call(instance, name, "refused since: %s", instance->failure);
+    return refuse_call(instance, name, "not allowed %s", moments[instance->phase]);
+}

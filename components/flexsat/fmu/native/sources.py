@@ -1,0 +1,81 @@
+"""Collect the C files of a native FMU: those of the FMI layer and of its component, and those generated for it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...ports.table import PortTable
+from .matrix_source import matrix_sources
+from .port_source import port_places, port_table
+
+FOLDER = Path(__file__).with_name("c")
+FMI_LAYER = (
+    "call_order.c", "communication_points.c", "fmi2_life_cycle.c", "fmi2_states.c", "fmi2_status.c", "fmi2_values.c",
+    "messages.c", "model_calls.c", "number_text.c", "port_values.c", "saved_state.c",
+)  # fmt: skip
+IDENTITY = "identity.h"
+_INCLUDE = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identity:
+    """What the FMI layer knows of the FMU that it is in, apart from its ports.
+
+    Attributes
+    ----------
+    equal_steps : whether all steps have to be as long as the first
+    step_parameter : parameter that sets the only step accepted, if one does
+    """
+
+    guid: str
+    equal_steps: bool
+    step_parameter: str | None
+
+
+def component_sources(main: Path) -> dict[str, bytes]:
+    """Return the C files of the FMI layer and of a component, by name.
+
+    Parameters
+    ----------
+    main : the component's own file, such as plant.c; with it come the headers that it includes, and the C files
+        of the same names as those, from its folder or from that of the FMI layer
+    """
+    found: dict[str, bytes] = {}
+    todo = [FOLDER / name for name in FMI_LAYER] + [main]
+    while todo:
+        path = todo.pop()
+        if path.name in found or not path.is_file():  # a generated header is none of these files
+            continue
+        found[path.name] = path.read_bytes()
+        for header in _INCLUDE.findall(found[path.name].decode("ascii")):
+            for folder in {main.parent, FOLDER}:
+                todo += [folder / header, (folder / header).with_suffix(".c")]
+    return dict(sorted(found.items()))
+
+
+def generated_sources(component: str, table: PortTable, variants: Mapping[str, Any]) -> dict[str, bytes]:
+    """Return the generated files, but for the identity: the ports, and the matrices of each variant if there are any."""
+    texts = {"ports.h": port_places(table), "ports.c": port_table(table)}
+    texts |= matrix_sources(component, variants) if variants else {}
+    return {name: text.encode("ascii") for name, text in texts.items()}
+
+
+def identity_source(identity: Identity) -> bytes:
+    """Return the header identity.h."""
+    set_by = "NULL" if identity.step_parameter is None else f'"parameter {identity.step_parameter}"'
+    lines = [
+        "/* Generated: which FMU this is. */",
+        "#ifndef FLEXSAT_IDENTITY_H",
+        "#define FLEXSAT_IDENTITY_H",
+        "",
+        f'#define MODEL_GUID "{identity.guid}"',
+        f"#define EQUAL_STEPS {int(identity.equal_steps)} /* whether all steps have to be as long as the first */",
+        f"#define STEP_SET_BY {set_by}",
+        "",
+        "#endif",
+    ]
+    return ("\n".join(lines) + "\n").encode("ascii")
