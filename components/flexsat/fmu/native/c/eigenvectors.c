@@ -36,46 +36,62 @@ static Number not_below(Number divisor, double least)
     return divisor;
 }
 
-/* Solve (T - value) x = 0 for the elements of x before `given`, whose others are given. */
-static void substitute_back(int n, const double *t, Number value, int given, double size, double *re, double *im)
+/* a -= b c */
+static void subtract_product(Number *a, Number b, Number c)
 {
-    int i, j;
+    const Number product = times(b, c);
+
+    a->re -= product.re;
+    a->im -= product.im;
+}
+
+/* Solve matrix x = right of two rows, by elimination with a row pivot. */
+static void solve_two(Number matrix[2][2], Number right[2], double least)
+{
+    const int pivot = fabs(matrix[1][0].re) + fabs(matrix[1][0].im) > fabs(matrix[0][0].re) + fabs(matrix[0][0].im);
+    const Number *first = matrix[pivot];
+    Number *second = matrix[!pivot], above = right[pivot], below = right[!pivot];
+    const Number factor = over(second[0], not_below(first[0], least));
+
+    subtract_product(&second[1], factor, first[1]);
+    subtract_product(&below, factor, above);
+    right[1] = over(below, not_below(second[1], least));
+    subtract_product(&above, first[1], right[1]);
+    right[0] = over(above, not_below(first[0], least));
+}
+
+/* Solve (T - value) x = 0 for the elements of x before `given`, whose others are given, up to `count`. */
+static void substitute_back(int n, const double *t, Number value, int given, int count, double least, double *re,
+                            double *im)
+{
+    int i, j, k;
 
     for (i = given - 1; i >= 0; i--) {
-        const double *row = t + (size_t)i * (size_t)n, *above = row - n;
-        Number right = {0.0, 0.0}, divisor = {row[i] - value.re, -value.im};
-        const double least = DBL_EPSILON * size;
-        int count = n;
-        while (count > i + 1 && re[count - 1] == 0.0 && im[count - 1] == 0.0)
-            count--;
-        for (j = i + 1; j < count; j++) {
-            right.re -= row[j] * re[j];
-            right.im -= row[j] * im[j];
-        }
-        if (i == 0 || row[i - 1] == 0.0) {
-            right = over(right, not_below(divisor, least));
-            re[i] = right.re, im[i] = right.im;
-        } else { /* two at once, by Cramer's rule */
-            Number upper = {0.0, 0.0}, other = {above[i - 1] - value.re, -value.im}, determinant;
+        const int two = i > 0 && t[(size_t)i * (size_t)n + (size_t)i - 1] != 0.0;
+        Number right[2] = {{0.0, 0.0}, {0.0, 0.0}};
+        for (k = 0; k <= two; k++) {
+            const double *row = t + (size_t)(i - two + k) * (size_t)n;
             for (j = i + 1; j < count; j++) {
-                upper.re -= above[j] * re[j];
-                upper.im -= above[j] * im[j];
+                right[k].re -= row[j] * re[j];
+                right[k].im -= row[j] * im[j];
             }
-            determinant = times(other, divisor);
-            determinant.re -= above[i] * row[i - 1];
-            determinant = not_below(determinant, least * (fabs(above[i]) + fabs(row[i - 1])));
-            divisor = times(upper, divisor);
-            divisor.re -= above[i] * right.re;
-            divisor.im -= above[i] * right.im;
-            other = times(other, right);
-            other.re -= row[i - 1] * upper.re;
-            other.im -= row[i - 1] * upper.im;
-            divisor = over(divisor, determinant);
-            other = over(other, determinant);
-            re[i - 1] = divisor.re, im[i - 1] = divisor.im;
-            re[i] = other.re, im[i] = other.im;
-            i--;
         }
+        if (two) {
+            const double *row = t + (size_t)i * (size_t)n + (size_t)i, *above = row - n;
+            Number matrix[2][2] = {{{0.0, 0.0}, {0.0, 0.0}}, {{0.0, 0.0}, {0.0, 0.0}}};
+            matrix[0][0].re = above[-1] - value.re, matrix[0][0].im = -value.im, matrix[0][1].re = above[0];
+            matrix[1][1].re = row[0] - value.re, matrix[1][1].im = -value.im, matrix[1][0].re = row[-1];
+            solve_two(matrix, right, least);
+        } else {
+            Number divisor = {0.0, 0.0};
+            divisor.re = t[(size_t)i * (size_t)n + (size_t)i] - value.re, divisor.im = -value.im;
+            right[0] = over(right[0], not_below(divisor, least));
+        }
+        for (k = two; k >= 0; k--) {
+            re[i - two + k] = right[k].re;
+            im[i - two + k] = right[k].im;
+        }
+        i -= two;
     }
 }
 
@@ -129,7 +145,7 @@ int eigenvectors(int n, double *a, double *real, double *imaginary, double *vect
             }
             real[k] = real[k + 1] = value.re;
             imaginary[k] = value.im, imaginary[k + 1] = -value.im;
-            substitute_back(n, a, value, k, size, re, im);
+            substitute_back(n, a, value, k, k + 2, DBL_EPSILON * size, re, im);
             turn_back(n, k + 2, turned, re, vector);
             turn_back(n, k + 2, turned, im, vector + n);
             normalise(2 * n, vector); /* both parts together */
@@ -137,7 +153,7 @@ int eigenvectors(int n, double *a, double *real, double *imaginary, double *vect
         } else {
             re[k] = 1.0;
             real[k] = value.re, imaginary[k] = 0.0;
-            substitute_back(n, a, value, k, size, re, im);
+            substitute_back(n, a, value, k, k + 1, DBL_EPSILON * size, re, im);
             turn_back(n, k + 1, turned, re, vector);
             normalise(n, vector);
         }
