@@ -4,11 +4,11 @@
 
 #include "component.h"
 #include "fmi2.h"
+#include "number_text.h"
 #include "port_table.h"
 
 #define CATEGORY "logStatusError" /* the only log category */
 #define REASON_SIZE 1000          /* bytes of a message */
-#define NUMBER_SIZE 32            /* bytes of a number as text */
 
 /* States of an instance (FMI 2.0, section 4.2.4); no step is ever in progress, discarded or cancelled. */
 typedef enum { INSTANTIATED = 1, INITIALIZING, STEPPING, TERMINATED, FAILED } Phase;
@@ -50,9 +50,6 @@ fmi2Status refuse_call(Instance *instance, const char *call, const char *format,
 fmi2Status refuse_for_model(Instance *instance, const char *call);
 int is_utf8(const char *text);
 void replace_bytes_not_utf8(char *text);
-
-/* number_text.c: the shortest text that reads as the same number, as Python writes it. */
-const char *number_text(double value, char text[NUMBER_SIZE]);
 
 /* call_order.c: fmi2OK, or fmi2Error after a refusal. */
 fmi2Status check_order(Instance *instance, Call call, const char *name);

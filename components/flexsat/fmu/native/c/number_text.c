@@ -1,5 +1,4 @@
-/* Numbers in messages: the same text as in those of the Python FMUs, whatever the host's locale. */
-#include "instance.h"
+#include "number_text.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -22,18 +22,14 @@ static double column_norm(int n, const double *a)
     return largest;
 }
 
-int transition(Memory *memory, int n, const double *a, double period, double *exponential, double *integral)
+void transition_with(int n, const double *a, double period, double *exponential, double *integral, double *work)
 {
     const size_t count = (size_t)n * (size_t)n;
-    MemoryBlock *mark = memory->last;
-    double *scaled = memory_doubles(memory, count), *term = memory_doubles(memory, count);
-    double *next = memory_doubles(memory, count);
+    double *scaled = work, *term = scaled + count, *next = term + count;
     double norm = period * column_norm(n, a), step;
     int squarings = 0, k;
     size_t e;
 
-    if (memory->failed)
-        return 1;
     if (norm > 0.0) {
         const int needed = (int)ceil(log2(norm)) + 1;
         squarings = needed > 0 ? needed : 0;
@@ -60,6 +56,16 @@ int transition(Memory *memory, int n, const double *a, double period, double *ex
         memcpy(term, exponential, count * sizeof(double));
         times_matrix(n, n, n, term, term, exponential);
     }
+}
+
+int transition(Memory *memory, int n, const double *a, double period, double *exponential, double *integral)
+{
+    MemoryBlock *mark = memory->last;
+    double *work = memory_doubles(memory, 3 * (size_t)n * (size_t)n);
+
+    if (memory->failed)
+        return 1;
+    transition_with(n, a, period, exponential, integral, work);
     memory_rewind(memory, mark);
     return 0;
 }
