@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..arrays import Array, Index
 from ..controller_weights import VARIANTS
 from ..design.chain import Designs, as_arrays, cost_arrays
-from ..ports.table import Naming
-from .documentation.content import accompanying_files, draw
+from ..parameters import Configuration
+from ..ports.table import Naming, PortTable
+from .documentation.content import AccompanyingFiles, accompanying_files, draw
 from .documentation.experiments import EXPERIMENTS
-from .documentation.reference_results import run_experiments
+from .documentation.reference_results import Run, run_experiments
 from .export import BuiltFmu, build_fmu
 from .python.controller import Controller
 from .python.load_matrices import COST, MODEL_FILE
@@ -26,6 +27,59 @@ SHELLS: dict[str, type[Plant | Sensors | Controller]] = {
     "sensors": Sensors,
     "controller": Controller,
 }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parts:
+    """What the FMUs of one component have in common, whatever their names and whatever runs them.
+
+    Attributes
+    ----------
+    resources : files that the Python FMU reads
+    table : the ports, with structured names
+    runs : experiments with their results
+    """
+
+    component: str
+    config: Configuration
+    resources: Mapping[str, bytes]
+    table: PortTable
+    runs: list[Run]
+    pictures: Mapping[str, bytes]
+
+    def accompanying_files(
+        self, model_name: str, naming: Naming, *, execution_tool: bool = False, compile_command: str | None = None
+    ) -> AccompanyingFiles:
+        """Return the documentation, pictures and reference results of an FMU of this component."""
+        return accompanying_files(
+            self.component,
+            self.table.renamed(naming),
+            self.runs,
+            self.pictures,
+            config=self.config,
+            model_name=model_name,
+            version=importlib.metadata.version("flexsat"),
+            step=getattr(self.config.rates, self.component),
+            stop=SHELLS[self.component].stop_time,
+            execution_tool=execution_tool,
+            compile_command=compile_command,
+        )
+
+
+def configuration_parts(designs: Designs) -> dict[str, Parts]:
+    """Return the parts of plant, sensors and controller of one configuration; the experiments are run."""
+    config = designs.corrected.config
+    parts = {}
+    for component, shell in SHELLS.items():
+        resources = component_resources(designs, component)
+        step = getattr(config.rates, component)
+        experiments = tuple(replace(experiment, step=step) for experiment in EXPERIMENTS[component])
+        table, runs = run_experiments(shell, resources, experiments)
+        pictures = draw(designs.corrected.spacecraft, config, component)
+        parts[component] = Parts(
+            component=component, config=config, resources=resources, table=table, runs=runs, pictures=pictures
+        )
+    return parts
 
 
 def component_resources(designs: Designs, component: str) -> dict[str, bytes]:
@@ -46,6 +100,7 @@ def build_configuration(
     report: Callable[[str], None] = lambda _: None,
     naming: Naming = "structured",
     execution_tool: bool = False,
+    parts: Mapping[str, Parts] | None = None,
 ) -> dict[str, BuiltFmu]:
     """Build plant, sensors and controller into `folder`/<configuration>/, each replaced in one piece.
 
@@ -56,35 +111,22 @@ def build_configuration(
     report : called with a line for each file written
     naming : "flat" builds the same FMUs with flat names into `folder`/<configuration>/flat/
     execution_tool : declare that the FMUs need a tool to be executed
+    parts : from `configuration_parts`, if they have been made already
     """
     config = designs.corrected.config
     flat = naming == "flat"
     target = folder / config.name / "flat" if flat else folder / config.name
     built = {}
-    for component, shell in SHELLS.items():
+    for component, part in (parts or configuration_parts(designs)).items():
+        shell = SHELLS[component]
         path = target / f"{component}.fmu"
         path.parent.mkdir(parents=True, exist_ok=True)
         model_name = f"{component}_{config.name}{'_flat' if flat else ''}"
-        resources = component_resources(designs, component)
-        step = getattr(config.rates, component)
-        experiments = tuple(replace(experiment, step=step) for experiment in EXPERIMENTS[component])
-        table, runs = run_experiments(shell, resources, experiments)
-        content = accompanying_files(
-            component,
-            table.renamed(naming),
-            runs,
-            draw(designs.corrected.spacecraft, config, component),
-            config=config,
-            model_name=model_name,
-            version=importlib.metadata.version("flexsat"),
-            step=step,
-            stop=shell.stop_time,
-            execution_tool=execution_tool,
-        )
+        content = part.accompanying_files(model_name, naming, execution_tool=execution_tool)
         built[component] = build_fmu(
             f"{shell.__module__}:{shell.__name__}",
             path,
-            resources,
+            part.resources,
             model_name,
             documentation=content.documentation,
             extra=content.extra,

@@ -66,7 +66,7 @@ int component_advance(Component *component, double time, double step)
         component->real[PORT_LEVEL + k] = state->level[k];
     }
     state->steps++;
-    component->real[PORT_ANGLE] = component->real[PORT_POISON] != 0.0 ? nan("") : time + step;
+    component->real[PORT_ANGLE] = component->real[PORT_POISON] > 0.5 ? nan("") : time + step;
     component->boolean[PORT_VALID] = 1;
     snprintf(component->string[PORT_GREETING], STRING_SIZE, "%.200s %d", component->string[PORT_LABEL], state->steps);
     return 0;

@@ -41,6 +41,7 @@ def accompanying_files(
     step: float,
     stop: float,
     execution_tool: bool = False,
+    compile_command: str | None = None,
 ) -> AccompanyingFiles:
     """Return the files of one FMU other than its code, with names in the naming of the table.
 
@@ -51,8 +52,10 @@ def accompanying_files(
     pictures : from `draw`
     step, stop : of the default experiment [s]
     execution_tool : whether the model description declares that a tool is needed
+    compile_command : builds the library in the folder sources/; None for an FMU in Python
     """
     experiments = [run.experiment for run in runs]
+    native = compile_command is not None
     index = page(
         table,
         TEXTS[component],
@@ -63,12 +66,13 @@ def accompanying_files(
         step=step,
         stop=stop,
         execution_tool=execution_tool,
+        compile_command=compile_command,
     )
     documentation = {
         "index.html": index,
-        "externalDependencies.txt": external_dependencies(),
-        "fmi-ls-ref.txt": replay_instructions(),
-        **{f"licenses/{name}": content for name, content in licence_files().items()},
+        "externalDependencies.txt": external_dependencies(compile_command),
+        "fmi-ls-ref.txt": replay_instructions(native),
+        **{f"licenses/{name}": content for name, content in licence_files(native).items()},
     }
     terminals = {"terminalsAndIcons/terminalsAndIcons.xml": terminals_xml(table)}
     return AccompanyingFiles(

@@ -1,4 +1,4 @@
-"""Licences of an FMU's content: the sources of flexsat, and the wrapper with its Python module."""
+"""Licences of an FMU's content: the sources of flexsat, and of one in Python the wrapper with its Python module."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ENTRY = "license.txt"  # FMI 2.0, section 2.3: where a reader begins
 OWN, WRAPPER = "flexsat-BSD-3-Clause.txt", "pythonfmu-MIT.txt"
 
 
-def licence_files() -> dict[str, bytes]:
+def licence_files(native: bool = False) -> dict[str, bytes]:
     """Return the files below documentation/licenses/.
 
     Raises
@@ -20,6 +20,8 @@ def licence_files() -> dict[str, bytes]:
     BuildError
         If an installed package came without its licence.
     """
+    if native:
+        return {ENTRY: fill("license_native.txt", own=OWN), OWN: _own_licence()}
     entry = fill("license.txt", own=OWN, wrapper=WRAPPER, wrapper_version=distribution("pythonfmu").version)
     return {ENTRY: entry, OWN: _own_licence(), WRAPPER: _installed_licence("pythonfmu")}
 

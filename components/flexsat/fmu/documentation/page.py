@@ -25,6 +25,7 @@ def page(
     step: float,
     stop: float,
     execution_tool: bool = False,
+    compile_command: str | None = None,
 ) -> bytes:
     """Return documentation/index.html: well-formed, self-contained, the same bytes for the same input.
 
@@ -36,6 +37,7 @@ def page(
     configuration : one sentence on the layout of the wheels
     step, stop : of the default experiment [s]
     execution_tool : whether the model description declares that a tool is needed
+    compile_command : builds the library in the folder sources/; None for an FMU in Python
     """
     return fill(
         "page.html",
@@ -53,6 +55,7 @@ def page(
         output=next(v.name for v in table.variables if v.port.causality == "output"),
         oldest_python=OLDEST_PYTHON,
         execution_tool=execution_tool,
+        compile_command=compile_command,
         inputs=port_rows(table, "input"),
         outputs=port_rows(table, "output"),
         parameters=port_rows(table, "parameter"),
@@ -66,11 +69,13 @@ def page(
     )
 
 
-def external_dependencies() -> bytes:
-    """Return documentation/externalDependencies.txt: what a host must provide."""
+def external_dependencies(compile_command: str | None = None) -> bytes:
+    """Return documentation/externalDependencies.txt: what a host must provide; arguments as of `page`."""
+    if compile_command is not None:
+        return fill("externalDependencies_native.txt", compile_command=compile_command)
     return fill("externalDependencies.txt", oldest_python=OLDEST_PYTHON)
 
 
-def replay_instructions() -> bytes:
+def replay_instructions(native: bool = False) -> bytes:
     """Return documentation/fmi-ls-ref.txt: how to replay the experiments, and the tolerance to compare with."""
-    return fill("fmi-ls-ref.txt")
+    return fill("fmi-ls-ref.txt", native=native)

@@ -46,7 +46,8 @@ def port_table(table: PortTable) -> str:
         If the elements of a string start with different texts.
     """
     ordered = [port for kind in KINDS for port in table if port.kind == kind]
-    arrays, rows = [], []
+    arrays: list[str] = []
+    rows: list[str] = []
     for number, port in enumerate(ordered):
         starts = port.starts
         differ = any(start != starts[0] for start in starts)

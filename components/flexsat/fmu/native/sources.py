@@ -58,7 +58,7 @@ def component_sources(main: Path) -> dict[str, bytes]:
 
 
 def generated_sources(component: str, table: PortTable, variants: Mapping[str, Any]) -> dict[str, bytes]:
-    """Return the generated files, but for the identity: the ports, and the matrices of each variant if there are any."""
+    """Return the generated files, but for the identity: the ports, and the matrices of each variant if it has any."""
     texts = {"ports.h": port_places(table), "ports.c": port_table(table)}
     texts |= matrix_sources(component, variants) if variants else {}
     return {name: text.encode("ascii") for name, text in texts.items()}

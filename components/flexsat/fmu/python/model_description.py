@@ -23,6 +23,7 @@ class About:
     ----------
     step_size : preferred, or only, communication step [s]
     any_step : whether other steps are accepted
+    source_files : C files below sources/ that build the library; none for an FMU in Python
     execution_tool : whether a tool is declared to be needed, for a receiver that wants to be warned of Python
     date : ISO 8601, or None for builds that repeat byte by byte
     """
@@ -36,6 +37,7 @@ class About:
     generation_tool: str
     step_size: float
     any_step: bool
+    source_files: tuple[str, ...] = ()
     execution_tool: bool = False
     stop_time: float | None = None
     date: str | None = None
@@ -89,7 +91,11 @@ def model_description(table: PortTable, about: About) -> Element:
     if about.date is not None:
         head["generationDateAndTime"] = about.date
     root = Element("fmiModelDescription", {**head, "variableNamingConvention": table.naming})
-    SubElement(root, "CoSimulation", _capabilities(about))
+    kind = SubElement(root, "CoSimulation", _capabilities(about))
+    if about.source_files:
+        files = SubElement(kind, "SourceFiles")
+        for name in about.source_files:
+            SubElement(files, "File", {"name": name})
     _add_units(root, table)
     categories = SubElement(root, "LogCategories")
     for name, description in about.log_categories.items():
@@ -113,7 +119,7 @@ def _capabilities(about: About) -> dict[str, str]:
         "canHandleVariableCommunicationStepSize": _text(about.any_step),
         "canInterpolateInputs": "false",
         "canBeInstantiatedOnlyOncePerProcess": "false",
-        "canNotUseMemoryManagementFunctions": "true",
+        "canNotUseMemoryManagementFunctions": _text(not about.source_files),
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
     }

@@ -1,0 +1,88 @@
+"""Build the native FMUs of one configuration: the same ports, documentation and reference results, and a C library."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+from ..controller_weights import VARIANTS, Variant
+from ..design.chain import Designs
+from .build import SHELLS, Parts
+from .export import BuiltFmu
+from .native.compile import compile_command
+from .native.export import NativeComponent, native_content
+from .native.sources import FOLDER
+from .python.model_description import about_component
+from .reproducible_zip import write_atomically, zip_bytes
+
+NATIVE = "native"  # the folder, and the end of the models' names
+
+
+def build_native_configuration(
+    designs: Designs, folder: Path, parts: Mapping[str, Parts], report: Callable[[str], None] = lambda _: None
+) -> dict[str, BuiltFmu]:
+    """Build plant, sensors and controller into `folder`/<configuration>/native/, each replaced in one piece.
+
+    Parameters
+    ----------
+    designs : of one configuration
+    folder : usually `fmus`
+    parts : from `configuration_parts`
+    report : called with a line for each file written
+
+    Raises
+    ------
+    BuildError
+        If there is no C compiler here, or this is another platform than Linux x86-64.
+    """
+    target = folder / designs.corrected.config.name / NATIVE
+
+    def build(component: str) -> BuiltFmu:
+        return _build(designs, parts[component], target / f"{component}.fmu")
+
+    with ThreadPoolExecutor(2) as pool:  # compilers are processes of their own
+        built = dict(zip(SHELLS, pool.map(build, SHELLS), strict=True))
+    for fmu in built.values():
+        report(f"{fmu.path}  {fmu.path.stat().st_size / 1e6:.1f} MB  {fmu.guid}")
+    return built
+
+
+def _build(designs: Designs, parts: Parts, path: Path) -> BuiltFmu:
+    component = native_component(designs, parts)
+    name = component.about.model_name
+    files = parts.accompanying_files(name, "structured", compile_command=compile_command(name))
+    made = native_content(component)
+    documentation = {f"documentation/{file}": content for file, content in files.documentation.items()}
+    archive = zip_bytes({**files.extra, **documentation, **made.entries})
+    write_atomically(path, archive)
+    return BuiltFmu(path=path, guid=made.guid, sha256=hashlib.sha256(archive).hexdigest())
+
+
+def native_component(designs: Designs, parts: Parts) -> NativeComponent:
+    """Return what the native FMU of a component is made from."""
+    with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
+        for file, content in parts.resources.items():
+            Path(folder, file).write_bytes(content)
+        shell = SHELLS[parts.component](instance_name=parts.component, resources=folder)
+    version = importlib.metadata.version("flexsat")
+    about = about_component(shell, {"version": version}, f"flexsat {version}")
+    return NativeComponent(
+        main=FOLDER / f"{parts.component}.c",
+        table=parts.table,
+        variants={variant: getattr(designs.variant(variant), parts.component) for variant in _variants(parts)},
+        about=replace(about, model_name=f"{parts.component}_{parts.config.name}_{NATIVE}"),
+        equal_steps=shell.equal_steps,
+        step_parameter=shell.step_parameter,
+    )
+
+
+def _variants(parts: Parts) -> Iterator[Variant]:
+    """Yield the variants that a component has matrices of: the weights that differ are those of the controller."""
+    for variant in VARIANTS:
+        if parts.component == "controller" or variant != "published":
+            yield variant

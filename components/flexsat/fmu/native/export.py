@@ -1,0 +1,84 @@
+"""Make the content of a native FMU: its description, its library, and the sources that build it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ...ports.table import PortTable
+from ..documentation.xml_text import xml_bytes
+from ..python.model_description import About, model_description
+from .compile import compile_library
+from .sources import IDENTITY, Identity, component_sources, generated_sources, identity_source
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NativeComponent:
+    """What a native FMU is made from.
+
+    Attributes
+    ----------
+    main : the C file that implements `component.h`, such as plant.c
+    variants : matrices by variant, as of `generated_sources`; none for a component without any
+    about : what its model description contains; the GUID is replaced
+    equal_steps, step_parameter : as of `Identity`
+    """
+
+    main: Path
+    table: PortTable
+    variants: Mapping[str, Any]
+    about: About
+    equal_steps: bool
+    step_parameter: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NativeContent:
+    """Files of an FMU by their path in the archive, and its GUID."""
+
+    guid: str
+    entries: dict[str, bytes]
+
+
+def native_content(component: NativeComponent) -> NativeContent:
+    """Generate and compile what a native FMU contains, but for its documentation.
+
+    The GUID follows from the sources and the description, so that the same input gives the same GUID.
+
+    Raises
+    ------
+    ValueError
+        For a model name that is no C identifier.
+    BuildError
+        If the library cannot be compiled here.
+    """
+    name = component.about.model_name
+    if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
+        raise ValueError(f"model_name must be a C identifier, got {name!r}")
+    sources = component_sources(component.main)
+    sources |= generated_sources(component.main.stem, component.table, component.variants)
+    identity = Identity(guid="", equal_steps=component.equal_steps, step_parameter=component.step_parameter)
+    about = replace(component.about, source_files=tuple(sorted(file for file in sources if file.endswith(".c"))))
+    guid = _guid(sources | {IDENTITY: identity_source(identity)}, _xml(component.table, about))
+    sources[IDENTITY] = identity_source(replace(identity, guid=guid))
+    entries = {f"sources/{file}": content for file, content in sources.items()}
+    entries["modelDescription.xml"] = _xml(component.table, replace(about, guid=guid))
+    entries[f"binaries/linux64/{name}.so"] = compile_library(sources, name)
+    return NativeContent(guid=guid, entries=entries)
+
+
+def _xml(table: PortTable, about: About) -> bytes:
+    return xml_bytes(model_description(table, about))
+
+
+def _guid(sources: Mapping[str, bytes], description: bytes) -> str:
+    digest = hashlib.sha256(json.dumps(sorted(sources)).encode())
+    for part in (*(sources[file] for file in sorted(sources)), description):
+        digest.update(len(part).to_bytes(8, "little") + part)
+    return f"{{{uuid.uuid5(uuid.NAMESPACE_OID, digest.hexdigest())}}}"

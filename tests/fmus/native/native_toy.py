@@ -1,0 +1,54 @@
+"""Build the toy of counter.c as a native FMU: the ports are those of the Python toy."""
+
+import importlib
+import shutil
+from pathlib import Path
+
+import flexsat
+from flexsat.fmu.native.export import NativeComponent, NativeContent, native_content
+from flexsat.fmu.python.model_description import about_component
+from flexsat.fmu.reproducible_zip import zip_bytes
+
+HERE = Path(__file__).parent
+
+
+def counter_component(main: Path = HERE / "counter.c") -> NativeComponent:
+    """Return what the FMU of the toy is made from; `main` may be a changed copy."""
+    flexsat.__path__.append(str(HERE.parent))
+    try:
+        counter = importlib.import_module("flexsat.toys.counter")
+    finally:
+        flexsat.__path__.remove(str(HERE.parent))
+    shell = counter.Counter(instance_name="toy")
+    return NativeComponent(
+        main=main,
+        table=shell.table,
+        variants={},
+        about=about_component(shell, {"model_name": "toy", "version": "1"}, "flexsat tests"),
+        equal_steps=False,
+        step_parameter=None,
+    )
+
+
+def build_native_toy(path: Path, main: Path = HERE / "counter.c") -> NativeContent:
+    """Write the FMU and return its content."""
+    made = native_content(counter_component(main))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(zip_bytes(made.entries))
+    return made
+
+
+def changed_counter(folder: Path, *replacements: tuple[str, str]) -> Path:
+    """Return a copy of the toy's source in a folder, with texts replaced."""
+    text = (HERE / "counter.c").read_text(encoding="utf-8")
+    for old, new in replacements:
+        assert old in text, old
+        text = text.replace(old, new)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "counter.c").write_text(text, encoding="utf-8")
+    return folder / "counter.c"
+
+
+def compiler_is_missing() -> str:
+    """Return why native FMUs cannot be built here, or nothing."""
+    return "" if shutil.which("cc") or shutil.which("gcc") else "no C compiler: neither `cc` nor `gcc` is on the path"
