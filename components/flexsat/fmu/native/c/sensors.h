@@ -1,0 +1,36 @@
+/* What the sensors keep. */
+#ifndef FLEXSAT_SENSORS_H
+#define FLEXSAT_SENSORS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ports.h"
+#include "random.h"
+#include "sensor_parameters.h"
+
+#define WHEELS PORT_WHEEL_SPEED_SIZE
+#define GYROS PORT_GYRO_RATE_SIZE
+#define ACCELEROMETERS PORT_ACCELEROMETER_ACCELERATION_SIZE
+#define WRENCHES (6 * PORT_JITTER_FORCE_X_SIZE) /* their ports stand one after the other */
+
+/* The filter sampled for one step length, and the numbers of one run; no step changes them. */
+typedef struct PreparedSensors {
+    SensorParameters parameters;
+    double transition[2][4]; /* from the four rows of the filter to its next output and rate */
+    double deviation[GYROS + ACCELEROMETERS + WHEELS];
+    double broadband_deviation[4 * WHEELS];
+    size_t wrench_first[WRENCHES + 1]; /* of each row of the matrix from jitter to wrenches, without its zeros */
+    double *wrench_factor;
+    int *wrench_source;
+} PreparedSensors;
+
+/* What the sensors remember between steps beside their outputs, which the ports hold. */
+typedef struct SensorState {
+    int64_t count;                    /* steps done */
+    Random noise, disturbance;
+    double filter[3][ACCELEROMETERS]; /* m/s2: output, its rate over the corner frequency, last input */
+    double broadband[4 * WHEELS];     /* noise part of force a, force b [N], torque a, torque b [N.m] of each wheel */
+} SensorState;
+
+#endif

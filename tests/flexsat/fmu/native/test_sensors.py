@@ -1,0 +1,199 @@
+"""The native sensors against the Python stepper: outputs, noise, messages, saved states."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from flexsat.ports import sensors as interface
+from flexsat.runtime import sensors
+from flexsat.runtime.sensor_parameters import SensorMatrices
+from fmus.native.twin import Twin
+
+STEP = 1e-3  # s
+OUTPUTS = {
+    "gyro.rate": "gyro_rate",
+    "accelerometer.acceleration": "accelerometer",
+    "encoder.speed": "encoder_speed",
+    "encoder.angle": "encoder_angle",
+    "star_tracker.quaternion": "star_tracker_quaternion",
+    "star_tracker.mrp": "star_tracker_mrp",
+    "star_tracker.valid": "star_tracker_valid",
+}
+WRENCH = [f"jitter.{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz"]
+
+
+@pytest.fixture(scope="module", params=["centralised", "distributed"])
+def variants(request: pytest.FixtureRequest) -> dict[str, SensorMatrices]:
+    """Return matrices of the size of a layout: six wheels on one mount, or three on each of eleven."""
+    mounts, on_each = (1, 6) if request.param == "centralised" else (11, 3)
+    random = np.random.default_rng(1)
+    wheels = mounts * on_each
+    wrench = random.normal(size=(6, mounts, 4, mounts, on_each)) * np.eye(mounts)[:, None, :, None]
+    corrected = SensorMatrices(
+        nominal_speed=random.uniform(20.0, 80.0, wheels),
+        wrench_of_jitter=wrench.reshape(6 * mounts, 4 * wheels),
+        gyros=2 * mounts + 1,
+        accelerometers=mounts + 2,
+        gyro_noise=2e-7,
+        accelerometer_noise=2e-5,
+        encoder_noise=3e-4,
+        star_tracker_coarse=5e-5,
+        star_tracker_fine=5e-7,
+        filter_frequency=80.0,
+        imbalance_force=8.6e-6,
+        imbalance_torque=3.5e-6,
+        broadband_force=1.6e-3,
+        broadband_torque=6.4e-4,
+        step_size=STEP,
+        fast_period=5e-3,
+        star_tracker_period=0.1,
+    )
+    return {
+        "corrected": corrected,
+        "as_published": replace(corrected, nominal_speed=1.1 * corrected.nominal_speed),
+    }
+
+
+@pytest.fixture(scope="module")
+def made(compiled: Callable[..., Path], variants: dict[str, SensorMatrices]) -> Iterator[Callable[..., Twin]]:
+    """Return a maker of instances."""
+    matrices = variants["corrected"]
+    ports = interface.ports(matrices)
+    library = compiled(f"{len(matrices.nominal_speed)}-wheels", "sensors", ports, variants)
+    instances: list[Twin] = []
+
+    def make(**values: Any) -> Twin:
+        instances.append(Twin(library, ports, **values))
+        return instances[-1]
+
+    yield make
+    for instance in instances:
+        instance.close()
+
+
+def truth(twin: Twin, k: int) -> None:
+    """Set the inputs of step k: everything moves, with other phases."""
+    for place, name in enumerate(interface.TRUTH):
+        view = twin.view(name)
+        view[:] = np.sin(0.01 * k * (1.0 + place) + np.arange(view.size))
+    twin.view("wheel.speed")[:] *= 60.0
+    twin.view("wheel.angle")[:] *= 1e3
+    twin.view("attitude.quaternion")[:] /= np.linalg.norm(twin.view("attitude.quaternion"))
+
+
+def value_of(twin: Twin) -> Callable[[str], Any]:
+    """Return what gives the value of a port of an instance."""
+    return lambda name: twin.view(name)[0].item()
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"seed": 7},
+        {"seed": 2**31 - 1, "as_published": True, "star_tracker__fine": True, "step_size": STEP},
+        {"jitter__enabled": False, "fast_period": 2e-3, "star_tracker__period": 6e-3},
+    ],
+    ids=["nominal", "as-published", "quiet-wheels"],
+)
+def test_outputs_are_those_of_the_python_stepper(
+    made: Callable[..., Twin], variants: dict[str, SensorMatrices], values: dict[str, Any]
+):
+    twin = made(**values)
+    twin.start()
+    matrices = variants["as_published" if values.get("as_published") else "corrected"]
+    assert_array_equal(twin.view("encoder.speed"), matrices.nominal_speed)
+    assert_array_equal(twin.view("star_tracker.quaternion"), [0.0, 0.0, 0.0, 1.0])
+    assert twin.component.step_length == values.get("step_size", 0.0)
+    if "step_size" not in values:
+        twin.first_step(STEP)
+    prepared = sensors.prepare(interface.parameters(matrices, value_of(twin), STEP))
+    state = sensors.init(prepared)
+    inputs = sensors.SensorInputs(*(twin.view(name) for name in ("attitude.quaternion", "gyro_site.rate",
+        "accelerometer_site.acceleration", "wheel.speed", "wheel.angle")))  # fmt: skip
+    expected: list[np.ndarray] = []
+    seen: list[np.ndarray] = []
+    for k in range(250):
+        truth(twin, k)
+        outputs = sensors.step(prepared, state, inputs)
+        twin.advance(k * STEP, STEP)
+        expected.append(np.concatenate([np.ravel(getattr(outputs, name)) for name in (*OUTPUTS.values(), "wrench")]))
+        seen.append(np.concatenate([twin.view(name) for name in (*OUTPUTS, *WRENCH)]))
+    # rounding of the filter's sums, the sines and the wrenches' sums, relative to the largest of a kind
+    largest = np.abs(expected).max(axis=0)
+    largest[-len(outputs.wrench) :] = largest[-len(outputs.wrench) :].max()
+    assert np.all(np.abs(np.array(seen) - expected) <= 1e-12 * largest)
+    valid = np.array(expected)[:, sum(twin.view(name).size for name in list(OUTPUTS)[:-1])]
+    assert 0 < np.count_nonzero(valid) < len(valid)
+    assert outputs.wrench.any() == values.get("jitter__enabled", True)
+
+
+def test_noise_is_bit_for_bit_that_of_the_python_stepper(
+    made: Callable[..., Twin], variants: dict[str, SensorMatrices]
+):
+    twin = made(seed=12345)
+    twin.start()
+    twin.first_step(STEP)
+    prepared = sensors.prepare(interface.parameters(variants["corrected"], value_of(twin), STEP))
+    state = sensors.init(prepared)
+    for name in interface.TRUTH:
+        twin.view(name)[:] = 0.0  # outputs are the noise alone
+    twin.view("attitude.quaternion")[3] = 1.0
+    inputs = sensors.SensorInputs(*(twin.view(name) for name in ("attitude.quaternion", "gyro_site.rate",
+        "accelerometer_site.acceleration", "wheel.speed", "wheel.angle")))  # fmt: skip
+    for k in range(200):
+        expected = sensors.step(prepared, state, inputs)
+        twin.advance(k * STEP, STEP)
+        for name in ("gyro.rate", "accelerometer.acceleration", "encoder.speed"):
+            assert_array_equal(twin.view(name), getattr(expected, OUTPUTS[name]))
+    assert twin.view("gyro.rate").all()
+
+
+def test_restored_state_goes_on_bit_for_bit(made: Callable[..., Twin]):
+    twin, other = made(seed=3), made(seed=3)
+    twin.start()
+    twin.first_step(STEP)
+    for k in range(7):
+        truth(twin, k)
+        twin.advance(k * STEP, STEP)
+    saved = twin.save()
+    other.start()  # it has not made a step: its length comes with the state
+    other.restore(saved)
+    for k in range(7, 300):
+        for instance in (twin, other):
+            truth(instance, k)
+            instance.advance(k * STEP, STEP)
+        assert_array_equal(twin.arrays["real"], other.arrays["real"])
+        assert_array_equal(twin.arrays["boolean"], other.arrays["boolean"])
+
+
+@pytest.mark.parametrize(
+    ("values", "step"),
+    [
+        ({"fast_period": 3e-3, "star_tracker__period": 0.1}, 0.0),
+        ({"fast_period": 5e-3}, 3e-3),
+        ({"fast_period": 4e-3, "star_tracker__period": 6e-3, "step_size": 1e-3}, 0.0),
+        ({"star_tracker__period": 0.1, "step_size": 3e-3, "fast_period": 3e-3}, 0.0),
+        ({"step_size": 3e-7}, 0.0),
+        ({"gyro__noise": -1e-7}, 0.0),
+        ({"encoder__noise": -30.0}, 0.0),
+        ({"star_tracker__noise_coarse": -2.0e20}, 0.0),
+        ({"accelerometer__filter_frequency": 0.0}, 0.0),
+        ({"seed": -1}, 0.0),
+    ],
+)
+def test_bad_parameters_are_refused_in_the_same_words(
+    made: Callable[..., Twin], variants: dict[str, SensorMatrices], values: dict[str, Any], step: float
+):
+    twin = made(**values)
+    with pytest.raises(ValueError, match=r".") as expected:
+        sensors.prepare(interface.parameters(variants["corrected"], value_of(twin), step or None))
+    if step:
+        twin.start()
+    with pytest.raises(ValueError, match=r".") as refused:
+        twin.first_step(step) if step else twin.start()
+    assert str(refused.value) == str(expected.value)
