@@ -1,4 +1,4 @@
-/* The sensors' parameters of one run, from their ports: the twin of runtime/sensor_parameters.py and ports/sensors.py. */
+/* The sensors' parameters of one run, from their ports: twin of runtime/sensor_parameters.py and ports/sensors.py. */
 #ifndef FLEXSAT_SENSOR_PARAMETERS_H
 #define FLEXSAT_SENSOR_PARAMETERS_H
 
