@@ -14,11 +14,6 @@ runtime/sensors.py, which documents it, and of fmu/python/sensors.py. */
 #define MOST_STEPS INT64_C(0x20000000000000)
 #define PI 3.14159265358979323846
 
-static int no_memory(Component *component)
-{
-    return refuse(component, "the host gives no memory");
-}
-
 /* Sample the anti-aliasing filter, with its input taken as linear between steps. */
 static int prepare(Component *component, PreparedSensors *prepared, double step)
 {
@@ -58,33 +53,6 @@ static int prepare(Component *component, PreparedSensors *prepared, double step)
         prepared->broadband_deviation[2 * WHEELS + k] = parameters->broadband_torque;
         prepared->broadband_deviation[3 * WHEELS + k] = parameters->broadband_torque;
     }
-    return 0;
-}
-
-/* Keep what is not zero of the matrix from jitter to wrenches: a wheel acts on its own mount alone. */
-static int keep_wrench(Memory *memory, PreparedSensors *prepared, const double *wrench_of_jitter)
-{
-    const size_t count = (size_t)WRENCHES * 4 * WHEELS;
-    size_t e, kept = 0;
-    int i, j;
-
-    for (e = 0; e < count; e++)
-        kept += wrench_of_jitter[e] != 0.0;
-    prepared->wrench_factor = memory_doubles(memory, kept);
-    prepared->wrench_source = memory_take(memory, kept, sizeof(int));
-    if (memory->failed)
-        return 1;
-    for (i = 0, kept = 0; i < WRENCHES; i++) {
-        prepared->wrench_first[i] = kept;
-        for (j = 0; j < 4 * WHEELS; j++) {
-            const double factor = wrench_of_jitter[(size_t)i * 4 * WHEELS + (size_t)j];
-            if (factor == 0.0)
-                continue;
-            prepared->wrench_factor[kept] = factor;
-            prepared->wrench_source[kept++] = j;
-        }
-    }
-    prepared->wrench_first[WRENCHES] = kept;
     return 0;
 }
 
@@ -162,20 +130,14 @@ static void sample_star_tracker(Component *component, const PreparedSensors *pre
 static void write_jitter(Component *component, const PreparedSensors *prepared, const SensorState *state)
 {
     const SensorParameters *parameters = &prepared->parameters;
-    double jitter[4 * WHEELS], *wrench = component->real + PORT_JITTER_FORCE_X;
-    size_t e = 0;
-    int i, k;
+    double jitter[4 * WHEELS];
+    int k;
 
     harmonic_jitter(WHEELS, component->real + PORT_WHEEL_SPEED, component->real + PORT_WHEEL_ANGLE, parameters->step,
                     parameters->imbalance_force, parameters->imbalance_torque, jitter);
     for (k = 0; k < 4 * WHEELS; k++)
         jitter[k] += state->broadband[k];
-    for (i = 0; i < WRENCHES; i++) {
-        double sum = 0.0;
-        for (; e < prepared->wrench_first[i + 1]; e++)
-            sum += prepared->wrench_factor[e] * jitter[prepared->wrench_source[e]];
-        wrench[i] = sum;
-    }
+    sparse_times(&prepared->wrench_of_jitter, jitter, component->real + PORT_JITTER_FORCE_X);
 }
 
 int component_start(Component *component)
@@ -184,8 +146,9 @@ int component_start(Component *component)
     PreparedSensors *prepared = memory_take(&component->memory, 1, sizeof *prepared);
     SensorState *state = memory_take(&component->memory, 1, sizeof *state);
 
-    if (component->memory.failed || keep_wrench(&component->memory, prepared, matrices->wrench_of_jitter))
-        return no_memory(component);
+    if (component->memory.failed ||
+        sparse_of(&component->memory, WRENCHES, 4 * WHEELS, matrices->wrench_of_jitter, &prepared->wrench_of_jitter))
+        return refuse(component, "the host gives no memory");
     component->own = prepared;
     component->state = (unsigned char *)state;
     component->state_size = sizeof *state;

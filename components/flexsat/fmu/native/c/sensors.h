@@ -2,9 +2,9 @@
 #ifndef FLEXSAT_SENSORS_H
 #define FLEXSAT_SENSORS_H
 
-#include <stddef.h>
 #include <stdint.h>
 
+#include "panels.h"
 #include "ports.h"
 #include "random.h"
 #include "sensor_parameters.h"
@@ -20,9 +20,7 @@ typedef struct PreparedSensors {
     double transition[2][4]; /* from the four rows of the filter to its next output and rate */
     double deviation[GYROS + ACCELEROMETERS + WHEELS];
     double broadband_deviation[4 * WHEELS];
-    size_t wrench_first[WRENCHES + 1]; /* of each row of the matrix from jitter to wrenches, without its zeros */
-    double *wrench_factor;
-    int *wrench_source;
+    Sparse wrench_of_jitter; /* a wheel acts on its own mount alone */
 } PreparedSensors;
 
 /* What the sensors remember between steps beside their outputs, which the ports hold. */
