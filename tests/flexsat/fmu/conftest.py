@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from fmus.native.native_toy import build_native_toy, compiler_is_missing
 from fmus.toys.builds import build
 
 
@@ -16,3 +17,23 @@ def toy(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
         build(folder / "toy.fmu")
 
     return once("toy", make) / "toy.fmu"
+
+
+@pytest.fixture(scope="session")
+def native_toy(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
+    """Return the native FMU of the toy component, for reading only."""
+    reason = compiler_is_missing()
+    if reason:
+        pytest.skip(reason)
+
+    def make(folder: Path) -> None:
+        build_native_toy(folder / "toy.fmu")
+
+    return once("native-toy", make) / "toy.fmu"
+
+
+@pytest.fixture(params=["toy", "native_toy"])
+def either_toy(request: pytest.FixtureRequest) -> Path:
+    """Return the FMU of the toy component in Python, then the native one: they answer the same calls the same way."""
+    path: Path = request.getfixturevalue(request.param)
+    return path

@@ -19,7 +19,7 @@ def message(status, expected=ERROR):
 """
 
 
-def test_refused_instantiation_is_null_with_one_line(toy):
+def test_refused_instantiation_is_null_with_one_line(either_toy):
     python(
         HOST
         + """
@@ -36,17 +36,28 @@ assert reason(guid=None) == "fmi2Instantiate: the GUID is NULL"
 assert reason(kind=0) == "fmi2Instantiate: this FMU is for co-simulation only"
 assert reason(name=None) == reason(name=b"") == reason(name=b" ") == "fmi2Instantiate: the instance has no name"
 assert library.instantiate(guid=b"{0}", callbacks=False) is None and logged == []
+""",
+        either_toy,
+    )
+
+
+def test_instantiation_without_resources_is_null_with_one_line(toy):
+    python(
+        HOST
+        + """
 (library.folder / "resources").rename(library.folder / "away")
 (library.folder / "resources").mkdir()
 (library.folder / "resources" / "slavemodule.txt").write_text("nothing")
-text = reason()
+assert library.instantiate() is None
+(name, level, category, text), = logged
+assert (level, category) == (ERROR, "logStatusError")
 assert text.startswith("no resources at fmuResourceLocation = "), text
 """,
         toy,
     )
 
 
-def test_names_and_texts_that_are_not_utf8_and_missing_callbacks(toy):
+def test_names_and_texts_that_are_not_utf8_and_missing_callbacks(either_toy):
     python(
         HOST
         + """
@@ -74,11 +85,11 @@ one.initialise()
 assert one.get("String", [label]) == (OK, ["Größe 😀".encode()])
 one.free()
 """,
-        toy,
+        either_toy,
     )
 
 
-def test_null_is_refused_wherever_it_stands(toy):
+def test_null_is_refused_wherever_it_stands(either_toy):
     python(
         HOST
         + """
@@ -115,11 +126,11 @@ text = "deSerializeFMUstate: the bytes come from a NULL array"
 assert refused("DeSerializeFMUstate", None, n, byref(c_void_p())) == text
 assert refused("GetRealStatus", 2, None) == "getRealStatus: the value goes to a NULL pointer"
 """,
-        toy,
+        either_toy,
     )
 
 
-def test_refused_values_are_not_written(toy):
+def test_refused_values_are_not_written(either_toy):
     python(
         HOST
         + """
@@ -139,11 +150,11 @@ for kind in KINDS:  # what the shim asks of the model is not for hosts
     assert "value reference 2147483632: no such variable; there " in message(one.get(kind, [0x7ffffff0])[0])
     one.free()
 """,
-        toy,
+        either_toy,
     )
 
 
-def test_a_variable_of_another_type_is_refused_by_name_whether_set_or_read(toy):
+def test_a_variable_of_another_type_is_refused_by_name_whether_set_or_read(either_toy):
     python(
         HOST
         + """
@@ -167,7 +178,7 @@ assert one.get("Real", [library.reference["poison"]]) == (OK, [0.0])
 assert one.get("Boolean", [library.reference["explode"]]) == (OK, [0])
 one.free()
 """,
-        toy,
+        either_toy,
     )
 
 
@@ -202,11 +213,11 @@ for time, step, reason in (
 """
 
 
-def test_steps_at_wrong_times_are_refused_without_effect(toy):
-    python(HOST + TIMES, toy)
+def test_steps_at_wrong_times_are_refused_without_effect(either_toy):
+    python(HOST + TIMES, either_toy)
 
 
-def test_states_are_of_one_instance_and_are_reused_and_freed(toy):
+def test_states_are_of_one_instance_and_are_reused_and_freed(either_toy):
     python(
         HOST
         + """
@@ -246,11 +257,11 @@ for k in range(3000):
 grown = resident_memory() - before
 assert grown < 1e6, f"{grown} bytes"  # a state has 2 kB; each used to be lost
 """,
-        toy,
+        either_toy,
     )
 
 
-def test_a_state_saved_after_an_error_does_not_repair_the_instance(toy):
+def test_a_state_saved_after_an_error_does_not_repair_the_instance(either_toy):
     python(
         HOST
         + """
@@ -266,7 +277,7 @@ for handle in (state, copy):
     assert message(one.step(0.0)) == "doStep at t = 0.0 s: refused since: the state was saved after an error"
 one.free()
 """,
-        toy,
+        either_toy,
     )
 
 

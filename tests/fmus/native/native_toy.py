@@ -2,6 +2,7 @@
 
 import importlib
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import flexsat
@@ -24,7 +25,7 @@ def counter_component(main: Path = HERE / "counter.c") -> NativeComponent:
         main=main,
         table=shell.table,
         variants={},
-        about=about_component(shell, {"model_name": "toy", "version": "1"}, "flexsat tests"),
+        about=replace(about_component(shell, {"version": "1"}, "flexsat tests"), model_name="toy"),
         equal_steps=False,
         step_parameter=None,
     )
