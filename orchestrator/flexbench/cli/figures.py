@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _EXAMPLES = """
 examples:
   {program} figures
+  {program} figures --as-published
   {program} figures results/paper --configuration distributed --out figures
 """
 
@@ -30,9 +31,11 @@ examples:
 @command("figures", _EXAMPLES)
 @click.argument("results", type=PATH, nargs=-1, metavar="[RESULTS...]",
                 help="results folders of runs, or folders of such folders (default: draw the design)")  # fmt: skip
+@click.option("--as-published", is_flag=True,
+              help="draw the design as published: 25 modes, and the wheel speeds chosen on them")  # fmt: skip
 @configuration_option
 @out_option(f"folder to fill (default: results/figures{DISTINGUISHED})")
-def figures(results: tuple[Path, ...], configuration: tuple[str, ...], out: Path | None) -> int:
+def figures(results: tuple[Path, ...], as_published: bool, configuration: tuple[str, ...], out: Path | None) -> int:
     """Draw the design, or the results of runs, as PNG and SVG."""
     from flexsat.design.chain import build_designs
 
@@ -41,11 +44,13 @@ def figures(results: tuple[Path, ...], configuration: tuple[str, ...], out: Path
     from ..runs.study_folder import study_folder
 
     chosen = configurations(configuration)
+    if results and as_published:
+        raise InputError("--as-published: has no effect on results, which know what they flew; leave one of them out")
     if results:
         drawn = result_figures(runs_of(results, chosen))
     else:
-        drawn = design_figures({name: build_designs(name) for name in chosen})
-    with study_folder(out, "figures") as folder:
+        drawn = design_figures({name: build_designs(name) for name in chosen}, as_published)
+    with study_folder(out, "figures-as-published" if as_published else "figures") as folder:
         for name, make in drawn.items():
             try:
                 figure = make()

@@ -25,6 +25,7 @@ example:
 @stop_time_option(20.0, "simulated time of each run in seconds")
 @click.option("--speed-range", type=NUMBER, nargs=2, metavar="LOW HIGH",
               help="speeds in rpm (default: all modes and bands)")  # fmt: skip
+@click.option("--as-published", is_flag=True, help="sweep the plant as published: 25 modes, speeds chosen on them")
 @seed_option
 @out_option(f"results folder (default: results/CONFIGURATION-waterfall{DISTINGUISHED})")
 @jobs_option
@@ -33,6 +34,7 @@ def waterfall(
     points: int,
     stop_time: float,
     speed_range: tuple[float, float] | None,
+    as_published: bool,
     seed: int | None,
     out: Path | None,
     jobs: int | None,
@@ -48,8 +50,9 @@ def waterfall(
     from ..studies.waterfall.tables import HEADER, flagged_rows, summary
 
     span = None if speed_range is None else (speed_range[0] * RPM, speed_range[1] * RPM)
-    design = design_of(system)
-    default = f"{design.config.name}-waterfall" + ("" if seed is None else f"-seed{seed}")
+    design = design_of(system, as_published)
+    marks = ("-as-published" if as_published else "") + ("" if seed is None else f"-seed{seed}")
+    default = f"{design.config.name}-waterfall{marks}"
     with study_folder(out, default) as folder:
         result = sweep(system, design, folder, points, stop_time, DEFAULT_SEED if seed is None else seed, span, jobs)
         paths = save_figure(waterfall_figure(result, design), folder / "figures", "waterfall")

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from flexbench.loop.systems import build_system
 from flexbench.runs.run_folder import Run
 from flexsat.closed_loop import PORTS, port_values
+from flexsat.controller_weights import Variant
 from flexsat.design.chain import Designs
 from flexsat.parameters import ConfigurationName
 from lockstep import Signals
@@ -31,24 +32,27 @@ from .wheels import wheel_responses
 Drawn = dict[str, Callable[[], Figure]]  # name of the file, and what draws it
 
 
-def design_figures(designs: Mapping[ConfigurationName, Designs]) -> Drawn:
+def design_figures(designs: Mapping[ConfigurationName, Designs], as_published: bool = False) -> Drawn:
     """Return the figures that need no run, each drawn when called.
 
     Parameters
     ----------
     designs : by configuration, one at least; the corrected variant is drawn
+    as_published : draw that variant, whose wheel speeds are chosen on 25 modes; without what does not depend on it
     """
-    corrected = {name: both.corrected for name, both in designs.items()}
+    variant: Variant = "as_published" if as_published else "corrected"
+    chosen = {name: every.variant(variant) for name, every in designs.items()}
+    mark = "-as-published" if as_published else ""
     drawn: Drawn = {
-        "structure": lambda: structure_layout(corrected),
-        "mode-shapes": lambda: mode_shapes(next(iter(corrected.values()))),  # one structure
-        "campbell": lambda: campbell_diagram(corrected),
-        "software": software_diagram,
+        f"mode-shapes{mark}": lambda: mode_shapes(next(iter(chosen.values()))),  # one structure
+        f"campbell{mark}": lambda: campbell_diagram(chosen),
     }
-    for name, both in designs.items():
-        drawn[f"wheel-responses-{name}"] = partial(wheel_responses, both.corrected)
-        drawn[f"architecture-{name}"] = partial(architecture, both)
-    return drawn
+    for name in designs:
+        drawn[f"wheel-responses-{name}{mark}"] = partial(wheel_responses, chosen[name])
+    if as_published:
+        return drawn
+    drawn |= {"structure": lambda: structure_layout(chosen), "software": software_diagram}
+    return drawn | {f"architecture-{name}": partial(architecture, every) for name, every in designs.items()}
 
 
 def architecture(designs: Designs) -> Figure:

@@ -142,9 +142,12 @@ EFFECTS = {
         "--time-range": "flexbench/report/test_results.py::test_short_window_keeps_every_row",
         "--pdf": "system/test_report_files.py::test_pdf_on_request",
     },
-    "flexsat figures": dict.fromkeys(
-        ("--configuration", "--out"), "system/test_figures.py::test_the_design_is_drawn_without_results"
-    ),
+    "flexsat figures": {
+        "--as-published": "flexbench/figures/test_figure_lists.py::test_the_command_draws_the_design_as_published",
+        **dict.fromkeys(
+            ("--configuration", "--out"), "system/test_figures.py::test_the_design_is_drawn_without_results"
+        ),
+    },
     "flexsat export": {
         "--format": "flexbench/runs/test_export.py::test_hdf5_read_by_h5py",
         "--out": "flexbench/runs/test_export.py::test_failed_export_leaves_no_file",
@@ -198,6 +201,8 @@ EFFECTS = {
         **dict.fromkeys(("--configuration", "--scenario", "--seeds", "--out", "--fmus", "--jobs"), _VALUES),
     },
     "flexsat waterfall": {
+        "--as-published": "flexbench/studies/waterfall/test_waterfall.py::"
+                          "test_a_sweep_as_published_flies_25_modes_and_is_named_so",
         **dict.fromkeys(("--points", "--speed-range", "--stop-time", "--out"), _WATERFALL),
         **dict.fromkeys(("--seed", "--jobs"), _VALUES),
     },

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
+from flexsat.arrays import Array, Complex
 from flexsat.design.chain import Design
 from flexsat.parameters import ALL_MODES
 from flexsat.spacecraft.assembly import Spacecraft
@@ -17,6 +18,7 @@ from lockstep.errors import InputError
 from .designed_loop import DesignedLoop
 from .periodic_loop import PeriodicLoop
 
+NEAR, ITERATIONS = 1e-9, 3  # of inverse iteration: relative distance to the eigenvalue
 MODE_COUNTS = (25, 28, 40, 60, 100, 150, ALL_MODES)
 
 
@@ -48,7 +50,7 @@ class Stability:
     corner: Corner
     highest: float  # Hz, frequency of the highest mode that the plant has
     growth: float  # 1/s, of the slowest closed-loop pole: negative if stable
-    frequency: float  # Hz, of that pole, folded below half the star tracker's rate
+    frequency: float  # Hz, at which that pole moves the torques most
 
     @property
     def stable(self) -> bool:
@@ -109,11 +111,35 @@ def stability(plants: Plants, corner: Corner, fine: bool = True, loop: DesignedL
 
 
 def growth_of_loop(opened: PeriodicLoop, factor: complex = 1.0) -> tuple[float, float]:
-    """Return growth [1/s] and frequency [Hz] of the slowest pole of a loop closed with a factor on what comes back."""
-    values = np.linalg.eigvals(opened.monodromy(factor))
+    """Return growth [1/s] and frequency [Hz] of the slowest pole of a loop closed with a factor on what comes back.
+
+    A pole over the star tracker's period has its frequency folded below half the tracker's rate. Its motion within the
+    period tells the frequency: that of the strongest line of what comes back.
+    """
+    monodromy = opened.monodromy(factor)
+    values = np.linalg.eigvals(monodromy)
     slowest = values[np.argmax(np.abs(values))]
     span = opened.steps * opened.period
-    return float(np.log(np.abs(slowest)) / span), float(np.abs(np.angle(slowest)) / (2.0 * np.pi * span))
+    folded = float(np.angle(slowest)) / (2.0 * np.pi * span)
+    first, rest = opened.closed(factor)
+    states = [_eigenvector(monodromy, slowest)]
+    for step in range(opened.steps - 1):
+        states.append((rest if step else first) @ states[-1])
+    back = np.array([opened.first.c @ states[0], *(opened.rest.c @ state for state in states[1:])])
+    turns = np.exp(-2j * np.pi * folded * opened.period * np.arange(opened.steps))
+    power = np.sum(np.abs(np.fft.fft(back * turns[:, None], axis=0)) ** 2, axis=1)
+    lines = folded + np.fft.fftfreq(opened.steps, opened.period)
+    return float(np.log(np.abs(slowest)) / span), float(np.abs(lines[np.argmax(power)]))
+
+
+def _eigenvector(matrix: Array | Complex, value: complex) -> Complex:
+    """Return the eigenvector of a known eigenvalue, by inverse iteration."""
+    shifted = matrix - value * (1.0 + NEAR) * np.eye(len(matrix))
+    vector = np.ones(len(matrix), dtype=complex)
+    for _ in range(ITERATIONS):
+        vector = np.linalg.solve(shifted, vector)
+        vector /= np.linalg.norm(vector)
+    return np.asarray(vector)
 
 
 HEADER = ("plant", "growth [1/s]", "at [Hz]", "")

@@ -263,7 +263,7 @@ _SHAPE = {
         "curves": {"*": _CURVE},
         "settings": {"length": "number", "periods": "number", "quiet": "flag"},
     },
-    "?real": {"stable": "number", "unstable": "number", "delay": "number", "frequency": "number"},
+    "?real": {"stable": "number", "unstable": "number?", "delay": "number?", "frequency": "number?"},
 }
 
 

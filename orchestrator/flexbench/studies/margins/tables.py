@@ -25,9 +25,11 @@ def exact_rows(content: Mapping[str, Any]) -> Rows:
         rows.append(("phase", _phase(exact["phase"])))
     if "real" in content:
         real = content["real"]
-        between = f"stable at {real['stable'] * 1e3:.1f}, unstable at {real['unstable'] * 1e3:.1f} ms"
-        rows.append(("delay that destabilises the co-simulation",
-                     f"{real['delay'] * 1e3:.3f} ms, at {real['frequency']:.1f} Hz ({between})"))  # fmt: skip
+        found = f"{NONE} up to {real['stable'] * 1e3:g} ms"
+        if real["unstable"] is not None:
+            between = f"stable at {real['stable'] * 1e3:.1f}, unstable at {real['unstable'] * 1e3:.1f} ms"
+            found = f"{real['delay'] * 1e3:.3f} ms, at {real['frequency']:.1f} Hz ({between})"
+        rows.append(("delay that destabilises the co-simulation", found))
     return rows
 
 
@@ -40,8 +42,8 @@ def stability_text(content: Mapping[str, Any]) -> str:
     if found["growth"] < 0.0:
         return f"The designed loop is stable {plant}."
     return (
-        f"The designed loop is UNSTABLE {plant}: it grows by {found['growth']:.3g} 1/s, at {found['frequency']:.2f} Hz "
-        "or an alias of that at the star tracker's rate. An unstable loop has no margins; none were measured."
+        f"The designed loop is UNSTABLE {plant}: it grows by {found['growth']:.3g} 1/s, at "
+        f"{found['frequency']:.2f} Hz. An unstable loop has no margins; none were measured."
     )
 
 

@@ -7,22 +7,27 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.signal.windows import blackmanharris
 
 from flexsat.arrays import Array
 from lockstep import InputError, System
 from lockstep.system.component import Value
 
-from .injection import NAME, Opened, open_loop_at, record_injection
+from .injection import NAME, open_loop_at, record_injection
 from .multisine import Multisine, design_multisine
 from .system_loop import SystemLoop
 
 FINE_TICK = 100_000  # ns: the resolution of the delay
 EXCITATION = 1.0  # s of test signal
 WINDOW = 2.0  # s: growth is estimated from two consecutive windows after the excitation
-LOWEST = 4.0  # Hz: slower motion hardly grows or decays within two windows
+WINDOWS = (WINDOW, 6.0, 18.0)  # s: longer ones where nothing grows or decays enough to be sure
+SURE = 1.0  # growth rate times window: modes of half a percent of damping beat, and look like growth in short windows
+LONGEST = 0.1  # s, up to which a delay is sought
+LOWEST = 8.0  # periods in a window: slower motion hardly grows or decays within two
 FAINT = 1e-4  # of the strongest line: below it is leakage of the windows
 SHARE_OF_AMPLITUDE = 1e-3  # of the test signal's peak: without noise a small excitation suffices, far from any limit
 FIRST_STEP = 20  # ticks, then twice as many
+RESOLUTION = 0.005  # relative, of a long delay; the tick, of a short one
 ALIKE = 0.1  # relative: lines that grow as fast as the fastest; the strongest of them is named
 NEAR = 1.0  # Hz, in which the strongest line is looked for
 Progress = Callable[[float, float], None]
@@ -30,12 +35,12 @@ Progress = Callable[[float, float], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnstableDelay:
-    """The delay at the plant input that makes the co-simulation unstable."""
+    """The delay at the plant input that makes the co-simulation unstable; None where there is none up to `stable`."""
 
     stable: float  # s, the longest delay tried at which everything decays
-    unstable: float  # s, the shortest at which something grows
-    delay: float  # s, in between where the growth rate passes zero
-    frequency: float  # Hz, of what grows
+    unstable: float | None  # s, the shortest at which something grows
+    delay: float | None  # s, in between where the growth rate passes zero
+    frequency: float | None  # Hz, of what grows
     runs: int
 
 
@@ -58,7 +63,7 @@ class Growth:
 def destabilising_delay(
     loop: SystemLoop,
     folder: Path,
-    between: tuple[float, float] = (0.0, 0.02),
+    between: tuple[float, float] = (0.0, LONGEST),
     amplitude: float | None = None,
     progress: Progress | None = None,
     overrides: Mapping[str, Value] | None = None,
@@ -69,31 +74,31 @@ def destabilising_delay(
     ----------
     loop : what `read_loop` returns
     folder : for the runs
-    between : delays between which to look [s]: the loop is stable at the first and unstable at the second
+    between : delays between which to look [s]: the loop is stable at the first
     amplitude : peak of the excitation in the unit of the plant's inputs; None for a thousandth of the test signal's
     overrides : values by `component.parameter`, beside those that make a run quiet
     progress : called after each run with its delay [s] and the fastest growth rate found [1/s]
 
     The system runs on a tick of 0.1 ms, with the plant stepped at it, so that the delay can be any number of ticks.
     A test signal excites all directions at once for a second. The spectra of two windows after it give the growth rate
-    of each line.
+    of each line; where that is too near zero for their length, a longer run decides.
 
     Raises
     ------
     InputError
-        If the loop is unstable without a delay, or stable at the longest, or the amplitude is not known.
+        If the loop is unstable without a delay, or the amplitude is not known.
     """
     peak = SHARE_OF_AMPLITUDE * loop.amplitude if amplitude is None and loop.amplitude is not None else amplitude
     if peak is None:
         raise InputError("amplitude: not known for this plant; give one in the unit of its inputs")
-    opened = open_loop_at(fine_system(loop), loop.controller, loop.plant, _excitation(loop.period), folder)
+    fine = fine_system(loop)
     tick = FINE_TICK * 1e-9
     given = replace(loop, quiet={**(overrides or {}), **loop.quiet})
     done: dict[int, Growth] = {}
 
     def grows(ticks: int) -> bool:
         if ticks not in done:
-            done[ticks] = _growth_with_delay(opened, given, folder / f"delay{ticks}", ticks, peak)
+            done[ticks] = _growth_with_delay(fine, given, folder / f"delay{ticks}", ticks, peak)
             if progress is not None:
                 progress(ticks * tick, done[ticks].rate)
         return done[ticks].rate > 0.0
@@ -106,8 +111,8 @@ def destabilising_delay(
         stable, step = stable + step, 2 * step
     unstable = min(stable + step, unstable)
     if not grows(unstable):
-        raise InputError(f"system {loop.system.name}: still stable with {unstable * tick * 1e3:g} ms; look further")
-    while unstable - stable > 1:
+        return UnstableDelay(stable=unstable * tick, unstable=None, delay=None, frequency=None, runs=len(done))
+    while unstable - stable > max(1.0, RESOLUTION * stable):
         middle = (stable + unstable) // 2
         if grows(middle):
             unstable = middle
@@ -119,7 +124,7 @@ def destabilising_delay(
     return UnstableDelay(
         stable=stable * tick,
         unstable=unstable * tick,
-        delay=(stable + share) * tick,
+        delay=(stable + share * (unstable - stable)) * tick,
         frequency=critical,
         runs=len(done),
     )
@@ -144,7 +149,9 @@ def fine_system(loop: SystemLoop) -> System:
     return replace(system, tick=FINE_TICK, components=components, connections=connections)
 
 
-def growth_of(signals: Array, sample: float, peak: float) -> Growth:
+def growth_of(
+    signals: Array, sample: float, peak: float, lowest: float | None = None, repeats: float | None = None
+) -> Growth:
     """Estimate growth rates from free motion.
 
     Parameters
@@ -152,15 +159,19 @@ def growth_of(signals: Array, sample: float, peak: float) -> Growth:
     signals : (2 k, m) two windows long
     sample : [s]
     peak : of the excitation; a loop that exceeds it a hundredfold grows, even if it is at its limits by then
+    lowest : [Hz]; slower motion is left out; None for LOWEST periods in a window
+    repeats : period of the slowest sampler [s], at multiples of whose rate slow motion appears too; None: not
     """
     count = len(signals) // 2
-    taper = np.blackman(count)[:, None]
+    slowest = LOWEST / (count * sample) if lowest is None else lowest
+    taper = blackmanharris(count)[:, None]  # slow motion leaks less than 1e-4 of its size into any line
     windows = (signals[:count], signals[count : 2 * count])
     early, late = (np.linalg.norm(np.fft.rfft(window * taper, axis=0), axis=1) for window in windows)
     frequency: Array = np.fft.rfftfreq(count, sample).astype(np.float64)
     power = np.maximum(early, late)
     rates = np.log((late + 1e-300) / (early + 1e-300)) / (count * sample)
-    strong = np.flatnonzero((frequency >= LOWEST) & (power > FAINT * power.max()))
+    near = frequency if repeats is None else np.abs(frequency - np.round(frequency * repeats) / repeats)
+    strong = np.flatnonzero((near >= slowest) & (power > FAINT * power.max()))
     if not len(strong):
         return Growth(rate=-np.inf, frequency=np.nan, lines=frequency, rates=rates, power=power)
     most = float(rates[strong].max())
@@ -169,22 +180,30 @@ def growth_of(signals: Array, sample: float, peak: float) -> Growth:
     away = float(np.abs(signals).max() / peak)
     if away > 100.0:
         fastest = strong[np.argmax(power[strong])]
-    rate = max(float(rates[fastest]), np.log(away) / (2.0 * WINDOW)) if away > 100.0 else float(rates[fastest])
+    rate = max(float(rates[fastest]), np.log(away) / (2.0 * count * sample)) if away > 100.0 else float(rates[fastest])
     return Growth(rate=rate, frequency=float(frequency[fastest]), lines=frequency, rates=rates, power=power)
 
 
-def _excitation(period: float) -> Multisine:
-    """Return a second of all frequencies, and nothing after it."""
+def _excitation(period: float, window: float) -> Multisine:
+    """Return a second of all frequencies, and nothing after it for two windows."""
     signal = design_multisine(period, EXCITATION, (1.0 / EXCITATION, 0.45 / period), round(0.4 * EXCITATION / period))
-    silent = np.zeros(round(2.0 * WINDOW / period))
+    silent = np.zeros(round(2.0 * window / period))
     return replace(signal, values=np.concatenate([signal.values, silent]))
 
 
-def _growth_with_delay(opened: Opened, loop: SystemLoop, folder: Path, ticks: int, peak: float) -> Growth:
-    late = tuple(
-        replace(c, delay=c.delay + ticks) if c.from_component == NAME else c for c in opened.system.connections
-    )
-    delayed = replace(opened, system=replace(opened.system, connections=late))
+def _growth_with_delay(system: System, loop: SystemLoop, folder: Path, ticks: int, peak: float) -> Growth:
+    """Return the growth from the shortest windows in which it is sure."""
     direction = loop.directions.sum(axis=1)
-    before, _ = record_injection(delayed, folder, direction / np.abs(direction).max(), peak, 1, loop.quiet)
-    return growth_of(before[0, round(EXCITATION / loop.period) :], loop.period, peak)
+    for window in WINDOWS:
+        excitation = _excitation(loop.period, window)
+        opened = open_loop_at(system, loop.controller, loop.plant, excitation, folder / f"window{window:g}")
+        late = tuple(
+            replace(c, delay=c.delay + ticks) if c.from_component == NAME else c for c in opened.system.connections
+        )
+        delayed = replace(opened, system=replace(opened.system, connections=late))
+        run = folder / f"window{window:g}" / "run"
+        before, _ = record_injection(delayed, run, direction / np.abs(direction).max(), peak, 1, loop.quiet)
+        found = growth_of(before[0, round(EXCITATION / loop.period) :], loop.period, peak)
+        if abs(found.rate) * window > SURE:
+            break
+    return found

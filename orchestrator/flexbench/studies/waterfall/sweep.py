@@ -130,16 +130,18 @@ def _overrides(design: Design, speed: float, seed: int) -> dict[str, Any]:
         "plant.initial.random_wheel_phases": True,
         "sensors.jitter.enabled": True,
         "controller.open_loop": True,
+        **{f"{component}.as_published": design.as_published for component in ("plant", "sensors", "controller")},
         **{f"controller.command.rotation[{axis}]": 0.0 for axis in (1, 2, 3)},
     }
 
 
-def design_of(system: Path) -> Design:
-    """Return the design of a system of flexsat; raise InputError for any other."""
+def design_of(system: Path, as_published: bool = False) -> Design:
+    """Return the design of a system of flexsat, or that as published; raise InputError for any other."""
     loaded = load_system(system)
     for name in CONFIGURATIONS:
         if loaded.name.startswith(name):
-            return build_designs(name).corrected
+            designs = build_designs(name)
+            return designs.as_published if as_published else designs.corrected
     raise InputError(f"{system}: not a system of flexsat; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
 
 
@@ -166,6 +168,7 @@ def write_waterfall(result: Waterfall, design: Design, folder: Path) -> None:
     by_wheel = [crossing_deformation(design, crossing) for crossing in result.crossings]
     content = {
         "configuration": result.configuration,
+        "as_published": design.as_published,
         "seed": result.seed,
         "stop": result.stop,
         "speed_rpm": (result.speed / RPM).tolist(),
@@ -194,6 +197,7 @@ def crossing_deformation(design: Design, crossing: Crossing) -> float | None:
 
 _SHAPE = {
     "configuration": "text",
+    "?as_published": "flag",
     "seed": "number",
     "stop": "number",
     "speed_rpm": ["number"],

@@ -25,8 +25,9 @@ def flagged_rows(content: Mapping[str, Any]) -> list[tuple[str, ...]]:
 def summary(content: Mapping[str, Any]) -> str:
     """Return the sweep in a sentence."""
     speeds, flagged = content["speed_rpm"], flagged_rows(content)
+    published = ", as published" if content.get("as_published") else ""
     return (
-        f"{content['configuration']}, seed {content['seed']}: {len(speeds)} runs of {content['stop']:g} s from"
-        f" {speeds[0]:.0f} to {speeds[-1]:.0f} rpm, all wheels at one speed, loop open. The first harmonic meets"
+        f"{content['configuration']}{published}, seed {content['seed']}: {len(speeds)} runs of {content['stop']:g} s"
+        f" from {speeds[0]:.0f} to {speeds[-1]:.0f} rpm, all wheels at one speed, loop open. The first harmonic meets"
         f" {len(content['crossings'])} modes, {len(flagged)} of them inside an allowed band."
     )

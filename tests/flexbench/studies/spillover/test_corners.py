@@ -50,6 +50,13 @@ def test_growth_is_that_of_the_loop_itself(published):
     assert stability(plants, Corner(modes=25)).growth == pytest.approx(expected, rel=1e-4)
 
 
+def test_the_frequency_of_a_pole_is_no_alias_at_the_star_trackers_rate(robust):
+    """With 2.4 times the gain the bus drives a mode of 10.3 Hz, as through the FMUs (tests/bench/measured_margins.py)."""
+    found = stability(robust["centralised"], Corner(modes=60, gain=2.4))
+    assert not found.stable
+    assert found.frequency == pytest.approx(10.3, abs=0.05)  # folded at 10 Hz: 0.3
+
+
 def test_required_corners_cover_the_grid():
     corners = list(required_corners("distributed"))
     assert {corner.modes for corner in corners} == set(MODE_COUNTS)

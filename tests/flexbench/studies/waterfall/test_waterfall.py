@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from flexbench.cli.parser import main
 from flexbench.figures.waterfall import allowed_bands, waterfall_figure
 from flexbench.report.sections.waterfall import waterfall_blocks
 from flexbench.studies.waterfall import Waterfall, find_crossings
@@ -17,6 +19,7 @@ from flexbench.studies.waterfall.sweep import crossing_deformation, predict, wri
 from flexbench.studies.waterfall.tables import flagged_rows
 from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import RPM
+from lockstep import read_signals
 
 
 @pytest.fixture(scope="module")
@@ -110,3 +113,18 @@ def test_sweep_is_reported_with_the_run_next_to_it(tmp_path: Path, design: Desig
     (row,) = flagged_rows(content)
     assert row[0] == f"{nominal / RPM:.1f}"
     assert len(waterfall_blocks(tmp_path / "run")) == 3
+
+
+def test_a_sweep_as_published_flies_25_modes_and_is_named_so(tmp_path: Path, delivered: Path, capsys: Any):
+    system = delivered / "centralised" / "fine_pointing_open_loop.ssd"
+    code = main(["waterfall", str(system), "--as-published", "--points", "2", "--stop-time", "1", "--jobs", "1",
+                 "--speed-range", "340", "360", "--out", str(tmp_path / "out")])  # fmt: skip
+    assert code == 0
+    assert "centralised, as published, seed 1:" in capsys.readouterr().out
+    content = json.loads((tmp_path / "out" / "waterfall.json").read_text())
+    assert content["as_published"]
+    published = build_designs("centralised").as_published
+    assert_allclose(content["linear_prediction_rms_m"], predict(published, np.array([340.0, 360.0]) * RPM), rtol=1e-9)
+    shape = read_signals(tmp_path / "out" / "speed-0340.00rpm")["plant.modal.displacement"]
+    assert np.any(shape[:, 24])
+    assert not np.any(shape[:, 25:])  # the plant carries no more
