@@ -125,6 +125,10 @@ class Twin:
         """Return the values of a port that is no string, (size,), as a view."""
         return self.arrays[self.table[name].kind][self.table.span(name)]
 
+    def text(self, name: str) -> str:
+        """Return the value of a string port."""
+        return self._texts[self.table.span(name).start].decode()
+
     def set(self, name: str, value: Any) -> None:
         """Set all values of a port."""
         if self.table[name].kind == "string":

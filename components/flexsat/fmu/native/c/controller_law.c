@@ -1,0 +1,279 @@
+#include "controller_law.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linear_algebra.h"
+#include "rotations.h"
+#include "wheel_jitter.h"
+
+static const double no_rotation[4] = {0.0, 0.0, 0.0, 1.0};
+
+static size_t history_size(const PreparedController *prepared)
+{
+    return ((size_t)prepared->whole_delay + 2) * WHEELS;
+}
+
+size_t controller_state_size(const PreparedController *prepared)
+{
+    return sizeof(ControllerState) + history_size(prepared) * sizeof(double);
+}
+
+int controller_init(Component *component, const PreparedController *prepared, const double rotation[3], double start,
+                    ControllerState *state)
+{
+    Commanded *commanded = &state->commanded;
+
+    if (plan_motion(component, prepared, rotation, start, &commanded->profile) ||
+        check_start(component, prepared, commanded->profile.angle, start))
+        return 1;
+    motion_still(prepared->knots, 0.0, &commanded->following);
+    state->since_star_tracker = prepared->phases - 1;
+    memcpy(state->attitude, no_rotation, sizeof no_rotation);
+    memcpy(commanded->origin, no_rotation, sizeof no_rotation);
+    memcpy(commanded->base, no_rotation, sizeof no_rotation);
+    memcpy(commanded->following_base, no_rotation, sizeof no_rotation);
+    memcpy(commanded->rotation, rotation, sizeof commanded->rotation);
+    commanded->start = start;
+    return 0;
+}
+
+int controller_is_due(ControllerState *state, int64_t calls)
+{
+    const int due = state->held == 0;
+
+    state->held = (state->held + 1) % calls;
+    return due;
+}
+
+/* y (rows) = a x */
+static void panels_times(const Panels *a, const double *x, double *y)
+{
+    memset(y, 0, (size_t)a->rows * sizeof(double));
+    panels_add_times(a, x, y);
+}
+
+/* Sine and cosine of the wheels' angles in the middle of a period, times speed squared. */
+static void jitter_at(const PreparedController *prepared, const double *speed, const double *angle, double *jitter)
+{
+    double harmonic[4 * WHEELS];
+
+    harmonic_jitter(WHEELS, speed, angle, prepared->period, 1.0, 0.0, harmonic);
+    memcpy(jitter, harmonic, 2 * WHEELS * sizeof(double));
+}
+
+/* Turn an attitude by the small rotation in a state of the linear model: four times its first three. */
+static void turn_attitude(const double attitude[4], const double *linear, double turned[4])
+{
+    const double rotation[3] = {4.0 * linear[0], 4.0 * linear[1], 4.0 * linear[2]};
+
+    rotate_quaternion(attitude, rotation, turned);
+}
+
+/* The small rotation [rad] from the predicted to the measured attitude; the prediction moves to `attitude`.
+
+A first measurement that is far from it is the attitude at which the run begins: the estimate is set to it, and before
+a slew has begun the reference too. */
+static void attitude_innovation(const PreparedController *prepared, ControllerState *state, double time,
+                                const Measurements *measured, double *innovation)
+{
+    const double limit = prepared->parameters.capture_angle;
+    const int first = !state->captured;
+    double seen[4], off[3], square = 0.0;
+    int k;
+
+    turn_attitude(state->attitude, state->estimate, state->attitude);
+    memset(state->estimate, 0, 3 * sizeof(double));
+    memset(innovation, 0, 3 * sizeof(double));
+    if (!measured->star_tracker_valid)
+        return;
+    quaternion_from_mrp(measured->star_tracker_mrp, seen);
+    relative_mrp(seen, state->attitude, off);
+    for (k = 0; k < 3; k++) {
+        off[k] *= 4.0;
+        square += off[k] * off[k];
+    }
+    state->captured = 1;
+    if (first && square > limit * limit) {
+        memcpy(state->attitude, seen, sizeof seen);
+        start_from(prepared, &state->commanded, time, seen);
+        return;
+    }
+    memcpy(innovation, off, sizeof off);
+}
+
+static void predict(const PreparedController *prepared, ControllerState *state)
+{
+    const double *late = state->history + (size_t)prepared->whole_delay * WHEELS;
+    double next[STATES];
+
+    panels_times(&prepared->predict, state->estimate, next);
+    panels_add_times(&prepared->predict_late, late, next);
+    panels_add_times(&prepared->predict_early, late + WHEELS, next);
+    if (prepared->parameters.feed_forward_jitter)
+        panels_add_times(&prepared->predict_jitter, state->jitter, next);
+    memcpy(state->estimate, next, sizeof next);
+}
+
+/* Predict the estimate to the time of the measurement and correct it; predict the jitter of the next period. */
+static void correct(const PreparedController *prepared, ControllerState *state, double time,
+                    const Measurements *measured)
+{
+    double innovation[MEASURED], expected[MEASURED];
+    double *speed = innovation + GYROS + ACCELEROMETERS, *attitude = speed + WHEELS;
+    int64_t phase;
+    int k;
+
+    if (state->count > prepared->first_measurement)
+        predict(prepared, state);
+    state->since_star_tracker = measured->star_tracker_valid ? 0 : state->since_star_tracker + 1;
+    phase = state->since_star_tracker < prepared->phases ? state->since_star_tracker : prepared->phases - 1;
+    memcpy(innovation, measured->gyro_rate, GYROS * sizeof(double));
+    memcpy(innovation + GYROS, measured->accelerometer, ACCELEROMETERS * sizeof(double));
+    for (k = 0; k < WHEELS; k++)
+        speed[k] = measured->encoder_speed[k] - prepared->nominal_speed[k];
+    for (k = 0; k < 3; k++)
+        attitude[k] = 4.0 * measured->star_tracker_mrp[k];
+    panels_times(&prepared->c, state->estimate, expected);
+    for (k = 0; k < MEASURED; k++)
+        innovation[k] -= expected[k];
+    if (!prepared->parameters.linear_attitude)
+        attitude_innovation(prepared, state, time, measured, attitude);
+    panels_add_times(&prepared->gain[phase], innovation, state->estimate);
+    if (prepared->parameters.feed_forward_jitter)
+        jitter_at(prepared, measured->encoder_speed, measured->encoder_angle, state->jitter);
+}
+
+/* Add the torque against the harmonic jitter while the torque of this step will act. */
+static void cancel_jitter(const PreparedController *prepared, const Measurements *measured, double *torque)
+{
+    const double ahead = prepared->parameters.measurement_delay + prepared->parameters.actuation_delay;
+    double angle[WHEELS], jitter[2 * WHEELS];
+    int k;
+
+    for (k = 0; k < WHEELS; k++)
+        angle[k] = measured->encoder_angle[k] + ahead * measured->encoder_speed[k];
+    jitter_at(prepared, measured->encoder_speed, angle, jitter);
+    panels_add_times(&prepared->jitter_torque, jitter, torque);
+}
+
+/* The smoothed reference: the rigid profile itself, modes at rest. */
+static void smooth_reference(const PreparedController *prepared, const Motion *profile, double time,
+                             const double momentum_axis[3], double *reference)
+{
+    const double rate = motion_rate(profile, time), turned = motion_rotation(profile, time);
+    double momentum[3], *speed = reference + 6 + 2 * MODES;
+    int k;
+
+    memset(reference, 0, CONTROLLED * sizeof(double));
+    for (k = 0; k < 3; k++) {
+        reference[k] = 0.25 * turned * profile->axis[k];
+        reference[3 + MODES + k] = rate * profile->axis[k];
+        momentum[k] = momentum_axis[k] * rate;
+    }
+    times_vector(WHEELS, 3, prepared->distribution, momentum, speed);
+    for (k = 0; k < WHEELS; k++)
+        speed[k] /= prepared->wheel_inertia;
+}
+
+/* Write the reference at `time` and the feed-forward torque from then on; propagate the reference by a period. The
+reference attitude is body from inertial. */
+static void refer(const PreparedController *prepared, ControllerState *state, double time,
+                  const ControllerOutputs *outputs, double attitude[4])
+{
+    Commanded *commanded = &state->commanded;
+    const Motion *profile = &commanded->profile;
+    const double change = shaped_rate_change(profile, &prepared->shaper, time, prepared->period);
+    double momentum_axis[3], body_torque[3], origin[3], *reference = outputs->reference;
+    int k;
+
+    times_vector(3, 3, prepared->inertia, profile->axis, momentum_axis);
+    for (k = 0; k < 3; k++)
+        body_torque[k] = momentum_axis[k] * (change / prepared->period);
+    times_vector(WHEELS, 3, prepared->distribution, body_torque, outputs->reference_torque);
+    if (prepared->smoothed) {
+        smooth_reference(prepared, profile, time, momentum_axis, reference);
+    } else {
+        memcpy(reference, commanded->reference, sizeof commanded->reference);
+        panels_times(&prepared->reference_a, reference, commanded->reference);
+        panels_add_times(&prepared->reference_b, outputs->reference_torque, commanded->reference);
+    }
+    reference_attitude(commanded->origin, profile->axis, reference, attitude);
+    if (prepared->parameters.linear_attitude) {
+        mrp_from_quaternion(commanded->origin, origin);
+        for (k = 0; k < 3; k++)
+            reference[k] += origin[k];
+    } else {
+        mrp_from_quaternion(attitude, reference);
+    }
+}
+
+/* Limit to the motor, then to what leaves the speed band within a period (PHYSICS section 6). */
+static void saturate(const PreparedController *prepared, const double *speed, double *torque)
+{
+    const double limit = prepared->parameters.torque_limit, band = prepared->parameters.speed_band;
+    const double scale = prepared->wheel_inertia / prepared->period;
+    int k;
+
+    for (k = 0; k < WHEELS; k++) {
+        const double limited = fmin(fmax(torque[k], -limit), limit);
+        torque[k] = fmin(fmax(limited, scale * (-band - speed[k])), scale * (band - speed[k]));
+    }
+}
+
+/* The state when the torque of this step will act. */
+static void look_ahead(const PreparedController *prepared, const ControllerState *state, double *expected)
+{
+    if (!prepared->delayed) {
+        memcpy(expected, state->estimate, CONTROLLED * sizeof(double));
+        return;
+    }
+    panels_times(&prepared->ahead, state->estimate, expected);
+    panels_add_times(&prepared->ahead_history, state->history, expected);
+}
+
+/* What the regulator acts on, and the estimate as an output. */
+static void compare(const PreparedController *prepared, const ControllerState *state, const double *expected,
+                    const double attitude[4], const ControllerOutputs *outputs, double *error)
+{
+    double estimated[4];
+    int k;
+
+    for (k = 0; k < CONTROLLED; k++)
+        error[k] = expected[k] - outputs->reference[k];
+    memcpy(outputs->estimate, state->estimate, CONTROLLED * sizeof(double));
+    if (prepared->parameters.linear_attitude)
+        return;
+    turn_attitude(state->attitude, state->estimate, estimated);
+    mrp_from_quaternion(estimated, outputs->estimate);
+    if (prepared->delayed)
+        turn_attitude(state->attitude, expected, estimated);
+    relative_mrp(estimated, attitude, error);
+}
+
+void controller_step(const PreparedController *prepared, ControllerState *state, double time,
+                     const Measurements *measured, const ControllerOutputs *outputs)
+{
+    double expected[CONTROLLED], error[CONTROLLED], correction[WHEELS], attitude[4], *torque = outputs->torque;
+    int k;
+
+    if (measured->applied_valid && state->count > 0)
+        memcpy(state->history, measured->applied_torque, WHEELS * sizeof(double));
+    if (state->count >= prepared->first_measurement)
+        correct(prepared, state, time, measured);
+    proceed(prepared, &state->commanded, time);
+    look_ahead(prepared, state, expected);
+    refer(prepared, state, time + prepared->parameters.actuation_delay, outputs, attitude);
+    compare(prepared, state, expected, attitude, outputs, error);
+    panels_times(&prepared->feedback, error, correction);
+    for (k = 0; k < WHEELS; k++)
+        torque[k] = outputs->reference_torque[k] - correction[k];
+    if (prepared->cancels_jitter && state->count >= prepared->first_measurement)
+        cancel_jitter(prepared, measured, torque);
+    saturate(prepared, expected + CONTROLLED - WHEELS, torque);
+    if (prepared->parameters.open_loop)
+        memset(torque, 0, WHEELS * sizeof(double));
+    memmove(state->history + WHEELS, state->history, (history_size(prepared) - WHEELS) * sizeof(double));
+    memcpy(state->history, torque, WHEELS * sizeof(double));
+    state->count++;
+}

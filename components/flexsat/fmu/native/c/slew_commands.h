@@ -1,0 +1,36 @@
+/* Slew commands during a run: planned from the attitude that is there, queued, refused or replanned. The twin of
+runtime/slew_commands.py, which documents it. */
+#ifndef FLEXSAT_SLEW_COMMANDS_H
+#define FLEXSAT_SLEW_COMMANDS_H
+
+#include "prepared_controller.h"
+
+/* What a controller's state holds of its commands. */
+typedef struct Commanded {
+    Motion profile;   /* planned, in flight or, with `following` still, ended */
+    Motion following; /* the slew after it */
+    double origin[4]; /* attitude from which the profile turns, body from inertial */
+    double base[4];   /* attitude from which the command of the profile counts */
+    double following_base[4]; /* the same, of the slew after it */
+    int braking;              /* the profile was braked for a new command */
+    double rotation[3];       /* rad, of the last command */
+    double start;             /* s */
+    double reference[CONTROLLED]; /* its first three: a quarter of the rotation since the origin */
+} Commanded;
+
+/* Accept a command, new or not; refuse a new one that would have to begin during a slew in flight, unless those are
+to be replanned. */
+int command(Component *component, const PreparedController *prepared, Commanded *state, double time,
+            const double rotation[3], double start);
+
+/* Begin with the slew that follows once the one in flight has ended. */
+void proceed(const PreparedController *prepared, Commanded *state, double time);
+
+/* Count slews from this attitude, unless one has begun: where the spacecraft is when a run begins. */
+void start_from(const PreparedController *prepared, Commanded *state, double time, const double attitude[4]);
+
+/* The reference attitude: from the origin about the axis, then what the modes turn the body across it; `quarter` is a
+quarter of the rotation since. */
+void reference_attitude(const double origin[4], const double axis[3], const double quarter[3], double attitude[4]);
+
+#endif

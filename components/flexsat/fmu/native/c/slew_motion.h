@@ -1,0 +1,46 @@
+/* The planned rotation about one axis as a piecewise linear rate, whatever guidance planned it. The twin of
+runtime/slew_motion.py, which documents it. */
+#ifndef FLEXSAT_SLEW_MOTION_H
+#define FLEXSAT_SLEW_MOTION_H
+
+#include "slew_guidance.h"
+
+enum {
+    BRAKED = 4, /* knots more than those of a profile: where it is braked, and where it stops; and two to spare */
+    MOST_KNOTS = BRAKED + 201
+};
+
+/* A rotation that begins and ends at rest; no slew has the angle 0. Copied with the state: no pointers. */
+typedef struct Motion {
+    double axis[3]; /* unit vector, fixed in the body */
+    double angle;   /* rad, turned by the torque that is held over periods */
+    double start;   /* s */
+    double end;     /* s */
+    double scale;   /* of the rate that is flown: a torque held over periods then turns by the angle */
+    int count;      /* knots in use; the rate is constant before and after them */
+    int knots;      /* that it may have */
+    double times[MOST_KNOTS];  /* s, increasing */
+    double rates[MOST_KNOTS];  /* rad/s */
+    double turned[MOST_KNOTS]; /* rad: integral of the rate */
+} Motion;
+
+double motion_rate(const Motion *motion, double time);     /* rad/s */
+double motion_rotation(const Motion *motion, double time); /* rad: the integral of the rate */
+
+/* No slew. */
+void motion_still(int knots, double start, Motion *motion);
+
+/* A trapezium, whose torque will be held over periods that begin at `phase` [s]. */
+void motion_from_profile(const Profile *profile, int knots, double period, double phase, Motion *motion);
+
+/* The motion with `count` of these rates, scaled so that held torques turn by exactly `angle` [rad]. */
+void motion_from_knots(const double axis[3], double angle, int count, const double *times, const double *rates,
+                       int knots, double period, double phase, Motion *motion);
+
+/* Brake from `time` [s] on [rad/s2], unless it would not end earlier. */
+void motion_stop(Motion *motion, double time, double deceleration, double period, double phase);
+
+/* The change of rate [rad/s] that the shaped torque makes over [time, time + period) [s]. */
+double shaped_rate_change(const Motion *motion, const Shaper *shaper, double time, double period);
+
+#endif

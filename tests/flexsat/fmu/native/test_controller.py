@@ -1,0 +1,255 @@
+"""The native controller against the Python stepper: outputs of all designs, slews, delays; messages, saved states."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from flexsat.design.chain import Design
+from flexsat.ports import controller as interface
+from flexsat.runtime import controller
+from flexsat.runtime.controller_parameters import ControllerMatrices
+from flexsat.runtime.periods import whole_multiple
+from fmus.native.matrices import compile_with_places, give_matrices
+from fmus.native.twin import Twin
+
+MEASURED = ("gyro.rate", "accelerometer.acceleration", "encoder.speed", "encoder.angle", "star_tracker.mrp",
+            "star_tracker.valid", "applied.wheel.torque", "applied.valid")  # fmt: skip
+STATE = ("mrp", "modal.displacement", "rate", "modal.velocity", "wheel.speed")
+OUTPUTS = ("wheel.torque", "reference.torque", *(f"{kind}.{name}" for kind in ("reference", "estimate")
+           for name in STATE))  # fmt: skip
+SMALL = (2e-5, 5e-6, -8e-6)  # rad: a slew of 1.5 s
+Made = Callable[..., Twin]
+Commands = dict[int, tuple[tuple[float, float, float], float]]  # by the period in which they are set
+
+
+@pytest.fixture(scope="module")
+def variants(design: Design) -> dict[str, ControllerMatrices]:
+    """Return three sets of matrices of a layout, all of them different."""
+    given, random = design.controller, np.random.default_rng(1)
+    return {
+        "corrected": replace(given, jitter_torque=0.1 * random.normal(size=given.jitter_torque.shape)),
+        "published": replace(given, feedback=0.5 * given.feedback),
+        "as_published": replace(given, gain_coarse=0.8 * given.gain_coarse, gain_fine=0.7 * given.gain_fine),
+    }
+
+
+@pytest.fixture(scope="module")
+def made(
+    once: Callable[[str, Callable[[Path], None]], Path], design: Design, variants: dict[str, ControllerMatrices]
+) -> Iterator[Made]:
+    """Return a maker of instances."""
+    ports = interface.ports(design.controller)
+
+    def compiled(folder: Path) -> None:
+        compile_with_places("controller", ports, variants, folder)
+
+    library = once(f"native-controller-{design.config.name}", compiled) / "controller.so"
+    give_matrices(library, "controller", variants)
+    instances: list[Twin] = []
+
+    def make(**values: Any) -> Twin:
+        instances.append(Twin(library, ports, **values))
+        return instances[-1]
+
+    yield make
+    for instance in instances:
+        instance.close()
+
+
+def measure(twin: Twin, matrices: ControllerMatrices, k: int, size: float, random: np.random.Generator) -> None:
+    """Set the measurements of a step; `size` is that of the attitude errors [rad]."""
+    time = 5e-3 * k
+    for name, amplitude in (("gyro.rate", size), ("accelerometer.acceleration", size), ("encoder.speed", 30.0 * size)):
+        view = twin.view(name)
+        view[:] = amplitude * (np.sin(0.7 * time + np.arange(view.size)) + 0.1 * random.normal(size=view.size))
+    twin.view("encoder.speed")[:] += matrices.nominal_speed
+    twin.view("encoder.angle")[:] = time * matrices.nominal_speed + np.arange(len(matrices.nominal_speed))
+    twin.view("star_tracker.valid")[:] = k % 20 == 0
+    if k % 20 == 0:
+        twin.view("star_tracker.mrp")[:] = 0.25 * size * np.sin(0.5 * time + np.arange(1.0, 4.0))
+    if twin.view("applied.valid")[0]:
+        twin.view("applied.wheel.torque")[:] = 1e-3 * random.normal(size=len(matrices.nominal_speed))
+
+
+def value_of(twin: Twin) -> Callable[[str], Any]:
+    """Return what gives the value of a port of an instance."""
+    return lambda name: twin.text(name) if twin.table[name].kind == "string" else twin.view(name)[0].item()
+
+
+class Stepper:
+    """The Python stepper on the inputs of a native instance."""
+
+    def __init__(self, twin: Twin, variants: dict[str, ControllerMatrices]) -> None:
+        self.twin, value = twin, value_of(twin)
+        self.matrices = variants[interface.variant(value)]
+        self.prepared = controller.prepare(self.matrices, interface.parameters(self.matrices, value))
+        self.state = controller.init(self.prepared, *self._command())
+        views = [twin.view(name) for name in MEASURED]
+        self.measured = controller.Measurements(*(v.reshape(()) if v.dtype == np.int32 else v for v in views))
+
+    def _command(self) -> tuple[np.ndarray, float]:
+        return self.twin.view("command.rotation").copy(), float(self.twin.view("command.start_time")[0])
+
+    def advance(self, time: float) -> np.ndarray:
+        """Make a step, and return its outputs."""
+        controller.command(self.prepared, self.state, time, *self._command())
+        out = controller.step(self.prepared, self.state, time, self.measured)
+        estimate = out.estimate[: self.prepared.controlled]
+        return np.concatenate([out.torque, out.reference_torque, out.reference, estimate])
+
+
+SCENARIOS: dict[str, tuple[dict[str, Any], Commands, float, int]] = {
+    # values of ports, commands, attitude errors [rad], periods
+    "nominal, slew after slew": (
+        {"star_tracker__fine": True, "command__start_time": 0.9},
+        {40: (SMALL, 0.9), 250: ((-1e-5, 3e-5, 0.0), 4.0), 300: ((0.0, 0.0, 0.0), 4.0), 420: ((0.0, 2e-5, 0.0), 4.2)},
+        1e-8, 1000,
+    ),
+    "published, delays, replanned": (
+        {"design": "published", "delay__measurement": 5e-3, "delay__actuation": 2e-3, "command__rotation": SMALL,
+         "command__start_time": 0.85, "command__during_slew": "replan"},
+        {200: ((0.0, 4e-5, 0.0), 0.0), 230: ((1e-5, 0.0, 0.0), 2.0)},
+        1e-6, 1000,
+    ),
+    "as published, longest delays": (
+        {"as_published": True, "delay__measurement": 0.02, "delay__actuation": 0.02, "command__rotation": SMALL,
+         "command__start_time": 1.0},
+        {}, 1e-5, 500,
+    ),
+    "smoothed, far attitude, others in control": (
+        {"reference__smoothed": True, "jitter__feed_forward": False, "command__rotation": (0.3, 0.0, 0.1),
+         "command__start_time": 1.0, "applied__valid": True},
+        {}, 0.8, 500,
+    ),
+    "guidance smoothed, open loop": (
+        {"slew__guidance": "smoothed", "open_loop": True, "delay__measurement": 7e-3, "command__rotation": SMALL,
+         "command__start_time": 0.9, "slew__authority": 0.5},
+        {}, 1e-6, 300,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_outputs_are_those_of_the_python_stepper(made: Made, variants: dict[str, ControllerMatrices], scenario: str):
+    values, commands, size, periods = SCENARIOS[scenario]
+    twin = made(**values)
+    twin.start()
+    stepper = Stepper(twin, variants)
+    twin.first_step(5e-3)
+    random = np.random.default_rng(2)
+    seen, expected = [], []
+    for k in range(periods):
+        measure(twin, stepper.matrices, k, size, random)
+        if k in commands:
+            twin.set("command.rotation", commands[k][0])
+            twin.set("command.start_time", commands[k][1])
+        expected.append(stepper.advance(5e-3 * k))
+        twin.advance(5e-3 * k, 5e-3)
+        seen.append(np.concatenate([twin.view(name) for name in OUTPUTS]))
+    first = 0
+    for name in OUTPUTS:
+        columns = slice(first, first + twin.view(name).size)
+        wrong = np.abs(np.array(seen)[:, columns] - np.array(expected)[:, columns]).max()
+        assert wrong <= 1e-10 * np.abs(np.array(expected)[:, columns]).max(), name
+        first = columns.stop
+    torque = np.abs(np.array(expected)[:, : twin.view("wheel.torque").size])
+    assert torque.any() != values.get("open_loop", False)
+    assert np.array(expected)[:, torque.shape[1] : 2 * torque.shape[1]].any()  # a slew was flown
+
+
+def test_several_steps_to_a_period_sample_once(made: Made, variants: dict[str, ControllerMatrices]):
+    twin, other = (
+        made(command__rotation=SMALL, command__start_time=0.9),
+        made(command__rotation=SMALL, command__start_time=0.9),
+    )
+    for instance, step in ((twin, 1e-3), (other, 5e-3)):
+        instance.start()
+        instance.first_step(step)
+        random = np.random.default_rng(3)
+        for k in range(whole_multiple("run", 0.5, step)):
+            if k * step % 5e-3 < 1e-9 or 5e-3 - k * step % 5e-3 < 1e-9:
+                measure(instance, variants["corrected"], round(k * step / 5e-3), 1e-6, random)
+            instance.advance(round(k * step / 5e-3) * 5e-3, step)
+    assert twin.view("wheel.torque").any()
+    assert_array_equal(twin.arrays["real"], other.arrays["real"])
+
+
+def test_restored_state_goes_on_bit_for_bit(made: Made, variants: dict[str, ControllerMatrices]):
+    values = {"command__rotation": SMALL, "command__start_time": 0.9, "delay__measurement": 5e-3}
+    twin, other = made(**values), made(**values)
+    twin.start()
+    twin.first_step(5e-3)
+    random = np.random.default_rng(4)
+    for k in range(250):
+        measure(twin, variants["corrected"], k, 1e-6, random)
+        twin.advance(5e-3 * k, 5e-3)
+    other.start()  # it has not made a step: its length comes with the state
+    other.restore(twin.save())
+    for k in range(250, 450):
+        for instance in (twin, other):
+            measure(instance, variants["corrected"], k, 1e-6, np.random.default_rng(k))
+            if k == 350:
+                instance.set("command.rotation", (0.0, 1e-5, 0.0))
+                instance.set("command.start_time", 4.0)
+            instance.advance(5e-3 * k, 5e-3)
+        assert_array_equal(twin.arrays["real"], other.arrays["real"])
+
+
+def test_state_that_no_run_reaches_is_refused(made: Made):
+    twin = made()
+    twin.start()
+    state, values, step = twin.save()
+    with pytest.raises(ValueError, match="none that a controller reaches"):
+        twin.restore((b"\xff" * len(state), values, step))
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"design": "fancy"},
+        {"wheel__torque_limit": 0.0},
+        {"wheel__speed_band": -2.5e-7},
+        {"slew__authority": 1.5},
+        {"slew__guidance": "quick"},
+        {"command__during_slew": "ignore"},
+        {"initial__capture_angle": 0.0},
+        {"delay__measurement": 0.0215},
+        {"delay__actuation": 0.0025},
+        {"command__rotation": (1e-3, 0.0, 0.0), "command__start_time": 0.1},
+        {"command__rotation": (0.0, 1e-3, 0.0), "command__start_time": 0.1, "delay__actuation": 0.003},
+    ],
+)
+def test_bad_parameters_are_refused_in_the_same_words(
+    made: Made, variants: dict[str, ControllerMatrices], values: dict[str, Any]
+):
+    twin = made(**values)
+    with pytest.raises(ValueError, match=r".") as expected:
+        Stepper(twin, variants)
+    with pytest.raises(ValueError, match=r".") as refused:
+        twin.start()
+    assert str(refused.value) == str(expected.value)
+
+
+def test_new_command_during_a_slew_is_refused_in_the_same_words(made: Made, variants: dict[str, ControllerMatrices]):
+    twin = made(command__rotation=SMALL, command__start_time=0.9)
+    twin.start()
+    stepper = Stepper(twin, variants)
+    twin.first_step(5e-3)
+    twin.set("command.rotation", (1e-5, 0.0, 0.0))
+    with pytest.raises(ValueError, match=r".") as expected:
+        stepper.advance(1.5)
+    with pytest.raises(ValueError, match=r"after the slew of 0\.900 s had begun") as refused:
+        twin.advance(1.5, 5e-3)
+    assert str(refused.value) == str(expected.value)
+
+
+def test_step_that_does_not_divide_the_period_is_refused(made: Made):
+    twin = made()
+    twin.start()
+    with pytest.raises(ValueError, match=r"a step of 0\.003 s is not accepted; the controller samples every 0\.005 s"):
+        twin.first_step(3e-3)
