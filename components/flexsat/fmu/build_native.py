@@ -20,7 +20,7 @@ from .native.sources import FOLDER
 from .python.model_description import about_component
 from .reproducible_zip import write_atomically, zip_bytes
 
-NATIVE = "native"  # the folder, and the end of the models' names
+NATIVE = "native"  # folder of the FMUs; their models have the names of the Python FMUs, being the same models
 
 
 def build_native_configuration(
@@ -75,9 +75,10 @@ def native_component(designs: Designs, parts: Parts) -> NativeComponent:
         main=FOLDER / f"{parts.component}.c",
         table=parts.table,
         variants={variant: getattr(designs.variant(variant), parts.component) for variant in _variants(parts)},
-        about=replace(about, model_name=f"{parts.component}_{parts.config.name}_{NATIVE}"),
+        about=replace(about, model_name=f"{parts.component}_{parts.config.name}"),
         equal_steps=shell.equal_steps,
         step_parameter=shell.step_parameter,
+        resources=parts.resources,
     )
 
 

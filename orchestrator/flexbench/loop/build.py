@@ -7,7 +7,8 @@ from pathlib import Path
 
 from flexsat.design.chain import Designs, build_designs
 from flexsat.errors import BuildError
-from flexsat.fmu.build import build_configuration
+from flexsat.fmu.build import build_configuration, configuration_parts
+from flexsat.fmu.build_native import NATIVE, build_native_configuration
 from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
@@ -33,6 +34,7 @@ def build_all(
     *,
     flat: bool = False,
     execution_tool: bool = False,
+    native: bool = False,
 ) -> None:
     """Build the FMUs of some configurations and all files that go with them. The same input gives the same bytes.
 
@@ -43,6 +45,7 @@ def build_all(
     print_line : called with the path of each file written
     flat : also build the FMUs with flat variable names, and systems of them, in a folder of their own
     execution_tool : declare that the FMUs need a tool to be executed
+    native : also build the FMUs in C, and systems of them, in a folder of their own
 
     Raises
     ------
@@ -50,20 +53,27 @@ def build_all(
         If this machine lacks a compiler, or what else a build needs.
     """
     try:
-        _build_all(names, folder, print_line, flat, execution_tool)
+        _build_all(names, folder, print_line, flat, execution_tool, native)
     except BuildError as error:
         raise InputError(str(error)) from None
 
 
 def _build_all(
-    names: Sequence[ConfigurationName], folder: Path, print_line: PrintLine, flat: bool, execution_tool: bool
+    names: Sequence[ConfigurationName],
+    folder: Path,
+    print_line: PrintLine,
+    flat: bool,
+    execution_tool: bool,
+    native: bool,
 ) -> None:
     designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
     entries = {}
     for name in names:
         both = designs[name]
-        built = build_configuration(both, folder, print_line, "structured", execution_tool)
-        flat_named = build_configuration(both, folder, print_line, "flat", execution_tool) if flat else {}
+        parts = configuration_parts(both)
+        built = build_configuration(both, folder, print_line, "structured", execution_tool, parts)
+        flat_named = build_configuration(both, folder, print_line, "flat", execution_tool, parts) if flat else {}
+        in_c = build_native_configuration(both, folder, parts, print_line) if native else {}
         paths = write_systems(both, folder / name)
         packages = write_packages(both, paths, built)
         closed = write_closed_systems(both, folder / name)
@@ -71,9 +81,13 @@ def _build_all(
         if flat:
             flat_paths = write_systems(both, folder / name / "flat", "flat")
             packages += [*flat_paths, *write_packages(both, flat_paths, flat_named)]
+        if native:
+            native_paths = write_systems(both, folder / name / NATIVE)
+            packages += [*native_paths, *write_packages(both, native_paths, in_c)]
         for path in (*paths, *packages):
             print_line(str(path))
         fmus = built | {f"{component}, flat names": fmu for component, fmu in flat_named.items()}
+        fmus |= {f"{component}, native": fmu for component, fmu in in_c.items()}
         entries[name] = describe_configuration(both.corrected.config, fmus, [*paths, *packages], folder)
     manifest = write_manifest(folder, entries)
     print_line(str(folder / MANIFEST))

@@ -99,6 +99,7 @@ def test_building_one_configuration_keeps_the_unchanged_other_one(delivered, tmp
 
     with (tmp_path / "distributed" / "plant.fmu").open("ab") as file:
         file.write(b"x")
+    monkeypatch.setattr(build, "configuration_parts", lambda _: {})
     monkeypatch.setattr(build, "build_configuration", lambda *_: built_before(rebuilt, tmp_path))
     build_all(("centralised",), tmp_path, lambda _: None)
     assert list(json.loads((tmp_path / MANIFEST).read_text())["configurations"]) == ["centralised"]

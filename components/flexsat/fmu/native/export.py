@@ -7,13 +7,14 @@ import json
 import re
 import uuid
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from ...ports.table import PortTable
 from ..documentation.xml_text import xml_bytes
 from ..python.model_description import About, model_description
+from ..python.resources import BUILD_FILE
 from .compile import compile_library
 from .sources import IDENTITY, Identity, component_sources, generated_sources, identity_source
 
@@ -28,6 +29,7 @@ class NativeComponent:
     variants : matrices by variant, as of `generated_sources`; none for a component without any
     about : what its model description contains; the GUID is replaced
     equal_steps, step_parameter : as of `Identity`
+    resources : files below resources/ for tools that evaluate a run; the library reads none
     """
 
     main: Path
@@ -36,6 +38,7 @@ class NativeComponent:
     about: About
     equal_steps: bool
     step_parameter: str | None
+    resources: Mapping[str, bytes] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,9 +68,13 @@ def native_content(component: NativeComponent) -> NativeContent:
     sources |= generated_sources(component.main.stem, component.table, component.variants)
     identity = Identity(guid="", equal_steps=component.equal_steps, step_parameter=component.step_parameter)
     about = replace(component.about, source_files=tuple(sorted(file for file in sources if file.endswith(".c"))))
-    guid = _guid(sources | {IDENTITY: identity_source(identity)}, _xml(component.table, about))
+    content = {**component.resources, **sources, IDENTITY: identity_source(identity)}
+    guid = _guid(content, _xml(component.table, about))
     sources[IDENTITY] = identity_source(replace(identity, guid=guid))
-    entries = {f"sources/{file}": content for file, content in sources.items()}
+    facts = {"model_name": name, "guid": guid, "version": about.version, "native": True}
+    resources = {**component.resources, BUILD_FILE: (json.dumps(facts, indent=2) + "\n").encode()}
+    entries = {f"sources/{file}": source for file, source in sources.items()}
+    entries |= {f"resources/{file}": resource for file, resource in resources.items()}
     entries["modelDescription.xml"] = _xml(component.table, replace(about, guid=guid))
     entries[f"binaries/linux64/{name}.so"] = compile_library(sources, name)
     return NativeContent(guid=guid, entries=entries)
@@ -77,8 +84,8 @@ def _xml(table: PortTable, about: About) -> bytes:
     return xml_bytes(model_description(table, about))
 
 
-def _guid(sources: Mapping[str, bytes], description: bytes) -> str:
-    digest = hashlib.sha256(json.dumps(sorted(sources)).encode())
-    for part in (*(sources[file] for file in sorted(sources)), description):
+def _guid(files: Mapping[str, bytes], description: bytes) -> str:
+    digest = hashlib.sha256(json.dumps(sorted(files)).encode())
+    for part in (*(files[file] for file in sorted(files)), description):
         digest.update(len(part).to_bytes(8, "little") + part)
     return f"{{{uuid.uuid5(uuid.NAMESPACE_OID, digest.hexdigest())}}}"
