@@ -61,11 +61,26 @@ def sources_of(name: str) -> list[Path]:
 def compile_library(
     sources: Sequence[Path], out: Path, options: Sequence[str] = (), include: Sequence[Path] = ()
 ) -> Path:
-    """Compile C files into a shared library; fail with the compiler's words."""
+    """Compile C files into a shared library; fail with the compiler's words.
+
+    Its functions call each other, whatever the process has of the same names: libc has `step`.
+    """
     compiler = shutil.which("cc")
     assert compiler is not None, "there is no C compiler: tests that need one skip before"
     folders = [f"-I{folder}" for folder in (C_FOLDER, *include)]
-    command = [compiler, *OPTIONS, *options, "-fPIC", "-shared", *folders, "-o", str(out), *map(str, sources), "-lm"]
+    command = [
+        compiler,
+        *OPTIONS,
+        *options,
+        "-fPIC",
+        "-shared",
+        "-Wl,-Bsymbolic",
+        *folders,
+        "-o",
+        str(out),
+        *map(str, sources),
+        "-lm",
+    ]
     result = subprocess.run(command, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     return out

@@ -1,0 +1,37 @@
+/* The matrices of the spacecraft that a run simulates, and the parameters of the run: the twin of
+runtime/plant_parameters.py and of the parameters in ports/plant.py. */
+#ifndef FLEXSAT_PLANT_PARAMETERS_H
+#define FLEXSAT_PLANT_PARAMETERS_H
+
+#include "component.h"
+#include "data.h"
+
+/* As PlantMatrices in Python; velocities are ordered (v, w, eta'). Arrays are row after row. */
+typedef struct PlantMatrices {
+    int modes, wheels, mounts, gyros, accelerometers; /* m, n, s, g, k */
+    const double *mass;                               /* (6 + m, 6 + m) */
+    const double *frequency, *damping;                /* (m) [rad/s], [1/s] */
+    const double *wrench;                             /* (6 + m, 6 s) */
+    const double *gyro_slope;                         /* (g, m) */
+    const double *deflection;                         /* (k, m) of the accelerometers */
+    const PlantData *data;                            /* the others, with all modes where there are modes */
+} PlantMatrices;
+
+typedef struct PlantParameters {
+    double mrp[3];
+    double *wheel_speed, *wheel_angle;                                             /* (n) [rad/s], [rad] */
+    const double *rate, *velocity;                                                 /* (3) [rad/s], [m/s] */
+    const double *modal_displacement, *modal_velocity;                             /* (m) */
+    const double *frequency_dispersion, *damping_dispersion, *inertia_dispersion; /* (m), (m), (3), relative */
+    const double *participation_dispersion;                                        /* (m) relative */
+    double torque_limit;                                                           /* N.m */
+    int gyroscopics;
+} PlantParameters;
+
+/* Choose the variant and the number of modes by the component's parameters. */
+int choose_matrices(Component *component, PlantMatrices *matrices);
+
+/* Read the parameters, and draw from the seed what is random at the start. */
+int read_parameters(Component *component, const PlantMatrices *matrices, PlantParameters *parameters);
+
+#endif
