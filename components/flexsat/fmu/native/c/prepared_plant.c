@@ -9,10 +9,6 @@
 #include "number_text.h"
 #include "plant_outputs.h"
 
-/* Couplings that the rounding of the finite elements leaves where symmetry allows none are below this, relative to the
-masses coupled; others are above a million times it. They would join parts of the vibration that are independent. */
-static const double NO_COUPLING = 1e-11;
-
 static void disperse_mass(Motion *motion)
 {
     const PlantParameters *given = &motion->parameters;
@@ -28,10 +24,6 @@ static void disperse_mass(Motion *motion)
             mass[i * size + j] *= 1.0 + given->participation_dispersion[j - 6];
             mass[j * size + i] = mass[i * size + j];
         }
-    for (i = 0; i < size; i++)
-        for (j = 0; j < size; j++)
-            if (i != j && fabs(mass[i * size + j]) <= NO_COUPLING * sqrt(fabs(mass[i * size + i] * mass[j * size + j])))
-                mass[i * size + j] = 0.0;
 }
 
 static int refuse_mass(Component *component, const PlantParameters *given, int modes)
