@@ -93,9 +93,17 @@ int component_advance(Component *component, double time, double step)
     return 0;
 }
 
+/* Whether a motion can be followed: its knots are in order. */
 static int possible(const Motion *motion, int knots)
 {
-    return motion->knots == knots && motion->count >= 1 && motion->count <= knots;
+    int k;
+
+    if (motion->knots != knots || motion->count < 2 || motion->count > knots)
+        return 0;
+    for (k = 1; k < motion->count; k++)
+        if (!(motion->times[k] > motion->times[k - 1]))
+            return 0;
+    return 1;
 }
 
 int component_restored(Component *component)
