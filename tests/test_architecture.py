@@ -31,7 +31,8 @@ FOLDERS = {
         *("arrays", "array_names", "whole_file"),
     ),
     "flexbench": (
-        *("cli", "report", "report/sections", "figures", "adapt", "studies", "studies/paper", "studies/spillover"),
+        *("cli", "report", "report/sections", "figures", "adapt", "studies", "studies/layouts", "studies/paper",
+          "studies/spillover"),
         *("studies/margins", "studies/health", "studies/robustness", "studies/shadow", "studies/waterfall"),
         *("studies/spectra", "studies/budget", "runs", "loop", "icd", "html"),
     ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
+from flexbench.loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
 from flexbench.studies.health.replay import MEASURED
+from flexbench.studies.layouts.outcome import QUANTITIES, Outcome
+from flexbench.studies.layouts.plan import DURATION, Comparison, Plan
 from flexsat.design.chain import Design, Designs, build_designs
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep import load_system, simulate
@@ -34,6 +36,37 @@ def built() -> dict[ConfigurationName, Designs]:
 def designs(built: dict[ConfigurationName, Designs]) -> dict[ConfigurationName, Design]:
     """Return the corrected design of each configuration."""
     return {name: both.corrected for name, both in built.items()}
+
+
+@pytest.fixture(scope="session")
+def compare_made() -> Callable[..., Comparison]:
+    """Return a function that makes a comparison of layouts from numbers of its runs.
+
+    Every number is that of the centralised layout, by seed from 1 on; the distributed one has it times `factor`, but
+    for what `distributed` gives by seed. A run in `lost`, by configuration and seed, is lost for the reason there.
+    """
+
+    def make(
+        centralised: Sequence[float],
+        factor: float = 0.5,
+        distributed: Mapping[int, float | None] | None = None,
+        lost: Mapping[tuple[str, int], str] | None = None,
+        durations: Mapping[ScenarioName, float] = DURATION,
+    ) -> Comparison:
+        plan = Plan(seeds=range(1, len(centralised) + 1), duration=durations)
+        outcomes = []
+        for seed, value in zip(plan.seeds, centralised, strict=True):
+            other = (distributed or {}).get(seed, factor * value)
+            for name, number in zip(CONFIGURATIONS, (value, other), strict=True):
+                reason = (lost or {}).get((name, seed), "")
+                for scenario in durations:
+                    numbers = {one.key: number for one in QUANTITIES if one.scenario == scenario and not reason}
+                    outcomes.append(Outcome(configuration=name, scenario=scenario, seed=seed, numbers=numbers,
+                                            windows=("steady part, 1 to 2 s",), lost=reason))  # fmt: skip
+        errors = {seed: plan.dispersion.draw(seed) for seed in plan.seeds}
+        return Comparison(plan=plan, modes=198, errors=errors, outcomes=outcomes, wheels={})
+
+    return make
 
 
 @pytest.fixture(scope="session")

@@ -9,9 +9,9 @@ import click
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
 from lockstep.cli.parameter_types import PATH
+from lockstep.cli.print_table import print_table
 
 from .options import seeds, seeds_option
-from .print_table import print_table
 
 _EXAMPLES = """
 example:

@@ -23,10 +23,10 @@ from lockstep.cli.options import (
     system_argument,
 )
 from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, OneOf, Several, WholeNumber
+from lockstep.cli.print_table import print_table
 from lockstep.cli.timing_options import with_delays
 
 from .options import seed_option, seed_overrides
-from .print_table import print_table
 
 if TYPE_CHECKING:
     from lockstep.system.component import Value

@@ -30,6 +30,10 @@ PROGRAM = Program(
             "flexbench.cli.robustness",
             "robustness to errors of the plant's modes and inertia",
         ),
+        "compare-layouts": (
+            "flexbench.cli.compare_layouts",
+            "compare centralised and distributed wheels over dispersions",
+        ),
         "waterfall": ("flexbench.cli.waterfall", "deformation against wheel speed over the Campbell diagram"),
         "shadow": ("flexbench.cli.shadow", "evaluate a run with a shadow controller"),
         "equivalence": ("flexbench.cli.equivalence", "compare the co-simulation with the monolith"),

@@ -11,10 +11,10 @@ import click
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
 from lockstep.cli.parameter_types import COUNT, NUMBER, OneOf, Several
+from lockstep.cli.print_table import print_table
 from lockstep.errors import InputError
 
 from .options import SCENARIOS, configuration_option, configurations, fmus_option, seeds, seeds_option
-from .print_table import print_table
 
 if TYPE_CHECKING:
     from ..loop.scenarios import ScenarioName

@@ -10,6 +10,7 @@ from flexbench.html.document import Block
 from flexbench.html.render import template_environment
 
 from .figure_images import Image, drawn_images, image_of, split_by_size, stored_images
+from .layouts_page import TITLE, layouts_blocks
 from .loop_blocks import loop_blocks
 from .results import Result
 from .run_data import RunData, Window, read_run_data
@@ -69,7 +70,10 @@ def _sections(runs: Sequence[RunData], studies: Sequence[Path]) -> Iterator[Page
     results = [run.result for run in runs]
     yield PageSection(anchor="summary", title="Summary", blocks=summary_blocks(runs))
     for study in studies:
-        yield PageSection(anchor="study", title="The study's table", blocks=study_table(study))
+        if compared := layouts_blocks(study):
+            yield PageSection(anchor="layouts", title=TITLE, blocks=compared)
+        else:
+            yield PageSection(anchor="study", title="The study's table", blocks=study_table(study))
     numbers = [*loop_blocks([run.result for run in runs]), *number_blocks(runs, with_metrics=not studies)]
     if numbers:
         yield PageSection(anchor="numbers", title="Numbers", blocks=numbers)

@@ -17,6 +17,8 @@ from lockstep.results.read_events import read_events
 from lockstep.results.read_run_record import read_run_record
 from lockstep.results.run_record import RUN
 
+from .layouts_page import shown_runs
+
 MOST_RUNS = 24  # on a page: more colours cannot be distinguished
 
 
@@ -53,7 +55,7 @@ class Result:
 
 
 def load_results(paths: Sequence[Path]) -> list[Result]:
-    """Read results folders; a folder that holds results folders stands for all of them.
+    """Read results folders; a folder that holds them stands for all, that of a comparison for one seed's.
 
     Raises
     ------
@@ -67,7 +69,9 @@ def load_results(paths: Sequence[Path]) -> list[Result]:
         if (path / RUN).is_file():
             folders.append(path)
             continue
-        inside = sorted(child.parent for child in path.glob(f"*/{RUN}") if not child.parent.name.startswith("."))
+        inside = shown_runs(path) or sorted(
+            child.parent for child in path.glob(f"*/{RUN}") if not child.parent.name.startswith(".")
+        )
         if not inside:
             raise InputError(f"{path}: holds no {RUN}, nor does a folder in it; give results folders of runs")
         folders += inside

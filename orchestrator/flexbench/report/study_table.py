@@ -8,6 +8,7 @@ from typing import Any
 
 from flexbench.html.document import Block, Heading, Paragraph, Table
 from flexbench.runs.json_file import read_table
+from flexbench.studies.layouts.result_file import RESULT
 from flexbench.studies.paper.published import TITLES
 from flexbench.studies.paper.table import number, when_lost
 from flexsat.parameters import CONFIGURATIONS
@@ -28,8 +29,8 @@ _SHAPE = {
 
 
 def study_folders(paths: Sequence[Path]) -> list[Path]:
-    """Return the folders that hold the table of a study."""
-    return [path for path in paths if (path / TABLE).is_file()]
+    """Return the folders that hold the table of a study, or a comparison of layouts."""
+    return [path for path in paths if any((path / name).is_file() for name in (TABLE, RESULT))]
 
 
 def study_table(folder: Path) -> list[Block]:

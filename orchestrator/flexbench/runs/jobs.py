@@ -67,6 +67,7 @@ class Finished:
     metrics: Mapping[str, float]  # SI; empty for a job without
     wall_time: float  # s
     simulated_time: float  # s
+    failure: str = ""  # why the master stopped the run, if such runs are returned
 
 
 _reports: Any = None  # queue to the parent, in a worker
@@ -122,13 +123,15 @@ def run_job(job: Job) -> Finished:
     return Finished(job=job, metrics=metrics, wall_time=summary.wall_time, simulated_time=summary.simulated_time)
 
 
-def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished]:
+def run_jobs(jobs: Sequence[Job], processes: int | None = None, *, keep_failed: bool = False) -> list[Finished]:
     """Run jobs, each in its own process, and return them in the given order.
 
     Parameters
     ----------
     jobs : their folders must differ
     processes : running at the same time; None for one per core
+    keep_failed : return a run that the master stopped, with the reason, instead of raising RunError: for studies in
+        which plants are lost
 
     Raises
     ------
@@ -161,7 +164,7 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
                 _drain(reports, show)
                 for future in finished:
                     number = futures[future]
-                    done[number] = _result(future, jobs[number])
+                    done[number] = _result(future, jobs[number], keep_failed)
         except BaseException:
             stopping.set()
             _stop(pool, pending)
@@ -169,13 +172,17 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None) -> list[Finished
     return [done[number] for number in range(len(jobs))]
 
 
-def _result(future: Future[Finished], job: Job) -> Finished:
+def _result(future: Future[Finished], job: Job, keep_failed: bool) -> Finished:
     try:
         return future.result()
     except BrokenProcessPool:
         raise RunError(f"{job.title}: its process died; run it alone with `flexsat run` to see why") from None
-    except (InputError, RunError) as error:
-        raise type(error)(f"{job.title}: {error}") from None
+    except RunError as error:
+        if not keep_failed:
+            raise type(error)(f"{job.title}: {error}") from None
+        return Finished(job=job, metrics={}, wall_time=0.0, simulated_time=0.0, failure=str(error))
+    except InputError as error:
+        raise InputError(f"{job.title}: {error}") from None
 
 
 def _stop(pool: ProcessPoolExecutor, pending: set[Future[Finished]]) -> None:

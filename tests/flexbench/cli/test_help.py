@@ -107,7 +107,18 @@ def test_options_of_one_name_are_one_thing_in_every_command():
 
 
 def test_every_command_that_simulates_has_the_same_default_seed_and_the_same_stop_time_option(capsys):
-    for name in ("run", "paper", "health", "robustness", "budget", "waterfall", "equivalence", "branch", "margins"):
+    for name in (
+        "run",
+        "paper",
+        "health",
+        "robustness",
+        "compare-layouts",
+        "budget",
+        "waterfall",
+        "equivalence",
+        "branch",
+        "margins",
+    ):
         text = " ".join(help_of(capsys, "flexsat", name).split())
         if name != "margins":
             assert " --stop-time S " in text, name

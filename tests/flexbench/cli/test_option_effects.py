@@ -38,6 +38,7 @@ _VENDOR = "system/test_margins.py::test_the_command_measures_a_vendors_controlle
 _BUDGET = "flexbench/studies/budget/test_budget.py::"
 _SPLIT = "system/test_budget.py::test_the_seed_is_that_of_every_run"
 _EVALUATED = "system/test_budget.py::test_results_that_may_only_be_read_are_evaluated_into_another_folder"
+_LAYOUTS = "flexbench/studies/layouts/"
 _WATERFALL = "system/test_budget.py::test_waterfall_of_three_speeds_peaks_at_the_resonance"
 _JOBS = "system/test_bad_input.py::test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs"
 _TRACEBACK = f"{HERE}::test_a_traceback_is_shown_on_request_and_never_else"
@@ -199,6 +200,16 @@ EFFECTS = {
         "--stop-time": "flexbench/studies/robustness/test_robustness.py::"
                        "test_bad_levels_and_stop_times_are_refused_before_anything_runs",
         **dict.fromkeys(("--configuration", "--scenario", "--seeds", "--out", "--fmus", "--jobs"), _VALUES),
+    },
+    "flexsat compare-layouts": {
+        "--dispersion": _LAYOUTS + "test_dispersions.py::test_limits_are_given_in_percent_and_checked",
+        "--seeds": _LAYOUTS + "test_dispersions.py"
+        "::test_both_layouts_of_a_seed_have_the_same_errors_and_seed_in_both_scenarios",
+        "--slew-stop-time": _LAYOUTS + "test_study.py"
+        "::test_a_slew_that_leaves_no_time_after_it_is_refused_before_anything_runs",
+        "--settling-band": _LAYOUTS + "test_study.py::test_a_slew_has_the_numbers_of_its_table",
+        "--set": _LAYOUTS + "test_study.py::test_a_limit_cycle_is_lost_and_named",
+        **dict.fromkeys(("--scenario", "--stop-time", "--out", "--fmus", "--jobs"), _VALUES),
     },
     "flexsat waterfall": {
         "--as-published": "flexbench/studies/waterfall/test_waterfall.py::"

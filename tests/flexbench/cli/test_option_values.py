@@ -115,6 +115,23 @@ CALLS = {
             "--jobs": (("7",), "7"),
         },
     ),
+    "compare-layouts": (
+        ("compare-layouts",),
+        "flexbench.studies.layouts.study:run_layouts",
+        ("flexbench.loop.build:build_all",),
+        {
+            "--scenario": (("slew",), "duration={'slew': 130.0}"),
+            "--dispersion": (("inertia=5",), "Dispersion(frequency=0.05, damping=0.5, inertia=0.05)"),
+            "--seeds": (("3",), "range(1, 4)"),
+            "--stop-time": (("90",), "'fine_pointing': 90.0"),
+            "--slew-stop-time": (("190",), "'slew': 190.0"),
+            "--settling-band": (("2",), "band=9.69"),
+            "--set": (("c.z=4",), "{'c.z': '4'}"),
+            "--out": (("there",), "'there'"),
+            "--fmus": (("others",), "'others'"),
+            "--jobs": (("7",), ", 7)"),
+        },
+    ),
     "waterfall": (
         ("waterfall", FAR),
         "flexbench.studies.waterfall.sweep:sweep",

@@ -62,6 +62,26 @@ def test_dead_process_is_reported_by_the_name_of_its_job():
         run_jobs([Deadly("echo fatal")], processes=1)
 
 
+def fail(job: str) -> None:
+    """Fail as a run does that the master stops: in a worker."""
+    raise RunError(f"plant: refused at 1 s, in {job.split()[-1]}")
+
+
+def test_a_failed_run_is_returned_with_its_reason_where_that_is_wanted(monkeypatch):
+    monkeypatch.setattr(jobs_module, "run_job", fail)
+    jobs = [Shell("echo first"), Shell("echo second")]
+    with pytest.raises(RunError, match=r"^first: plant: refused at 1 s, in first$"):
+        run_jobs(jobs[:1], processes=1)
+
+    finished = run_jobs(jobs, processes=2, keep_failed=True)
+    assert [done.failure for done in finished] == [
+        "plant: refused at 1 s, in first",
+        "plant: refused at 1 s, in second",
+    ]
+    assert [done.job.title for done in finished] == ["first", "second"]
+    assert all(done.simulated_time == 0.0 for done in finished)
+
+
 def test_failed_job_is_named_in_the_message(tmp_path: Path):
     job = Job(system=tmp_path / "nowhere.ssd", folder=tmp_path / "results" / "centralised-slew-seed1")
 

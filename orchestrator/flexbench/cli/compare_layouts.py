@@ -1,0 +1,106 @@
+"""The command `flexsat compare-layouts`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.options import DISTINGUISHED, assignments, jobs_option, out_option, set_option, stop_time_option
+from lockstep.cli.parameter_types import DURATION, Number, OneOf
+from lockstep.errors import InputError
+
+from .options import SCENARIOS, fmus_option, seeds, seeds_option
+
+if TYPE_CHECKING:
+    from ..loop.scenarios import ScenarioName
+
+SLEW_STOP_TIME = 130.0  # s, as in the study, which help does not wait for
+_EXAMPLES = """
+exit code: 0 the layouts are compared, 1 so many runs are lost that nothing is left to compare, 2 bad input
+
+example:
+  {program} compare-layouts --seeds 12
+  {program} compare-layouts --scenario fine_pointing --dispersion frequency=2 --dispersion inertia=5
+"""
+
+
+@command("compare-layouts", _EXAMPLES)
+@click.option("--scenario", type=OneOf(SCENARIOS[:2]), multiple=True, metavar="NAME",
+              help="slew or fine_pointing (default: both)")  # fmt: skip
+@click.option("--dispersion", multiple=True, metavar="WHAT=PERCENT",
+              help="limit of an error of the structure (default: frequency=5, damping=50, inertia=10)")  # fmt: skip
+@seeds_option(8)
+@stop_time_option(200.0, "simulated time of fine pointing in seconds")
+@click.option("--slew-stop-time", type=DURATION, default=SLEW_STOP_TIME, metavar="S",
+              help=f"simulated time of the slews in seconds (default: {SLEW_STOP_TIME:g})")  # fmt: skip
+@click.option("--settling-band", type=Number(above=0.0, most=648000.0), metavar="ARCSEC",
+              help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
+@set_option
+@out_option(f"results folder (default: results/layouts{DISTINGUISHED})")
+@fmus_option
+@jobs_option
+def compare_layouts(
+    scenario: tuple[str, ...],
+    dispersion: tuple[str, ...],
+    seed_count: int,
+    stop_time: float,
+    slew_stop_time: float,
+    settling_band: float | None,
+    settings: tuple[str, ...],
+    out: Path | None,
+    fmus: Path,
+    jobs: int | None,
+) -> int:
+    """Compare centralised and distributed wheels over the same errors of the structure, with confidence intervals."""
+    from flexsat.parameters import ARCSECOND, CONFIGURATIONS
+    from lockstep.operating_system import available_cores
+
+    from ..figures.drawing import save_figure
+    from ..figures.layouts import layouts_figure
+    from ..loop.build import build_all
+    from ..report import write_report
+    from ..runs.study_folder import study_folder
+    from ..studies.layouts.dispersions import dispersion_of
+    from ..studies.layouts.plan import COMPARED, Plan
+    from ..studies.layouts.result_file import as_text
+    from ..studies.layouts.study import run_layouts
+    from ..studies.layouts.tables import compare
+
+    duration: dict[ScenarioName, float] = {"fine_pointing": stop_time, "slew": slew_stop_time}
+    plan = Plan(
+        seeds=seeds(seed_count),
+        dispersion=dispersion_of(percentages(dispersion)),
+        duration={name: duration[name] for name in COMPARED if name in (scenario or COMPARED)},
+        band=None if settling_band is None else settling_band * ARCSECOND,
+        overrides=assignments(settings),
+    )
+    missing = tuple(
+        name for name in CONFIGURATIONS if not all((fmus / name / f"{one}.ssd").is_file() for one in plan.duration)
+    )
+    if missing:
+        build_all(missing, fmus)
+    with study_folder(out, "layouts") as folder:
+        print(plan.estimate(jobs or len(available_cores())), flush=True)
+        found = run_layouts(fmus, folder, plan, jobs, report=lambda line: print(line, flush=True))
+        rows = compare(found)
+        print(as_text(found, rows))
+        save_figure(layouts_figure(found, rows), folder / "figures", "layouts")
+        print(write_report([folder], folder / "report.html")[0])
+        print(f"layouts.txt, layouts.csv, layouts.json, figures and every run: {folder}")
+    return 0 if any(row.contrast is not None for row in rows) else 1
+
+
+def percentages(texts: Sequence[str]) -> dict[str, float]:
+    """Return the numbers of texts such as `frequency=5`; InputError for any other text."""
+    found = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            found[name] = float(value)
+        except ValueError:
+            raise InputError(f"--dispersion {text}: must be WHAT=PERCENT, for example frequency=5") from None
+    return found

@@ -1,0 +1,1 @@
+"""Comparison of the layouts of the wheels: does distributing them pay?"""

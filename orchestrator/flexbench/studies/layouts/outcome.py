@@ -1,0 +1,142 @@
+"""Measure one run of the comparison: its numbers, or why it is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from flexsat.parameters import ARCSECOND, ConfigurationName
+from lockstep import InputError, Signals
+from lockstep.results.read_run_record import read_run_record
+
+from ...loop.scenarios import ScenarioName
+from ...runs import histories
+from ...runs.jobs import Finished
+from ...runs.loop_monitor import found_lines
+from ...runs.loop_numbers import LoopNumbers, numbers_of, settling_band
+from ...runs.loop_signals import read_loop
+from ...runs.metrics import root_mean_square
+from ...runs.windows import Window
+from ..robustness.model_errors import GROWTH
+
+RECORD = (
+    "plant.attitude.mrp",
+    "plant.rate",
+    "plant.rms_deformation",
+    "controller.wheel.torque",
+    "controller.reference.mrp",
+    "controller.reference.rate",
+    "controller.reference.torque",
+)  # what the numbers of a loop and its monitor need
+LOST_BY = ("limit-cycle", "divergence")  # events; torque saturation too if it lasts to the end
+
+Compared = Literal["ratio", "difference"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """A number of a run. Printed is the value over `scale`, in `unit`; less is better."""
+
+    key: str
+    label: str
+    unit: str
+    scale: float
+    scenario: ScenarioName
+    of: str  # of the loop's numbers: settling, or the RMS or peak of a quantity in the slew or in the steady part
+    compared: Compared = "ratio"  # settling may be zero
+
+
+QUANTITIES = (
+    Quantity(key="pointing", label="pointing error in fine pointing", unit="arcsec", scale=ARCSECOND,
+             scenario="fine_pointing", of="steady.rms.pointing_error"),
+    Quantity(key="deformation", label="deformation in fine pointing", unit="um", scale=1e-6,
+             scenario="fine_pointing", of="steady.rms.deformation"),
+    Quantity(key="torque", label="torque in fine pointing", unit="N.m", scale=1.0,
+             scenario="fine_pointing", of="steady.rms.torque"),
+    Quantity(key="slew_pointing", label="pointing error during the slew", unit="arcsec", scale=ARCSECOND,
+             scenario="slew", of="slew.rms.pointing_error"),
+    Quantity(key="slew_deformation", label="deformation during the slew", unit="um", scale=1e-6,
+             scenario="slew", of="slew.rms.deformation"),
+    Quantity(key="settling", label="settling time after the slew", unit="s", scale=1.0,
+             scenario="slew", of="settling", compared="difference"),
+    Quantity(key="settled_pointing", label="pointing error after the slew", unit="arcsec", scale=ARCSECOND,
+             scenario="slew", of="steady.rms.pointing_error"),
+    Quantity(key="settled_deformation", label="deformation after the slew", unit="um", scale=1e-6,
+             scenario="slew", of="steady.rms.deformation"),
+    Quantity(key="settled_torque", label="torque after the slew", unit="N.m", scale=1.0,
+             scenario="slew", of="steady.rms.torque"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What one run came to, in SI. A lost run has no numbers."""
+
+    configuration: ConfigurationName
+    scenario: ScenarioName
+    seed: int
+    numbers: Mapping[str, float | None] = field(default_factory=dict)  # by key; None: it does not settle
+    windows: Sequence[str] = ()  # that the numbers refer to
+    lost: str = ""  # why
+
+
+def measure(
+    finished: Finished, name: ConfigurationName, scenario: ScenarioName, seed: int, band: float | None
+) -> Outcome:
+    """Return the numbers of a run, in the windows of the table at the end of `flexsat run`, or why it is lost.
+
+    Parameters
+    ----------
+    finished : run
+    band : of settling [rad]; None: 5 arcsec, or 0.5 with the fine sensor
+    """
+    if finished.failure:
+        return Outcome(configuration=name, scenario=scenario, seed=seed, lost=finished.failure)
+    folder = finished.job.folder
+    record, _ = read_run_record(folder)
+    loop = read_loop(folder)
+    assert loop is not None  # the study simulates the systems of `flexsat build`
+    numbers = numbers_of(loop, (), settling_band(record) if band is None else band)
+    if numbers.steady is None:
+        raise InputError(f"{folder}: ends in the slew; simulate longer")
+    lost = lost_by(record.get("found", ())) or growing(loop.signals, numbers.steady.window)
+    if lost:
+        return Outcome(configuration=name, scenario=scenario, seed=seed, lost=lost)
+    return Outcome(
+        configuration=name,
+        scenario=scenario,
+        seed=seed,
+        numbers={one.key: value_of(numbers, one.of) for one in QUANTITIES if one.scenario == scenario},
+        windows=tuple(one.window.text for one in numbers.windows),
+    )
+
+
+def lost_by(found: Sequence[Mapping[str, Any]]) -> str:
+    """Return what the monitor found that makes a run a lost one, in words; empty for none."""
+    fatal = [
+        one
+        for one in found
+        if one["event"] in LOST_BY or (one["event"] == "torque-saturation" and one.get("until_the_end"))
+    ]
+    return "; ".join(found_lines(fatal)[: len(fatal)])
+
+
+def growing(signals: Signals, steady: Window) -> str:
+    """Return that the torque grows in the steady part of a run, in words; empty if it does not."""
+    torque = histories.torque_norm(signals)[steady.rows(signals.time)]
+    half = len(torque) // 2
+    before, after = (root_mean_square(part) if len(part) else 0.0 for part in (torque[:half], torque[half:]))
+    if not after >= GROWTH * before > 0.0:
+        return ""
+    return f"the torque grows {after / before:.3g} times from one half of the steady part to the other"
+
+
+def value_of(numbers: LoopNumbers, path: str) -> float | None:
+    """Return a number of a run by its path, as in `Quantity.of`; None where it does not settle."""
+    if path == "settling":
+        return numbers.settlings[-1].time
+    window, kind, key = path.split(".")
+    of = numbers.windows[0] if window == "slew" else numbers.steady
+    assert of is not None  # the run is not lost
+    return (of.rms if kind == "rms" else of.peak)[key]

@@ -1,0 +1,105 @@
+"""Simulate all layouts of the wheels over the same dispersions, in parallel processes, and compare their numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from flexsat.parameters import CONFIGURATIONS, ConfigurationName, configuration
+from lockstep import InputError, load_system
+from lockstep.plan.plan import Plan as RunPlan
+
+from ...loop.feasibility import needs_of
+from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
+from ...runs.jobs import Job, run_jobs
+from .outcome import RECORD, measure
+from .plan import Comparison, Plan
+from .result_file import write_result
+from .wheels import wheels_of
+
+AFTER = 5.0  # s from a slew's end to the end of its run, at least
+
+
+def run_folder(folder: Path, name: ConfigurationName, scenario: ScenarioName, seed: int) -> Path:
+    """Return where one run of the study goes."""
+    return folder / f"{name}-{scenario.replace('_', '-')}-seed{seed}"
+
+
+def plan_jobs(fmus: Path, folder: Path, plan: Plan) -> dict[tuple[ConfigurationName, ScenarioName, int], Job]:
+    """Return every run: a seed's layouts have the same errors, and one after the other."""
+    jobs = {}
+    for seed in plan.seeds:
+        errors = plan.dispersion.draw(seed)
+        for scenario, duration in plan.duration.items():
+            for name in CONFIGURATIONS:
+                parameters = scenario_parameters(scenario, seed=seed, slew=plan.slew)
+                parameters["plant"] |= errors.parameters()
+                jobs[name, scenario, seed] = Job(
+                    system=fmus / name / f"{scenario}.ssd",
+                    folder=run_folder(folder, name, scenario, seed),
+                    overrides={**scalar_overrides(parameters), **plan.overrides},
+                    stop_time=duration,
+                    record=RECORD,
+                    metrics=False,
+                )
+    return jobs
+
+
+def run_layouts(
+    fmus: Path,
+    folder: Path,
+    plan: Plan,
+    processes: int | None = None,
+    report: Callable[[str], None] = lambda _: None,
+) -> Comparison:
+    """Run the study; leave the runs, layouts.json, layouts.csv and layouts.txt in `folder`.
+
+    Parameters
+    ----------
+    fmus : folder that `flexsat build` has written
+    plan : what is simulated
+    processes : at once; None for one a core
+    report : called with what the slews need of time, torque and momentum
+
+    Raises
+    ------
+    InputError
+        If a slew cannot be carried out, or its run ends too early after it.
+    """
+    jobs = plan_jobs(fmus, folder, plan)
+    for name in CONFIGURATIONS:
+        for scenario in plan.duration:
+            check_slew(jobs[name, scenario, plan.seeds[0]], f"{name}: ", report)
+    finished = run_jobs(list(jobs.values()), processes, keep_failed=True)
+    outcomes = [measure(done, *key, plan.band) for key, done in zip(jobs, finished, strict=True)]
+    wheels = {}
+    for (name, _, _), done in zip(jobs, finished, strict=True):
+        if name not in wheels and not done.failure:
+            wheels[name] = wheels_of(name, done.job.folder)
+    result = Comparison(
+        plan=plan,
+        modes=configuration(CONFIGURATIONS[0]).plate.plant_modes,
+        errors={seed: plan.dispersion.draw(seed) for seed in plan.seeds},
+        outcomes=outcomes,
+        wheels=wheels,
+    )
+    write_result(result, folder)
+    return result
+
+
+def check_slew(job: Job, title: str, report: Callable[[str], None]) -> None:
+    """Report what a run's slew needs; raise InputError if it cannot be carried out in it."""
+    assert job.system is not None
+    assert job.stop_time is not None
+    needs = needs_of(RunPlan(load_system(job.system), job.stop_time, dict(job.overrides), job.record, None))
+    if needs is None or not needs.angles:
+        return
+    objection = needs.objection()
+    if objection is not None and needs.end <= job.stop_time:
+        raise InputError(f"{title}{objection}")
+    if needs.end + AFTER > job.stop_time:
+        raise InputError(
+            f"--slew-stop-time {job.stop_time:g}: the slew ends at {needs.end:.4g} s, and what follows is evaluated;"
+            f" give {needs.end + AFTER:.0f} or more"
+        )
+    report(title + needs.text())
