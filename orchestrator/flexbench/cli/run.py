@@ -49,8 +49,14 @@ at command.start_time, or at once if that has passed. One that would begin durin
               help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
 @click.option(ACCEPT_INFEASIBLE, "accept_infeasible", is_flag=True,
               help="run although the slew cannot be carried out in time, or with these wheels")  # fmt: skip
+@click.option("--native", is_flag=True, help="with the FMUs in C that lie in native/ beside the others")
 def run(
-    request: RunRequest, seed: int | None, as_published: bool, settling_band: float | None, accept_infeasible: bool
+    request: RunRequest,
+    seed: int | None,
+    as_published: bool,
+    settling_band: float | None,
+    accept_infeasible: bool,
+    native: bool,
 ) -> int:
     """Simulate a system and leave its signals, events and metrics in a results folder."""
     from ..runs.loop_monitor import print_found, watch_loop
@@ -64,15 +70,21 @@ def run(
     if resumed is not None:
         resume_run(resumed, pace=request.pace, step_limit=request.step_limit, finish=finish, watch=watch_loop)
     else:
-        _run_new(request, seed, as_published, accept_infeasible, finish)
+        _run_new(request, seed, as_published, accept_infeasible, native, finish)
     return 0
 
 
 def _run_new(
-    request: RunRequest, seed: int | None, as_published: bool, accept_infeasible: bool, finish: Callable[[Path], None]
+    request: RunRequest,
+    seed: int | None,
+    as_published: bool,
+    accept_infeasible: bool,
+    native: bool,
+    finish: Callable[[Path], None],
 ) -> RunSummary:
     from ..loop.feasibility import check_feasible
     from ..loop.missed_samples import refuse_missed_samples
+    from ..loop.native_fmus import with_native_fmus
     from ..runs.loop_monitor import watch_loop
 
     def load(path: Path) -> System:
@@ -80,7 +92,8 @@ def _run_new(
 
         if not path.exists() and path.suffix == ".ssd":
             raise InputError(f"{path}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
-        return load_system(path, request.timing.timing(), request.within)
+        system = load_system(path, request.timing.timing(), request.within)
+        return with_native_fmus(system) if native else system
 
     def overrides(system: System) -> dict[str, Value]:
         values: dict[str, Value] = dict(_published(system)) if as_published else {}
@@ -89,7 +102,13 @@ def _run_new(
         refuse_missed_samples(system, {**values, **assignments(request.settings)})
         return values
 
-    marks = ("-as-published" if as_published else "") + ("" if seed is None else f"-seed{seed}")
+    if native and request.system is None:
+        raise InputError("--native: a restart uses the FMUs of its run; name a system file, or leave --native out")
+    marks = (
+        ("-native" if native else "")
+        + ("-as-published" if as_published else "")
+        + ("" if seed is None else f"-seed{seed}")
+    )
     system = request.checkpoints.system(request.system, load)
     return run_system(request, system, overrides, marks=marks, finish=finish, watch=watch_loop,
                       check=partial(check_feasible, accept=accept_infeasible))  # fmt: skip
