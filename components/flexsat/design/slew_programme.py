@@ -47,8 +47,9 @@ def solve_slew_programme(
     duration: float = 150.0,
     step: float = 0.25,
     rate_weight: float = 1.0,
+    initial: float = 0.0,
 ) -> Programme:
-    """Solve the programme for a rest-to-rest turn with an interior-point method.
+    """Solve the programme for a turn from rest, or from an initial rate, with an interior-point method.
 
     Parameters
     ----------
@@ -57,6 +58,7 @@ def solve_slew_programme(
     torque, momentum : bounds [N.m], [N.m.s]
     duration, step : horizon and step [s]
     rate_weight : of the rate error [s2]; without it the optimum overshoots
+    initial : rate at the start [rad/s]
 
     Returns
     -------
@@ -85,6 +87,7 @@ def solve_slew_programme(
     limits = np.concatenate([np.full(count, most), np.ones(count)])
     constraints = sparse.csc_matrix(sparse.vstack([dynamics, picks, -picks]))
     bounds = np.concatenate([np.zeros(2 * count), limits, limits])
+    bounds[0], bounds[count] = step * initial / angle, initial / angle  # the first step, from the initial rate
     quadratic = np.zeros(3 * count)
     quadratic[rotation], quadratic[rate] = 2.0, 2.0 * rate_weight
     linear = np.zeros(3 * count)
@@ -106,7 +109,7 @@ def solve_slew_programme(
     return Programme(
         time=step * np.arange(count + 1, dtype=np.float64),
         rotation=angle * np.concatenate([[0.0], values[rotation]]),
-        rate=angle * np.concatenate([[0.0], values[rate]]),
+        rate=np.concatenate([[initial], angle * values[rate]]),
         torque=torque * values[drive],
         angle=angle,
     )

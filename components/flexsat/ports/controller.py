@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from ..controller_weights import Variant, variant_of
 from ..parameters import CONTROLLER_DESIGNS, DEFAULT_DESIGN, Slew, Wheel
 from ..runtime.controller_parameters import (
@@ -16,6 +18,7 @@ from ..runtime.controller_parameters import (
     ControllerMatrices,
     ControllerParameters,
 )
+from ..runtime.keep_out import CONES, keep_out
 from .declared import parameter_port
 from .table import Port
 
@@ -113,6 +116,22 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
              display_unit="ms", description="known delay from sampling to the step that uses it, whole milliseconds"),
         Port(name="delay.actuation", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=LONGEST_DELAY,
              display_unit="ms", description="known delay from the torque output to the wheels, whole milliseconds"),
+        Port(name="wheel.torque_limit_factor", causality="parameter", unit="1", size=n, start=1.0, minimum=0.0,
+             maximum=1e3, description="torque limit of each wheel over wheel.torque_limit; 0: it is not used"),
+        Port(name="wheel.speed_band_factor", causality="parameter", unit="1", size=n, start=1.0, minimum=0.0,
+             maximum=1e3, description="speed band of each wheel over wheel.speed_band"),
+        Port(name="wheel.speed_offset", causality="parameter", unit="rad/s", size=n, start=0.0, minimum=-1e3,
+             maximum=1e3, display_unit="rpm",
+             description="speed of each wheel less the nominal one where slews begin: what it has left of its band"),
+        Port(name="keep_out.axis", causality="parameter", unit="1", size=3, start=(0.0, 0.0, 1.0), minimum=-1.0,
+             maximum=1.0, frame="body", description="axis that slews keep outside the cones, such as a boresight"),
+        *(port for name in CONES for port in (
+            Port(name=f"keep_out.{name}.direction", causality="parameter", unit="1", size=3, start=0.0, minimum=-1.0,
+                 maximum=1.0, frame="inertial", description=f"axis of the {name} cone, such as to the Sun"),
+            Port(name=f"keep_out.{name}.half_angle", causality="parameter", unit="rad", start=0.0, minimum=0.0,
+                 maximum=math.pi, display_unit="deg",
+                 description=f"half-angle of the {name} cone: slews lead round it; 0: none"),
+        )),
     )  # fmt: skip
 
 
@@ -149,4 +168,12 @@ def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> Contro
         during_slew=value("command.during_slew"),
         capture_angle=value("initial.capture_angle"),
         linear_attitude=value("as_published"),
+        torque_factor=np.array(value("wheel.torque_limit_factor")),
+        band_factor=np.array(value("wheel.speed_band_factor")),
+        speed_offset=np.array(value("wheel.speed_offset")),
+        keep_out=keep_out(
+            np.array(value("keep_out.axis")),
+            np.array([value(f"keep_out.{name}.direction") for name in CONES]),
+            np.array([value(f"keep_out.{name}.half_angle") for name in CONES], np.float64),
+        ),
     )

@@ -15,7 +15,7 @@ from . import rotations, slew_motion
 from . import wheel_jitter as jitter
 from .named_state import NOT_SAVED
 from .prepared_controller import PreparedController, check_start, plan_motion, prepare
-from .slew_commands import command, proceed, reference_attitude, start_from
+from .slew_commands import after_first, command, first_turns, proceed, reference_attitude, start_from
 
 __all__ = [
     "ControllerOutputs",
@@ -83,7 +83,10 @@ class ControllerState:
     reference: Array  # (r,)
     origin: Array  # (4,) attitude from which the profile turns, body from inertial
     profile: slew_motion.Motion
-    following: slew_motion.Motion  # the slew after it
+    turns: Array  # (LEGS, 3) [rad]: the turns of the present slew after the profile
+    turns_ended: int  # of the present slew
+    following: slew_motion.Motion  # the slew after it: its first turn
+    following_turns: Array  # (LEGS, 3) [rad]: its other turns
     base: Array  # (4,) attitude from which the command of the profile counts
     following_base: Array  # (4,) the same, of the slew after it
     braking: bool  # the profile was braked for a new command
@@ -99,9 +102,11 @@ def init(prepared: PreparedController, rotation: Array, start: float) -> Control
     ------
     ValueError
         If the shaped torque would have to begin before the run, or before the first measurement can count it.
+        Whether the slew begins or ends within a keep-out cone is seen once the attitude is known (start_from).
     """
     s, n, r = prepared.states, prepared.wheels, prepared.controlled
-    profile = plan_motion(prepared, rotation, start)
+    turns = first_turns(rotation)
+    profile = plan_motion(prepared, turns[0], start)
     check_start(prepared, profile.angle, start)
     return ControllerState(
         estimate=np.zeros(s),
@@ -115,7 +120,10 @@ def init(prepared: PreparedController, rotation: Array, start: float) -> Control
         reference=np.zeros(r),
         origin=ZERO_ATTITUDE.copy(),
         profile=profile,
+        turns=after_first(turns),
+        turns_ended=0,
         following=slew_motion.still(prepared.knots),
+        following_turns=np.zeros_like(turns),
         base=ZERO_ATTITUDE.copy(),
         following_base=ZERO_ATTITUDE.copy(),
         braking=False,
@@ -237,6 +245,9 @@ def _attitude_innovation(
         state.attitude[:] = seen
         start_from(prepared, state, time, seen)
         off[:] = 0.0
+    elif first:
+        x, y, z, w = state.origin.tolist()
+        start_from(prepared, state, time, (x, y, z, w))
     return off
 
 
@@ -265,8 +276,8 @@ def _refer(prepared: PreparedController, state: ControllerState, time: float) ->
     """
     period, profile, outputs = prepared.period, state.profile, state.outputs
     change = slew_motion.shaped_rate_change(profile, prepared.shaper, time, period)
-    momentum_axis = prepared.inertia @ profile.axis
-    torque = np.matmul(prepared.distribution, momentum_axis * (change / period), out=outputs.reference_torque)
+    allocation, momentum_axis = prepared.slew_wheels.allocations[profile.allocation], prepared.inertia @ profile.axis
+    torque = np.matmul(allocation, momentum_axis * (change / period), out=outputs.reference_torque)
     reference = outputs.reference
     if prepared.smoothed:
         now = np.array([time])
@@ -275,7 +286,7 @@ def _refer(prepared: PreparedController, state: ControllerState, time: float) ->
         reference[:] = 0.0
         reference[:3] = 0.25 * float(profile.rotation(now)[0]) * profile.axis
         reference[3 + modes : 6 + modes] = rate * profile.axis
-        reference[6 + 2 * modes :] = prepared.distribution @ (momentum_axis * rate) / prepared.wheel_inertia
+        reference[6 + 2 * modes :] = allocation @ (momentum_axis * rate) / prepared.wheel_inertia
     else:
         reference[:] = state.reference
         state.reference[:] = prepared.reference_a @ reference + prepared.reference_b @ torque

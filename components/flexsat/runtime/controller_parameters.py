@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..arrays import Array
+from .keep_out import CONES, KeepOut, keep_out
 
 LONGEST_DELAY = 0.02  # s, of measurement and of actuation, each
 GUIDANCES = ("bang-coast-bang", "smoothed", "qp")
@@ -12,6 +15,7 @@ DURING_SLEW = ("refuse", "replan")
 CAPTURE_ANGLE = (
     1e-3  # rad, 3.4 arcmin: above what sensors err and scenarios begin with, below what saturates the wheels
 )
+NO_CONES = keep_out(np.array([0.0, 0.0, 1.0]), np.zeros((len(CONES), 3)), np.zeros(len(CONES)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +70,10 @@ class ControllerParameters:
     during_slew: str = "refuse"  # one of DURING_SLEW
     capture_angle: float = CAPTURE_ANGLE  # rad
     linear_attitude: bool = False  # attitudes as sums of a quarter of the angle, as the published release has them
+    torque_factor: Array | float = 1.0  # (n,) of the torque limit, of each wheel; 0: it has failed
+    band_factor: Array | float = 1.0  # (n,) of the speed band
+    speed_offset: Array | float = 0.0  # (n,) [rad/s], speed at rest less the nominal one
+    keep_out: KeepOut = NO_CONES
 
     def __post_init__(self) -> None:
         # named as the ports are: the messages reach those who set them
@@ -78,6 +86,16 @@ class ControllerParameters:
                                   ("command.during_slew", self.during_slew, DURING_SLEW)):  # fmt: skip
             if text not in known:
                 raise ValueError(f"{name} must be one of {', '.join(known)}, got {text!r}")
+        for name, factor, failed in (("wheel.torque_limit_factor", self.torque_factor, True),
+                                     ("wheel.speed_band_factor", self.band_factor, False)):  # fmt: skip
+            for k, value in enumerate(np.atleast_1d(factor).tolist()):
+                if not (value > 0.0 or (failed and value == 0.0)):
+                    raise ValueError(f"{name}[{k + 1}] must be {'>=' if failed else '>'} 0, got {value!r}")
+        if self.linear_attitude and self.keep_out.active:
+            raise ValueError(
+                "keep_out: as_published has attitudes as sums of a quarter of the angle, which hold near zero only;"
+                " set the half-angles to 0, or design = 'published' in place of as_published"
+            )
         if not self.capture_angle > 0.0:
             raise ValueError(f"initial.capture_angle must be > 0, got {self.capture_angle!r}")
         for name, value in (("delay.measurement", self.measurement_delay), ("delay.actuation", self.actuation_delay)):

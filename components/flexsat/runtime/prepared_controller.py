@@ -7,13 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, make_read_only
-from ..fixed_order import inverse, product
+from ..fixed_order import product
 from . import slew_guidance as guidance
 from . import slew_motion, slew_optimum
 from .controller_parameters import ControllerMatrices, ControllerParameters
+from .keep_out import KeepOut, plan_legs
 from .zero_order_hold import zero_order_hold
 
 BRAKED = 4  # knots more than those of a profile: where it is braked, and where it stops; and two to spare
+LEAST_REMAINING = 1.01  # of the angle of braking: below it the programme has no room
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,8 +41,8 @@ class PreparedController:
     feed_forward_jitter: bool
     measurement_delay: float  # s
     actuation_delay: float  # s
-    torque_limit: float  # N.m
-    speed_band: float  # rad/s
+    torque_limit: Array  # (n,) [N.m]
+    speed_band: Array  # (n,) [rad/s]
     imbalance_force: float  # N.s2/rad2
     imbalance_torque: float  # N.m.s2/rad2
     wheel_inertia: float  # kg.m2
@@ -55,10 +57,9 @@ class PreparedController:
     ahead: Array  # (r, s + (q + 2) n): to the time at which the torque acts, from estimate and torque history
     reference_a: Array  # (r, r)
     reference_b: Array  # (r, n)
-    distribution: Array  # (n, 3): wheel torques of a body torque
-    body_torque: Array  # (3,) [N.m] that the slew may use
-    body_momentum: Array  # (3,) [N.m.s]
+    slew_wheels: guidance.Wheels  # what each wheel may give to a slew
     shaper: guidance.Shaper
+    keep_out: KeepOut
 
     def __post_init__(self) -> None:
         make_read_only(self)
@@ -97,8 +98,8 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         ahead[:, s : s + n] += b_part
 
     reference_a, reference_b = zero_order_hold(matrices.reference_a, matrices.reference_b, period)
-    axes = matrices.wheel_axis
-    capability = np.sum(np.abs(axes), axis=0) * parameters.authority
+    torque_limit = parameters.torque_limit * (np.ones(n) * parameters.torque_factor)
+    speed_band = parameters.speed_band * (np.ones(n) * parameters.band_factor)
     return PreparedController(
         period=period,
         states=s,
@@ -110,7 +111,7 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         first_measurement=max(0, int(np.ceil(parameters.measurement_delay / period - 1e-6))),
         delayed=delay > 0.0,
         smoothed=parameters.smoothed or parameters.guidance == "smoothed",
-        knots=BRAKED + (slew_optimum.STEPS + 1 if parameters.guidance == "qp" else 4),
+        knots=BRAKED + (2 * (slew_optimum.STEPS + 1) if parameters.guidance == "qp" else 4),
         optimal=parameters.guidance == "qp",
         replans=parameters.during_slew == "replan",
         linear_attitude=parameters.linear_attitude,
@@ -119,8 +120,8 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         feed_forward_jitter=parameters.feed_forward_jitter,
         measurement_delay=parameters.measurement_delay,
         actuation_delay=parameters.actuation_delay,
-        torque_limit=parameters.torque_limit,
-        speed_band=parameters.speed_band,
+        torque_limit=torque_limit,
+        speed_band=speed_band,
         imbalance_force=parameters.imbalance_force,
         imbalance_torque=parameters.imbalance_torque,
         wheel_inertia=matrices.wheel_inertia,
@@ -135,10 +136,14 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         ahead=np.ascontiguousarray(ahead[:controlled]),
         reference_a=reference_a,
         reference_b=reference_b,
-        distribution=-product(axes, inverse(product(axes.T, axes))),
-        body_torque=capability * parameters.torque_limit,
-        body_momentum=capability * matrices.wheel_inertia * parameters.speed_band,
+        slew_wheels=guidance.wheels_for(
+            matrices.wheel_axis,
+            parameters.authority * torque_limit,
+            parameters.authority * matrices.wheel_inertia * speed_band,
+            matrices.wheel_inertia * (np.ones(n) * parameters.speed_offset),
+        ),
         shaper=guidance.shaper_for_pole(matrices.shaper_frequency, matrices.shaper_damping, period),
+        keep_out=parameters.keep_out,
     )
 
 
@@ -158,9 +163,18 @@ def plan_slew(prepared: PreparedController, rotation: Array, start: float) -> gu
     ValueError
         If the shaped torque would have to begin before the run, or before the first measurement can count it.
     """
-    profile = guidance.plan(rotation, start, prepared.inertia, prepared.body_torque, prepared.body_momentum)
+    profile, _ = _profile(prepared, rotation, start)
     check_start(prepared, profile.angle, start)
     return profile
+
+
+def _profile(prepared: PreparedController, rotation: Array, start: float) -> tuple[guidance.Profile, int]:
+    """Return the quickest profile of a rotation vector [rad], and which allocation of the torque it needs."""
+    axis, angle = guidance.axis_of(rotation)
+    accelerations, rates = guidance.limits_about(prepared.slew_wheels, (prepared.inertia @ axis)[:, np.newaxis])
+    times = guidance.durations(np.full(accelerations.shape, angle), accelerations, rates)
+    chosen = int(np.argmin(times[:, 0]))
+    return guidance.trapezium(axis, angle, start, float(accelerations[chosen, 0]), float(rates[chosen, 0])), chosen
 
 
 def check_start(prepared: PreparedController, angle: float, start: float) -> None:
@@ -180,19 +194,84 @@ def check_start(prepared: PreparedController, angle: float, start: float) -> Non
 
 def plan_motion(prepared: PreparedController, rotation: Array, start: float) -> slew_motion.Motion:
     """Plan the motion for a rotation vector [rad] from `start` [s] on, from rest; raise ValueError if there is none."""
-    profile = guidance.plan(rotation, start, prepared.inertia, prepared.body_torque, prepared.body_momentum)
+    profile, allocation = _profile(prepared, rotation, start)
     if profile.angle == 0.0:
         return slew_motion.still(prepared.knots, start)
+    sampling = prepared.knots, prepared.period, prepared.actuation_delay
     if not prepared.optimal:
-        return slew_motion.from_profile(profile, prepared.knots, prepared.period, prepared.actuation_delay)
+        return slew_motion.from_profile(profile, *sampling, allocation)
     times = slew_optimum.time_grid(profile.end - start, profile.ramp)
-    acceleration, rate = capability_of(prepared, profile.axis)
+    acceleration, rate = limits_of(prepared, profile.axis, allocation)
     rates = slew_optimum.optimal_rates(profile.angle, acceleration, rate, times)
-    return slew_motion.from_knots(
-        profile.axis, profile.angle, start + times, rates, prepared.knots, prepared.period, prepared.actuation_delay
-    )
+    return slew_motion.from_knots(profile, start + times, rates, *sampling, allocation)
 
 
-def capability_of(prepared: PreparedController, axis: Array) -> tuple[float, float]:
+def limits_of(prepared: PreparedController, axis: Array, allocation: int) -> tuple[float, float]:
     """Return the greatest acceleration [rad/s2] and rate [rad/s] of a slew about an axis."""
-    return guidance.capability_about(axis, prepared.inertia, prepared.body_torque, prepared.body_momentum)
+    limits = guidance.limits_about(prepared.slew_wheels, (prepared.inertia @ axis)[:, np.newaxis])
+    return float(limits[0][allocation, 0]), float(limits[1][allocation, 0])
+
+
+def wheel_momentum(prepared: PreparedController, motion: slew_motion.Motion) -> Array:
+    """Return the momentum (n,) [N.m.s] that each wheel gains for each rad/s of a motion's rate."""
+    return np.asarray(prepared.slew_wheels.allocations[motion.allocation] @ (prepared.inertia @ motion.axis))
+
+
+def plan_turns(prepared: PreparedController, attitude: Array, rotation: Array) -> Array:
+    """Return the turns, (LEGS, 3) [rad], of a slew from an attitude (4,): one, or several round the keep-out cones.
+
+    Raises
+    ------
+    ValueError
+        If the slew begins or ends within a cone, or no chain of turns leads round the cones.
+    """
+    return plan_legs(prepared.keep_out, attitude, rotation, lambda turns: durations_of(prepared, turns))
+
+
+def durations_of(prepared: PreparedController, turns: Array) -> Array:
+    """Return how long turns by rotation vectors (m, 3) [rad] take [s], with the pause after each; 0 for no turn."""
+    angles = np.linalg.norm(turns, axis=1)
+    axes = turns / np.where(angles > 0.0, angles, 1.0)[:, np.newaxis]
+    axes[angles == 0.0, 0] = 1.0
+    accelerations, rates = guidance.limits_about(prepared.slew_wheels, prepared.inertia @ axes.T)
+    times = guidance.durations(np.broadcast_to(angles, accelerations.shape), accelerations, rates).min(axis=0)
+    return np.asarray((times + (slew_optimum.TAIL if prepared.optimal else 0.0) + pause(prepared)) * (angles > 0.0))
+
+
+def pause(prepared: PreparedController) -> float:
+    """Return the shortest time between two slews [s]: for the shaped torque of both."""
+    return 2.0 * float(prepared.shaper.shifts[0]) + prepared.period
+
+
+def braked(prepared: PreparedController, motion: slew_motion.Motion, time: float) -> slew_motion.Motion:
+    """Return a motion in flight braked from a sample at `time` [s] on."""
+    deceleration, _ = limits_of(prepared, motion.axis, motion.allocation)
+    sampling = prepared.period, prepared.actuation_delay
+    return slew_motion.stopped(motion, time, deceleration, *sampling, _memory(prepared))
+
+
+def turned_on(
+    prepared: PreparedController, motion: slew_motion.Motion, time: float, angle: float
+) -> slew_motion.Motion | None:
+    """Return a motion in flight that turns on to another angle [rad], by the programme from the rate at `time` [s].
+
+    None if it cannot: the angle lies behind, or before the end of braking, or the programme has no optimum.
+    """
+    at = np.array([time])
+    rate, remaining = float(motion.rate(at)[0]), angle - float(motion.rotation(at)[0])
+    acceleration, most = limits_of(prepared, motion.axis, motion.allocation)
+    if remaining <= 0.0 or remaining * acceleration < LEAST_REMAINING * 0.5 * rate**2:
+        return None
+    duration = guidance.remaining_duration(remaining, acceleration, most, rate)
+    since = slew_optimum.time_grid(duration, most / acceleration)
+    try:
+        rates = slew_optimum.optimal_rates(remaining, acceleration, most, since, rate)
+    except ValueError:
+        return None
+    sampling = prepared.period, prepared.actuation_delay
+    return slew_motion.continued(motion, time, since, rates, angle, *sampling, _memory(prepared))
+
+
+def _memory(prepared: PreparedController) -> float:
+    """Return how long a motion that was changed is still needed as it was [s]: for all taps of the shaper."""
+    return 2.0 * float(prepared.shaper.shifts[0]) + 3.0 * prepared.period

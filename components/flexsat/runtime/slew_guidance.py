@@ -15,6 +15,89 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, make_read_only
+from ..fixed_order import inverse, product
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wheels:
+    """What each wheel may give to a slew, and the ways to divide a body torque between the wheels.
+
+    The torque of a slew acts about one axis, so that each wheel has a fixed share of it; which division is the quickest
+    depends on the slew: torques limit short ones, momentum long ones.
+    """
+
+    allocations: Array  # (k, n, 3): wheel torques of a body torque
+    per_torque: Array  # (n,) [1/(N.m)]: one over the torque that it may give; 0 for a wheel that has none
+    per_rise: Array  # (n,) [1/(N.m.s)]: one over the momentum that it can still gain
+    per_fall: Array  # (n,) [1/(N.m.s)]: one over the momentum that it can still lose
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
+
+
+def wheels_for(axes: Array, torque: Array, momentum: Array, offset: Array) -> Wheels:
+    """Return what wheels of unequal limits may give.
+
+    Parameters
+    ----------
+    axes : (n, 3) unit vectors
+    torque, momentum : (n,) that a slew may use [N.m], [N.m.s]
+    offset : (n,) momentum at rest [N.m.s], beside that of the nominal speed
+
+    Raises
+    ------
+    ValueError
+        If a wheel stands beyond the momentum that it may use, or no wheel gives a torque about some axis.
+    """
+    equal = product(axes, inverse(product(axes.T, axes)))
+    # the regulator drives offsets that need no net momentum back to zero: both ends of that are provided for
+    kept = product(equal, product(axes.T, offset))
+    rise, fall = momentum - np.maximum(offset, kept), momentum + np.minimum(offset, kept)
+    if np.any(short := np.minimum(rise, fall) <= 0.0):
+        k = int(np.flatnonzero(short)[0])
+        raise ValueError(
+            f"wheel.speed_offset: wheel {k + 1} has {momentum[k] - min(rise[k], fall[k]):.4g} N.m.s at rest, of"
+            f" {momentum[k]:.4g} N.m.s that a slew may use; set the offset lower, or slew.authority or wheel.speed_band"
+            " higher"
+        )
+    works = torque > 0.0
+    by_momentum, by_torque = (
+        weight / max(float(weight.max()), 1e-300) for weight in (np.minimum(rise, fall) * works, torque)
+    )
+    alike = np.array_equal(by_momentum, by_torque)
+    weights = [by_momentum] if alike else [by_momentum, by_torque, np.sqrt(by_momentum * by_torque)]
+    try:
+        allocations = [allocation(axes, weight) for weight in weights]
+    except np.linalg.LinAlgError:
+        raise ValueError(
+            "wheel.torque_limit_factor: the wheels that have torque cannot turn the body about all axes"
+        ) from None
+    return Wheels(
+        allocations=np.array(allocations),
+        per_torque=np.divide(1.0, torque, out=np.zeros_like(torque), where=works),
+        per_rise=1.0 / rise,
+        per_fall=1.0 / fall,
+    )
+
+
+def allocation(axes: Array, weight: Array) -> Array:
+    """Return the least wheel torques (n, 3), squared over the weights (n,), of a body torque."""
+    weighted = axes * weight[:, np.newaxis]
+    return -product(weighted, inverse(product(axes.T, weighted)))
+
+
+def limits_about(wheels: Wheels, needed: Array) -> tuple[Array, Array]:
+    """Return the greatest accelerations and rates [rad/s2], [rad/s], (k, m), by allocation.
+
+    Parameters
+    ----------
+    wheels : what they may give
+    needed : (3, m) inertia times the axes of the slews [kg.m2]
+    """
+    share = (wheels.allocations @ needed).swapaxes(1, 2)  # (k, m, n)
+    torque = (np.abs(share) * wheels.per_torque).max(axis=2)
+    momentum = np.maximum(share * wheels.per_rise, -share * wheels.per_fall).max(axis=2)
+    return 1.0 / torque, 1.0 / momentum
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,14 +159,39 @@ def plan(rotation: Array, start: float, inertia: Array, torque: Array, momentum:
 
     Source: P, section 4. The wheels must turn J n: its largest share of the capability decides.
     """
+    axis, angle = axis_of(rotation)
+    return trapezium(axis, angle, start, *capability_about(axis, inertia, torque, momentum))
+
+
+def axis_of(rotation: Array) -> tuple[Array, float]:
+    """Return unit vector and angle of a rotation vector [rad]; the x axis for none."""
     angle = math.hypot(*rotation.tolist())
+    return (rotation / angle if angle > 0.0 else np.array([1.0, 0.0, 0.0])), angle
+
+
+def trapezium(axis: Array, angle: float, start: float, acceleration: float, rate: float) -> Profile:
+    """Return the quickest rest-to-rest rotation about an axis, within acceleration [rad/s2] and rate [rad/s]."""
     if angle == 0.0:
-        return Profile(axis=np.array([1.0, 0.0, 0.0]), angle=0.0, start=start, ramp=0.0, coast_rate=0.0, coast=0.0)
-    axis = rotation / angle
-    acceleration, rate = capability_about(axis, inertia, torque, momentum)
+        return Profile(axis=axis, angle=0.0, start=start, ramp=0.0, coast_rate=0.0, coast=0.0)
     rate = min(rate, float(np.sqrt(angle * acceleration)))  # a short turn never reaches the speed limit
     ramp = rate / acceleration
     return Profile(axis=axis, angle=angle, start=start, ramp=ramp, coast_rate=rate, coast=angle / rate - ramp)
+
+
+def durations(angles: Array, acceleration: Array, rate: Array) -> Array:
+    """Return how long rest-to-rest turns by angles [rad] last [s], all of one shape."""
+    peak = np.minimum(rate, np.sqrt(angles * acceleration))
+    return np.asarray(angles / np.where(peak > 0.0, peak, 1.0) + peak / acceleration)
+
+
+def remaining_duration(angle: float, acceleration: float, rate: float, initial: float) -> float:
+    """Return how long a turn by an angle [rad], from an initial rate [rad/s] to rest, lasts at least [s].
+
+    The angle must be at least that of braking from the initial rate.
+    """
+    peak = min(max(rate, initial), math.sqrt(angle * acceleration + 0.5 * initial**2))
+    coast = (angle - (peak**2 - 0.5 * initial**2) / acceleration) / peak
+    return (2.0 * peak - initial) / acceleration + max(0.0, coast)
 
 
 def capability_about(axis: Array, inertia: Array, torque: Array, momentum: Array) -> tuple[float, float]:

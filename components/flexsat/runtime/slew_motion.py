@@ -5,7 +5,7 @@ Its number of knots is that of the guidance, so that a saved state always has th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,9 +22,11 @@ class Motion:
     times: Array  # (k,) [s], increasing
     rates: Array  # (k,) [rad/s]
     turned: Array  # (k,) [rad]: integral of the rate
+    before: float  # rad, turned before the first knot by the torque that is held, over the scale
     start: float  # s
     end: float  # s
     scale: float  # of the rate that is flown: a torque held over periods then turns by the angle
+    allocation: int  # of the torque to the wheels
 
     def __post_init__(self) -> None:
         make_read_only(self)
@@ -47,37 +49,96 @@ def still(knots: int, start: float = 0.0) -> Motion:
     return _motion(axis, start + np.arange(2.0), np.zeros(2), knots, angle=0.0, scale=1.0)
 
 
-def from_profile(profile: Profile, knots: int, period: float, phase: float) -> Motion:
+def from_profile(profile: Profile, knots: int, period: float, phase: float, allocation: int = 0) -> Motion:
     """Return the motion of a trapezium, whose torque will be held over periods that begin at `phase` [s]."""
     corners = profile.start + np.array([0.0, profile.ramp, profile.ramp + profile.coast, profile.end - profile.start])
     rates = np.array([0.0, profile.coast_rate, profile.coast_rate, 0.0])
-    return from_knots(profile.axis, profile.angle, corners, rates, knots, period, phase)
+    return from_knots(profile, corners, rates, knots, period, phase, allocation)
 
 
 def from_knots(
-    axis: Array, angle: float, times: Array, rates: Array, knots: int, period: float, phase: float
+    profile: Profile, times: Array, rates: Array, knots: int, period: float, phase: float, allocation: int = 0
 ) -> Motion:
-    """Return the motion with these rates, scaled so that held torques turn by exactly `angle` [rad].
+    """Return the motion with these rates, scaled so that held torques turn by exactly the profile's angle.
 
     A torque held over a period changes the rate as the motion does, and between the samples the rate is a straight
     line: each corner inside a period moves the angle by at most its change of slope times T^2/8.
     """
     turned = _sampled_angle(times, rates, period, phase)
-    scale = angle / turned if turned > 0.0 else 1.0
-    return _motion(axis, times, rates, knots, angle=angle, scale=scale)
+    scale = profile.angle / turned if turned > 0.0 else 1.0
+    return _motion(profile.axis, times, rates, knots, angle=profile.angle, scale=scale, allocation=allocation)
 
 
-def stopped(motion: Motion, time: float, deceleration: float, period: float, phase: float) -> Motion:
+def continued(
+    motion: Motion,
+    time: float,
+    since: Array,
+    rates: Array,
+    angle: float | None,
+    period: float,
+    phase: float,
+    memory: float,
+) -> Motion | None:
+    """Return the motion with other rates from `time` [s] on; None if its knots do not suffice.
+
+    Parameters
+    ----------
+    motion : in flight
+    time : [s] a sample
+    since, rates : (k,) knots after it [s], [rad/s], the first at 0 with the rate that is flown then
+    angle : at which held torques will end [rad]; None: wherever that is
+    period, phase : of the samples [s]
+    memory : knots that end earlier before `time` [s] are not needed any more
+    """
+    cut = time - memory
+    if cut > motion.times[0]:
+        earlier = motion.times < cut
+        old = np.append(motion.times[earlier], cut), np.append(motion.rates[earlier], motion.rate(np.array([cut])))
+        before = motion.before + _sampled_angle(*old, period, phase)
+        kept = (motion.times > cut) & (motion.times < time)
+        times, past = np.append(cut, motion.times[kept]), np.append(old[1][-1], motion.rates[kept])
+    else:
+        before, kept = motion.before, motion.times < time
+        times, past = motion.times[kept], motion.rates[kept]
+    begin, first = len(times), float(motion.rotation(times[:1])[0])
+    times, rates = np.concatenate([times, time + since]), np.concatenate([past, rates])
+    if not begin or len(times) > len(motion.times):
+        return None
+    if angle is not None:  # rounding, and what held torques turn more than the rates
+        more = np.zeros(len(times))
+        more[begin:] = since * (since[-1] - since)
+        missing = angle / motion.scale - before - _sampled_angle(times, rates, period, phase)
+        rates = rates + more * (missing / _sampled_angle(times, more, period, phase))
+    flown = motion.scale * (before + _sampled_angle(times, rates, period, phase))
+    made = _motion(
+        motion.axis,
+        times,
+        rates,
+        len(motion.times),
+        angle=flown if angle is None else angle,
+        scale=motion.scale,
+        allocation=motion.allocation,
+        before=before,
+        first=first,
+    )
+    # what is turned ends where held torques do: the difference is spread over the new knots
+    turned, at = made.turned.copy(), float(made.rotation(np.array([time]))[0])
+    if turned[-1] > at:
+        after = made.times > time
+        turned[after] += (made.angle - turned[-1]) * (turned[after] - at) / (turned[-1] - at)
+    return replace(made, turned=turned, start=motion.start)
+
+
+def stopped(
+    motion: Motion, time: float, deceleration: float, period: float, phase: float, memory: float = np.inf
+) -> Motion:
     """Return the motion braked from `time` [s] on [rad/s2]; unchanged if it would not end earlier."""
     rate = float(motion.rate(np.array([time]))[0])
-    end = time + rate / deceleration
-    kept = motion.times < time
-    if end >= motion.end or not kept.any() or np.count_nonzero(kept) + 2 > len(motion.times):
+    since = rate / deceleration
+    if time + since >= motion.end:
         return motion
-    times = np.concatenate([motion.times[kept], [time, end]])
-    rates = np.concatenate([motion.rates[kept], [rate, 0.0]])
-    angle = motion.scale * _sampled_angle(times, rates, period, phase)
-    return _motion(motion.axis, times, rates, len(motion.times), angle=angle, scale=motion.scale)
+    braked = continued(motion, time, np.array([0.0, since]), np.array([rate, 0.0]), None, period, phase, memory)
+    return motion if braked is None else braked
 
 
 def shaped_rate_change(motion: Motion, shaper: Shaper, time: float, period: float) -> float:
@@ -89,15 +150,37 @@ def shaped_rate_change(motion: Motion, shaper: Shaper, time: float, period: floa
     return motion.scale * float(shaper.weights @ (ends[3:] - ends[:3]))
 
 
-def _motion(axis: Array, times: Array, rates: Array, knots: int, *, angle: float, scale: float) -> Motion:
+def _motion(
+    axis: Array,
+    times: Array,
+    rates: Array,
+    knots: int,
+    *,
+    angle: float,
+    scale: float,
+    allocation: int = 0,
+    before: float = 0.0,
+    first: float = 0.0,
+) -> Motion:
     start, end = float(times[0]), float(times[-1])
     keep = np.concatenate([[True], np.diff(times) > 0.0])  # a triangle has no coast
     times, rates = times[keep], rates[keep]
     more = knots - len(times)
     times = np.concatenate([times, times[-1] + 1.0 + np.arange(more)])
     rates = np.concatenate([rates, np.zeros(more)])
-    turned = np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(times))])
-    return Motion(axis=axis, angle=angle, times=times, rates=rates, turned=turned, start=start, end=end, scale=scale)
+    turned = first + np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(times))])
+    return Motion(
+        axis=axis,
+        angle=angle,
+        times=times,
+        rates=rates,
+        turned=turned,
+        before=before,
+        start=start,
+        end=end,
+        scale=scale,
+        allocation=allocation,
+    )
 
 
 def _sampled_angle(times: Array, rates: Array, period: float, phase: float) -> float:

@@ -1,9 +1,9 @@
 """Plan a slew as the optimum of the paper's quadratic programme, with an interior-point method. numpy alone.
 
 Attitude and rate errors squared, torque and wheel momentum bounded (P, section 4), about one axis, with angle and rate
-in units of the slew angle. The end is prescribed, at rest on the commanded angle and without overshoot,
-where the paper's only tends to it: the next slew begins from there. flexsat.design.slew_programme solves the same
-programme without the prescribed end.
+in units of the slew angle, from rest or from the rate of a slew in flight. The end is prescribed, at rest on the
+commanded angle and without overshoot, where the paper's only tends to it: the next slew begins from there.
+flexsat.design.slew_programme solves the same programme without the prescribed end.
 """
 
 from __future__ import annotations
@@ -33,23 +33,24 @@ def time_grid(duration: float, ramp: float) -> Array:
     return np.concatenate([begin, middle[1:], rest[1:]])
 
 
-def optimal_rates(angle: float, acceleration: float, rate: float, times: Array) -> Array:
-    """Return the rates [rad/s] at the knots of the optimal rest-to-rest turn.
+def optimal_rates(angle: float, acceleration: float, rate: float, times: Array, initial: float = 0.0) -> Array:
+    """Return the rates [rad/s] at the knots of the optimal turn, which ends at rest.
 
     Parameters
     ----------
     angle : [rad], > 0
     acceleration, rate : bounds [rad/s2], [rad/s]
     times : (k + 1,) [s] from the start of the slew; the torque is constant between them
+    initial : rate at the start [rad/s], from 0 to `rate`
 
     Raises
     ------
     ValueError
-        If the method finds no optimum, as for times that are too short for the turn.
+        If the method finds no optimum, as for times or an angle that are too short for the turn.
     """
     steps = np.diff(times)
     n = len(steps)
-    most = rate / angle
+    most, first = rate / angle, initial / angle
     # rates and angles at the knots 1..n, in units of the angle, are linear in the changes of rate over their bounds;
     # over a step that could pass the whole range of rates, the range is the bound
     to_rate = np.tril(np.broadcast_to(np.minimum(acceleration / angle * steps, most), (n, n)))
@@ -57,13 +58,14 @@ def optimal_rates(angle: float, acceleration: float, rate: float, times: Array) 
     to_angle = np.cumsum(mean * steps[:, None], axis=0)
     weight = steps / steps.sum()
     quadratic = 2.0 * ((to_angle.T * weight) @ to_angle + RATE_WEIGHT * (to_rate.T * weight) @ to_rate)
-    linear = -2.0 * to_angle.T @ weight
+    coasted = first * times[1:]  # angle that the initial rate alone would turn
+    linear = 2.0 * (to_angle.T @ (weight * (coasted - 1.0)) + RATE_WEIGHT * first * (to_rate.T @ weight))
     # the last: no overshoot, which would be the optimum of a slew of long ramps
     inequalities = np.vstack([np.eye(n), -np.eye(n), to_rate[:-1] / most, -to_rate[:-1] / most])
-    bounds = np.concatenate([np.ones(3 * n - 1), np.zeros(n - 1)])
+    bounds = np.concatenate([np.ones(2 * n), np.full(n - 1, 1.0 - first / most), np.full(n - 1, first / most)])
     end = np.vstack([to_angle[-1], to_rate[-1] / most])
-    drive = _solve(quadratic, linear, inequalities, bounds, end, np.array([1.0, 0.0]))
-    rates = np.concatenate([[0.0], angle * (to_rate @ drive)])
+    drive = _solve(quadratic, linear, inequalities, bounds, end, np.array([1.0 - coasted[-1], -first / most]))
+    rates = np.concatenate([[initial], initial + angle * (to_rate @ drive)])
     rates[-1] = 0.0
     return np.asarray(np.maximum(rates, 0.0))  # zero but for what the method leaves
 

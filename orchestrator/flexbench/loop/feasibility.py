@@ -7,6 +7,7 @@ its FMU; the wheels carry the momentum of the slew, of the initial rate and of c
 from __future__ import annotations
 
 import io
+import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -23,7 +24,10 @@ from flexsat.ports import controller as interface
 from flexsat.ports.table import Naming
 from flexsat.runtime.controller import ControllerState, command, init
 from flexsat.runtime.controller_parameters import ControllerMatrices
-from flexsat.runtime.prepared_controller import PreparedController, prepare
+from flexsat.runtime.prepared_controller import PreparedController, prepare, wheel_momentum
+from flexsat.runtime.rotations import quaternion_from_mrp
+from flexsat.runtime.slew_commands import planned_motions, start_from
+from flexsat.runtime.slew_guidance import allocation
 from flexsat.runtime.slew_motion import Motion
 from lockstep import InputError
 from lockstep.fmi.safe_zip import open_file
@@ -46,7 +50,7 @@ Command = tuple[float, Array, float]  # when it comes [s], rotation (3,) [rad], 
 class Needs:
     """What the slews of a run need, and what there is. Torque and momentum are those of the hardest wheel."""
 
-    angles: tuple[float, ...]  # rad, of the slews in their order
+    angles: tuple[float, ...]  # rad, of the slews in their order; of their turns, where they lead round a cone
     start: float  # s, of the first
     end: float  # s, of the shaped torque of the last
     stop: float  # s
@@ -90,7 +94,8 @@ class Needs:
             return (
                 f"momentum: a wheel would have to take {self.momentum:.4g} N.m.s, and the edge of its speed band is at"
                 f" {self.momentum_limit:.4g} N.m.s; set controller.slew.authority or the initial rates, speed offsets"
-                " and external torques lower, or controller.wheel.speed_band higher"
+                " and external torques lower, or controller.wheel.speed_band higher; a slew is planned for wheels at"
+                " controller.wheel.speed_offset"
             )
         return None
 
@@ -105,7 +110,8 @@ def check_feasible(plan: Plan, *, accept: bool = False, report: Callable[[str], 
     Raises
     ------
     InputError
-        If the run ends before the slew, or torque or momentum do not suffice; with what would help.
+        If the run ends before the slew, torque or momentum do not suffice, or a slew begins or ends within a keep-out
+        cone; with what would help.
     """
     needs = needs_of(plan)
     if needs is None:
@@ -139,41 +145,59 @@ def needs_of(plan: Plan) -> Needs | None:
         state = init(prepared, *(commands[0][1:] if commands else first))
     except ValueError:
         return None  # the controller refuses it in its own words; one of another version is not read
-    motions = _planned(prepared, state, commands[1:])
+    motions = _planned(prepared, state, _initial_attitude(parts, parameters, prepared), commands[1:])
     last = max((motion.end for motion in motions), default=0.0) + float(prepared.shaper.shifts[0])
-    torque, stop = 0.0, seconds(plan.stop_time)
-    base = _momentum(parts, parameters, prepared)
-    momentum = [base(seconds(plan.system.start_time)), base(stop)]
+    stop, nothing = seconds(plan.stop_time), np.zeros(prepared.wheels)
+    base = _momentum(parts, parameters, prepared, allocation(matrices.wheel_axis, np.ones(prepared.wheels)))
+    torques, momenta = [nothing], [base(seconds(plan.system.start_time)), base(stop)]
     for motion in motions:
-        wheels = prepared.distribution @ (prepared.inertia @ motion.axis)
+        wheels = wheel_momentum(prepared, motion)
         changes = np.abs(motion.scale * np.diff(motion.rates) / np.diff(motion.times))
-        torque = max(torque, float(np.abs(wheels).max() * changes.max()))
-        momentum.append(base(motion.end) + wheels * float(np.abs(motion.scale * motion.rates).max()))
+        torques.append(np.abs(wheels) * changes.max())
+        momenta.append(base(motion.end) + wheels * float(np.abs(motion.scale * motion.rates).max()))
     own = number_of(parts.plant, parts.name("wheel.torque_limit"), parameters)
+    torque, torque_limit = _hardest(torques, np.minimum(prepared.torque_limit, np.inf if own is None else own))
+    momentum, momentum_limit = _hardest(momenta, prepared.wheel_inertia * prepared.speed_band)
     return Needs(
         angles=tuple(motion.angle for motion in motions),
         start=motions[0].start if motions else 0.0,
         end=last + prepared.actuation_delay if motions else 0.0,
         stop=stop,
         torque=torque,
-        torque_limit=min(prepared.torque_limit, np.inf if own is None else own),
-        momentum=max(float(np.abs(one).max()) for one in momentum),
-        momentum_limit=prepared.wheel_inertia * prepared.speed_band,
+        torque_limit=torque_limit,
+        momentum=momentum,
+        momentum_limit=momentum_limit,
     )
 
 
-def _planned(prepared: PreparedController, state: ControllerState, commands: Sequence[Command]) -> list[Motion]:
-    """Return the slews that the controller will fly, as it plans them when the commands come."""
-    motions = [state.profile]
-    for time, rotation, start in commands:
-        try:
+def _hardest(needed: Sequence[Array], limits: Array) -> tuple[float, float]:
+    """Return what is needed of a wheel and its limit, of the wheel that needs the largest share of it."""
+    most = np.max(np.abs(needed), axis=0)
+    wheel = int(np.argmax(np.divide(most, limits, out=np.where(most > 0.0, np.inf, 0.0), where=limits > 0.0)))
+    return float(most[wheel]), float(limits[wheel])
+
+
+def _initial_attitude(parts: LoopParts, parameters: Parameters, prepared: PreparedController) -> Array:
+    """Return the attitude (4,) from which the first slew counts: where the run begins, if that is far from zero."""
+    names = [parts.name("initial.mrp", axis) for axis in (1, 2, 3)]
+    mrp = [one or 0.0 for one in numbers_of(parts.plant, names, parameters)]
+    far = not prepared.linear_attitude and 4.0 * math.atan(math.hypot(*mrp)) > prepared.capture_angle
+    return np.array(quaternion_from_mrp(mrp if far else (0.0, 0.0, 0.0)))
+
+
+def _planned(
+    prepared: PreparedController, state: ControllerState, attitude: Array, commands: Sequence[Command]
+) -> list[Motion]:
+    """Return the turns that the controller will fly, as it plans them when the commands come."""
+    try:
+        start_from(prepared, state, 0.0, attitude.tolist())
+        motions = planned_motions(prepared, state)
+        for time, rotation, start in commands:
             command(prepared, state, time, rotation, start)
-        except ValueError as error:
-            raise InputError(str(error)) from None
-        if state.braking:  # the one in flight, cut short
-            motions[-1] = state.profile
-        motions += [one for one in (state.profile, state.following) if all(one is not known for known in motions)]
-    return [motion for motion in motions if motion.angle > 0.0]
+            motions = [one for one in motions if one.start < state.profile.start] + planned_motions(prepared, state)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    return motions
 
 
 def _fed_commands(plan: Plan, parts: LoopParts, controller: Component) -> list[Command]:
@@ -211,7 +235,9 @@ def _asks(parts: LoopParts, controller: Component) -> Iterator[tuple[Component, 
     yield parts.plant, [parts.name(port, k) for port, size in sizes for k in range(1, size + 1)]
 
 
-def _momentum(parts: LoopParts, parameters: Parameters, prepared: PreparedController) -> Callable[[float], Array]:
+def _momentum(
+    parts: LoopParts, parameters: Parameters, prepared: PreparedController, distribution: Array
+) -> Callable[[float], Array]:
     """Return the momentum (n,) [N.m.s] that the wheels carry at a time with the body at rest.
 
     That at the start, in the wheels' speed offsets and the body's rate, and what an external torque, constant in the
@@ -227,8 +253,8 @@ def _momentum(parts: LoopParts, parameters: Parameters, prepared: PreparedContro
             ("external.torque", 3),
         )
     )
-    start = prepared.wheel_inertia * offset - prepared.distribution @ (prepared.inertia @ rate)
-    return lambda time: start - prepared.distribution @ torque * time
+    start = prepared.wheel_inertia * offset - distribution @ (prepared.inertia @ rate)
+    return lambda time: start - distribution @ torque * time
 
 
 def _values(component: Component, naming: Naming, parameters: Parameters) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 from flexsat.design.slew_programme import solve_slew_programme
 from flexsat.runtime import controller as stepper
 from flexsat.runtime import slew_guidance, slew_optimum
+from flexsat.runtime.prepared_controller import limits_of
 
 DEGREE = np.pi / 180.0
 INERTIA, TORQUE, MOMENTUM = 2.177e5, 7.04, 19.35  # of the centralised layout about x, at 80 % of its limits
@@ -47,6 +48,34 @@ def test_optimum_agrees_with_clarabel():
     assert_allclose(found, expected, atol=2e-4 * 0.5 * DEGREE)
 
 
+@pytest.mark.parametrize("share", [0.3, 1.0])
+@pytest.mark.parametrize("angle", [0.5 * DEGREE, 3.0 * DEGREE])
+def test_optimum_from_a_rate_agrees_with_clarabel(share, angle):
+    """The rest of a slew in flight, from a part of the largest rate or all of it."""
+    acceleration, most = TORQUE / INERTIA, MOMENTUM / INERTIA
+    duration = slew_guidance.remaining_duration(angle, acceleration, most, share * most)
+    times = slew_optimum.time_grid(duration, most / acceleration)
+    rates = slew_optimum.optimal_rates(angle, acceleration, most, times, share * most)
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(times))])
+    horizon = np.ceil(times[-1]) + 50.0
+    reference = solve_slew_programme(angle, INERTIA, TORQUE, MOMENTUM, horizon, initial=share * most)
+    at = np.linspace(0.0, times[-1], 50)
+    found, expected = np.interp(at, times, turned), np.interp(at, reference.time, reference.rotation)
+    assert_allclose(found, expected, atol=2e-4 * angle)
+    assert (rates[0], rates[-1]) == (share * most, 0.0)
+    assert_allclose(turned[-1], angle, rtol=1e-8)
+    assert rates.max() <= most * (1.0 + 1e-6)
+    assert np.abs(np.diff(rates) / np.diff(times)).max() <= acceleration * (1.0 + 1e-6)
+
+
+def test_the_least_duration_from_a_rate_is_that_of_its_ramps_and_coast():
+    """Braking alone; up to the largest rate, along and down; from rest as a trapezium."""
+    assert slew_guidance.remaining_duration(2.0, 1.0, 2.0, 2.0) == pytest.approx(2.0)
+    assert slew_guidance.remaining_duration(7.5, 1.0, 2.0, 1.0) == pytest.approx(1.0 + 2.0 + 2.0)
+    rest = slew_guidance.trapezium(np.array([1.0, 0.0, 0.0]), 7.5, 0.0, 1.0, 2.0)
+    assert slew_guidance.remaining_duration(7.5, 1.0, 2.0, 0.0) == pytest.approx(rest.end)
+
+
 def test_too_short_a_time_is_refused():
     with pytest.raises(ValueError, match=r"slew.guidance = 'qp': the quadratic programme has no optimum"):
         slew_optimum.optimal_rates(0.5 * DEGREE, TORQUE / INERTIA, MOMENTUM / INERTIA, np.linspace(0.0, 50.0, 101))
@@ -62,9 +91,7 @@ def test_controller_plans_the_optimum(centralised, flight):
 
 
 def prepared_limits(prepared):
-    acceleration, rate = slew_guidance.capability_about(
-        np.array([1.0, 0.0, 0.0]), prepared.inertia, prepared.body_torque, prepared.body_momentum
-    )
+    acceleration, rate = limits_of(prepared, np.array([1.0, 0.0, 0.0]), 0)
     return acceleration * INERTIA, rate * INERTIA
 
 
