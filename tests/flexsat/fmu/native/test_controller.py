@@ -78,7 +78,14 @@ def measure(twin: Twin, matrices: ControllerMatrices, k: int, size: float, rando
 
 def value_of(twin: Twin) -> Callable[[str], Any]:
     """Return what gives the value of a port of an instance."""
-    return lambda name: twin.text(name) if twin.table[name].kind == "string" else twin.view(name)[0].item()
+
+    def value(name: str) -> Any:
+        port = twin.table[name]
+        if port.kind == "string":
+            return twin.text(name)
+        return twin.view(name)[0].item() if port.size is None else twin.view(name).copy()
+
+    return value
 
 
 class Stepper:
@@ -256,3 +263,24 @@ def test_step_that_does_not_divide_the_period_is_refused(made: Made):
     twin.start()
     with pytest.raises(ValueError, match=r"a step of 0\.003 s is not accepted; the controller samples every 0\.005 s"):
         twin.first_step(3e-3)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"slew__guidance": "qp"}, r"slew\.guidance = 'qp': the native controller does not have it yet"),
+        ({"keep_out__first__half_angle": 0.1, "keep_out__first__direction": (1.0, 0.0, 0.0)},
+         r"keep_out: the native controller does not have it yet"),
+    ],
+)  # fmt: skip
+def test_what_only_the_python_controller_has_is_refused(made: Made, values: dict[str, Any], message: str):
+    with pytest.raises(ValueError, match=message):
+        made(**values).start()
+
+
+@pytest.mark.parametrize("port", ["wheel.torque_limit_factor", "wheel.speed_band_factor", "wheel.speed_offset"])
+def test_unequal_wheels_are_refused(made: Made, port: str):
+    twin = made()
+    twin.view(port)[1] = 0.5
+    with pytest.raises(ValueError, match=r"the native controller does not have unequal wheels yet"):
+        twin.start()

@@ -17,6 +17,27 @@ static ControllerState *state_of(const Component *component)
     return (ControllerState *)(void *)component->state;
 }
 
+/* Refuse what the stepper in Python has and this one does not. */
+static int refuse_missing(Component *component, const ControllerParameters *parameters)
+{
+    const double *real = component->real;
+    int k, unequal = 0;
+
+    for (k = 0; k < WHEELS; k++)
+        unequal |= real[PORT_WHEEL_TORQUE_LIMIT_FACTOR + k] != 1.0 ||
+                   real[PORT_WHEEL_SPEED_BAND_FACTOR + k] != 1.0 || real[PORT_WHEEL_SPEED_OFFSET + k] != 0.0;
+    if (parameters->guidance == QUADRATIC_PROGRAMME)
+        return refuse(component, "slew.guidance = 'qp': the native controller does not have it yet; use "
+                                 "bang-coast-bang or smoothed, or the FMU in Python");
+    if (unequal)
+        return refuse(component, "wheel.torque_limit_factor, wheel.speed_band_factor, wheel.speed_offset: the native "
+                                 "controller does not have unequal wheels yet; use 1, 1 and 0, or the FMU in Python");
+    if (real[PORT_KEEP_OUT_FIRST_HALF_ANGLE] != 0.0 || real[PORT_KEEP_OUT_SECOND_HALF_ANGLE] != 0.0)
+        return refuse(component, "keep_out: the native controller does not have it yet; use half-angles of 0, or the "
+                                 "FMU in Python");
+    return 0;
+}
+
 /* Sample the design for the parameters, and plan the slew. */
 int component_start(Component *component)
 {
@@ -25,11 +46,9 @@ int component_start(Component *component)
     const ControllerData *matrices;
     ControllerParameters parameters;
 
-    if (memory->failed || controller_parameters(component, &matrices, &parameters))
+    if (memory->failed || controller_parameters(component, &matrices, &parameters) ||
+        refuse_missing(component, &parameters))
         return 1;
-    if (parameters.guidance == QUADRATIC_PROGRAMME)
-        return refuse(component, "slew.guidance = 'qp': the native controller does not have it yet; use "
-                                 "bang-coast-bang or smoothed, or the FMU in Python");
     if (prepare_controller(memory, matrices, &parameters, &controller->prepared))
         return 1;
     controller->calls = 1;
