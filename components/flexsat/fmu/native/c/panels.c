@@ -1,5 +1,10 @@
 #include "panels.h"
 
+#if defined(__SSE2__) || defined(_M_X64) /* every x86-64 */
+#include <emmintrin.h>
+#define TWO_AT_ONCE
+#endif
+
 int panels_take(Memory *memory, int rows, int columns, Panels *panels)
 {
     const size_t most = ((size_t)rows + PANEL - 1) / PANEL;
@@ -57,33 +62,58 @@ void panels_fill(const double *a, Panels *panels)
     }
 }
 
+/* sums (8) = the panel's columns, `count` of them, times x. Eight sums run at once, so that a processor need not wait
+for each; every one adds its products in the order of the columns, in both ways of writing it. */
+#ifdef TWO_AT_ONCE
+static void sum_columns(int count, const double *value, const double *x, double sums[PANEL])
+{
+    __m128d s0 = _mm_setzero_pd(), s1 = s0, s2 = s0, s3 = s0;
+    int j;
+
+    for (j = 0; j < count; j++, value += PANEL) {
+        const __m128d factor = _mm_set1_pd(x[j]);
+        s0 = _mm_add_pd(s0, _mm_mul_pd(_mm_loadu_pd(value), factor));
+        s1 = _mm_add_pd(s1, _mm_mul_pd(_mm_loadu_pd(value + 2), factor));
+        s2 = _mm_add_pd(s2, _mm_mul_pd(_mm_loadu_pd(value + 4), factor));
+        s3 = _mm_add_pd(s3, _mm_mul_pd(_mm_loadu_pd(value + 6), factor));
+    }
+    _mm_storeu_pd(sums, s0);
+    _mm_storeu_pd(sums + 2, s1);
+    _mm_storeu_pd(sums + 4, s2);
+    _mm_storeu_pd(sums + 6, s3);
+}
+#else
+static void sum_columns(int count, const double *value, const double *x, double sums[PANEL])
+{
+    double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0, s4 = 0.0, s5 = 0.0, s6 = 0.0, s7 = 0.0;
+    int j;
+
+    for (j = 0; j < count; j++, value += PANEL) {
+        const double factor = x[j];
+        s0 += value[0] * factor;
+        s1 += value[1] * factor;
+        s2 += value[2] * factor;
+        s3 += value[3] * factor;
+        s4 += value[4] * factor;
+        s5 += value[5] * factor;
+        s6 += value[6] * factor;
+        s7 += value[7] * factor;
+    }
+    sums[0] = s0, sums[1] = s1, sums[2] = s2, sums[3] = s3;
+    sums[4] = s4, sums[5] = s5, sums[6] = s6, sums[7] = s7;
+}
+#endif
+
 void panels_add_times(const Panels *panels, const double *x, double *y)
 {
-    int panel, j;
+    int panel, k;
 
     for (panel = 0; panel < panels->count; panel++) {
-        const double *value = panels->value + panels->place[panel];
-        const int *row = panels->row + PANEL * panel, to = panels->to[panel];
-        double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0, s4 = 0.0, s5 = 0.0, s6 = 0.0, s7 = 0.0;
-        for (j = panels->from[panel]; j < to; j++, value += PANEL) {
-            const double factor = x[j];
-            s0 += value[0] * factor;
-            s1 += value[1] * factor;
-            s2 += value[2] * factor;
-            s3 += value[3] * factor;
-            s4 += value[4] * factor;
-            s5 += value[5] * factor;
-            s6 += value[6] * factor;
-            s7 += value[7] * factor;
-        }
-        y[row[0]] += s0;
-        y[row[1]] += s1;
-        y[row[2]] += s2;
-        y[row[3]] += s3;
-        y[row[4]] += s4;
-        y[row[5]] += s5;
-        y[row[6]] += s6;
-        y[row[7]] += s7;
+        const int *row = panels->row + PANEL * panel, from = panels->from[panel];
+        double sums[PANEL];
+        sum_columns(panels->to[panel] - from, panels->value + panels->place[panel], x + from, sums);
+        for (k = 0; k < PANEL; k++)
+            y[row[k]] += sums[k];
     }
 }
 
