@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, assignments, jobs_option, out_option, set_option, stop_time_option
-from lockstep.cli.parameter_types import DURATION, Number, OneOf
+from lockstep.cli.parameter_types import Number, OneOf
 from lockstep.errors import InputError
 
 from .options import SCENARIOS, fmus_option, seeds, seeds_option
 
-if TYPE_CHECKING:
-    from ..loop.scenarios import ScenarioName
-
-SLEW_STOP_TIME = 130.0  # s, as in the study, which help does not wait for
 _EXAMPLES = """
 exit code: 0 the layouts are compared, 1 so many runs are lost that nothing is left to compare, 2 bad input
 
@@ -34,9 +29,7 @@ example:
 @click.option("--dispersion", multiple=True, metavar="WHAT=PERCENT",
               help="limit of an error of the structure (default: frequency=5, damping=50, inertia=10)")  # fmt: skip
 @seeds_option(8)
-@stop_time_option(200.0, "simulated time of fine pointing in seconds")
-@click.option("--slew-stop-time", type=DURATION, default=SLEW_STOP_TIME, metavar="S",
-              help=f"simulated time of the slews in seconds (default: {SLEW_STOP_TIME:g})")  # fmt: skip
+@stop_time_option(200.0)
 @click.option("--settling-band", type=Number(above=0.0, most=648000.0), metavar="ARCSEC",
               help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
 @set_option
@@ -48,7 +41,6 @@ def compare_layouts(
     dispersion: tuple[str, ...],
     seed_count: int,
     stop_time: float,
-    slew_stop_time: float,
     settling_band: float | None,
     settings: tuple[str, ...],
     out: Path | None,
@@ -70,11 +62,10 @@ def compare_layouts(
     from ..studies.layouts.study import run_layouts
     from ..studies.layouts.tables import compare
 
-    duration: dict[ScenarioName, float] = {"fine_pointing": stop_time, "slew": slew_stop_time}
     plan = Plan(
         seeds=seeds(seed_count),
         dispersion=dispersion_of(percentages(dispersion)),
-        duration={name: duration[name] for name in COMPARED if name in (scenario or COMPARED)},
+        duration={name: stop_time for name in COMPARED if name in (scenario or COMPARED)},
         band=None if settling_band is None else settling_band * ARCSECOND,
         overrides=assignments(settings),
     )

@@ -75,7 +75,8 @@ class LoopNumbers:
     @property
     def steady(self) -> WindowNumbers | None:
         """The last window that is no slew: settled, steady or after the faults; None if the run ends in a slew."""
-        return self.windows[-1] if self.windows and "slew" not in self.windows[-1].window.name else None
+        ends_in_slew = bool(self.slews) and (self.slews[-1].end is None or self.slews[-1].end > self.end)
+        return self.windows[-1] if self.windows and not ends_in_slew else None
 
 
 def loop_numbers(folder: Path, band: float | None = None) -> LoopNumbers:

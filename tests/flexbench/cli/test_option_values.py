@@ -120,11 +120,10 @@ CALLS = {
         "flexbench.studies.layouts.study:run_layouts",
         ("flexbench.loop.build:build_all",),
         {
-            "--scenario": (("slew",), "duration={'slew': 130.0}"),
+            "--scenario": (("slew",), "duration={'slew': 200.0}"),
             "--dispersion": (("inertia=5",), "Dispersion(frequency=0.05, damping=0.5, inertia=0.05)"),
             "--seeds": (("3",), "range(1, 4)"),
-            "--stop-time": (("90",), "'fine_pointing': 90.0"),
-            "--slew-stop-time": (("190",), "'slew': 190.0"),
+            "--stop-time": (("90",), "{'fine_pointing': 90.0, 'slew': 90.0}"),
             "--settling-band": (("2",), "band=9.69"),
             "--set": (("c.z=4",), "{'c.z': '4'}"),
             "--out": (("there",), "'there'"),

@@ -7,17 +7,18 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from flexsat.parameters import ARCSECOND, ConfigurationName
-from lockstep import InputError, Signals
+from lockstep import Signals
 from lockstep.results.read_run_record import read_run_record
 
 from ...loop.scenarios import ScenarioName
 from ...runs import histories
 from ...runs.jobs import Finished
 from ...runs.loop_monitor import found_lines
+from ...runs.loop_numbers import QUANTITIES as LOOP_QUANTITIES
 from ...runs.loop_numbers import LoopNumbers, numbers_of, settling_band
 from ...runs.loop_signals import read_loop
 from ...runs.metrics import root_mean_square
-from ...runs.windows import Window
+from ...runs.windows import Window, end_of
 from ..robustness.model_errors import GROWTH
 
 RECORD = (
@@ -43,29 +44,29 @@ class Quantity:
     unit: str
     scale: float
     scenario: ScenarioName
-    of: str  # of the loop's numbers: settling, or the RMS or peak of a quantity in the slew or in the steady part
+    of: str  # of the loop's numbers: settling, or the RMS of a quantity in the slew, or in the part that is compared
     compared: Compared = "ratio"  # settling may be zero
 
 
 QUANTITIES = (
     Quantity(key="pointing", label="pointing error in fine pointing", unit="arcsec", scale=ARCSECOND,
-             scenario="fine_pointing", of="steady.rms.pointing_error"),
+             scenario="fine_pointing", of="steady.pointing_error"),
     Quantity(key="deformation", label="deformation in fine pointing", unit="um", scale=1e-6,
-             scenario="fine_pointing", of="steady.rms.deformation"),
+             scenario="fine_pointing", of="steady.deformation"),
     Quantity(key="torque", label="torque in fine pointing", unit="N.m", scale=1.0,
-             scenario="fine_pointing", of="steady.rms.torque"),
+             scenario="fine_pointing", of="steady.torque"),
     Quantity(key="slew_pointing", label="pointing error during the slew", unit="arcsec", scale=ARCSECOND,
-             scenario="slew", of="slew.rms.pointing_error"),
+             scenario="slew", of="slew.pointing_error"),
     Quantity(key="slew_deformation", label="deformation during the slew", unit="um", scale=1e-6,
-             scenario="slew", of="slew.rms.deformation"),
+             scenario="slew", of="slew.deformation"),
     Quantity(key="settling", label="settling time after the slew", unit="s", scale=1.0,
              scenario="slew", of="settling", compared="difference"),
     Quantity(key="settled_pointing", label="pointing error after the slew", unit="arcsec", scale=ARCSECOND,
-             scenario="slew", of="steady.rms.pointing_error"),
+             scenario="slew", of="steady.pointing_error"),
     Quantity(key="settled_deformation", label="deformation after the slew", unit="um", scale=1e-6,
-             scenario="slew", of="steady.rms.deformation"),
+             scenario="slew", of="steady.deformation"),
     Quantity(key="settled_torque", label="torque after the slew", unit="N.m", scale=1.0,
-             scenario="slew", of="steady.rms.torque"),
+             scenario="slew", of="steady.torque"),
 )  # fmt: skip
 
 
@@ -84,7 +85,7 @@ class Outcome:
 def measure(
     finished: Finished, name: ConfigurationName, scenario: ScenarioName, seed: int, band: float | None
 ) -> Outcome:
-    """Return the numbers of a run, in the windows of the table at the end of `flexsat run`, or why it is lost.
+    """Return the numbers of a run, or why it is lost.
 
     Parameters
     ----------
@@ -98,18 +99,40 @@ def measure(
     loop = read_loop(folder)
     assert loop is not None  # the study simulates the systems of `flexsat build`
     numbers = numbers_of(loop, (), settling_band(record) if band is None else band)
-    if numbers.steady is None:
-        raise InputError(f"{folder}: ends in the slew; simulate longer")
-    lost = lost_by(record.get("found", ())) or growing(loop.signals, numbers.steady.window)
-    if lost:
+    steady = window_of(numbers, end_of(loop.signals.time), scenario)
+    lost = "the run ends in the slew" if steady is None else lost_by(record.get("found", ()))
+    if steady is not None and not lost:
+        lost = growing(loop.signals, steady)
+    if steady is None or lost:
         return Outcome(configuration=name, scenario=scenario, seed=seed, lost=lost)
     return Outcome(
         configuration=name,
         scenario=scenario,
         seed=seed,
-        numbers={one.key: value_of(numbers, one.of) for one in QUANTITIES if one.scenario == scenario},
-        windows=tuple(one.window.text for one in numbers.windows),
+        numbers={
+            one.key: value_of(numbers, rms_of(loop.signals, steady), one.of)
+            for one in QUANTITIES
+            if one.scenario == scenario
+        },
+        windows=tuple(
+            window.text
+            for window in dict.fromkeys([*(one.window for one in numbers.windows if one.window.name == "slew"), steady])
+        ),
     )
+
+
+def window_of(numbers: LoopNumbers, last: float, scenario: ScenarioName) -> Window | None:
+    """Return the part of a run that is compared: all that follows the slew, or the steady part, up to `last` [s].
+
+    It does not depend on when the run settles, so that both layouts of a pair are compared over the same time. None:
+    the run ends in the slew.
+    """
+    if scenario != "slew" or not numbers.slews:
+        return None if numbers.steady is None else numbers.steady.window
+    end = numbers.slews[-1].end
+    if end is None or end >= last:
+        return None
+    return Window(name="after the slew", spans=((end, last),))
 
 
 def lost_by(found: Sequence[Mapping[str, Any]]) -> str:
@@ -132,11 +155,21 @@ def growing(signals: Signals, steady: Window) -> str:
     return f"the torque grows {after / before:.3g} times from one half of the steady part to the other"
 
 
-def value_of(numbers: LoopNumbers, path: str) -> float | None:
-    """Return a number of a run by its path, as in `Quantity.of`; None where it does not settle."""
+def rms_of(signals: Signals, window: Window) -> dict[str, float]:
+    """Return the RMS of each quantity of the loop in a window, by key."""
+    rows = window.rows(signals.time)
+    return {one.key: root_mean_square(one.of(signals)[rows]) for one in LOOP_QUANTITIES}
+
+
+def value_of(numbers: LoopNumbers, after: Mapping[str, float], path: str) -> float | None:
+    """Return a number of a run by its path, as in `Quantity.of`; None where it does not settle.
+
+    Parameters
+    ----------
+    numbers : of the run
+    after : RMS in the part that is compared
+    """
     if path == "settling":
         return numbers.settlings[-1].time
-    window, kind, key = path.split(".")
-    of = numbers.windows[0] if window == "slew" else numbers.steady
-    assert of is not None  # the run is not lost
-    return (of.rms if kind == "rms" else of.peak)[key]
+    window, key = path.split(".")
+    return (numbers.windows[0].rms if window == "slew" else after)[key]

@@ -15,7 +15,7 @@ from .outcome import Outcome
 from .wheels import Wheels
 
 COMPARED: tuple[ScenarioName, ...] = ("fine_pointing", "slew")
-DURATION: dict[ScenarioName, float] = {"fine_pointing": 200.0, "slew": 130.0}
+DURATION: dict[ScenarioName, float] = {"fine_pointing": 200.0, "slew": 200.0}
 # s of fine pointing: the error that a run begins with has decayed in half of that; the slew ends at 106 s
 SPEED = 5.0  # s simulated in a second by a core of 2020, of either layout
 

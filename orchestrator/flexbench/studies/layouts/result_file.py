@@ -45,7 +45,7 @@ def as_text(comparison: Comparison, rows: Sequence[Row]) -> str:
     parts = [format_table(HEADER, [cells(row) for row in rows]), "\n".join(map(verdict, rows))]
     if wheels := wheel_rows(comparison):
         parts.append(format_table(WHEELS_HEADER, wheels))
-    return "\n\n".join([*parts, "\n".join(answer(comparison, rows)), "\n".join(notes(comparison, rows))]) + "\n"
+    return "\n\n".join([*parts, "\n".join(answer(comparison, rows)), "\n".join(notes(comparison))]) + "\n"
 
 
 def as_csv(comparison: Comparison) -> str:
@@ -96,7 +96,7 @@ def as_json(comparison: Comparison, rows: Sequence[Row]) -> dict[str, Any]:
         "verdicts": [verdict(row) for row in rows],
         "wheels": {"header": list(WHEELS_HEADER), "rows": [list(row) for row in wheel_rows(comparison)]},
         "answer": answer(comparison, rows),
-        "notes": notes(comparison, rows),
+        "notes": notes(comparison),
         "shown": [
             f"{one.configuration}-{one.scenario.replace('_', '-')}-seed{one.seed}"
             for one in comparison.outcomes

@@ -99,7 +99,7 @@ def check_slew(job: Job, title: str, report: Callable[[str], None]) -> None:
         raise InputError(f"{title}{objection}")
     if needs.end + AFTER > job.stop_time:
         raise InputError(
-            f"--slew-stop-time {job.stop_time:g}: the slew ends at {needs.end:.4g} s, and what follows is evaluated;"
+            f"--stop-time {job.stop_time:g}: the slew ends at {needs.end:.4g} s, and what follows is evaluated;"
             f" give {needs.end + AFTER:.0f} or more"
         )
     report(title + needs.text())

@@ -84,6 +84,9 @@ def cells(row: Row) -> tuple[str, ...]:
 def verdict(row: Row) -> str:
     """Return what the interval shows, in a sentence."""
     label, contrast = row.quantity.label, row.contrast
+    if any(row.unsettled.values()):
+        counts = " and ".join(f"{count} of {name}" for name, count in row.unsettled.items())
+        label += f" (not settled at the end: {counts}; without these)"
     if contrast is None:
         return f"{label}: no pair of runs to compare."
     if np.isnan(contrast.low):
@@ -188,7 +191,7 @@ def wheel_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     ]
 
 
-def notes(comparison: Comparison, rows: Sequence[Row]) -> list[str]:
+def notes(comparison: Comparison) -> list[str]:
     """Return what was simulated, and how the numbers are formed."""
     plan = comparison.plan
     last = plan.seeds[-1]
@@ -217,12 +220,6 @@ def notes(comparison: Comparison, rows: Sequence[Row]) -> list[str]:
         f" Means have their {PERCENT} intervals (Student); ratios are geometric means over pairs, with the interval of"
         " their logarithm. Each interval holds by itself: of twenty, one may miss."
     )
-    found += [
-        f"{row.quantity.label}: {count} {name} runs do not settle, and have no value."
-        for row in rows
-        for name, count in row.unsettled.items()
-        if count
-    ]
     return found
 
 
