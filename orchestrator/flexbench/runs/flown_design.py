@@ -57,7 +57,8 @@ class FlownDesign:
     inertia: Array  # (3, 3) [kg.m2]
     speed_band: float  # rad/s either side of nominal; NaN for a controller of others
     period: float  # s, of the controller; NaN for one of others
-    slew_inertia: Array  # (3, 3) [kg.m2]: of the controller's slew plan; what follows is NaN for one of others
+    # of the controller's slew plan; NaN for one of others, and for one that plans for unequal wheels or keep-out cones
+    slew_inertia: Array  # (3, 3) [kg.m2]
     slew_torque: Array  # (3,) [N.m]: that a slew may use about each body axis
     slew_momentum: Array  # (3,) [N.m.s]
     cost: CostWeights | None  # None: a controller of others, or an FMU of an earlier version
@@ -213,8 +214,9 @@ def _flown(
 
 
 def _slew_limits(controller: Mapping[str, NDArray[Any]], parameters: Mapping[str, Any]) -> dict[str, Array]:
-    """Return what the controller plans slews with, as its parameters set it."""
-    if not controller:
+    """Return what the controller plans slews with, as its parameters set it; NaN for wheels of unequal limits."""
+    unequal = ("wheel.torque_limit_factor", "wheel.speed_band_factor", "wheel.speed_offset", "keep_out.")
+    if not controller or any(name.startswith(unequal) for name in parameters):
         return {
             "slew_inertia": np.full((3, 3), np.nan),
             "slew_torque": np.full(3, np.nan),
@@ -245,7 +247,9 @@ def planned_slew(design: FlownDesign, command: Command) -> Profile:
     The feed-forward torque of the controller begins a little before it and ends a little after it.
     """
     if not np.all(np.isfinite(design.slew_torque)):
-        raise InputError("the slew's plan: the run's controller is not flexsat's, and its plan is not known")
+        raise InputError(
+            "the slew's plan: it is known for flexsat's controller, with equal wheels and without keep-out cones only"
+        )
     rotation = np.array(command.rotation)
     return plan(rotation, command.time, design.slew_inertia, design.slew_torque, design.slew_momentum)
 

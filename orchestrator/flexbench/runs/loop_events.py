@@ -51,12 +51,19 @@ class Rows:
 class LoopEvents:
     """What is found in the rows of one run."""
 
-    def __init__(self, *, torque_limit: float, speed_band: float | None, details: Mapping[str, object]) -> None:
-        """Prepare for wheels of a torque limit [N.m] and a band [rad/s] about their nominal speeds, None for none."""
+    def __init__(
+        self, *, torque_limit: Array | float, speed_band: Array | float | None, details: Mapping[str, object]
+    ) -> None:
+        """Prepare for wheels of a torque limit [N.m] and a band [rad/s] about their nominal speeds, None for none.
+
+        Both may be those of each wheel, (n,). A wheel with a torque limit of 0 is not used, and never at its limit.
+        """
         fixed = dict(details)
-        self._limit, self._band = torque_limit, speed_band
-        self._saturated = Episodes(event="torque-saturation", fixed=fixed | {"limit": torque_limit})
-        self._left = Episodes(event="speed-band-left", fixed=fixed | {"band": speed_band or 0.0})
+        self._limit, self._band = np.where(np.equal(torque_limit, 0.0), np.inf, torque_limit), speed_band
+        self._saturated = Episodes(event="torque-saturation", fixed=fixed | {"limit": _shown(torque_limit)})
+        self._left = Episodes(
+            event="speed-band-left", fixed=fixed | {"band": _shown(0.0 if speed_band is None else speed_band)}
+        )
         self._cycle = Episodes(event="limit-cycle", fixed=fixed)
         self._lost, self._fast, self._bent = (
             Episodes(event="divergence", fixed=fixed | {"quantity": name})
@@ -137,7 +144,7 @@ class LoopEvents:
                 details=of_this,
             )
 
-    def _band_left(self, time: Array, speed: Array, band: float) -> Iterator[Found]:
+    def _band_left(self, time: Array, speed: Array, band: Array | float) -> Iterator[Found]:
         outside = np.abs(speed) > band
         # when a wheel crosses the edge of its band between two rows
         first = self._before if self._before is not None else (float(time[0]), speed[0])
@@ -166,13 +173,13 @@ class LoopEvents:
             )
 
 
-def oscillating(parts: Sequence[Array], limit: float) -> tuple[NDArray[np.bool_], float]:
+def oscillating(parts: Sequence[Array], limit: Array | float) -> tuple[NDArray[np.bool_], float]:
     """Return which wheels' torques oscillate through a second, at a large part of the limit or growing.
 
     Parameters
     ----------
     parts : four slices of it, (rows, n) each, less the mean over the second [N.m]
-    limit : of a wheel's torque [N.m]
+    limit : of a wheel's torque [N.m], or of each (n,)
 
     Returns
     -------
@@ -200,6 +207,12 @@ def _crossings(values: Array) -> int:
     """Count the changes from one side of zero to the other, without those of small values between them."""
     large = values[np.abs(values) > 0.5 * np.sqrt(np.mean(values**2))]
     return int(np.count_nonzero(np.diff(np.sign(large))))
+
+
+def _shown(limits: Array | float) -> float | list[float]:
+    """Return the limit of all wheels, or where they differ that of each."""
+    each: list[float] = np.atleast_1d(limits).tolist()
+    return each[0] if len(set(each)) == 1 else each
 
 
 def _value(values: Array) -> Callable[[int], Details]:

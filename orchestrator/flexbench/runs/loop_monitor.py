@@ -101,9 +101,8 @@ def watch_loop(system: System, parameters: Parameters, recorded: Sequence[str]) 
     parts = loop_parts(system)
     if parts is None:
         return None
-    plant, ports, known, wheels = parts.plant, parts.ports, set(recorded), len(parts.torques)
-    limits = [number_of(one, parts.name("wheel.torque_limit"), parameters) for one in (plant, ports) if one is not None]
-    band = None if ports is None else number_of(ports, parts.name("wheel.speed_band"), parameters)
+    plant, known, wheels = parts.plant, set(recorded), len(parts.torques)
+    torque_limit, band = _limits(parts, parameters)
 
     def columns(component: str, port: str, size: int | None) -> tuple[str, ...]:
         elements = (0,) if size is None else range(1, size + 1)
@@ -116,8 +115,8 @@ def watch_loop(system: System, parameters: Parameters, recorded: Sequence[str]) 
     complete = wheels > 0 and len(commanded) == wheels and known.issuperset(commanded)
     return LoopMonitor(
         events=LoopEvents(
-            torque_limit=min(limit for limit in limits if limit is not None),
-            speed_band=configuration(parts.configuration).wheel.speed_band if band is None else band,
+            torque_limit=torque_limit,
+            speed_band=band,
             details={"component": plant.name},
         ),
         columns=_Columns(
@@ -132,6 +131,28 @@ def watch_loop(system: System, parameters: Parameters, recorded: Sequence[str]) 
         nominal=_nominal_speed(parts, parameters),
         command=_command(parts, parameters),
     )
+
+
+def _limits(parts: LoopParts, parameters: Parameters) -> tuple[Array, Array]:
+    """Return the torque limit [N.m] and the speed band [rad/s] of each wheel, (n,): those of plant and controller."""
+    nominal, wheels, ports = configuration(parts.configuration).wheel, len(parts.torques), parts.ports
+    known = number_of(parts.plant, parts.name("wheel.torque_limit"), parameters)
+    limit = np.full(wheels, nominal.torque_limit if known is None else known)
+    band = np.full(wheels, nominal.speed_band)
+    if ports is None:
+        return limit, band
+    own = [number_of(ports, parts.name(port), parameters) for port in ("wheel.torque_limit", "wheel.speed_band")]
+    factors = [
+        # an FMU of an earlier version has none
+        np.array([1.0 if one is None else one for one in numbers_of(ports, names, parameters)])
+        for names in (
+            [parts.name(port, k + 1) for k in range(wheels)]
+            for port in ("wheel.torque_limit_factor", "wheel.speed_band_factor")
+        )
+    ]
+    if own[0] is not None:
+        limit = np.minimum(limit, own[0] * factors[0])
+    return limit, band * factors[1] if own[1] is None else own[1] * factors[1]
 
 
 def _has_substitute(parts: LoopParts, port: str) -> bool:

@@ -61,6 +61,24 @@ def test_what_stops_for_less_than_a_second_is_one_episode_and_what_does_not_end_
     assert summary == {"event": "torque-saturation", "count": 2, "first": 1.0, "seconds": 4.0, "until_the_end": True}
 
 
+def test_each_wheel_has_its_own_limits():
+    """The first wheel is not used, the second weak, the third strong and held to a narrow band."""
+    limits, bands = np.array([0.0, 0.5 * LIMIT, LIMIT]), np.array([BAND, BAND, 0.1 * BAND])
+    monitor = LoopEvents(torque_limit=limits, speed_band=bands, details={})
+    time = PERIOD * np.arange(1001)
+    torque = np.tile([0.0, -0.5 * LIMIT, 0.5 * LIMIT], (len(time), 1)) * (time > 2.0)[:, np.newaxis]
+    speed = np.tile([0.5 * BAND, 0.5 * BAND, 0.2 * BAND], (len(time), 1)) * (time > 3.0)[:, np.newaxis]
+    begun = [
+        (one.time, one.event, dict(one.details)) for one in monitor.rows(Rows(time=time, torque=torque, speed=speed))
+    ]
+    assert [(name, details["wheels"]) for _, name, details in begun] == [
+        ("torque-saturation", [2]),
+        ("speed-band-left", [3]),
+    ]
+    assert begun[0][2]["limit"] == limits.tolist()
+    assert begun[1][2]["band"] == bands.tolist()
+
+
 def test_a_wheel_under_constant_torque_leaves_its_band_at_the_computed_time():
     """Speed grows by torque/inertia: it crosses the edge between two rows, and comes back as it went."""
     torque = 1.234
