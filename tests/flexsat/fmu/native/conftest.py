@@ -2,14 +2,25 @@
 
 import shutil
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from flexsat.design.chain import plant_matrices
+from flexsat.parameters import CONFIGURATIONS, PUBLISHED_MODES, configuration
+from flexsat.ports import plant as plant_ports
 from flexsat.ports.table import Port
+from flexsat.runtime.plant_parameters import PlantMatrices
+from flexsat.spacecraft.assembly import build_spacecraft
+from flexsat.spacecraft.variation import with_modes
+from fmus.native.matrices import compile_with_places, give_matrices
+from fmus.native.plant_pair import PlantPair
 from fmus.native.twin import compile_twin
 
+Make = Callable[[Path], None]
 Compiled = Callable[[str, str, Sequence[Port], Mapping[str, Any]], Path]
 
 
@@ -26,3 +37,43 @@ def compiled(once: Callable[[str, Callable[[Path], None]], Path]) -> Compiled:
         return once(f"native-{name}-{component}", make) / f"{component}.so"
 
     return library
+
+
+@pytest.fixture(scope="session", params=CONFIGURATIONS)
+def layout(request: pytest.FixtureRequest) -> str:
+    """Return the name of each layout in turn."""
+    return str(request.param)
+
+
+@pytest.fixture(scope="session")
+def plants(layout: str) -> dict[str, PlantMatrices]:
+    """Return the matrices of the full plant of a layout, and of its published one, without a controller's design."""
+    speeds = np.random.default_rng(2)
+    variants = {}
+    for name, modes in (("corrected", None), ("as_published", PUBLISHED_MODES)):
+        config = configuration(layout, "robust" if modes is None else "published")
+        craft = build_spacecraft(config if modes is None else with_modes(config, modes), as_published=modes is not None)
+        nominal = speeds.uniform(20.0, 80.0, craft.wheel_count)
+        variants[name] = plant_matrices(craft, nominal, config.rates.plant, as_published=modes is not None)
+    return variants
+
+
+@pytest.fixture(scope="session")
+def plant_library(once: Callable[[str, Make], Path], layout: str, plants: dict[str, PlantMatrices]) -> Path:
+    """Return the library of the native plant of a layout."""
+    if shutil.which("cc") is None:
+        pytest.skip("no C compiler: `cc` is not on the path")
+    ports = plant_ports.ports(plants["corrected"])
+
+    def make(folder: Path) -> None:
+        compile_with_places("plant", ports, plants, folder, ["-O1"])  # quicker to compile than -O2
+
+    library = once(f"native-plant-{layout}", make) / "plant.so"
+    give_matrices(library, "plant", plants)
+    return library
+
+
+@pytest.fixture(scope="session")
+def pair(plant_library: Path, plants: dict[str, PlantMatrices]) -> Callable[..., PlantPair]:
+    """Return a maker of a native plant with the Python stepper beside it, with values of ports."""
+    return partial(PlantPair, plant_library, plants)

@@ -120,7 +120,7 @@ static void normalise(int n, double *vector)
 int eigenvectors(int n, double *a, double *real, double *imaginary, double *vectors, double *work)
 {
     const size_t width = (size_t)n;
-    double *turned = work, *re = work + width * width, *im = re + n, size = 0.0;
+    double *turned = work, *re = work + width * width, *im = re + n, size = 0.0, least;
     size_t e;
     int k;
 
@@ -129,6 +129,7 @@ int eigenvectors(int n, double *a, double *real, double *imaginary, double *vect
     for (e = 0; e < width * width; e++)
         if (fabs(a[e]) > size)
             size = fabs(a[e]);
+    least = DBL_EPSILON * size + DBL_MIN; /* which is not 0 */
     for (k = 0; k < n; k++) {
         const double *block = a + (size_t)k * width + (size_t)k;
         double *vector = vectors + (size_t)k * width;
@@ -145,7 +146,7 @@ int eigenvectors(int n, double *a, double *real, double *imaginary, double *vect
             }
             real[k] = real[k + 1] = value.re;
             imaginary[k] = value.im, imaginary[k + 1] = -value.im;
-            substitute_back(n, a, value, k, k + 2, DBL_EPSILON * size, re, im);
+            substitute_back(n, a, value, k, k + 2, least, re, im);
             turn_back(n, k + 2, turned, re, vector);
             turn_back(n, k + 2, turned, im, vector + n);
             normalise(2 * n, vector); /* both parts together */
@@ -153,7 +154,7 @@ int eigenvectors(int n, double *a, double *real, double *imaginary, double *vect
         } else {
             re[k] = 1.0;
             real[k] = value.re, imaginary[k] = 0.0;
-            substitute_back(n, a, value, k, k + 1, DBL_EPSILON * size, re, im);
+            substitute_back(n, a, value, k, k + 1, least, re, im);
             turn_back(n, k + 1, turned, re, vector);
             normalise(n, vector);
         }

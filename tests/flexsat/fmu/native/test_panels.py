@@ -1,0 +1,67 @@
+"""Products of arranged matrices in C: numpy's, and the same bits however a processor adds."""
+
+import ctypes
+import shutil
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from fmus.native.twin import compile_library, sources_of
+
+PROGRAM = """
+#include <stdlib.h>
+#include "panels.h"
+
+int multiply(int rows, int columns, const double *a, const double *x, double *dense, double *sparse);
+
+int multiply(int rows, int columns, const double *a, const double *x, double *dense, double *sparse)
+{
+    Memory memory = {calloc, free, NULL, 0};
+    Panels panels;
+    Sparse elements;
+
+    if (panels_take(&memory, rows, columns, &panels) || sparse_of(&memory, rows, columns, a, &elements))
+        return 1;
+    panels_fill(a, &panels);
+    panels_add_times(&panels, x, dense);
+    sparse_times(&elements, x, sparse);
+    memory_release(&memory);
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def libraries(once):
+    """Return the library with two sums at once, and that with one."""
+    if shutil.which("cc") is None:
+        pytest.skip("no C compiler: `cc` is not on the path")
+
+    def make(folder):
+        folder.mkdir()
+        (folder / "multiply.c").write_text(PROGRAM, encoding="utf-8")
+        sources = [*sources_of("panels"), folder / "multiply.c"]
+        compile_library(sources, folder / "two.so")
+        compile_library(sources, folder / "one.so", ["-U__SSE2__"])
+
+    folder = once("native-panels", make)
+    return [ctypes.CDLL(str(folder / name)) for name in ("two.so", "one.so")]
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (7, 3), (8, 8), (20, 33), (65, 40)])
+def test_products(libraries, rows, columns):
+    random = np.random.default_rng(rows)
+    a = random.standard_normal((rows, columns)) * (random.uniform(size=(rows, columns)) < 0.3)
+    a[rows // 2 : rows // 2 + 3] = 0.0
+    a[:, : columns // 3] = 0.0
+    x, before = random.standard_normal(columns), random.standard_normal(rows)
+    found = []
+    for library in libraries:
+        dense, sparse = before.copy(), before.copy()
+        pointers = (ctypes.c_void_p(array.ctypes.data) for array in (a, x, dense, sparse))
+        assert library.multiply(rows, columns, *pointers) == 0
+        assert_allclose(dense, before + a @ x, rtol=1e-13, atol=1e-14)
+        assert_allclose(sparse, a @ x, rtol=1e-13, atol=1e-14)
+        found.append(dense)
+    assert_array_equal(found[0], found[1])
