@@ -1,7 +1,10 @@
 """Measure the robust design's margins through the FMUs: `python tests/bench/measured_margins.py FMUS [layout]`.
 
-All 198 modes, a test signal at the plant's inputs about each body axis, without noise. What is required: 6 dB up and
-down, 30 deg, and 20 ms centralised or 10 ms distributed.
+All 198 modes, without noise. First whole co-simulations with the gain, the phase or the delay at the plant's inputs
+changed: from a small deflection of everything the motion must decay within what is required (6 dB up and down, 30 deg,
+20 ms centralised and 10 ms distributed), and it grows beyond the margin that linear analysis finds. A phase common to
+all frequencies is complex: two copies of the loop carry its parts. With `--response` also the loop's response to a test
+signal about each body axis, and margins from that.
 """
 
 import sys
@@ -9,12 +12,19 @@ import tempfile
 from math import log10
 from pathlib import Path
 
+from flexbench.studies.margins.changed_loop import Change, fly
+from flexbench.studies.margins.real_plant import Corner, stability
 from flexbench.studies.margins.study import Settings, measure
 from flexbench.studies.margins.system_loop import read_loop
-from flexsat.parameters import CONFIGURATIONS
+from flexbench.studies.spillover.corners import DELAY, GAINS, PHASE
+from flexsat.parameters import ALL_MODES, CONFIGURATIONS
 from lockstep import load_system
 
 SETTINGS = Settings(length=10.0, settle=1, periods=2, quiet=True, zoom=4.0)  # modes cross gain one between lines
+BEYOND = {  # near the margins that linear analysis finds
+    "centralised": [Change(gain=2.25), Change(gain=2.5), Change(phase=60.0), Change(delay=0.05), Change(delay=0.06)],
+    "distributed": [Change(gain=4.0), Change(phase=60.0), Change(delay=0.011), Change(delay=0.013)],
+}
 
 
 def decibel(factor: float | None) -> str:
@@ -22,8 +32,24 @@ def decibel(factor: float | None) -> str:
     return f"{20.0 * log10(factor):+.2f} dB" if factor else "none found"
 
 
-def show(fmus: Path, name: str) -> None:
-    """Print the measured margins of one layout."""
+def fly_changes(fmus: Path, name: str) -> None:
+    """Print how the motion of each changed loop grows, beside linear analysis."""
+    loop = read_loop(load_system(fmus / name / "fine_pointing.ssd"), {})
+    required = [Change(), *(Change(gain=gain) for gain in GAINS), Change(phase=PHASE), Change(delay=DELAY[name])]
+    with tempfile.TemporaryDirectory() as folder:
+        for change in (*required, *BEYOND[name]):
+            found = fly(loop, change, Path(folder))
+            corner = Corner(modes=ALL_MODES, gain=change.gain, phase=-change.phase, delay=change.delay)
+            linear = stability(loop.real, corner, loop=loop.designed)
+            print(
+                f"{name}, {change.title:14}: FMUs {'grow ' if found.rate > 0.0 else 'decay'} {found.rate:+.3f} 1/s at "
+                f"{found.frequency:5.2f} Hz, linear {linear.growth:+.4f} 1/s at {linear.frequency:5.2f} Hz",
+                flush=True,
+            )
+
+
+def show_response(fmus: Path, name: str) -> None:
+    """Print the margins of one layout from its response to a test signal."""
     loop = read_loop(load_system(fmus / name / "fine_pointing.ssd"), {})
     with tempfile.TemporaryDirectory() as folder:
         _, margins = measure(loop, SETTINGS, Path(folder))
@@ -43,4 +69,6 @@ def show(fmus: Path, name: str) -> None:
 
 if __name__ == "__main__":
     for layout in [name for name in CONFIGURATIONS if name in sys.argv[2:]] or CONFIGURATIONS:
-        show(Path(sys.argv[1]), layout)
+        fly_changes(Path(sys.argv[1]), layout)
+        if "--response" in sys.argv:
+            show_response(Path(sys.argv[1]), layout)

@@ -1,7 +1,8 @@
 """Check the robust controller on the whole structure: `python tests/bench/robust_design.py [layout] [--curves]`.
 
 Every corner at which it must be stable, with all 198 modes below 80 Hz (some minutes), its exact margins there, fine
-pointing as covariances, and with `--curves` the trade-off with 60 modes. The published design is in the table beside.
+pointing as covariances, and with `--curves` the trade-off, which
+`flexsat figures --robust-design` draws. The published design is in the table beside.
 """
 
 import sys
@@ -11,12 +12,12 @@ from flexbench.studies.margins.real_plant import Corner, Plants, stability
 from flexbench.studies.margins.stability import stability_margins
 from flexbench.studies.spillover.corners import required_corners
 from flexbench.studies.spillover.stationary import stationary
-from flexbench.studies.spillover.trade_off import HEADER, trade_off
+from flexbench.studies.spillover.trade_off import HEADER, MODES, robust_trade_off
 from flexsat.design.chain import build_design
 from flexsat.parameters import ALL_MODES, ARCSECOND, CONFIGURATIONS, configuration
 from flexsat.spacecraft.variation import ModelErrors
 
-CURVE_MODES = 60
+MARGIN_MODES = 60
 
 
 def show(name: str) -> None:
@@ -36,15 +37,15 @@ def show(name: str) -> None:
         )
     coarse = stability(plants, Corner(modes=ALL_MODES), fine=False)
     print(f"  coarse star tracker: growth {coarse.growth:+.4f}")
-    plant = plants.model(CURVE_MODES, ModelErrors())
+    plant = plants.model(MARGIN_MODES, ModelErrors())
     print(f"  {stability_margins(DesignedLoop(design=plants.design, plant=plant).at)}", flush=True)
 
 
 def curves(name: str) -> None:
     """Print the trade-off of one layout."""
-    print(f"{name}, trade-off with {CURVE_MODES} modes")
+    print(f"{name}, trade-off with {MODES} modes")
     print("  " + " | ".join(HEADER))
-    for point in trade_off(configuration(name, "robust"), CURVE_MODES):
+    for point in robust_trade_off(name):
         print("  " + " | ".join(point.row), flush=True)
 
 

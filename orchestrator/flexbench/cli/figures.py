@@ -14,16 +14,20 @@ from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
 
 from .options import configuration_option, configurations
+from .print_table import print_table
 
 if TYPE_CHECKING:
     from flexsat.parameters import ConfigurationName
 
+    from ..figures.figure_lists import Drawn
     from ..runs.run_folder import Run
 
+_TABLE_WIDTH = 150
 _EXAMPLES = """
 examples:
   {program} figures
   {program} figures --as-published
+  {program} figures --robust-design --out robust
   {program} figures results/paper --configuration distributed --out figures
 """
 
@@ -33,9 +37,20 @@ examples:
                 help="results folders of runs, or folders of such folders (default: draw the design)")  # fmt: skip
 @click.option("--as-published", is_flag=True,
               help="draw the design as published: 25 modes, and the wheel speeds chosen on them")  # fmt: skip
+@click.option(
+    "--robust-design",
+    is_flag=True,
+    help="draw what the robust design trades and its loop shapes, and print its tables (minutes)",
+)
 @configuration_option
 @out_option(f"folder to fill (default: results/figures{DISTINGUISHED})")
-def figures(results: tuple[Path, ...], as_published: bool, configuration: tuple[str, ...], out: Path | None) -> int:
+def figures(
+    results: tuple[Path, ...],
+    as_published: bool,
+    robust_design: bool,
+    configuration: tuple[str, ...],
+    out: Path | None,
+) -> int:
     """Draw the design, or the results of runs, as PNG and SVG."""
     from flexsat.design.chain import build_designs
 
@@ -44,13 +59,19 @@ def figures(results: tuple[Path, ...], as_published: bool, configuration: tuple[
     from ..runs.study_folder import study_folder
 
     chosen = configurations(configuration)
-    if results and as_published:
-        raise InputError("--as-published: has no effect on results, which know what they flew; leave one of them out")
+    for option, given in (("--as-published", as_published), ("--robust-design", robust_design)):
+        if results and given:
+            raise InputError(f"{option}: has no effect on results, which know what they flew; leave one of them out")
+    if as_published and robust_design:
+        raise InputError("--robust-design: there is none as published; leave one of --as-published and this out")
     if results:
         drawn = result_figures(runs_of(results, chosen))
+    elif robust_design:
+        drawn = _robust_design(chosen)
     else:
         drawn = design_figures({name: build_designs(name) for name in chosen}, as_published)
-    with study_folder(out, "figures-as-published" if as_published else "figures") as folder:
+    kind = "-as-published" if as_published else "-robust-design" if robust_design else ""
+    with study_folder(out, f"figures{kind}") as folder:
         for name, make in drawn.items():
             try:
                 figure = make()
@@ -59,6 +80,20 @@ def figures(results: tuple[Path, ...], as_published: bool, configuration: tuple[
             for path in save_figure(figure, folder, name):
                 print(path, flush=True)
     return 0
+
+
+def _robust_design(chosen: Sequence[ConfigurationName]) -> Drawn:
+    """Print the tables of the robust design, and return its figures."""
+    from ..figures.robust_design import robust_design_figures
+    from ..studies.spillover import mode_choice, trade_off
+
+    choices = [choice.row for choice in mode_choice.compare_mode_choices(chosen)]
+    print_table(mode_choice.HEADER, choices, _TABLE_WIDTH)
+    curves = {name: trade_off.robust_trade_off(name) for name in chosen}
+    for name, points in curves.items():
+        print(f"{name}: factors of the robust design's weights, on {trade_off.MODES} modes")
+        print_table(trade_off.HEADER, [point.row for point in points], _TABLE_WIDTH)
+    return robust_design_figures(curves)
 
 
 def runs_of(folders: Sequence[Path], chosen: Sequence[ConfigurationName]) -> list[Run]:

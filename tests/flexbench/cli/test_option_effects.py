@@ -144,6 +144,7 @@ EFFECTS = {
         "--pdf": "system/test_report_files.py::test_pdf_on_request",
     },
     "flexsat figures": {
+        "--robust-design": "flexbench/figures/test_robust_design.py::test_the_command_prints_the_tables_and_draws",
         "--as-published": "flexbench/figures/test_figure_lists.py::test_the_command_draws_the_design_as_published",
         **dict.fromkeys(
             ("--configuration", "--out"), "system/test_figures.py::test_the_design_is_drawn_without_results"

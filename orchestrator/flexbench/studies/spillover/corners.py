@@ -1,11 +1,11 @@
-"""The corners at which a robust design must be stable: mode counts, margins, and errors of the model."""
+"""What is required of a robust design: corners at which it must be stable, and its fine pointing."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
 
-from flexsat.parameters import ALL_MODES, ConfigurationName
+from flexsat.parameters import ALL_MODES, ARCSECOND, ConfigurationName
 from flexsat.spacecraft.variation import ModelErrors
 
 from ..margins.real_plant import MODE_COUNTS, Corner
@@ -13,6 +13,9 @@ from ..margins.real_plant import MODE_COUNTS, Corner
 GAINS = (0.5, 2.0)  # 6 dB
 PHASE = 30.0  # deg
 DELAY: dict[ConfigurationName, float] = {"centralised": 0.020, "distributed": 0.010}  # s
+POINTING: dict[ConfigurationName, float] = {"centralised": 0.02 * ARCSECOND, "distributed": 0.03 * ARCSECOND}  # rad
+TORQUE: dict[ConfigurationName, float] = {"centralised": 0.02, "distributed": 0.06}  # N.m, of the sum over the wheels
+DEFORMATION: dict[ConfigurationName, float] = {"centralised": 0.10e-6, "distributed": 0.14e-6}  # m; not the first
 ERRORS = ModelErrors(frequency=0.05, damping=0.5, inertia=0.1)
 
 

@@ -6,15 +6,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from flexsat.design.chain import build_design
-from flexsat.parameters import ARCSECOND, Configuration, Weights
+from flexsat.parameters import ARCSECOND, Configuration, ConfigurationName, Weights, configuration
 from flexsat.spacecraft.variation import ModelErrors
 
 from ..margins.real_plant import Corner, Plants, stability
 from .stationary import Stationary, stationary
 
-DELAYS = (0.0025, 0.005, 0.0075, 0.010, 0.0125, 0.015, 0.020, 0.025, 0.030, 0.040)  # s
+DELAYS = (0.0025, 0.005, 0.0075, 0.010, 0.0125, 0.015, 0.020, 0.025, 0.030, 0.040, 0.050, 0.060, 0.080)  # s
+MODES = 100  # of the structure, up to 31 Hz: the delay margin of the distributed layout is set by a mode of 17.5 Hz
+HALVINGS = 4  # between the last delay that is tolerated and the first that is not
 LOOP_FACTORS = (0.1, 0.3, 1.0, 3.0, 10.0)  # of the torque weight: below 1 the feedback is stronger
-EFFORT_FACTORS = (0.01, 0.1, 1.0, 10.0, 100.0)  # of the weight of torque against harmonic deformation
+EFFORT_FACTORS = (0.001, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0)  # of the weight of torque against deformation
+FEEDBACK, CANCELLATION = "torque weight of the feedback", "torque weight of the jitter's cancellation"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,13 +27,13 @@ class Point:
     curve: str
     factor: float  # of the varied weight; 1 is the chosen design
     stable: bool
-    delay: float  # s: the largest of DELAYS up to which the loop is stable
+    delay: float  # s: up to which the loop is stable, as far as it was tried
     settled: Stationary | None  # None if the loop is unstable
 
     @property
     def row(self) -> tuple[str, ...]:
         """The point as a row of the table."""
-        words = (self.curve, f"{self.factor:g}", f"{1e3 * self.delay:g}" if self.stable else "unstable")
+        words = (self.curve, f"{self.factor:g}", f"{1e3 * self.delay:.1f}" if self.stable else "unstable")
         if self.settled is None:
             return (*words, "", "", "")
         found = self.settled
@@ -43,11 +46,16 @@ HEADER = ("varied", "factor", "delay [ms]", "pointing [arcsec]", "torque [N.m]",
 def variations(weights: Weights) -> Iterator[tuple[str, float, Weights]]:
     """Yield the weights of both curves, each with its name and factor."""
     for factor in LOOP_FACTORS:
-        yield "torque weight of the feedback", factor, replace(weights, torque=factor * weights.torque)
+        yield FEEDBACK, factor, replace(weights, torque=factor * weights.torque)
     if weights.jitter_cancellation > 0.0:
         for factor in EFFORT_FACTORS:
             effort = factor * weights.jitter_cancellation
-            yield "torque weight of the jitter's cancellation", factor, replace(weights, jitter_cancellation=effort)
+            yield CANCELLATION, factor, replace(weights, jitter_cancellation=effort)
+
+
+def robust_trade_off(name: ConfigurationName) -> list[Point]:
+    """Return the points of both curves of a layout's robust design."""
+    return list(trade_off(configuration(name, "robust"), MODES))
 
 
 def trade_off(config: Configuration, modes: int, delays: Sequence[float] = DELAYS) -> Iterator[Point]:
@@ -62,12 +70,25 @@ def trade_off(config: Configuration, modes: int, delays: Sequence[float] = DELAY
     for curve, factor, weights in variations(config.weights):
         plants = Plants(build_design(replace(config, weights=weights)), modes)
         stable = stability(plants, Corner(modes=modes)).stable
-        tolerated = 0.0
-        for delay in delays if stable else ():
-            if not stability(plants, Corner(modes=modes, delay=delay)).stable:
-                break
-            tolerated = delay
+        tolerated = _tolerated(plants, modes, delays) if stable else 0.0
         settled = None
         if stable:
             settled = stationary(plants.design, plants.model(modes, ModelErrors()), plants.spacecraft.mass)
         yield Point(curve=curve, factor=factor, stable=stable, delay=tolerated, settled=settled)
+
+
+def _tolerated(plants: Plants, modes: int, delays: Sequence[float]) -> float:
+    """Return the delay up to which a loop is stable: one of those tried, or bisected before the first that is not."""
+    tolerated = 0.0
+    for delay in delays:
+        if stability(plants, Corner(modes=modes, delay=delay)).stable:
+            tolerated = delay
+            continue
+        for _ in range(HALVINGS):
+            middle = 0.5 * (tolerated + delay)
+            if stability(plants, Corner(modes=modes, delay=middle)).stable:
+                tolerated = middle
+            else:
+                delay = middle
+        break
+    return tolerated

@@ -51,7 +51,7 @@ def test_growth_is_that_of_the_loop_itself(published):
 
 
 def test_the_frequency_of_a_pole_is_no_alias_at_the_star_trackers_rate(robust):
-    """With 2.4 times the gain the bus drives a mode of 10.3 Hz, as through the FMUs (tests/bench/measured_margins.py)."""
+    """With 2.4 times the gain the bus drives a mode of 10.3 Hz, as in FMUs (tests/bench/measured_margins.py)."""
     found = stability(robust["centralised"], Corner(modes=60, gain=2.4))
     assert not found.stable
     assert found.frequency == pytest.approx(10.3, abs=0.05)  # folded at 10 Hz: 0.3
