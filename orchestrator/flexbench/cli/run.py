@@ -36,7 +36,8 @@ examples:
 
 A row of an input file commands a slew from its time on: command.rotation (rad) from where the slew before ends, begun
 at command.start_time, or at once if that has passed. One that would begin during a slew is refused, or replaces it with
---set controller.command.during_slew=replan; one that begins after it waits.
+--set controller.command.during_slew=replan; one that begins after it waits. controller.keep_out.* keeps an axis of
+the body, such as a boresight, outside up to two cones.
 
 {HELP}"""
 

@@ -23,7 +23,15 @@ CONTROLLER = ComponentText(
         " during a slew is refused, or with command.during_slew = replan takes its place: the slew is braked, and the"
         " new one leads to the commanded rotation from where the first began. With slew.guidance = qp the profile is"
         " the optimum of P's quadratic programme, solved when the slew is planned: attitude and rate errors squared,"
-        " torque and wheel momentum bounded, at rest on the commanded attitude at its end, without overshoot.",
+        " torque and wheel momentum bounded, at rest on the commanded attitude at its end, without overshoot. A slew"
+        " that is replanned then goes on from the rate at which the body turns, where that is quicker than braking.",
+        "Each wheel has its own limits: wheel.torque_limit_factor (0: it is not used), wheel.speed_band_factor, and"
+        " wheel.speed_offset, its speed at rest less the nominal one. A slew divides its torque between the wheels by"
+        " what they have left of their bands, by their torque limits, or by the geometric mean of both, whichever is"
+        " the quickest; the regulator shares equally, and its torques are limited by wheel.",
+        "Slews keep keep_out.axis, such as a boresight, outside up to two cones about inertial directions, with every"
+        " guidance. A slew that would enter a cone becomes a chain of up to five turns round it, at rest between them;"
+        " one that begins or ends within a cone is refused.",
         "The filter predicts with the torque it commanded itself, unless applied.valid is true: then with"
         " applied.wheel.torque, the torque that the controller in command applied in the step before. This controller"
         " can therefore run in shadow of another one, and its torque then differs by the control law alone.",
@@ -51,8 +59,8 @@ CONTROLLER = ComponentText(
             source="P, section 6",
         ),
         Equation(
-            formula="|τ<sub>i</sub>| ≤ τ<sub>max</sub>,   |Ω̂<sub>i</sub> + τ<sub>i</sub>"
-            " <i>T</i>/<i>I</i><sub>w</sub>| ≤ ΔΩ",
+            formula="|τ<sub>i</sub>| ≤ τ<sub>max,i</sub>,   |Ω̂<sub>i</sub> + τ<sub>i</sub>"
+            " <i>T</i>/<i>I</i><sub>w</sub>| ≤ ΔΩ<sub>i</sub>",
             meaning="saturation: motor torque, then the torque that would leave the speed band within a period T",
             source="P, section 6",
         ),
