@@ -17,27 +17,6 @@ static ControllerState *state_of(const Component *component)
     return (ControllerState *)(void *)component->state;
 }
 
-/* Refuse what the stepper in Python has and this one does not. */
-static int refuse_missing(Component *component, const ControllerParameters *parameters)
-{
-    const double *real = component->real;
-    int k, unequal = 0;
-
-    for (k = 0; k < WHEELS; k++)
-        unequal |= real[PORT_WHEEL_TORQUE_LIMIT_FACTOR + k] != 1.0 ||
-                   real[PORT_WHEEL_SPEED_BAND_FACTOR + k] != 1.0 || real[PORT_WHEEL_SPEED_OFFSET + k] != 0.0;
-    if (parameters->guidance == QUADRATIC_PROGRAMME)
-        return refuse(component, "slew.guidance = 'qp': the native controller does not have it yet; use "
-                                 "bang-coast-bang or smoothed, or the FMU in Python");
-    if (unequal)
-        return refuse(component, "wheel.torque_limit_factor, wheel.speed_band_factor, wheel.speed_offset: the native "
-                                 "controller does not have unequal wheels yet; use 1, 1 and 0, or the FMU in Python");
-    if (real[PORT_KEEP_OUT_FIRST_HALF_ANGLE] != 0.0 || real[PORT_KEEP_OUT_SECOND_HALF_ANGLE] != 0.0)
-        return refuse(component, "keep_out: the native controller does not have it yet; use half-angles of 0, or the "
-                                 "FMU in Python");
-    return 0;
-}
-
 /* Sample the design for the parameters, and plan the slew. */
 int component_start(Component *component)
 {
@@ -46,10 +25,9 @@ int component_start(Component *component)
     const ControllerData *matrices;
     ControllerParameters parameters;
 
-    if (memory->failed || controller_parameters(component, &matrices, &parameters) ||
-        refuse_missing(component, &parameters))
+    if (memory->failed || controller_parameters(component, &matrices, &parameters))
         return 1;
-    if (prepare_controller(memory, matrices, &parameters, &controller->prepared))
+    if (prepare_controller(component, matrices, &parameters, &controller->prepared))
         return 1;
     controller->calls = 1;
     component->own = controller;
@@ -108,16 +86,16 @@ int component_advance(Component *component, double time, double step)
     outputs.estimate = real + PORT_ESTIMATE_MRP;
     outputs.reference = real + PORT_REFERENCE_MRP;
     outputs.reference_torque = real + PORT_REFERENCE_TORQUE;
-    controller_step(&controller->prepared, state, time, &measured, &outputs);
-    return 0;
+    return controller_step(component, &controller->prepared, state, time, &measured, &outputs);
 }
 
 /* Whether a motion can be followed: its knots are in order. */
-static int possible(const Motion *motion, int knots)
+static int possible(const Motion *motion, int knots, int allocations)
 {
     int k;
 
-    if (motion->knots != knots || motion->count < 2 || motion->count > knots)
+    if (motion->allocation < 0 || motion->allocation >= allocations || motion->knots != knots || motion->count < 2 ||
+        motion->count > knots)
         return 0;
     for (k = 1; k < motion->count; k++)
         if (!(motion->times[k] > motion->times[k - 1]))
@@ -129,11 +107,12 @@ int component_restored(Component *component)
 {
     const Controller *controller = component->own;
     const ControllerState *state = state_of(component);
-    const int knots = controller->prepared.knots;
+    const int knots = controller->prepared.knots, allocations = controller->prepared.slew_wheels.count;
 
     if (state->count < 0 || state->count > MOST_STEPS || state->held < 0 || state->held > MOST_STEPS ||
         state->since_star_tracker < 0 || state->since_star_tracker > MOST_STEPS ||
-        !possible(&state->commanded.profile, knots) || !possible(&state->commanded.following, knots))
+        !possible(&state->commanded.profile, knots, allocations) ||
+        !possible(&state->commanded.following, knots, allocations))
         return refuse(component, "the saved state is none that a controller reaches");
     return component->step_length > 0.0 ? component_first_step(component, component->step_length) : 0;
 }

@@ -74,11 +74,11 @@ static void turn_attitude(const double attitude[4], const double *linear, double
 
 A first measurement that is far from it is the attitude at which the run begins: the estimate is set to it, and before
 a slew has begun the reference too. */
-static void attitude_innovation(const PreparedController *prepared, ControllerState *state, double time,
-                                const Measurements *measured, double *innovation)
+static int attitude_innovation(Component *component, const PreparedController *prepared, ControllerState *state,
+                               double time, const Measurements *measured, double *innovation)
 {
     const double limit = prepared->parameters.capture_angle;
-    const int first = !state->captured;
+    const int first = !state->commanded.captured;
     double seen[4], off[3], square = 0.0;
     int k;
 
@@ -86,20 +86,20 @@ static void attitude_innovation(const PreparedController *prepared, ControllerSt
     memset(state->estimate, 0, 3 * sizeof(double));
     memset(innovation, 0, 3 * sizeof(double));
     if (!measured->star_tracker_valid)
-        return;
+        return 0;
     quaternion_from_mrp(measured->star_tracker_mrp, seen);
     relative_mrp(seen, state->attitude, off);
     for (k = 0; k < 3; k++) {
         off[k] *= 4.0;
         square += off[k] * off[k];
     }
-    state->captured = 1;
+    state->commanded.captured = 1;
     if (first && square > limit * limit) {
         memcpy(state->attitude, seen, sizeof seen);
-        start_from(prepared, &state->commanded, time, seen);
-        return;
+        return start_from(component, prepared, &state->commanded, time, seen);
     }
     memcpy(innovation, off, sizeof off);
+    return first && start_from(component, prepared, &state->commanded, time, state->commanded.origin);
 }
 
 static void predict(const PreparedController *prepared, ControllerState *state)
@@ -116,8 +116,8 @@ static void predict(const PreparedController *prepared, ControllerState *state)
 }
 
 /* Predict the estimate to the time of the measurement and correct it; predict the jitter of the next period. */
-static void correct(const PreparedController *prepared, ControllerState *state, double time,
-                    const Measurements *measured)
+static int correct(Component *component, const PreparedController *prepared, ControllerState *state, double time,
+                   const Measurements *measured)
 {
     double innovation[MEASURED], expected[MEASURED];
     double *speed = innovation + GYROS + ACCELEROMETERS, *attitude = speed + WHEELS;
@@ -137,11 +137,13 @@ static void correct(const PreparedController *prepared, ControllerState *state, 
     panels_times(&prepared->c, state->estimate, expected);
     for (k = 0; k < MEASURED; k++)
         innovation[k] -= expected[k];
-    if (!prepared->parameters.linear_attitude)
-        attitude_innovation(prepared, state, time, measured, attitude);
+    if (!prepared->parameters.linear_attitude &&
+        attitude_innovation(component, prepared, state, time, measured, attitude))
+        return 1;
     panels_add_times(&prepared->gain[phase], innovation, state->estimate);
     if (prepared->parameters.feed_forward_jitter)
         jitter_at(prepared, measured->encoder_speed, measured->encoder_angle, state->jitter);
+    return 0;
 }
 
 /* Add the torque against the harmonic jitter while the torque of this step will act. */
@@ -171,7 +173,7 @@ static void smooth_reference(const PreparedController *prepared, const Motion *p
         reference[3 + MODES + k] = rate * profile->axis[k];
         momentum[k] = momentum_axis[k] * rate;
     }
-    times_vector(WHEELS, 3, prepared->distribution, momentum, speed);
+    times_vector(WHEELS, 3, prepared->slew_wheels.allocation[profile->allocation], momentum, speed);
     for (k = 0; k < WHEELS; k++)
         speed[k] /= prepared->wheel_inertia;
 }
@@ -190,7 +192,8 @@ static void refer(const PreparedController *prepared, ControllerState *state, do
     times_vector(3, 3, prepared->inertia, profile->axis, momentum_axis);
     for (k = 0; k < 3; k++)
         body_torque[k] = momentum_axis[k] * (change / prepared->period);
-    times_vector(WHEELS, 3, prepared->distribution, body_torque, outputs->reference_torque);
+    times_vector(WHEELS, 3, prepared->slew_wheels.allocation[profile->allocation], body_torque,
+                 outputs->reference_torque);
     if (prepared->smoothed) {
         smooth_reference(prepared, profile, time, momentum_axis, reference);
     } else {
@@ -211,13 +214,13 @@ static void refer(const PreparedController *prepared, ControllerState *state, do
 /* Limit to the motor, then to what leaves the speed band within a period (PHYSICS section 6). */
 static void saturate(const PreparedController *prepared, const double *speed, double *torque)
 {
-    const double limit = prepared->parameters.torque_limit, band = prepared->parameters.speed_band;
+    const double *limits = prepared->parameters.torque_limits, *bands = prepared->parameters.speed_bands;
     const double scale = prepared->wheel_inertia / prepared->period;
     int k;
 
     for (k = 0; k < WHEELS; k++) {
-        const double limited = fmin(fmax(torque[k], -limit), limit);
-        torque[k] = fmin(fmax(limited, scale * (-band - speed[k])), scale * (band - speed[k]));
+        const double limited = fmin(fmax(torque[k], -limits[k]), limits[k]);
+        torque[k] = fmin(fmax(limited, scale * (-bands[k] - speed[k])), scale * (bands[k] - speed[k]));
     }
 }
 
@@ -251,17 +254,18 @@ static void compare(const PreparedController *prepared, const ControllerState *s
     relative_mrp(estimated, attitude, error);
 }
 
-void controller_step(const PreparedController *prepared, ControllerState *state, double time,
-                     const Measurements *measured, const ControllerOutputs *outputs)
+int controller_step(Component *component, const PreparedController *prepared, ControllerState *state, double time,
+                    const Measurements *measured, const ControllerOutputs *outputs)
 {
     double expected[CONTROLLED], error[CONTROLLED], correction[WHEELS], attitude[4], *torque = outputs->torque;
     int k;
 
     if (measured->applied_valid && state->count > 0)
         memcpy(state->history, measured->applied_torque, WHEELS * sizeof(double));
-    if (state->count >= prepared->first_measurement)
-        correct(prepared, state, time, measured);
-    proceed(prepared, &state->commanded, time);
+    if (state->count >= prepared->first_measurement && correct(component, prepared, state, time, measured))
+        return 1;
+    if (proceed(component, prepared, &state->commanded, time))
+        return 1;
     look_ahead(prepared, state, expected);
     refer(prepared, state, time + prepared->parameters.actuation_delay, outputs, attitude);
     compare(prepared, state, expected, attitude, outputs, error);
@@ -276,4 +280,5 @@ void controller_step(const PreparedController *prepared, ControllerState *state,
     memmove(state->history + WHEELS, state->history, (history_size(prepared) - WHEELS) * sizeof(double));
     memcpy(state->history, torque, WHEELS * sizeof(double));
     state->count++;
+    return 0;
 }

@@ -3,7 +3,6 @@ twin of runtime/controller.py, which documents it. One step is one period. */
 #ifndef FLEXSAT_CONTROLLER_LAW_H
 #define FLEXSAT_CONTROLLER_LAW_H
 
-#include "prepared_controller.h"
 #include "slew_commands.h"
 
 /* Inputs of a step. */
@@ -31,7 +30,6 @@ typedef struct ControllerState {
     int64_t count; /* steps done */
     int64_t held;  /* calls since the last step, itself included, where there are several calls to a period */
     int64_t since_star_tracker; /* steps */
-    int captured;               /* the star tracker has given an attitude */
     double estimate[STATES];    /* at the time of the last measurement */
     double attitude[4];         /* body from inertial; the estimate's first three turn it further */
     double jitter[2 * WHEELS];  /* expected over the coming period: sines and cosines, times speed squared */
@@ -49,8 +47,9 @@ int controller_init(Component *component, const PreparedController *prepared, co
 /* Count a call, `calls` of them to a period; return whether a step is due in it. */
 int controller_is_due(ControllerState *state, int64_t calls);
 
-/* Correct the estimate with what was measured, and command the torque. `time` is that of this call [s]. */
-void controller_step(const PreparedController *prepared, ControllerState *state, double time,
-                     const Measurements *measured, const ControllerOutputs *outputs);
+/* Correct the estimate with what was measured, and command the torque; refuse a slew that leads into a keep-out cone.
+`time` is that of this call [s]. */
+int controller_step(Component *component, const PreparedController *prepared, ControllerState *state, double time,
+                    const Measurements *measured, const ControllerOutputs *outputs);
 
 #endif

@@ -60,6 +60,41 @@ static int check_limits(Component *component, const ControllerParameters *parame
     return 0;
 }
 
+/* The limits of each wheel. A wheel whose torque is 0 has failed. */
+static int read_wheels(Component *component, ControllerParameters *parameters)
+{
+    const double *torque = component->real + PORT_WHEEL_TORQUE_LIMIT_FACTOR;
+    const double *band = component->real + PORT_WHEEL_SPEED_BAND_FACTOR;
+    char text[NUMBER_SIZE];
+    int k;
+
+    for (k = 0; k < WHEELS; k++)
+        if (!(torque[k] >= 0.0))
+            return refuse(component, "wheel.torque_limit_factor[%d] must be >= 0, got %s", k + 1,
+                          number_text(torque[k], text));
+    for (k = 0; k < WHEELS; k++)
+        if (!(band[k] > 0.0))
+            return refuse(component, "wheel.speed_band_factor[%d] must be > 0, got %s", k + 1,
+                          number_text(band[k], text));
+    for (k = 0; k < WHEELS; k++) {
+        parameters->torque_limits[k] = parameters->torque_limit * torque[k];
+        parameters->speed_bands[k] = parameters->speed_band * band[k];
+        parameters->speed_offset[k] = component->real[PORT_WHEEL_SPEED_OFFSET + k];
+    }
+    return 0;
+}
+
+static int read_cones(Component *component, KeepOut *cones)
+{
+    const double *real = component->real;
+    const double *const directions[CONES] = {real + PORT_KEEP_OUT_FIRST_DIRECTION,
+                                             real + PORT_KEEP_OUT_SECOND_DIRECTION};
+    const double half_angles[CONES] = {real[PORT_KEEP_OUT_FIRST_HALF_ANGLE],
+                                       real[PORT_KEEP_OUT_SECOND_HALF_ANGLE]};
+
+    return keep_out(component, real + PORT_KEEP_OUT_AXIS, directions, half_angles, cones);
+}
+
 static int choose_guidance(Component *component, ControllerParameters *parameters)
 {
     const char *guidance = component->string[PORT_SLEW_GUIDANCE];
@@ -81,7 +116,7 @@ int controller_parameters(Component *component, const ControllerData **matrices,
     const int *boolean = component->boolean;
     char text[NUMBER_SIZE];
 
-    if (choose_design(component, matrices))
+    if (choose_design(component, matrices) || read_cones(component, &parameters->keep_out))
         return 1;
     parameters->fine_sensor = boolean[PORT_STAR_TRACKER_FINE];
     parameters->feed_forward_jitter = boolean[PORT_JITTER_FEED_FORWARD];
@@ -96,8 +131,13 @@ int controller_parameters(Component *component, const ControllerData **matrices,
     parameters->imbalance_torque = real[PORT_JITTER_IMBALANCE_TORQUE];
     parameters->capture_angle = real[PORT_INITIAL_CAPTURE_ANGLE];
     parameters->linear_attitude = boolean[PORT_AS_PUBLISHED];
-    if (check_limits(component, parameters) || choose_guidance(component, parameters))
+    if (check_limits(component, parameters) || choose_guidance(component, parameters) ||
+        read_wheels(component, parameters))
         return 1;
+    if (parameters->linear_attitude && parameters->keep_out.active)
+        return refuse(component,
+                      "keep_out: as_published has attitudes as sums of a quarter of the angle, which hold near zero "
+                      "only; set the half-angles to 0, or design = 'published' in place of as_published");
     if (!(parameters->capture_angle > 0.0))
         return refuse(component, "initial.capture_angle must be > 0, got %s",
                       number_text(parameters->capture_angle, text));

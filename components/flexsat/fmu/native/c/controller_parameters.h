@@ -3,7 +3,9 @@
 #define FLEXSAT_CONTROLLER_PARAMETERS_H
 
 #include "component.h"
+#include "controller_sizes.h"
 #include "data.h"
+#include "keep_out.h"
 
 typedef enum Guidance { BANG_COAST_BANG, SMOOTHED, QUADRATIC_PROGRAMME } Guidance;
 
@@ -22,6 +24,10 @@ typedef struct ControllerParameters {
     Guidance guidance;
     int replans;              /* a command during a slew replaces it, else it is refused */
     double capture_angle;     /* rad */
+    double torque_limits[WHEELS]; /* N.m, of each wheel */
+    double speed_bands[WHEELS];   /* rad/s, of each wheel */
+    double speed_offset[WHEELS];  /* rad/s, at rest less the nominal one */
+    KeepOut keep_out;
     int linear_attitude;      /* attitudes as sums of a quarter of the angle, as the published release has them */
 } ControllerParameters;
 

@@ -122,30 +122,6 @@ static int prepare_reference(Memory *memory, const ControllerData *matrices, Pre
     return 0;
 }
 
-/* What the wheels can do about the body's axes, and how a body torque is distributed to them. */
-static void prepare_wheels(const ControllerData *matrices, PreparedController *prepared)
-{
-    const ControllerParameters *parameters = &prepared->parameters;
-    const double *axes = matrices->wheel_axis;
-    double transposed[3 * WHEELS], square[9], inverse[9];
-    int k, axis;
-
-    transpose(WHEELS, 3, axes, transposed);
-    times_matrix(3, WHEELS, 3, transposed, axes, square);
-    invert(3, square, inverse);
-    times_matrix(WHEELS, 3, 3, axes, inverse, prepared->distribution);
-    for (k = 0; k < 3 * WHEELS; k++)
-        prepared->distribution[k] = -prepared->distribution[k];
-    for (axis = 0; axis < 3; axis++) {
-        double capability = 0.0;
-        for (k = 0; k < WHEELS; k++)
-            capability += fabs(axes[3 * k + axis]);
-        capability *= parameters->authority;
-        prepared->body_torque[axis] = capability * parameters->torque_limit;
-        prepared->body_momentum[axis] = capability * matrices->wheel_inertia * parameters->speed_band;
-    }
-}
-
 static int any(size_t count, const double *values)
 {
     size_t e;
@@ -178,6 +154,11 @@ static int take(Memory *memory, PreparedController *prepared)
         panels_take(memory, CONTROLLED, STATES, &prepared->ahead);
         panels_take(memory, CONTROLLED, inputs, &prepared->ahead_history);
     }
+    if (prepared->optimal)
+        prepared->optimum = optimum_take(memory);
+    prepared->keep_out = prepared->parameters.keep_out;
+    if (prepared->keep_out.active)
+        prepared->keep_out.search = memory_take(memory, 1, sizeof *prepared->keep_out.search);
     return memory->failed;
 }
 
@@ -198,9 +179,25 @@ static int sample(Memory *memory, const ControllerData *matrices, double part, P
     return 0;
 }
 
-int prepare_controller(Memory *memory, const ControllerData *matrices, const ControllerParameters *parameters,
+/* What each wheel may give to a slew. */
+static int prepare_wheels(Component *component, const ControllerData *matrices, PreparedController *prepared)
+{
+    const ControllerParameters *parameters = &prepared->parameters;
+    double torque[WHEELS], momentum[WHEELS], offset[WHEELS];
+    int k;
+
+    for (k = 0; k < WHEELS; k++) {
+        torque[k] = parameters->authority * parameters->torque_limits[k];
+        momentum[k] = parameters->authority * matrices->wheel_inertia * parameters->speed_bands[k];
+        offset[k] = matrices->wheel_inertia * parameters->speed_offset[k];
+    }
+    return slew_wheels(component, matrices->wheel_axis, torque, momentum, offset, &prepared->slew_wheels);
+}
+
+int prepare_controller(Component *component, const ControllerData *matrices, const ControllerParameters *parameters,
                        PreparedController *prepared)
 {
+    Memory *memory = &component->memory;
     const double period = matrices->period;
     /* a torque commanded at t acts from t + delay on, seen from the time of the measurement */
     const double delay = parameters->measurement_delay + parameters->actuation_delay;
@@ -218,46 +215,13 @@ int prepare_controller(Memory *memory, const ControllerData *matrices, const Con
     prepared->smoothed = parameters->smoothed || parameters->guidance == SMOOTHED;
     prepared->cancels_jitter =
         parameters->feed_forward_jitter && any(WHEELS * 4 * WHEELS, matrices->jitter_torque);
-    prepared->knots = BRAKED + 4;
+    prepared->optimal = parameters->guidance == QUADRATIC_PROGRAMME;
+    prepared->knots = BRAKED + (prepared->optimal ? 2 * OPTIMUM_KNOTS : 4);
     prepared->wheel_inertia = matrices->wheel_inertia;
     memcpy(prepared->inertia, matrices->inertia, sizeof prepared->inertia);
     memcpy(prepared->nominal_speed, matrices->nominal_speed, sizeof prepared->nominal_speed);
-    prepare_wheels(matrices, prepared);
+    if (prepare_wheels(component, matrices, prepared))
+        return 1;
     shaper_for_pole(matrices->shaper_frequency, matrices->shaper_damping, period, &prepared->shaper);
     return take(memory, prepared) || sample(memory, matrices, part, prepared);
-}
-
-int check_start(Component *component, const PreparedController *prepared, double angle, double start)
-{
-    const double earliest = prepared->shaper.shifts[0] + prepared->parameters.measurement_delay +
-                            prepared->parameters.actuation_delay;
-
-    if (angle > 0.0 && start < earliest)
-        return refuse(component,
-                      "command.start_time = %g s must be >= %g s: the shaped torque begins before the slew", start,
-                      earliest);
-    return 0;
-}
-
-int plan_motion(Component *component, const PreparedController *prepared, const double rotation[3], double start,
-                Motion *motion)
-{
-    const double delay = prepared->parameters.actuation_delay;
-    Profile profile;
-
-    (void)component;
-    plan_profile(rotation, start, prepared->inertia, prepared->body_torque, prepared->body_momentum, &profile);
-    if (profile.angle == 0.0)
-        motion_still(prepared->knots, start, motion);
-    else
-        motion_from_profile(&profile, prepared->knots, prepared->period, delay, motion);
-    return 0;
-}
-
-double acceleration_about(const PreparedController *prepared, const double axis[3])
-{
-    double acceleration, rate;
-
-    capability_about(axis, prepared->inertia, prepared->body_torque, prepared->body_momentum, &acceleration, &rate);
-    return acceleration;
 }

@@ -22,12 +22,13 @@ typedef struct PreparedController {
     int64_t first_measurement; /* step that uses the first one */
     int delayed, smoothed, cancels_jitter;
     int knots; /* of a planned motion */
+    int optimal; /* slews are planned by the quadratic programme */
+    Optimum *optimum; /* which works in this */
+    KeepOut keep_out;
+    SlewWheels slew_wheels; /* what each wheel may give to a slew */
     double wheel_inertia;            /* kg.m2 */
     double inertia[9];               /* kg.m2 */
     double nominal_speed[WHEELS];    /* rad/s */
-    double distribution[WHEELS * 3]; /* wheel torques of a body torque */
-    double body_torque[3];           /* N.m that the slew may use */
-    double body_momentum[3];         /* N.m.s */
     Shaper shaper;
     Panels c;              /* (y, s) */
     Panels *gain;          /* (phases) of (s, y) */
@@ -43,19 +44,8 @@ typedef struct PreparedController {
     Panels reference_b;    /* (r, n) */
 } PreparedController;
 
-/* Sample the models of a design for the delays of a run. Returns 0, or 1 without memory. */
-int prepare_controller(Memory *memory, const ControllerData *matrices, const ControllerParameters *parameters,
+/* Sample the models of a design for the delays of a run. Returns 0, or 1 without memory or with the reason. */
+int prepare_controller(Component *component, const ControllerData *matrices, const ControllerParameters *parameters,
                        PreparedController *prepared);
-
-/* Refuse a slew whose shaped torque would have to begin before the run, or before the first measurement can count it;
-a slew of no angle is none. */
-int check_start(Component *component, const PreparedController *prepared, double angle, double start);
-
-/* Plan the motion for a rotation vector [rad] from `start` [s] on, from rest; refuse if there is none. */
-int plan_motion(Component *component, const PreparedController *prepared, const double rotation[3], double start,
-                Motion *motion);
-
-/* The greatest acceleration [rad/s2] of a slew about an axis. */
-double acceleration_about(const PreparedController *prepared, const double axis[3]);
 
 #endif

@@ -7,53 +7,157 @@
 
 #define PI 3.14159265358979323846
 
-double rotation_angle(const double rotation[3])
-{
-    return hypot(hypot(rotation[0], rotation[1]), rotation[2]);
-}
-
 double profile_end(const Profile *profile)
 {
     return profile->start + 2.0 * profile->ramp + profile->coast;
 }
 
-void plan_profile(const double rotation[3], double start, const double inertia[9], const double torque[3],
-                  const double momentum[3], Profile *profile)
+/* The least wheel torques (n, 3), squared over the weights (n), of a body torque; returns 1 if there are none. */
+static int allocate(const double *axes, const double *weight, double *allocation)
 {
-    const double angle = rotation_angle(rotation);
-    double acceleration, rate, short_rate;
+    double weighted[WHEELS * 3], square[9] = {0.0}, inverse[9];
+    int i, j, k;
+
+    for (k = 0; k < WHEELS; k++)
+        for (i = 0; i < 3; i++) {
+            weighted[3 * k + i] = axes[3 * k + i] * weight[k];
+            for (j = 0; j < 3; j++)
+                square[3 * j + i] += axes[3 * k + j] * weighted[3 * k + i];
+        }
+    if (invert(3, square, inverse))
+        return 1;
+    times_matrix(WHEELS, 3, 3, weighted, inverse, allocation);
+    for (k = 0; k < 3 * WHEELS; k++)
+        allocation[k] = -allocation[k];
+    return 0;
+}
+
+/* What is left of the momentum in both directions. The regulator drives offsets that need no net momentum back to
+zero: both ends of that are provided for. */
+static int find_room(Component *component, const double *axes, const double *momentum, const double *offset,
+                     double *rise, double *fall)
+{
+    double ones[WHEELS], equal[WHEELS * 3], net[3] = {0.0, 0.0, 0.0}, kept[WHEELS];
+    int i, k;
+
+    for (k = 0; k < WHEELS; k++)
+        ones[k] = 1.0;
+    if (allocate(axes, ones, equal))
+        return refuse(component, "the wheels cannot turn the body about all axes");
+    for (k = 0; k < WHEELS; k++)
+        for (i = 0; i < 3; i++)
+            net[i] += axes[3 * k + i] * offset[k];
+    times_vector(WHEELS, 3, equal, net, kept);
+    for (k = 0; k < WHEELS; k++) {
+        rise[k] = momentum[k] - fmax(offset[k], -kept[k]);
+        fall[k] = momentum[k] + fmin(offset[k], -kept[k]);
+        if (fmin(rise[k], fall[k]) <= 0.0)
+            return refuse(component,
+                          "wheel.speed_offset: wheel %d has %.4g N.m.s at rest, of %.4g N.m.s that a slew may use; "
+                          "set the offset lower, or slew.authority or wheel.speed_band higher",
+                          k + 1, momentum[k] - fmin(rise[k], fall[k]), momentum[k]);
+    }
+    return 0;
+}
+
+/* Divide by the largest. */
+static void scale_weights(double *weight)
+{
+    double most = 1e-300;
     int k;
 
+    for (k = 0; k < WHEELS; k++)
+        most = fmax(most, weight[k]);
+    for (k = 0; k < WHEELS; k++)
+        weight[k] /= most;
+}
+
+int slew_wheels(Component *component, const double *axes, const double *torque, const double *momentum,
+                const double *offset, SlewWheels *wheels)
+{
+    double rise[WHEELS], fall[WHEELS], weight[MOST_ALLOCATIONS][WHEELS];
+    int k, alike = 1;
+
+    if (find_room(component, axes, momentum, offset, rise, fall))
+        return 1;
+    for (k = 0; k < WHEELS; k++) {
+        weight[0][k] = torque[k] > 0.0 ? fmin(rise[k], fall[k]) : 0.0;
+        weight[1][k] = torque[k];
+        wheels->per_torque[k] = torque[k] > 0.0 ? 1.0 / torque[k] : 0.0;
+        wheels->per_rise[k] = 1.0 / rise[k];
+        wheels->per_fall[k] = 1.0 / fall[k];
+    }
+    scale_weights(weight[0]);
+    scale_weights(weight[1]);
+    for (k = 0; k < WHEELS; k++) {
+        weight[2][k] = sqrt(weight[0][k] * weight[1][k]);
+        alike &= weight[0][k] == weight[1][k];
+    }
+    wheels->count = alike ? 1 : MOST_ALLOCATIONS;
+    for (k = 0; k < wheels->count; k++)
+        if (allocate(axes, weight[k], wheels->allocation[k]))
+            return refuse(component, "wheel.torque_limit_factor: the wheels that have torque cannot turn the body "
+                                     "about all axes");
+    return 0;
+}
+
+void limits_about(const SlewWheels *wheels, const double needed[3], double accelerations[MOST_ALLOCATIONS],
+                  double rates[MOST_ALLOCATIONS])
+{
+    int one, k;
+
+    for (one = 0; one < wheels->count; one++) {
+        const double *row = wheels->allocation[one];
+        double torque = 0.0, momentum = 0.0;
+        for (k = 0; k < WHEELS; k++, row += 3) {
+            const double share = row[0] * needed[0] + row[1] * needed[1] + row[2] * needed[2];
+            torque = fmax(torque, fabs(share) * wheels->per_torque[k]);
+            momentum = fmax(momentum, fmax(share * wheels->per_rise[k], -share * wheels->per_fall[k]));
+        }
+        accelerations[one] = 1.0 / torque;
+        rates[one] = 1.0 / momentum;
+    }
+}
+
+double axis_of(const double rotation[3], double axis[3])
+{
+    const double angle = hypot(hypot(rotation[0], rotation[1]), rotation[2]);
+    int k;
+
+    for (k = 0; k < 3; k++)
+        axis[k] = angle > 0.0 ? rotation[k] / angle : (k == 0 ? 1.0 : 0.0);
+    return angle;
+}
+
+void plan_trapezium(const double axis[3], double angle, double start, double acceleration, double rate,
+                    Profile *profile)
+{
     memset(profile, 0, sizeof *profile);
-    profile->axis[0] = 1.0;
+    memcpy(profile->axis, axis, sizeof profile->axis);
     profile->start = start;
     if (angle == 0.0)
         return;
-    for (k = 0; k < 3; k++)
-        profile->axis[k] = rotation[k] / angle;
-    capability_about(profile->axis, inertia, torque, momentum, &acceleration, &rate);
-    short_rate = sqrt(angle * acceleration); /* a short turn never reaches the speed limit */
-    if (short_rate < rate)
-        rate = short_rate;
+    rate = fmin(rate, sqrt(angle * acceleration)); /* a short turn never reaches the speed limit */
     profile->angle = angle;
     profile->ramp = rate / acceleration;
     profile->coast_rate = rate;
     profile->coast = angle / rate - profile->ramp;
 }
 
-void capability_about(const double axis[3], const double inertia[9], const double torque[3], const double momentum[3],
-                      double *acceleration, double *rate)
+double turn_duration(double angle, double acceleration, double rate)
 {
-    double needed[3], of_torque = 0.0, of_momentum = 0.0;
-    int k;
+    const double peak = fmin(rate, sqrt(angle * acceleration));
 
-    times_vector(3, 3, inertia, axis, needed);
-    for (k = 0; k < 3; k++) {
-        of_torque = fmax(of_torque, fabs(needed[k]) / torque[k]);
-        of_momentum = fmax(of_momentum, fabs(needed[k]) / momentum[k]);
-    }
-    *acceleration = 1.0 / of_torque;
-    *rate = 1.0 / of_momentum;
+    return angle / (peak > 0.0 ? peak : 1.0) + peak / acceleration;
+}
+
+double remaining_duration(double angle, double acceleration, double rate, double initial)
+{
+    const double half = 0.5 * (initial * initial);
+    const double peak = fmin(fmax(rate, initial), sqrt(angle * acceleration + half));
+    const double coast = (angle - (peak * peak - half) / acceleration) / peak;
+
+    return (2.0 * peak - initial) / acceleration + fmax(0.0, coast);
 }
 
 void shaper_for_pole(double frequency, double damping_ratio, double period, Shaper *shaper)

@@ -3,6 +3,20 @@ runtime/slew_guidance.py, which documents it. */
 #ifndef FLEXSAT_SLEW_GUIDANCE_H
 #define FLEXSAT_SLEW_GUIDANCE_H
 
+#include "component.h"
+#include "controller_sizes.h"
+
+enum { MOST_ALLOCATIONS = 3 };
+
+/* What each wheel may give to a slew, and the ways to divide a body torque between the wheels. */
+typedef struct SlewWheels {
+    int count;                                       /* of allocations */
+    double allocation[MOST_ALLOCATIONS][WHEELS * 3]; /* (n, 3): wheel torques of a body torque */
+    double per_torque[WHEELS]; /* 1/(N.m): one over the torque that it may give; 0 for a wheel that has none */
+    double per_rise[WHEELS];   /* 1/(N.m.s): one over the momentum that it can still gain */
+    double per_fall[WHEELS];   /* 1/(N.m.s): one over the momentum that it can still lose */
+} SlewWheels;
+
 /* Filter torque(t) = sum of weight times rigid torque(t + shift): zeros at one pole, unit gain at rest. */
 typedef struct Shaper {
     double weights[3];
@@ -21,19 +35,32 @@ typedef struct Profile {
 
 double profile_end(const Profile *profile); /* s, of the rigid manoeuvre */
 
-/* Plan the quickest rest-to-rest rotation by a rotation vector [rad] from `start` [s], for an inertia (3, 3) [kg.m2],
-within torque [N.m] and momentum [N.m.s] about each body axis. */
-void plan_profile(const double rotation[3], double start, const double inertia[9], const double torque[3],
-                  const double momentum[3], Profile *profile);
+/* What wheels of unequal limits may give: axes (n, 3), torque [N.m] and momentum [N.m.s] that a slew may use, offset
+[N.m.s] at rest, beside that of the nominal speed. Refuse a wheel that stands beyond its momentum, or wheels that
+cannot turn the body about all axes. */
+int slew_wheels(Component *component, const double *axes, const double *torque, const double *momentum,
+                const double *offset, SlewWheels *wheels);
 
-/* The greatest acceleration [rad/s2] and rate [rad/s] about a unit vector. */
-void capability_about(const double axis[3], const double inertia[9], const double torque[3], const double momentum[3],
-                      double *acceleration, double *rate);
+/* The greatest acceleration [rad/s2] and rate [rad/s] of each allocation, about an axis for which `needed` is the
+inertia times it [kg.m2]. */
+void limits_about(const SlewWheels *wheels, const double needed[3], double accelerations[MOST_ALLOCATIONS],
+                  double rates[MOST_ALLOCATIONS]);
+
+/* Unit vector of a rotation vector [rad], the x axis for none; returns the angle. */
+double axis_of(const double rotation[3], double axis[3]);
+
+/* The quickest rest-to-rest rotation about an axis, within acceleration [rad/s2] and rate [rad/s]. */
+void plan_trapezium(const double axis[3], double angle, double start, double acceleration, double rate,
+                    Profile *profile);
+
+/* How long a rest-to-rest turn by an angle [rad] lasts [s]. */
+double turn_duration(double angle, double acceleration, double rate);
+
+/* How long a turn by an angle [rad], from an initial rate [rad/s] to rest, lasts at least [s]; the angle must be at
+least that of braking from it. */
+double remaining_duration(double angle, double acceleration, double rate, double initial);
 
 /* The three-tap filter with zeros at a pole, frequency in rad/s, on a grid of `period` [s]. */
 void shaper_for_pole(double frequency, double damping_ratio, double period, Shaper *shaper);
-
-/* The length of a rotation vector, without overflow. */
-double rotation_angle(const double rotation[3]);
 
 #endif
