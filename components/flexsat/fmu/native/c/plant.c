@@ -41,7 +41,9 @@ static int take_work(Memory *memory, const Motion *motion, PlantWork *work)
     work->speeds = memory_doubles(memory, speeds);
     work->middle = memory_doubles(memory, 2 * m);
     work->end = memory_doubles(memory, 2 * m);
-    work->late = memory_doubles(memory, k + 3);
+    work->folded = memory_doubles(memory, 2 * m);
+    work->pushed = memory_doubles(memory, m);
+    work->turn = memory_doubles(memory, 3);
     work->seen = memory_doubles(memory, speeds + k + n + PRODUCTS);
     work->unbraked = memory_doubles(memory, n);
     work->response = memory_doubles(memory, n * n);

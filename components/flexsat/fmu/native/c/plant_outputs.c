@@ -42,10 +42,12 @@ static void accelerations_of_force(const Motion *motion, double *of_force, doubl
     transpose(size, k, columns, of_force);
 }
 
-/* The rows of `late` for the accelerations: eta'' from stiffness and damping. */
-static void restoring(const Motion *motion, const double *of_force, double *rows, double *by_eta, double *by_speed,
+/* Accelerations by stiffness and damping, (k, 2 m). What a part of one mode restores is one number of both of its
+coordinates, folded into the first. */
+static void restoring(Motion *motion, const double *of_force, double *rows, double *by_eta, double *by_speed,
                       double *part)
 {
+    const FreeModes *free = &motion->free;
     const int m = motion->matrices.modes, k = motion->matrices.accelerometers;
     size_t e;
     int i, j;
@@ -59,6 +61,43 @@ static void restoring(const Motion *motion, const double *of_force, double *rows
     from_coordinates(&motion->free, motion->free.velocity, k, by_speed, part);
     for (e = 0; e < 2 * (size_t)k * (size_t)m; e++)
         rows[e] += part[e];
+    for (j = 0; j < free->alone; j++) {
+        const double *displacement = free->displacement + free->place[j], *velocity = free->velocity + free->place[j];
+        const int mode = free->mode[j];
+        motion->fold_p[j] = motion->stiffness[mode] * displacement[0] + motion->damping[mode] * velocity[0];
+        motion->fold_q[j] = motion->stiffness[mode] * displacement[1] + motion->damping[mode] * velocity[1];
+        for (i = 0; i < k; i++) {
+            rows[i * 2 * m + j] = -of_force[i * (6 + m) + 6 + mode];
+            rows[i * 2 * m + free->q[j]] = 0.0;
+        }
+    }
+}
+
+/* The rows of the slopes at a wheel's mount about x, y, z; -1 where there is none. */
+static void wheel_slopes(const Motion *motion, int wheel, int slope[3])
+{
+    const int s = motion->matrices.mounts, mount = motion->matrices.data->mount_of_wheel[wheel];
+    int axis;
+
+    for (axis = 0; axis < 3; axis++)
+        slope[axis] = motion->loads.mount_slope[axis * s + mount];
+}
+
+/* The rows of `speed` that gyroscopic and momentum terms need: the first ones, of body and mounts. */
+static void choose_middle(Motion *motion)
+{
+    const PlantMatrices *matrices = &motion->matrices;
+    int needed = 6, wheel, axis, slope[3];
+
+    for (wheel = 0; wheel < matrices->wheels && motion->parameters.gyroscopics; wheel++) {
+        wheel_slopes(motion, wheel, slope);
+        for (axis = 0; axis < 3; axis++)
+            if (6 + slope[axis] >= needed)
+                needed = 6 + slope[axis] + 1;
+    }
+    motion->middle_speed = motion->speed;
+    while (motion->middle_speed.count > 0 && motion->speed.row[PANEL * (motion->middle_speed.count - 1)] >= needed)
+        motion->middle_speed.count--;
 }
 
 /* Add to a row of the speeds what a vector at a mount or gyro picks: of the body's rate, and of the slope rates. */
@@ -71,15 +110,6 @@ static void pick(const int slope[3], const double *vector, double factor, int fi
         if (slope[axis] >= 0)
             row[first + 3 + slope[axis]] += factor * vector[axis];
     }
-}
-
-static void wheel_slopes(const Motion *motion, int wheel, int slope[3])
-{
-    const int s = motion->matrices.mounts, mount = motion->matrices.data->mount_of_wheel[wheel];
-    int axis;
-
-    for (axis = 0; axis < 3; axis++)
-        slope[axis] = motion->loads.mount_slope[axis * s + mount];
 }
 
 /* Map rate and slope rates to the factors of the gyroscopic torques, (2 n, 3 + u). */
@@ -184,32 +214,37 @@ int prepare_outputs(Component *component, Motion *motion)
     const size_t n = (size_t)motion->matrices.wheels, g = (size_t)motion->matrices.gyros, size = 6 + m;
     const size_t r = (size_t)motion->loads.count, held = (size_t)motion->loads.held, speeds = (size_t)motion->speeds;
     const size_t output = (6 + n + g + k) * (speeds + k + n + PRODUCTS) + 2 * n * speeds + r * held;
-    double *late, *of_force, *work;
+    double *rows, *turn, *of_force, *work;
 
     motion->speed_of_z = memory_doubles(memory, speeds * 2 * m);
+    motion->fold_p = memory_doubles(memory, m);
+    motion->fold_q = memory_doubles(memory, m);
+    turn = memory_doubles(memory, 3 * 2 * m);
     if (memory->failed || panels_take(memory, (int)speeds, 2 * (int)m, &motion->speed) ||
-        panels_take(memory, (int)k + 3, 2 * (int)m, &motion->late) ||
+        panels_take(memory, (int)k, 2 * (int)m, &motion->restoring) ||
         panels_take(memory, (int)k, (int)r, &motion->acceleration))
         return refuse(component, "there is not enough memory");
     {
         MemoryBlock *mark = memory->last;
-        late = memory_doubles(memory, (k + 3) * 2 * m);
+        rows = memory_doubles(memory, k * 2 * m);
         of_force = memory_doubles(memory, k * size);
         work = memory_doubles(memory, size * (size + k) + speeds * m + 4 * k * m + k * r);
         if (memory->failed)
             return refuse(component, "there is not enough memory");
-        speeds_of_z(motion, work, late + k * 2 * m);
+        speeds_of_z(motion, work, turn);
         panels_fill(motion->speed_of_z, &motion->speed);
+        choose_middle(motion);
         accelerations_of_force(motion, of_force, work);
-        restoring(motion, of_force, late, work, work + k * m, work + 2 * k * m);
-        panels_fill(late, &motion->late);
+        restoring(motion, of_force, rows, work, work + k * m, work + 2 * k * m);
+        panels_fill(rows, &motion->restoring);
         times_matrix((int)k, (int)size, (int)r, of_force, motion->loads.force, work);
         panels_fill(work, &motion->acceleration);
         memory_rewind(memory, mark);
     }
     /* this scratch stays: what is sparse is taken behind it */
     work = memory_doubles(memory, output + n * speeds);
-    if (memory->failed || sparse_maps(component, motion, work, work + output))
+    if (memory->failed || sparse_of(memory, 3, 2 * (int)m, turn, &motion->turn) ||
+        sparse_maps(component, motion, work, work + output))
         return refuse(component, "there is not enough memory");
     return 0;
 }

@@ -41,23 +41,47 @@ static void add(int count, const double *a, const double *b, double *sum)
         sum[i] = a[i] + b[i];
 }
 
-/* Velocity, rate and slope rates, (6 + u), from z and momenta. */
-static void find_speeds(const Motion *motion, const double *z, const double *momenta, double *speeds)
+/* Velocity, rate and slope rates, (6 + u), from z and momenta; `rows` may lack the last of them. */
+static void find_speeds(const Panels *rows, const Motion *motion, const double *z, const double *momenta,
+                        double *speeds)
 {
     memset(speeds, 0, (size_t)motion->speeds * sizeof(double));
-    panels_add_times(&motion->speed, z, speeds);
+    panels_add_times(rows, z, speeds);
     add_times_vector(6, 6, motion->compliance, momenta, speeds);
 }
 
-/* See the present state: speeds, accelerations without products, turn due to eta. */
+/* See the present state: speeds, accelerations without products and loads, turn due to eta. */
 static void look(Plant *plant)
 {
     const Motion *motion = &plant->motion;
-    const int k = motion->matrices.accelerometers;
+    const FreeModes *free = &motion->free;
+    const double *z = plant->state.z, *seconds = z + free->read;
+    double *folded = plant->work.folded, *acceleration = plant->work.seen + motion->speeds;
+    int i;
 
-    find_speeds(motion, plant->state.z, plant->state.momentum, plant->work.seen);
-    memset(plant->work.late, 0, (size_t)(k + 3) * sizeof(double));
-    panels_add_times(&motion->late, plant->state.z, plant->work.late);
+    find_speeds(&motion->speed, motion, z, plant->state.momentum, plant->work.seen);
+    for (i = 0; i < free->alone; i++)
+        folded[i] = motion->fold_p[i] * z[i] + motion->fold_q[i] * seconds[i];
+    memcpy(folded + i, z + i, (size_t)(free->read - i) * sizeof(double));
+    memset(acceleration, 0, (size_t)motion->matrices.accelerometers * sizeof(double));
+    panels_add_times(&motion->restoring, folded, acceleration);
+    sparse_times(&motion->turn, z, plant->work.turn);
+}
+
+/* Let the loads act on z over the step: `end` is z of its end, without them before. */
+static void drive(Plant *plant, double *end)
+{
+    const FreeModes *free = &plant->motion.free;
+    double *pushed = plant->work.pushed, *seconds = end + free->read;
+    int i;
+
+    memset(pushed, 0, (size_t)free->alone * sizeof(double));
+    panels_add_times(&plant->motion.push, plant->state.load, pushed);
+    for (i = 0; i < free->alone; i++) {
+        end[i] += plant->step->push_p[i] * pushed[i];
+        seconds[i] += plant->step->push_q[i] * pushed[i];
+    }
+    panels_add_times(&plant->step->driven, plant->state.load, end);
 }
 
 /* Write the outputs from what is seen; accelerations are those with the loads held last. */
@@ -69,7 +93,6 @@ static void write_outputs(Component *component, Plant *plant)
     const double *v = seen, *w = seen + 3;
     int i;
 
-    memcpy(acceleration, plant->work.late, (size_t)k * sizeof(double));
     panels_add_times(&motion->acceleration, plant->state.load, acceleration);
     memcpy(acceleration + k, plant->state.axial, (size_t)n * sizeof(double));
     for (i = 0; i < 3; i++) {
@@ -125,7 +148,7 @@ static void act(Plant *plant)
     map_vector(&motion->free, &plant->step->half, state->z, plant->work.middle);
     for (i = 0; i < 6; i++)
         momenta[i] = state->momentum[i] + half * state->load[i];
-    find_speeds(motion, plant->work.middle, momenta, speeds);
+    find_speeds(&motion->middle_speed, motion, plant->work.middle, momenta, speeds);
     panels_add_times(&plant->step->middle_of_load, state->load, speeds);
     for (i = 0; i < n; i++)
         state->axial[i] += half * torque[i];
@@ -139,7 +162,7 @@ int plant_step(Component *component, Plant *plant)
 {
     const Motion *motion = &plant->motion;
     PlantState *state = &plant->state;
-    const int n = motion->matrices.wheels, k = motion->matrices.accelerometers;
+    const int n = motion->matrices.wheels;
     const double length = plant->step->length, *speed = component->real + PORT_WHEEL_SPEED;
     double *end = plant->work.end, turned[3];
     int i, j;
@@ -148,7 +171,7 @@ int plant_step(Component *component, Plant *plant)
     hold(component, plant, end);
     act(plant);
 
-    panels_add_times(&plant->step->driven, state->load, end);
+    drive(plant, end);
     memcpy(state->z, end, 2 * (size_t)motion->free.modes * sizeof(double));
     for (i = 0; i < 3; i++) { /* the body turns by its momentum's integral, and by what the structure moves */
         turned[i] = 0.0;
@@ -160,8 +183,8 @@ int plant_step(Component *component, Plant *plant)
         state->momentum[i] += length * state->load[i];
     look(plant);
     for (i = 0; i < 3; i++) {
-        turned[i] += plant->work.late[k + i] - state->turn[i];
-        state->turn[i] = plant->work.late[k + i];
+        turned[i] += plant->work.turn[i] - state->turn[i];
+        state->turn[i] = plant->work.turn[i];
     }
     if (!(turned[0] * turned[0] + turned[1] * turned[1] + turned[2] * turned[2] < HALF_TURN * HALF_TURN))
         return refuse(component, /* the negation also finds NaN */
@@ -200,7 +223,7 @@ static void place(Plant *plant, const double *body)
         for (j = 0; j < size; j++)
             state->momentum[i] += motion->mass[i * size + j] * (j < 6 ? body[j] : given->modal_velocity[j - 6]);
     }
-    find_speeds(motion, state->z, state->momentum, plant->work.speeds);
+    find_speeds(&motion->speed, motion, state->z, state->momentum, plant->work.speeds);
     set_internal(plant, state->momentum, plant->work.speeds);
     memcpy(state->load, state->internal, (size_t)motion->loads.count * sizeof(double));
 }
@@ -234,6 +257,6 @@ void plant_begin(Component *component, Plant *plant)
     memcpy(body + 3, given->rate, 3 * sizeof(double));
     place(plant, body);
     look(plant);
-    memcpy(state->turn, plant->work.late + matrices->accelerometers, 3 * sizeof(double));
+    memcpy(state->turn, plant->work.turn, 3 * sizeof(double));
     write_outputs(component, plant);
 }

@@ -28,7 +28,9 @@ typedef struct PlantWork {
     double *speeds;     /* (6 + u) at mid-step */
     double *middle;     /* (2 m) z of mid-step, without the loads */
     double *end;        /* (2 m) z of the end */
-    double *late;       /* (k + 3) */
+    double *folded;     /* (2 m) z with the restoring forces of parts alone */
+    double *pushed;     /* (m) accelerations of parts alone */
+    double *turn;       /* (3) as in the state, at the end */
     double *seen;       /* (6 + u + k + n + 9) */
     double *unbraked;   /* (n) */
     double *response;   /* (n, n) of the wheels' speeds to their torques */

@@ -77,6 +77,23 @@ static int split_body(Motion *motion, double *effective, double *work)
     return invert(m, work, effective);
 }
 
+/* What acts on a part of one mode does so by one number, and then on both of its coordinates; `rows` is scratch. */
+static void prepare_push(Motion *motion, const double *acceleration, double *rows)
+{
+    const FreeModes *free = &motion->free;
+    const size_t r = (size_t)motion->loads.count;
+    int i;
+
+    memset(rows, 0, (size_t)free->modes * r * sizeof(double));
+    for (i = 0; i < free->alone; i++) {
+        const double *block = free->of_structure + 2 * free->place[i];
+        memcpy(rows + (size_t)i * r, acceleration + (size_t)free->mode[i] * r, r * sizeof(double));
+        motion->push_p[i] = block[1];
+        motion->push_q[i] = block[3];
+    }
+    panels_fill(rows, &motion->push);
+}
+
 /* drive (2 m, r) */
 static void prepare_drive(Motion *motion, const double *effective, double *on_modes, double *acceleration)
 {
@@ -93,6 +110,7 @@ static void prepare_drive(Motion *motion, const double *effective, double *on_mo
         }
     times_matrix(m, m, r, effective, on_modes, acceleration);
     coordinates_of(&motion->free, r, NULL, acceleration, motion->drive);
+    prepare_push(motion, acceleration, on_modes);
 }
 
 int prepare_motion(Component *component, Motion *motion)
@@ -119,8 +137,10 @@ int prepare_motion(Component *component, Motion *motion)
     motion->drive = memory_doubles(memory, 2 * m * r);
     motion->driven = memory_doubles(memory, 2 * m * r);
     motion->of_load = memory_doubles(memory, (size_t)motion->speeds * r);
+    motion->push_p = memory_doubles(memory, m);
+    motion->push_q = memory_doubles(memory, m);
     effective = memory_doubles(memory, m * m);
-    if (memory->failed)
+    if (memory->failed || panels_take(memory, (int)m, (int)r, &motion->push))
         return refuse(component, "there is not enough memory");
     disperse_mass(motion);
     for (i = 0; i < (int)m; i++) {
@@ -156,6 +176,8 @@ int take_step(Component *component, const Motion *motion, PlantStep *step)
     step->braked = -1;
     step->wheel = memory_take(memory, (size_t)n, sizeof(int));
     step->torque_of_speed = memory_doubles(memory, (size_t)n * (size_t)n);
+    step->push_p = memory_doubles(memory, (size_t)m);
+    step->push_q = memory_doubles(memory, (size_t)m);
     step->end_of_load = memory_doubles(memory, (size_t)motion->speeds * (size_t)r);
     if (memory->failed || panels_take(memory, 2 * m, r, &step->driven) ||
         panels_take(memory, motion->speeds, r, &step->middle_of_load))
@@ -176,8 +198,15 @@ void at_step(Motion *motion, double length, PlantStep *step)
     panels_fill(motion->of_load, &step->middle_of_load);
     free_transition(&motion->free, length, &step->whole, &motion->integral);
     map_rows(&motion->free, &motion->integral, r, motion->drive, motion->driven);
-    panels_fill(motion->driven, &step->driven);
     times_matrix(speeds, 2 * m, r, motion->speed_of_z, motion->driven, step->end_of_load);
+    for (i = 0; i < motion->free.alone; i++) {
+        const Map *held = &motion->integral;
+        step->push_p[i] = held->pp[i] * motion->push_p[i] + held->pq[i] * motion->push_q[i];
+        step->push_q[i] = held->qp[i] * motion->push_p[i] + held->qq[i] * motion->push_q[i];
+        memset(motion->driven + (size_t)i * (size_t)r, 0, (size_t)r * sizeof(double));
+        memset(motion->driven + (size_t)(motion->free.read + i) * (size_t)r, 0, (size_t)r * sizeof(double));
+    }
+    panels_fill(motion->driven, &step->driven);
     for (i = 0; i < 6; i++)
         for (j = 0; j < 6; j++)
             step->end_of_load[i * r + j] += length * motion->compliance[6 * i + j];

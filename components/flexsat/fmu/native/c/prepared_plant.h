@@ -26,8 +26,13 @@ typedef struct Motion {
     double *drive;       /* (2 m, r): z' = A z + drive loads */
     double *speed_of_z;  /* (6 + u, 2 m): without what is due to momenta */
     Panels speed;        /* the same, to multiply by */
-    Panels late;         /* (k + 3, 2 m): accelerations without products, and the turn of the body due to eta */
+    Panels middle_speed; /* those of its rows that gyroscopic and momentum terms need */
+    Panels restoring;    /* (k, 2 m): accelerations without products, from z folded */
     Panels acceleration; /* (k, r): accelerations due to loads */
+    Panels push;         /* (m, r): acceleration of the modes that are parts alone, by their places, from the loads */
+    double *push_p, *push_q; /* (m) likewise: what it adds to p' and q' */
+    double *fold_p, *fold_q; /* (m) likewise: what p and q give to the restoring force, which stands in p's place */
+    Sparse turn;             /* (3, 2 m): turn of the body due to eta */
     Sparse load_of_input;    /* (r, inputs) */
     Sparse load_of_internal; /* (r, 2 n + 6): from gyroscopic torques and momentum terms */
     Sparse gyroscopic;       /* (2 n, 3 + u): torque about a and b per axial momentum, from rate and slope rates */
@@ -41,7 +46,8 @@ typedef struct Motion {
 typedef struct PlantStep {
     double length;          /* s */
     Map whole, half;        /* of z over a step, and over half of one */
-    Panels driven;          /* (2 m, r): z of the end, from the loads */
+    Panels driven;          /* (2 m, r): z of the end, from the loads, but for the parts alone: those by */
+    double *push_p, *push_q; /* (m) what a held acceleration adds to p and q over the step */
     Panels middle_of_load;  /* (6 + u, r): speeds at mid-step due to the loads, through z */
     double *end_of_load;    /* (6 + u, r): at the end, through momenta too */
     int braked;             /* wheels with friction; -1: not prepared */
