@@ -1,5 +1,6 @@
 #include "zero_order_hold.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -30,7 +31,7 @@ void transition_with(int n, const double *a, double period, double *exponential,
     int squarings = 0, k;
     size_t e;
 
-    if (norm > 0.0) {
+    if (norm > 0.0 && norm <= DBL_MAX) { /* beyond, nothing is finite anyway */
         const int needed = (int)ceil(log2(norm)) + 1;
         squarings = needed > 0 ? needed : 0;
     }
