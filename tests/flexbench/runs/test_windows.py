@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flexbench.runs.loop_numbers import LoopNumbers, WindowNumbers
 from flexbench.runs.slews import Slew
 from flexbench.runs.windows import Window, settling_time, settlings, windows_of
 
@@ -120,3 +121,15 @@ def test_settling_is_the_last_entry_into_the_band(history, expected):
 def test_what_was_before_does_not_count_for_settling():
     assert settling_time(np.arange(5.0), np.array([9.0, 9.0, 0.0, 0.0, 0.0]), 2.0, BAND) == 0.0
     assert settling_time(np.arange(5.0), np.zeros(5), 7.0, BAND) is None
+
+
+@pytest.mark.parametrize(("end", "error", "last"), [
+    (20.0, 0.0, "settled"), (20.0, 3.0, "second half after the slew"), (None, 3.0, None), (50.0, 3.0, None),
+])  # fmt: skip
+def test_a_run_that_does_not_settle_has_a_steady_window_unless_it_ends_in_the_slew(end, error, last):
+    time, errors = run(40.0, lambda time: np.full(len(time), error))
+    slews = (Slew(start=5.0, end=end),)
+    windows = [WindowNumbers(window=one, rms={}, peak={}) for one in windows_of(time, errors, slews, (), BAND)]
+    numbers = LoopNumbers(configuration="centralised", reference="", slews=slews, settlings=(),
+                          windows=tuple(windows), end=float(time[-1]))  # fmt: skip
+    assert (numbers.steady and numbers.steady.window.name) == last

@@ -177,8 +177,9 @@ def cost_text(comparison: Comparison) -> str:
     one, many = (comparison.wheels[name] for name in CONFIGURATIONS)
     return (
         f"What it costs: {many.count} wheels in place of {one.count}, with {many.inertia:.3g} kg.m2 in all against"
-        f" {one.inertia:.3g} and {many.momentum:.3g} N.m.s stored at nominal speed against {one.momentum:.3g}; rotors"
-        f" of one shape and material would weigh {many.weight / one.weight:.2g} times as much in all."
+        f" {one.inertia:.3g} and {many.momentum:.3g} N.m.s stored at nominal speed against {one.momentum:.3g}. The"
+        " paper takes them to weigh the same in all; rotors of one shape and material would weigh"
+        f" {many.weight / one.weight:.2g} times as much."
     )
 
 

@@ -132,7 +132,8 @@ def test_the_cost_is_in_wheels_momentum_and_weight(compare_made):
     comparison.wheels.update(centralised=one, distributed=many)
     assert cost_text(comparison) == (
         "What it costs: 33 wheels in place of 6, with 27.7 kg.m2 in all against 27.7 and 900 N.m.s stored at nominal"
-        " speed against 1e+03; rotors of one shape and material would weigh 2 times as much in all."
+        " speed against 1e+03. The paper takes them to weigh the same in all; rotors of one shape and material would"
+        " weigh 2 times as much."
     )
 
 
