@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import linprog
+from scipy.spatial.transform import Rotation
 
 from flexsat.runtime import controller as stepper
 from flexsat.runtime import slew_commands as commands
@@ -128,11 +129,22 @@ def test_slews_of_a_chain_are_timed_by_each_turn(centralised, flight):
     """The time at which a queued slew may begin is that at which the chain of the first has ended."""
     prepared = stepper.prepare(centralised.controller, flight(centralised, torque_limit=1e5, speed_band=1e5))
     state = stepper.init(prepared, np.array([0.3, 0.0, 0.0]), 0.5)
-    state.turns[0] = [0.0, 0.0, 0.4]
-    first, second = commands.planned_motions(prepared, state)
-    assert second.start == pytest.approx(first.end + 2.0 * prepared.shaper.shifts[0] + 0.005, abs=1e-12)
-    after = second.end + 2.0 * prepared.shaper.shifts[0] + 0.005
+    state.turns[:2] = [[0.0, 0.0, 0.4], [0.0, 0.2, 0.0]]
+    first, second, third = commands.planned_motions(prepared, state)
+    pause = 2.0 * prepared.shaper.shifts[0] + 0.005
+    assert [second.start, third.start] == pytest.approx([first.end + pause, second.end + pause], abs=1e-12)
+    after = third.end + pause
     with pytest.raises(ValueError, match=rf"to begin at {after:.3f} s or later"):
         commands.command(prepared, state, 0.6, np.array([0.1, 0.0, 0.0]), after - 0.01)
     commands.command(prepared, state, 0.6, np.array([0.1, 0.0, 0.0]), after + 0.01)
-    assert [motion.angle for motion in commands.planned_motions(prepared, state)] == pytest.approx([0.3, 0.4, 0.1])
+    planned = commands.planned_motions(prepared, state)
+    assert [motion.angle for motion in planned] == pytest.approx([0.3, 0.4, 0.2, 0.1])
+    begun = {}
+    for k in range(120, round((planned[-1].end + 1.0) / 0.005)):
+        commands.proceed(prepared, state, 0.005 * k)  # as every step does
+        begun[state.profile.start] = state.profile.angle
+    assert begun == {motion.start: motion.angle for motion in planned}
+    expected = Rotation.identity()
+    for turn in ([0.3, 0.0, 0.0], [0.0, 0.0, 0.4], [0.0, 0.2, 0.0]):
+        expected = expected * Rotation.from_rotvec(turn)
+    assert (Rotation.from_quat(state.origin).inv() * expected).magnitude() < 1e-14
