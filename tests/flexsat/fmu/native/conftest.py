@@ -66,7 +66,7 @@ def plant_library(once: Callable[[str, Make], Path], layout: str, plants: dict[s
     ports = plant_ports.ports(plants["corrected"])
 
     def make(folder: Path) -> None:
-        compile_with_places("plant", ports, plants, folder, ["-O1"])  # quicker to compile than -O2
+        compile_with_places("plant", ports, plants, folder, ["-O0"])  # the quickest to compile
 
     library = once(f"native-plant-{layout}", make) / "plant.so"
     give_matrices(library, "plant", plants)

@@ -28,7 +28,7 @@ static Number over(Number a, Number b)
     return quotient;
 }
 
-/* A divisor that is not smaller than `least`: equal eigenvalues get vectors that are as far apart as rounding lets. */
+/* A divisor that is not below `least`: equal eigenvalues get vectors that are as far apart as rounding lets. */
 static Number not_below(Number divisor, double least)
 {
     if (fabs(divisor.re) + fabs(divisor.im) < least)

@@ -129,8 +129,8 @@ static int part_modes(const double *effective, const double *stiffness, const do
 {
     const int from = free->first[part], k = free->first[part + 1] - from, *mode = free->mode + from;
     const size_t width = 2 * (size_t)k, count = width * width, m = (size_t)free->modes;
-    double *a = work, *vectors = a + count, *basis = vectors + count, *real = basis + count, *imaginary = real + width;
-    double *rest = imaginary + width, *back = a;
+    double *a = work, *vectors = a + count, *basis = vectors + count, *real = basis + count;
+    double *imaginary = real + width, *rest = imaginary + width, *back = a;
     double *displacement = free->displacement + free->place[part], *velocity = free->velocity + free->place[part];
     double *of_structure = free->of_structure + 2 * free->place[part], size;
     int i, j;
@@ -153,12 +153,14 @@ static int part_modes(const double *effective, const double *stiffness, const do
         return 1; /* norms of all elements, which are at least those of matrices; the negation also finds NaN */
     for (i = 0; i < k; i++)
         for (j = 0; j < 2 * k; j++) {
-            displacement[(size_t)i * width + (size_t)j] = basis[(size_t)i * width + (size_t)j] / sqrt(stiffness[mode[i]]);
+            const double scaled = basis[(size_t)i * width + (size_t)j]; /* omega eta */
+            displacement[(size_t)i * width + (size_t)j] = scaled / sqrt(stiffness[mode[i]]);
             velocity[(size_t)i * width + (size_t)j] = basis[(size_t)(k + i) * width + (size_t)j];
         }
     for (i = 0; i < 2 * k; i++)
         for (j = 0; j < k; j++) {
-            of_structure[(size_t)i * width + (size_t)j] = back[(size_t)i * width + (size_t)j] * sqrt(stiffness[mode[j]]);
+            const double scaled = back[(size_t)i * width + (size_t)j];
+            of_structure[(size_t)i * width + (size_t)j] = scaled * sqrt(stiffness[mode[j]]);
             of_structure[(size_t)i * width + (size_t)(k + j)] = back[(size_t)i * width + (size_t)(k + j)];
         }
     return 0;
