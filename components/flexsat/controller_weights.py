@@ -69,8 +69,8 @@ PUBLISHED: Mapping[ConfigurationName, Weights] = {
 #   80 Hz, are then stable at any phase by their own damping. Encoders count for less, as a filter that infers the body
 #   rate from wheel speeds becomes unstable at half the plant's gain.
 # - Deformation is reduced by a feed-forward of the known imbalance, which moves no pole.
-# - Centralised, all modal displacements weigh alike: the coupling of the bus to the modes near 0.3 Hz limits the gain
-#   upwards (more weight helps), the modes near 5 Hz, -5 % in frequency with half the damping, bound the errors (less).
+# - Centralised, all modal displacements weigh alike: a mode at 10.3 Hz that the model lacks limits the gain upwards
+#   (more weight helps), one at 5.1 Hz, 5 % softer with half the damping, bounds the errors (less weight helps).
 ROBUST: Mapping[ConfigurationName, Weights] = {
     "centralised": Weights(
         mrp=2e6,

@@ -12,7 +12,7 @@ from flexbench.studies.margins.real_plant import Corner, Plants, stability
 from flexbench.studies.margins.stability import stability_margins
 from flexbench.studies.spillover.corners import required_corners
 from flexbench.studies.spillover.stationary import stationary
-from flexbench.studies.spillover.trade_off import HEADER, MODES, robust_trade_off
+from flexbench.studies.spillover.trade_off import HEADER, robust_trade_off
 from flexsat.design.chain import build_design
 from flexsat.parameters import ALL_MODES, ARCSECOND, CONFIGURATIONS, configuration
 from flexsat.spacecraft.variation import ModelErrors
@@ -43,7 +43,7 @@ def show(name: str) -> None:
 
 def curves(name: str) -> None:
     """Print the trade-off of one layout."""
-    print(f"{name}, trade-off with {MODES} modes")
+    print(f"{name}, trade-off")
     print("  " + " | ".join(HEADER))
     for point in robust_trade_off(name):
         print("  " + " | ".join(point.row), flush=True)

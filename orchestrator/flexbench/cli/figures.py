@@ -11,10 +11,10 @@ import click
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, out_option
 from lockstep.cli.parameter_types import PATH
+from lockstep.cli.print_table import print_table
 from lockstep.errors import InputError
 
 from .options import configuration_option, configurations
-from .print_table import print_table
 
 if TYPE_CHECKING:
     from flexsat.parameters import ConfigurationName
@@ -91,7 +91,7 @@ def _robust_design(chosen: Sequence[ConfigurationName]) -> Drawn:
     print_table(mode_choice.HEADER, choices, _TABLE_WIDTH)
     curves = {name: trade_off.robust_trade_off(name) for name in chosen}
     for name, points in curves.items():
-        print(f"{name}: factors of the robust design's weights, on {trade_off.MODES} modes")
+        print(f"{name}: factors of the robust design's weights")
         print_table(trade_off.HEADER, [point.row for point in points], _TABLE_WIDTH)
     return robust_design_figures(curves)
 

@@ -17,8 +17,11 @@ from lockstep.errors import InputError
 from .options import SCENARIOS, configuration_option, configurations, fmus_option, seeds, seeds_option
 
 if TYPE_CHECKING:
+    from flexsat.parameters import ControllerDesign
+
     from ..loop.scenarios import ScenarioName
 
+DESIGNS = ("robust", "published")  # as in the parameters
 VARIED = ("frequency", "damping", "inertia", "participation", "modes")  # as in the study, which help does not wait for
 _OPTION = {"frequency": "levels"}
 _EXAMPLES = """
@@ -26,6 +29,7 @@ exit code: 0 all runs are stable, 1 one is not, 2 bad input
 
 example:
   {program} robustness --levels 1 2 5 --seeds 2 --stop-time 100
+  {program} robustness --controller-design published --vary modes --modes 25 28
   {program} robustness --vary damping modes --damping 30 60 --modes 28 60
 """
 
@@ -34,6 +38,8 @@ example:
 @configuration_option
 @click.option("--scenario", type=OneOf(SCENARIOS[:2]), default="fine_pointing", metavar="NAME",
               help="slew or fine_pointing (default: fine_pointing)")  # fmt: skip
+@click.option("--controller-design", type=OneOf(DESIGNS), default=DESIGNS[0], metavar="NAME",
+              help=f"{' or '.join(DESIGNS)} (default: {DESIGNS[0]})")  # fmt: skip
 @click.option("--levels", type=Several(NUMBER), metavar="PERCENT...",
               help="relative errors of the frequencies (default: 1 2 5)")  # fmt: skip
 @click.option("--vary", type=Several(OneOf(VARIED)), metavar="WHAT...",
@@ -54,6 +60,7 @@ example:
 def robustness(
     configuration: tuple[str, ...],
     scenario: str,
+    controller_design: str,
     levels: tuple[float, ...] | None,
     vary: tuple[str, ...] | None,
     damping: tuple[float, ...] | None,
@@ -93,7 +100,16 @@ def robustness(
         build_all(missing, fmus)
     with study_folder(out, "robustness") as folder:
         outcomes = errors.run_robustness(
-            fmus, folder, names, cast("ScenarioName", scenario), plan, numbers, stop_time, carried, jobs
+            fmus,
+            folder,
+            names,
+            cast("ScenarioName", scenario),
+            plan,
+            numbers,
+            stop_time,
+            carried,
+            jobs,
+            cast("ControllerDesign", controller_design),
         )
     print_table(errors.HEADER, errors.table_rows(outcomes), 120)
     unstable = sum(not outcome.stable for outcome in outcomes)

@@ -9,6 +9,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from flexsat.design.chain import build_designs
 from flexsat.parameters import ALL_MODES, ARCSECOND, ConfigurationName
@@ -100,8 +101,8 @@ def _draw_feedback(axes: Axes, name: ConfigurationName, points: Sequence[Point])
     axes.axvline(1e3 * DELAY[name], **WANTED, label="wanted")
     axes.axhline(POINTING[name] / ARCSECOND, **WANTED)
     axes.set(title=f"{name}: feedback", xlabel="unknown delay that is tolerated [ms]", ylabel="pointing [arcsec]")
-    axes.set_xlim(left=0.0)
-    axes.set_ylim(bottom=0.0)
+    axes.set_xlim(0.0, 1.1 * axes.dataLim.x1)
+    axes.set_ylim(0.0, 1.15 * axes.dataLim.y1)
 
 
 def _draw_cancellation(axes: Axes, name: ConfigurationName, points: Sequence[Point]) -> None:
@@ -113,10 +114,11 @@ def _draw_cancellation(axes: Axes, name: ConfigurationName, points: Sequence[Poi
     axes.axhline(1e6 * DEFORMATION[name], **WANTED)
     axes.set(title=f"{name}: cancellation of harmonic jitter", xlabel="torque, sum over the wheels [N.m]",
              ylabel="deformation [um]")  # fmt: skip
-    axes.set_ylim(bottom=0.0)
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_ylim(0.0, 1.15 * axes.dataLim.y1)
 
 
 def _mark(axes: Axes, x: float, y: float, point: Point) -> None:
     if point.factor == 1.0:
         axes.plot(x, y, **CHOSEN)
-    axes.annotate(f"{point.factor:g}", (x, y), xytext=(4.0, 5.0), textcoords="offset points", fontsize=7.5)
+    axes.annotate(f"{point.factor:g}", (x, y), xytext=(0.0, 8.0), textcoords="offset points", fontsize=7.5, ha="center")

@@ -200,7 +200,9 @@ EFFECTS = {
                         "flexbench/studies/robustness/test_robustness.py::test_each_error_reaches_the_plant"),
         "--stop-time": "flexbench/studies/robustness/test_robustness.py::"
                        "test_bad_levels_and_stop_times_are_refused_before_anything_runs",
-        **dict.fromkeys(("--configuration", "--scenario", "--seeds", "--out", "--fmus", "--jobs"), _VALUES),
+        **dict.fromkeys(
+            ("--configuration", "--scenario", "--controller-design", "--seeds", "--out", "--fmus", "--jobs"), _VALUES
+        ),
     },
     "flexsat compare-layouts": {
         "--dispersion": _LAYOUTS + "test_dispersions.py::test_limits_are_given_in_percent_and_checked",

@@ -102,6 +102,7 @@ CALLS = {
         {
             "--configuration": (("centralised",), "('centralised',)"),
             "--scenario": (("slew",), "'slew'"),
+            "--controller-design": (("published",), "'published'"),
             "--levels": (("3", "4"), "(0.03, 0.04)"),
             "--vary": (("damping",), "levels={'damping': (0.5,)}, modes=()"),
             "--damping": (("30",), "'damping': (0.3,)"),

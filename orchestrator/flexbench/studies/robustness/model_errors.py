@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexsat.parameters import ARCSECOND, ConfigurationName
+from flexsat.parameters import ARCSECOND, DEFAULT_DESIGN, ConfigurationName, ControllerDesign
 from lockstep import InputError, Signals
 
 from ...loop.scenarios import ScenarioName, Value, scalar_overrides, scenario_parameters
@@ -143,6 +143,7 @@ def run_robustness(
     stop: float,
     modes: int,
     processes: int | None = None,
+    controller_design: ControllerDesign = DEFAULT_DESIGN,
 ) -> list[Outcome]:
     """Simulate every error with every seed, in parallel; write the runs and robustness.json to `folder`.
 
@@ -150,6 +151,7 @@ def run_robustness(
     ----------
     plan : what is varied
     modes : of the plant
+    controller_design : of the controller in every run
     """
     plan.check(stop, modes)
     jobs: dict[tuple[ConfigurationName, Variation, int], Job] = {}
@@ -162,7 +164,7 @@ def run_robustness(
                 jobs[name, variation, seed] = Job(
                     system=fmus / name / f"{scenario}.ssd",
                     folder=folder / f"{name}-{title}-seed{seed}",
-                    overrides=scalar_overrides(parameters),
+                    overrides={**scalar_overrides(parameters), "controller.design": controller_design},
                     stop_time=stop,
                     metrics=False,
                 )

@@ -6,17 +6,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from flexsat.design.chain import build_design
-from flexsat.parameters import ARCSECOND, Configuration, ConfigurationName, Weights, configuration
+from flexsat.parameters import ALL_MODES, ARCSECOND, Configuration, ConfigurationName, Weights, configuration
 from flexsat.spacecraft.variation import ModelErrors
 
 from ..margins.real_plant import Corner, Plants, stability
 from .stationary import Stationary, stationary
 
 DELAYS = (0.0025, 0.005, 0.0075, 0.010, 0.0125, 0.015, 0.020, 0.025, 0.030, 0.040, 0.050, 0.060, 0.080)  # s
-MODES = 100  # of the structure, up to 31 Hz: the delay margin of the distributed layout is set by a mode of 17.5 Hz
 HALVINGS = 4  # between the last delay that is tolerated and the first that is not
 LOOP_FACTORS = (0.1, 0.3, 1.0, 3.0, 10.0)  # of the torque weight: below 1 the feedback is stronger
-EFFORT_FACTORS = (0.001, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0)  # of the weight of torque against deformation
+EFFORT_FACTORS = (0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0)  # of the weight of torque against deformation
 FEEDBACK, CANCELLATION = "torque weight of the feedback", "torque weight of the jitter's cancellation"
 
 
@@ -55,7 +54,7 @@ def variations(weights: Weights) -> Iterator[tuple[str, float, Weights]]:
 
 def robust_trade_off(name: ConfigurationName) -> list[Point]:
     """Return the points of both curves of a layout's robust design."""
-    return list(trade_off(configuration(name, "robust"), MODES))
+    return list(trade_off(configuration(name, "robust"), ALL_MODES))
 
 
 def trade_off(config: Configuration, modes: int, delays: Sequence[float] = DELAYS) -> Iterator[Point]:
@@ -67,10 +66,14 @@ def trade_off(config: Configuration, modes: int, delays: Sequence[float] = DELAY
     modes : of the real structure
     delays : tried one after the other until one is not tolerated [s]
     """
+    feedback: dict[Weights, tuple[bool, float]] = {}  # the cancellation of jitter moves no pole
     for curve, factor, weights in variations(config.weights):
         plants = Plants(build_design(replace(config, weights=weights)), modes)
-        stable = stability(plants, Corner(modes=modes)).stable
-        tolerated = _tolerated(plants, modes, delays) if stable else 0.0
+        of_loop = replace(weights, jitter_cancellation=0.0)
+        if of_loop not in feedback:
+            stable = stability(plants, Corner(modes=modes)).stable
+            feedback[of_loop] = stable, _tolerated(plants, modes, delays) if stable else 0.0
+        stable, tolerated = feedback[of_loop]
         settled = None
         if stable:
             settled = stationary(plants.design, plants.model(modes, ModelErrors()), plants.spacecraft.mass)
