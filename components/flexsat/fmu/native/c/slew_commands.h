@@ -3,24 +3,7 @@ runtime/slew_commands.py, which documents it. */
 #ifndef FLEXSAT_SLEW_COMMANDS_H
 #define FLEXSAT_SLEW_COMMANDS_H
 
-#include "slew_plans.h"
-
-/* What a controller's state holds of its commands. */
-typedef struct Commanded {
-    Motion profile;        /* planned, in flight or, with `following` still, ended: the turn of the present slew */
-    double turns[LEGS][3]; /* rad: the turns of the present slew after it; zero: none */
-    int turns_ended;       /* of the present slew */
-    Motion following;      /* the first turn of the slew after it */
-    double following_turns[LEGS][3]; /* rad: the other ones */
-    double origin[4];         /* attitude from which the profile turns, body from inertial */
-    double base[4];           /* attitude from which the command of the profile counts */
-    double following_base[4]; /* the same, of the slew after it */
-    int braking;              /* the profile was braked for a new command */
-    int captured;             /* the star tracker has given an attitude */
-    double rotation[3];       /* rad, of the last command */
-    double start;             /* s */
-    double reference[CONTROLLED]; /* its first three: a quarter of the rotation since the origin */
-} Commanded;
+#include "commanded.h"
 
 /* Accept a command, new or not; refuse a new one that would have to begin during a slew in flight, unless those are
 to be replanned, or that begins or ends within a keep-out cone. */
