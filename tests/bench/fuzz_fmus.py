@@ -31,7 +31,7 @@ def main() -> int:
             program = Path(sys.executable).with_name("flexsat")
             subprocess.run([program, "build", "--out", built], check=True, stdout=subprocess.DEVNULL)
         folder = given.folder or Path(built)
-        fmus = sorted(path for path in folder.glob("*/*.fmu"))
+        fmus = sorted([*folder.glob("*/*.fmu"), *folder.glob("*/native/*.fmu")])
         if not fmus:
             parser.error(f"{folder}: no */*.fmu there; give the folder that flexsat build fills")
         failed = [path for path in fmus if not passes(path, given.sequences, given.seed)]
@@ -43,7 +43,7 @@ def passes(path: Path, sequences: int, seed: int) -> bool:
     begun = time.monotonic()
     command = [sys.executable, SCRIPT, path, "--sequences", str(sequences), "--seed", str(seed)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    name, took = f"{path.parent.name}/{path.stem}", time.monotonic() - begun
+    name, took = "/".join(path.with_suffix("").parts[-3:]), time.monotonic() - begun
     if done.returncode:
         print(f"{name:24s} exit code {done.returncode} after {took:.0f} s\n{done.stdout}{done.stderr}", flush=True)
         return False

@@ -94,7 +94,7 @@ def _port(name: str) -> str:
 def build(folder: Path) -> None:
     """Build the FMUs and systems of both configurations, of one with flat names too."""
     for options in (["centralised"], ["distributed", "--flat"]):
-        command = [FLEXSAT, "build", "--out", folder, "--configuration", *options]
+        command = [FLEXSAT, "build", "--no-native", "--out", folder, "--configuration", *options]
         done = subprocess.run(command, check=False, capture_output=True, text=True, env=ENVIRONMENT)
         assert done.returncode == 0, done.stderr
 

@@ -29,12 +29,12 @@ examples:
     is_flag=True,
     help='declare needsExecutionTool="true", to warn receivers of Python; some hosts refuse such FMUs',
 )
-@click.option("--native", is_flag=True, help="also in C, which needs no Python, into DIR/NAME/native")
-def build(configuration: tuple[str, ...], out: Path, flat: bool, execution_tool: bool, native: bool) -> int:
+@click.option("--no-native", is_flag=True, help="without the FMUs in C, which need no Python, in DIR/NAME/native")
+def build(configuration: tuple[str, ...], out: Path, flat: bool, execution_tool: bool, no_native: bool) -> int:
     """Build the FMUs, system files, packages and the interface document of each configuration."""
     from ..loop.build import build_all
 
     started = perf_counter()
-    build_all(configurations(configuration), out, flat=flat, execution_tool=execution_tool, native=native)
+    build_all(configurations(configuration), out, flat=flat, execution_tool=execution_tool, native=not no_native)
     print(f"built in {perf_counter() - started:.1f} s")
     return 0

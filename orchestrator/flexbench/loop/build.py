@@ -82,8 +82,7 @@ def _build_all(
             flat_paths = write_systems(both, folder / name / "flat", "flat")
             packages += [*flat_paths, *write_packages(both, flat_paths, flat_named)]
         if native:
-            native_paths = write_systems(both, folder / name / NATIVE)
-            packages += [*native_paths, *write_packages(both, native_paths, in_c)]
+            packages += write_systems(both, folder / name / NATIVE)
         for path in (*paths, *packages):
             print_line(str(path))
         fmus = built | {f"{component}, flat names": fmu for component, fmu in flat_named.items()}

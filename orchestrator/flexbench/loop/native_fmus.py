@@ -1,4 +1,4 @@
-"""Replace the FMUs of a system by the native ones that `flexsat build --native` leaves beside them."""
+"""Replace the FMUs of a system by the native ones that `flexsat build` leaves beside them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def with_native_fmus(system: System) -> System:
     if components == system.components:
         looked_for = ", ".join(str(_path(c)) for c in system.components if c.sums is None) or "nothing"
         raise InputError(f"--native: no FMU of {system.name} has a native one beside it (looked for {looked_for}); "
-                         "`flexsat build --native` makes those of flexsat's components")  # fmt: skip
+                         "`flexsat build` makes those of flexsat's components")  # fmt: skip
     return replace(system, components=components)
 
 

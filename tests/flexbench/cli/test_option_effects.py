@@ -108,6 +108,7 @@ EFFECTS = {
         "--seed": "flexbench/cli/test_seeds.py::test_a_given_seed_is_set_or_refused_by_the_run",
         "--settling-band": "flexbench/cli/test_closing_table.py"
         "::test_the_table_gives_rms_and_peak_during_the_slew_and_after_its_settling",
+        "--native": "flexbench/loop/test_native_fmus.py::test_a_component_flies_its_native_fmu_if_there_is_one",
         "--accept-infeasible": "flexbench/loop/test_feasibility.py::test_it_runs_if_that_is_accepted",
         "--as-published": _VALUE_FILE + "test_as_published_sets_the_parameters_of_the_release",
     },
@@ -125,6 +126,7 @@ EFFECTS = {
         "--configuration": _BUILD + "test_building_one_configuration_keeps_the_unchanged_other_one",
         "--out": _SAME_BYTES,
         "--flat": _SAME_BYTES,
+        "--no-native": "flexsat/fmu/native/test_native_components.py::test_each_layout_has_them_beside_the_others",
         "--needs-execution-tool": "flexsat/fmu/test_export.py::test_a_build_declares_that_a_tool_is_needed_if_asked_to",
     },
     "flexsat paper": {

@@ -33,7 +33,7 @@ CALLS = {
             "--out": (("there",), "'there'"),
             "--flat": ((), "'flat': True"),
             "--needs-execution-tool": ((), "'execution_tool': True"),
-            "--native": ((), "'native': True"),
+            "--no-native": ((), "'native': False"),
         },
     ),
     "paper": (

@@ -26,8 +26,9 @@ def manifest(delivered):
     return json.loads((delivered / MANIFEST).read_text())
 
 
-def is_flat(name):
-    return name.split("/")[1] == "flat"
+def is_twin(name):
+    """Return whether a file belongs to the FMUs with flat names, or to those in C."""
+    return name.split("/")[1] in ("flat", "native")
 
 
 def sha256(path):
@@ -65,7 +66,7 @@ def test_metadata_of_a_package_gives_the_hash_of_package_and_fmus(delivered, man
         assert metadata.data == package.name
         assert metadata.checksum == hashlib.sha3_256(package.read_bytes()).hexdigest()
         entries = {e.keyword: e.text for c in metadata.classifications for e in c.classification_entries}
-    structured = {file: facts for file, facts in manifest["configurations"][name]["fmus"].items() if not is_flat(file)}
+    structured = {file: facts for file, facts in manifest["configurations"][name]["fmus"].items() if not is_twin(file)}
     assert len(structured) == 3
     for file, facts in structured.items():
         component = file.split("/")[1].split(".")[0]
@@ -90,12 +91,14 @@ def test_building_one_configuration_keeps_the_unchanged_other_one(delivered, tmp
     build_all(("centralised",), tmp_path, lambda _: None)
 
     rebuilt = json.loads((tmp_path / MANIFEST).read_text())
-    for group in ("fmus", "files"):  # those with flat names were not built again
+    for group in ("fmus", "files"):  # its twins were not built again
         before = manifest["configurations"]["centralised"][group]
-        rebuilt["configurations"]["centralised"][group] |= {k: v for k, v in before.items() if is_flat(k)}
+        rebuilt["configurations"]["centralised"][group] |= {k: v for k, v in before.items() if is_twin(k)}
     assert rebuilt == manifest
     lines = (delivered / "ICD.md").read_text().splitlines()
-    assert (tmp_path / "ICD.md").read_text().splitlines() == [line for line in lines if "centralised/flat" not in line]
+    assert (tmp_path / "ICD.md").read_text().splitlines() == [
+        line for line in lines if "centralised/flat" not in line and "centralised/native" not in line
+    ]
 
     with (tmp_path / "distributed" / "plant.fmu").open("ab") as file:
         file.write(b"x")
@@ -111,5 +114,5 @@ def built_before(manifest, folder):
     return {
         facts["component"]: BuiltFmu(path=folder / name, guid=facts["guid"], sha256=facts["sha256"])
         for name, facts in manifest["configurations"]["centralised"]["fmus"].items()
-        if not is_flat(name)
+        if not is_twin(name)
     }

@@ -36,7 +36,7 @@ def test_without_any_it_is_refused_with_the_command_that_makes_them(system, tmp_
         with_native_fmus(system)
     assert str(refused.value) == (
         f"--native: no FMU of loop has a native one beside it (looked for {tmp_path}/native/plant.fmu,"
-        f" {tmp_path}/other/native/controller.fmu); `flexsat build --native` makes those of flexsat's components"
+        f" {tmp_path}/other/native/controller.fmu); `flexsat build` makes those of flexsat's components"
     )
 
 

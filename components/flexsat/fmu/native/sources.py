@@ -18,7 +18,8 @@ FMI_LAYER = (
     "messages.c", "model_calls.c", "number_text.c", "port_values.c", "saved_state.c",
 )  # fmt: skip
 IDENTITY = "identity.h"
-_INCLUDE = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
+INCLUDE = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
+GENERATED = frozenset({"data.h", "ports.h", IDENTITY})  # headers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +52,7 @@ def component_sources(main: Path) -> dict[str, bytes]:
         if path.name in found or not path.is_file():  # a generated header is none of these files
             continue
         found[path.name] = path.read_bytes()
-        for header in _INCLUDE.findall(found[path.name].decode("ascii")):
+        for header in INCLUDE.findall(found[path.name].decode("ascii")):
             for folder in {main.parent, FOLDER}:
                 todo += [folder / header, (folder / header).with_suffix(".c")]
     return dict(sorted(found.items()))
