@@ -16,11 +16,9 @@ from .build import SHELLS, Parts
 from .export import BuiltFmu
 from .native.compile import compile_command
 from .native.export import NativeComponent, native_content
-from .native.sources import FOLDER
+from .native.sources import FOLDER, NATIVE
 from .python.model_description import about_component
 from .reproducible_zip import write_atomically, zip_bytes
-
-NATIVE = "native"  # folder of the FMUs; their models have the names of the Python FMUs, being the same models
 
 
 def build_native_configuration(

@@ -8,8 +8,9 @@ from pathlib import Path
 from flexsat.design.chain import Designs, build_designs
 from flexsat.errors import BuildError
 from flexsat.fmu.build import build_configuration, configuration_parts
-from flexsat.fmu.build_native import NATIVE, build_native_configuration
+from flexsat.fmu.build_native import build_native_configuration
 from flexsat.fmu.export import BuiltFmu
+from flexsat.fmu.native.sources import NATIVE
 from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep.errors import InputError

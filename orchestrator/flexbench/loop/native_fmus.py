@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from flexsat.fmu.build_native import NATIVE
+from flexsat.fmu.native.sources import NATIVE
 from lockstep.errors import InputError
 from lockstep.system.component import Component
 from lockstep.system.system import System

@@ -12,6 +12,7 @@ from ...ports.table import PortTable
 from .matrix_source import matrix_sources
 from .port_source import port_places, port_table
 
+NATIVE = "native"  # folder of the FMUs; their models have the names of the Python FMUs, being the same models
 FOLDER = Path(__file__).with_name("c")
 FMI_LAYER = (
     "call_order.c", "communication_points.c", "fmi2_life_cycle.c", "fmi2_states.c", "fmi2_status.c", "fmi2_values.c",

@@ -111,7 +111,7 @@ def test_a_build_without_a_compiler_is_refused_in_one_line(monkeypatch):
     with pytest.raises(BuildError, match=r"C compiler 'no-such-compiler': not found; install gcc, or name one in CC"):
         compile_library({"x.c": b"int x;"}, "x")
     monkeypatch.delenv("CC")
-    with pytest.raises(BuildError, match=r"cannot compile x: x.c:1:1: error"):
+    with pytest.raises(BuildError, match=r"cannot compile x.c: x.c:1:1: error"):
         compile_library({"x.c": b"nonsense"}, "x")
 
 
