@@ -48,6 +48,7 @@ _SAME_BYTES = (
     "::test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes"
 )
 _BUILD = "flexbench/loop/test_build.py::"
+_SAMPLES = "lockstep/run/test_run.py::test_every_sample_carries_the_time_at_which_it_is_true"
 _VALUE_FILE = "flexbench/cli/test_option_values.py::"
 _MARGINS = "system/test_margins.py::"
 _SHADOWS = "flexbench/studies/shadow/test_shadow.py::"
@@ -55,8 +56,7 @@ _ADAPT = "system/test_adapter.py::"
 
 SHOWN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--sampled"), _SHOWN)
 RUN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--sampled"), _TIMING) | {
-    "--out": "lockstep/run/test_run.py::test_every_sample_carries_the_time_at_which_it_is_true",
-    "--stop-time": "lockstep/run/test_run.py::test_every_sample_carries_the_time_at_which_it_is_true",
+    **dict.fromkeys(("--out", "--stop-time"), _SAMPLES),
     **dict.fromkeys(("--set", "--record", "--record-period"), _RECORD),
     **dict.fromkeys(("--replace", "--adapter"), _ADAPTER),
     "--faults": "lockstep/faults/test_kinds.py::test_every_kind_gives_its_sequence",
@@ -124,8 +124,7 @@ EFFECTS = {
     ),
     "flexsat build": {
         "--configuration": _BUILD + "test_building_one_configuration_keeps_the_unchanged_other_one",
-        "--out": _SAME_BYTES,
-        "--flat": _SAME_BYTES,
+        **dict.fromkeys(("--out", "--flat"), _SAME_BYTES),
         "--no-native": "flexsat/fmu/native/test_native_components.py::test_each_layout_has_them_beside_the_others",
         "--needs-execution-tool": "flexsat/fmu/test_export.py::test_a_build_declares_that_a_tool_is_needed_if_asked_to",
     },
