@@ -47,7 +47,6 @@ _SAME_BYTES = (
     "flexsat/fmu/test_built_components.py"
     "::test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes"
 )
-_BUILD = "flexbench/loop/test_build.py::"
 _SAMPLES = "lockstep/run/test_run.py::test_every_sample_carries_the_time_at_which_it_is_true"
 _VALUE_FILE = "flexbench/cli/test_option_values.py::"
 _MARGINS = "system/test_margins.py::"
@@ -123,7 +122,7 @@ EFFECTS = {
         ("--ticks", "--svg"), "system/test_foreign_package.py::test_the_command_shows_and_draws_it"
     ),
     "flexsat build": {
-        "--configuration": _BUILD + "test_building_one_configuration_keeps_the_unchanged_other_one",
+        "--configuration": "flexbench/loop/test_build.py::test_building_one_configuration_keeps_the_unchanged_other_one",
         **dict.fromkeys(("--out", "--flat"), _SAME_BYTES),
         "--no-native": "flexsat/fmu/native/test_native_components.py::test_each_layout_has_them_beside_the_others",
         "--needs-execution-tool": "flexsat/fmu/test_export.py::test_a_build_declares_that_a_tool_is_needed_if_asked_to",
