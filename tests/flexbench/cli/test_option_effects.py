@@ -122,7 +122,7 @@ EFFECTS = {
         ("--ticks", "--svg"), "system/test_foreign_package.py::test_the_command_shows_and_draws_it"
     ),
     "flexsat build": {
-        "--configuration": "flexbench/loop/test_build.py::test_building_one_configuration_keeps_the_unchanged_other_one",
+        "--configuration": "flexbench/loop/test_build.py::test_building_one_configuration_keeps_the_unchanged_other",
         **dict.fromkeys(("--out", "--flat"), _SAME_BYTES),
         "--no-native": "flexsat/fmu/native/test_native_components.py::test_each_layout_has_them_beside_the_others",
         "--needs-execution-tool": "flexsat/fmu/test_export.py::test_a_build_declares_that_a_tool_is_needed_if_asked_to",

@@ -85,7 +85,7 @@ def test_package_gives_the_results_of_its_system_file(delivered, tmp_path):
     assert all((a[name] == b[name]).all() for name in a)
 
 
-def test_building_one_configuration_keeps_the_unchanged_other_one(delivered, tmp_path, manifest, monkeypatch):
+def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_path, manifest, monkeypatch):
     shutil.copytree(delivered, tmp_path, dirs_exist_ok=True)
 
     build_all(("centralised",), tmp_path, lambda _: None)
