@@ -1,7 +1,6 @@
 """Every option of every command has an effect on the result, or is refused: the test that shows it, by option.
 
-A new option without an entry here fails. An entry is the test of the effect, in any file; options of `flexsat` that
-`test_option_values.py` follows to the call of a study name a test of what the study does with the value.
+A new option fails without one, in any file; where `test_option_values.py` follows it to a study, a test of the study.
 """
 
 import ast
