@@ -43,7 +43,7 @@ def test_the_page_begins_with_the_answer_and_has_table_verdicts_and_figure(study
 
     assert section.findtext(".//h2") == "Does distributing the wheels pay?"
     text = section.text_content()
-    assert "In 9 of 9 quantities, and it is worse in none." in text
+    assert "In 9 of 9 quantities; in none is it shown to be worse." in text
     assert "by a factor of 2 (95 %: 2 to 2)" in text
     assert "centralised, slew, seed 1: diverged" in text
     assert "torque after the slew: lower with distributed wheels" in text

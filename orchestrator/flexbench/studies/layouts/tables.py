@@ -152,8 +152,8 @@ def _lead(lower: Sequence[str], higher: Sequence[str], open_: Sequence[str]) -> 
     if not lower:
         return f"Not in any of the {count} quantities compared."
     if not higher:
-        return f"In {len(lower)} of {count} quantities, and it is worse in none."
-    return f"In {len(lower)} of {count} quantities, at the expense of {len(higher)} others."
+        return f"In {len(lower)} of {count} quantities; in none is it shown to be worse."
+    return f"In {len(lower)} of {count} quantities, at the expense of {len(higher)}."
 
 
 def lost_text(comparison: Comparison) -> str:
@@ -195,7 +195,7 @@ def wheel_rows(comparison: Comparison) -> list[tuple[str, ...]]:
 def notes(comparison: Comparison) -> list[str]:
     """Return what was simulated, and how the numbers are formed."""
     plan = comparison.plan
-    last = plan.seeds[-1]
+    seeds = listed([str(seed) for seed in plan.seeds])
     windows: dict[str, str] = {}
     for one in comparison.outcomes:
         if one.windows:
@@ -203,7 +203,7 @@ def notes(comparison: Comparison) -> list[str]:
     design = plan.overrides.get(DESIGN, DEFAULT_DESIGN)
     changed = "".join(f", {name} = {value}" for name, value in plan.overrides.items() if name != DESIGN)
     found = [
-        f"Seeds {plan.seeds[0]} to {last}; each layout with its {design} design on a plant of {comparison.modes}"
+        f"Seeds {seeds}; each layout with its {design} design on a plant of {comparison.modes}"
         f" modes{changed}. Both layouts of a seed have the same errors of the structure, drawn evenly:"
         f" {plan.dispersion.text()};"
         " with less inertia the modes carry less of it. Sensors, jitter and initial attitude have the seed too."

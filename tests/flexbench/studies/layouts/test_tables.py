@@ -113,7 +113,7 @@ def test_runs_that_do_not_settle_have_no_value_and_are_counted(compare_made):
 def test_the_answer_sorts_the_quantities(compare_made):
     comparison = compare_made(VALUES, 0.5, durations={"fine_pointing": 100.0})
     first, second, *_ = answer(comparison, compare(comparison))
-    assert first == "Does distributing the wheels pay? In 3 of 3 quantities, and it is worse in none."
+    assert first == "Does distributing the wheels pay? In 3 of 3 quantities; in none is it shown to be worse."
     assert second == (
         "Distributing lowers the pointing error in fine pointing by a factor of 2 (95 %: 2 to 2), the deformation in"
         " fine pointing by a factor of 2 (95 %: 2 to 2) and the torque in fine pointing by a factor of 2"
