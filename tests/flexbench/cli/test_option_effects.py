@@ -205,13 +205,11 @@ EFFECTS = {
     },
     "flexsat compare-layouts": {
         "--dispersion": _LAYOUTS + "test_dispersions.py::test_limits_are_given_in_percent_and_checked",
-        "--seeds": _LAYOUTS + "test_dispersions.py"
-        "::test_both_layouts_of_a_seed_have_the_same_errors_and_seed_in_both_scenarios",
         "--stop-time": _LAYOUTS + "test_study.py"
         "::test_a_slew_that_leaves_no_time_after_it_is_refused_before_anything_runs",
         "--settling-band": _LAYOUTS + "test_study.py::test_a_slew_is_compared_while_it_lasts_and_from_its_end_on",
         "--set": _LAYOUTS + "test_study.py::test_a_limit_cycle_is_lost_and_named",
-        **dict.fromkeys(("--scenario", "--out", "--fmus", "--jobs"), _VALUES),
+        **dict.fromkeys(("--seeds", "--scenario", "--out", "--fmus", "--jobs"), _VALUES),
     },
     "flexsat waterfall": {
         "--as-published": "flexbench/studies/waterfall/test_waterfall.py::"
