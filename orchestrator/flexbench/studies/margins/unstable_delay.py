@@ -20,7 +20,7 @@ from .system_loop import SystemLoop
 FINE_TICK = 100_000  # ns: the resolution of the delay
 EXCITATION = 1.0  # s of test signal
 WINDOW = 2.0  # s: growth is estimated from two consecutive windows after the excitation
-WINDOWS = (WINDOW, 6.0, 18.0)  # s: longer ones where nothing grows or decays enough to be sure
+WINDOWS = (WINDOW, 6.0)  # s: the longer one where nothing grows or decays enough to be sure
 SURE = 1.0  # growth rate times window: modes of half a percent of damping beat, and look like growth in short windows
 LONGEST = 0.1  # s, up to which a delay is sought
 LOWEST = 8.0  # periods in a window: slower motion hardly grows or decays within two
