@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from flexsat.design.chain import Design
 from flexsat.ports import controller as interface
@@ -304,6 +304,29 @@ def test_slew_into_a_cone_is_refused_in_the_same_words(
     with pytest.raises(ValueError, match=r"keep_out") as refused:
         run(lambda time: twin.advance(time, 5e-3))
     assert str(refused.value) == str(expected.value)
+
+
+@pytest.mark.parametrize("seed", [0, 2, 4])
+def test_chains_of_turns_round_cones_are_those_of_the_python_stepper(made: Maker, seed: int):
+    random = np.random.default_rng(seed)
+    twin = made(keep_out__first__direction=random.uniform(-0.1, 0.1, 3) + np.array([0.5, -0.4, 0.9]),
+                keep_out__first__half_angle=random.uniform(0.2, 0.5),
+                keep_out__second__direction=random.uniform(-0.1, 0.1, 3) + np.array([-0.7, -0.9, 0.1]),
+                keep_out__second__half_angle=random.uniform(0.2, 0.5),
+                wheel__speed_offset=random.uniform(-0.2, 0.2, 6),
+                command__rotation=random.uniform(-0.2, 0.2, 3) + np.array([1.3, 0.9, 0.2]), command__start_time=1.0)  # fmt: skip
+    twin.start()
+    stepper = Stepper(twin, made.variants)
+    twin.first_step(5e-3)
+    twin.set("star_tracker.valid", True)
+    turns = 0
+    for time in np.linspace(0.0, 1e4, 150).tolist():  # in leaps: of the slew all turns are seen, of the loop nothing
+        expected = stepper.advance(time)
+        twin.advance(time, 5e-3)
+        seen = np.concatenate([twin.view("reference.torque"), twin.view("reference.mrp")])
+        assert_allclose(seen, expected[6:15], rtol=1e-10, atol=1e-12)
+        turns = max(turns, stepper.state.turns_ended)
+    assert turns >= 1
 
 
 def test_step_that_does_not_divide_the_period_is_refused(made: Maker):
