@@ -314,7 +314,8 @@ def test_chains_of_turns_round_cones_are_those_of_the_python_stepper(made: Maker
                 keep_out__second__direction=random.uniform(-0.1, 0.1, 3) + np.array([-0.7, -0.9, 0.1]),
                 keep_out__second__half_angle=random.uniform(0.2, 0.5),
                 wheel__speed_offset=random.uniform(-0.2, 0.2, 6),
-                command__rotation=random.uniform(-0.2, 0.2, 3) + np.array([1.3, 0.9, 0.2]), command__start_time=1.0)  # fmt: skip
+                command__rotation=random.uniform(-0.2, 0.2, 3) + np.array([1.3, 0.9, 0.2]),
+                command__start_time=1.0)  # fmt: skip
     twin.start()
     stepper = Stepper(twin, made.variants)
     twin.first_step(5e-3)
