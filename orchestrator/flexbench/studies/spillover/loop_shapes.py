@@ -17,7 +17,7 @@ from ..margins.response import refine
 
 LOWEST, HIGHEST = 1e-3, 95.0  # Hz: below the crossover of the attitude, to nearly half the controller's rate
 COARSE = 300  # lines to begin with
-ROUNDS = 7  # of halving where the loop turns fast
+ROUNDS = 4  # of halving where the loop turns fast
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
