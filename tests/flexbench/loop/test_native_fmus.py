@@ -1,5 +1,7 @@
 """Native FMUs in the place of the others."""
 
+import zipfile
+
 import pytest
 
 from flexbench.cli.parser import main
@@ -29,6 +31,18 @@ def test_a_component_flies_its_native_fmu_if_there_is_one(system, tmp_path):
         tmp_path / "other" / "controller.fmu",
     ]
     assert made.component("plant").parameters == {"seed": 3}
+
+
+def test_a_native_fmu_of_another_design_is_refused(system, tmp_path):
+    for path, content in ((tmp_path / "plant.fmu", "new"), (tmp_path / "native" / "plant.fmu", "old")):
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("resources/model.npz", content)
+    with pytest.raises(InputError) as refused:
+        with_native_fmus(system)
+    assert str(refused.value) == (
+        f"--native: {tmp_path}/native/plant.fmu has other matrices than {tmp_path}/plant.fmu, as it is older or newer;"
+        " `flexsat build` makes both anew"
+    )
 
 
 def test_without_any_it_is_refused_with_the_command_that_makes_them(system, tmp_path):
