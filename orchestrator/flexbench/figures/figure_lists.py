@@ -43,16 +43,16 @@ def design_figures(designs: Mapping[ConfigurationName, Designs], as_published: b
     variant: Variant = "as_published" if as_published else "corrected"
     chosen = {name: every.variant(variant) for name, every in designs.items()}
     mark = "-as-published" if as_published else ""
-    drawn: Drawn = {
-        f"mode-shapes{mark}": lambda: mode_shapes(next(iter(chosen.values()))),  # one structure
-        f"campbell{mark}": lambda: campbell_diagram(chosen),
-    }
-    for name in designs:
+    drawn: Drawn = {} if as_published else {"structure": lambda: structure_layout(chosen)}
+    drawn[f"mode-shapes{mark}"] = lambda: mode_shapes(next(iter(chosen.values())))  # one structure
+    drawn[f"campbell{mark}"] = lambda: campbell_diagram(chosen)
+    if not as_published:
+        drawn["software"] = software_diagram
+    for name, every in designs.items():
         drawn[f"wheel-responses-{name}{mark}"] = partial(wheel_responses, chosen[name])
-    if as_published:
-        return drawn
-    drawn |= {"structure": lambda: structure_layout(chosen), "software": software_diagram}
-    return drawn | {f"architecture-{name}": partial(architecture, every) for name, every in designs.items()}
+        if not as_published:
+            drawn[f"architecture-{name}"] = partial(architecture, every)
+    return drawn
 
 
 def architecture(designs: Designs) -> Figure:
