@@ -1,4 +1,4 @@
-"""Write the matrices of a component as C: a structure with a field for each of theirs, and one constant a variant."""
+"""Write the matrices of a component as C: a structure with a field for each, and a constant for each variant."""
 
 from __future__ import annotations
 

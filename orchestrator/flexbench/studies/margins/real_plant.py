@@ -114,7 +114,7 @@ def growth_of_loop(opened: PeriodicLoop, factor: complex = 1.0) -> tuple[float, 
     """Return growth [1/s] and frequency [Hz] of the slowest pole of a loop closed with a factor on what comes back.
 
     A pole over the star tracker's period has its frequency folded below half the tracker's rate. Its motion within the
-    period tells the frequency: that of the strongest line of what comes back.
+    period gives the frequency: that of the strongest line of what comes back.
     """
     monodromy = opened.monodromy(factor)
     values = np.linalg.eigvals(monodromy)

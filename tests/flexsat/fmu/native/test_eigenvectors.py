@@ -56,9 +56,9 @@ def check(library, matrix):
 def test_random_matrices(library, n):
     matrix = np.random.default_rng(n).standard_normal((n, n))
     values, vectors = check(library, matrix)
-    expected, theirs = np.linalg.eig(matrix)
+    expected, of_numpy = np.linalg.eig(matrix)
     assert_allclose(np.sort_complex(values), np.sort_complex(expected), atol=1e-11)
-    assert_allclose(np.linalg.cond(vectors), np.linalg.cond(theirs), rtol=1e-8)
+    assert_allclose(np.linalg.cond(vectors), np.linalg.cond(of_numpy), rtol=1e-8)
 
 
 def test_symmetric_matrix(library):
