@@ -16,7 +16,7 @@ from .build import SHELLS, Parts
 from .export import BuiltFmu
 from .native.compile import compile_command
 from .native.export import NativeComponent, native_content
-from .native.sources import FOLDER, NATIVE
+from .native.sources import NATIVE, c_files
 from .python.model_description import about_component
 from .reproducible_zip import write_atomically, zip_bytes
 
@@ -70,7 +70,7 @@ def native_component(designs: Designs, parts: Parts) -> NativeComponent:
     version = importlib.metadata.version("flexsat")
     about = about_component(shell, {"version": version}, f"flexsat {version}")
     return NativeComponent(
-        main=FOLDER / f"{parts.component}.c",
+        main=c_files()[f"{parts.component}.c"],
         table=parts.table,
         variants={variant: getattr(designs.variant(variant), parts.component) for variant in _variants(parts)},
         about=replace(about, model_name=f"{parts.component}_{parts.config.name}"),

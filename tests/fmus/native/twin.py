@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-import flexsat.fmu.native
 from flexsat.fmu.native.matrix_source import matrix_sources
 from flexsat.fmu.native.port_source import port_places
+from flexsat.fmu.native.sources import c_files
 from flexsat.ports.table import Port, PortTable
 
-C_FOLDER = Path(flexsat.fmu.native.__file__).parent / "c"
 OPTIONS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contract=off")
 MESSAGE_SIZE = 512
 
@@ -46,13 +45,14 @@ class Component(ctypes.Structure):
 
 
 def sources_of(name: str) -> list[Path]:
-    """Return the source files that a file of the folder needs: its own, and those of the headers that it includes."""
+    """Return the source files that a C file needs: its own, and those of the headers that it includes."""
+    there = c_files()
     found: list[Path] = []
     waiting = [name]
     while waiting:
         stem = waiting.pop()
-        for path in (C_FOLDER / f"{stem}.c", C_FOLDER / f"{stem}.h"):
-            if path.exists() and path not in found:
+        for path in (there.get(f"{stem}.c"), there.get(f"{stem}.h")):
+            if path is not None and path not in found:
                 found.append(path)
                 waiting += re.findall(r'#include "(\w+)\.h"', path.read_text(encoding="utf-8"))
     return sorted(path for path in found if path.suffix == ".c")
@@ -67,7 +67,8 @@ def compile_library(
     """
     compiler = shutil.which("cc")
     assert compiler is not None, "there is no C compiler: tests that need one skip before"
-    folders = [f"-I{folder}" for folder in (C_FOLDER, *include)]
+    own = sorted({path.parent for path in c_files().values()})
+    folders = [f"-I{folder}" for folder in (*own, *include)]
     command = [
         compiler,
         *OPTIONS,

@@ -14,10 +14,7 @@ from .port_source import port_places, port_table
 
 NATIVE = "native"  # folder of the FMUs; their models have the names of the Python FMUs, being the same models
 FOLDER = Path(__file__).with_name("c")
-FMI_LAYER = (
-    "call_order.c", "communication_points.c", "fmi2_life_cycle.c", "fmi2_states.c", "fmi2_status.c", "fmi2_values.c",
-    "messages.c", "model_calls.c", "number_text.c", "port_values.c", "saved_state.c",
-)  # fmt: skip
+LAYERS = ("fmi", "fmi2")  # folders of what every native FMU has
 IDENTITY = "identity.h"
 INCLUDE = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
 GENERATED = frozenset({"data.h", "ports.h", IDENTITY})  # headers
@@ -38,24 +35,29 @@ class Identity:
     step_parameter: str | None
 
 
+def c_files() -> dict[str, Path]:
+    """Return the C files and headers of all folders by their names; an FMU has those that it needs in one folder."""
+    return {path.name: path for path in sorted(FOLDER.rglob("*.[ch]"))}
+
+
 def component_sources(main: Path) -> dict[str, bytes]:
     """Return the C files of the FMI layer and of a component, by name.
 
     Parameters
     ----------
     main : the component's own file, such as plant.c; with it come the headers that it includes, and the C files
-        of the same names as those, from its folder or from that of the FMI layer
+        of the same names as those, from its folder or from those of flexsat
     """
+    there = c_files() | {path.name: path for path in main.parent.glob("*.[ch]")}
     found: dict[str, bytes] = {}
-    todo = [FOLDER / name for name in FMI_LAYER] + [main]
+    todo = [path.name for layer in LAYERS for path in (FOLDER / layer).glob("*.c")] + [main.name]
     while todo:
-        path = todo.pop()
-        if path.name in found or not path.is_file():  # a generated header is none of these files
+        name = todo.pop()
+        if name in found or name not in there:  # a generated header is none of these files
             continue
-        found[path.name] = path.read_bytes()
-        for header in INCLUDE.findall(found[path.name].decode("ascii")):
-            for folder in {main.parent, FOLDER}:
-                todo += [folder / header, (folder / header).with_suffix(".c")]
+        found[name] = there[name].read_bytes()
+        for header in INCLUDE.findall(found[name].decode("ascii")):
+            todo += [header, header.removesuffix(".h") + ".c"]
     return dict(sorted(found.items()))
 
 

@@ -6,8 +6,9 @@ import shutil
 import numpy as np
 import pytest
 
+from flexsat.fmu.native.sources import c_files
 from flexsat.fmu.native.ziggurat_source import EDGE, ziggurat_header
-from fmus.native.twin import C_FOLDER, compile_library
+from fmus.native.twin import compile_library
 
 SEEDS = (0, 1, 12345, 2**31 - 1, 2**32 - 1, 2**32, 987654321987, 2**64 - 1)  # FMI's integers end at 2^31 - 1
 FILLERS = """
@@ -59,7 +60,7 @@ def streams(tmp_path_factory: pytest.TempPathFactory) -> Streams:
     folder = tmp_path_factory.mktemp("random")
     (folder / "fillers.c").write_text(FILLERS)
     return Streams(
-        ctypes.CDLL(str(compile_library([C_FOLDER / "random.c", folder / "fillers.c"], folder / "random.so")))
+        ctypes.CDLL(str(compile_library([c_files()["random.c"], folder / "fillers.c"], folder / "random.so")))
     )
 
 
@@ -69,7 +70,7 @@ def numpys(seed: int, stream: int, child: int) -> np.random.Generator:
 
 
 def test_table_in_the_source_is_the_generated_one():
-    assert (C_FOLDER / "ziggurat.h").read_text() == ziggurat_header()
+    assert c_files()["ziggurat.h"].read_text() == ziggurat_header()
 
 
 @pytest.mark.parametrize("seed", SEEDS)
