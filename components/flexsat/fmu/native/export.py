@@ -67,7 +67,8 @@ def native_content(component: NativeComponent) -> NativeContent:
     sources = component_sources(component.main)
     sources |= generated_sources(component.main.stem, component.table, component.variants)
     identity = Identity(guid="", equal_steps=component.equal_steps, step_parameter=component.step_parameter)
-    about = replace(component.about, source_files=tuple(sorted(file for file in sources if file.endswith(".c"))))
+    units = sorted(file for file in (*sources, IDENTITY) if file.endswith(".c"))
+    about = replace(component.about, source_files=tuple(units))
     content = {**component.resources, **sources, IDENTITY: identity_source(identity)}
     guid = _guid(content, _xml(component.table, about))
     sources[IDENTITY] = identity_source(replace(identity, guid=guid))

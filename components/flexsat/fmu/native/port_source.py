@@ -15,20 +15,10 @@ def port_places(table: PortTable) -> str:
     For a port `wheel.torque` it has `PORT_WHEEL_TORQUE`, the place of its first scalar among those of its kind, and
     `PORT_WHEEL_TORQUE_SIZE`, their number.
     """
-    outputs = table.run("output")
-    on_demand = any(port.on_demand and port.depends_on for port in table)
     lines = [
         "/* Generated: places of the ports among the scalars of their kind, and how many each has. */",
         "#ifndef FLEXSAT_PORTS_H",
         "#define FLEXSAT_PORTS_H",
-        "",
-        *(f"#define {kind.upper()}_COUNT {len(table.of_kind(kind))}" for kind in KINDS),
-        f"#define VARIABLE_COUNT {len(table.variables)}",
-        f"#define PORT_COUNT {len(table.ports)}",
-        f"#define FIRST_REAL_OUTPUT {outputs.start}",
-        f"#define REAL_OUTPUTS {outputs.stop - outputs.start}",
-        f"#define FEEDS_ON_DEMAND {int(on_demand)} /* whether outputs on demand depend on inputs */",
-        f'#define ELEMENT_NAME "{"%s[%d]" if table.naming == "structured" else "%s_%d"}"',
         "",
     ]
     for port in table:
@@ -59,10 +49,22 @@ def port_table(table: PortTable) -> str:
         rows += _row(table, port, f"starts_{number}" if differ else "NULL")
     owners = [str(number) for number, port in enumerate(ordered) for _ in range(port.length)]
     lines = ["/* Generated; see port_table.h. */", '#include "port_table.h"', "", "#include <float.h>"]
-    lines += ["#include <stddef.h>", "", *arrays]
-    lines += ["const Port ports[PORT_COUNT] = {", *rows, "};", ""]
-    lines += ["const unsigned short port_of_reference[VARIABLE_COUNT] = {", *wrapped(owners), "};"]
+    lines += ["#include <stddef.h>", "", *_summary(table), "", *arrays]
+    lines += ["const Port ports[] = {", *rows, "};", ""]
+    lines += ["const unsigned short port_of_reference[] = {", *wrapped(owners), "};"]
     return "\n".join(lines) + "\n"
+
+
+def _summary(table: PortTable) -> Iterator[str]:
+    """Yield the lines of the structure of what holds for all ports."""
+    counts = ", ".join(str(len(table.of_kind(kind))) for kind in KINDS)
+    outputs = table.run("output")
+    feeds = int(any(port.on_demand and port.depends_on for port in table))
+    element = "%s[%d]" if table.naming == "structured" else "%s_%d"
+    yield "const PortTable port_table = {"
+    yield f"    {{{counts}}}, {len(table.variables)}, {len(table.ports)},"
+    yield f'    {outputs.start}, {outputs.stop - outputs.start}, {feeds}, "{element}",'
+    yield "};"
 
 
 def _row(table: PortTable, port: Port, starts: str) -> Iterator[str]:

@@ -15,9 +15,9 @@ from .port_source import port_places, port_table
 NATIVE = "native"  # folder of the FMUs; their models have the names of the Python FMUs, being the same models
 FOLDER = Path(__file__).with_name("c")
 LAYERS = ("fmi", "fmi2")  # folders of what every native FMU has
-IDENTITY = "identity.h"
+IDENTITY = "identity.c"
 INCLUDE = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
-GENERATED = frozenset({"data.h", "ports.h", IDENTITY})  # headers
+GENERATED = frozenset({"data.h", "ports.h"})  # headers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,17 +69,14 @@ def generated_sources(component: str, table: PortTable, variants: Mapping[str, A
 
 
 def identity_source(identity: Identity) -> bytes:
-    """Return the header identity.h."""
+    """Return the source identity.c."""
     set_by = "NULL" if identity.step_parameter is None else f'"parameter {identity.step_parameter}"'
     lines = [
-        "/* Generated: which FMU this is. */",
-        "#ifndef FLEXSAT_IDENTITY_H",
-        "#define FLEXSAT_IDENTITY_H",
+        "/* Generated; see identity.h. */",
+        '#include "identity.h"',
         "",
-        f'#define MODEL_GUID "{identity.guid}"',
-        f"#define EQUAL_STEPS {int(identity.equal_steps)} /* whether all steps have to be as long as the first */",
-        f"#define STEP_SET_BY {set_by}",
+        "#include <stddef.h>",
         "",
-        "#endif",
+        f'const Identity identity = {{"{identity.guid}", {int(identity.equal_steps)}, {set_by}}};',
     ]
     return ("\n".join(lines) + "\n").encode("ascii")

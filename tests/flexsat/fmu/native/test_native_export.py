@@ -61,7 +61,7 @@ def test_equal_sources_give_equal_bytes(unpacked):
 
     for name, content in made.entries.items():
         assert (unpacked / name).read_bytes() == content, name
-    assert made.guid.encode() in made.entries["sources/identity.h"]
+    assert made.guid.encode() in made.entries["sources/identity.c"]
     assert all(b"/tmp" not in content for content in made.entries.values())
 
 
@@ -131,7 +131,7 @@ def test_limits_starts_and_flat_names_are_in_the_table_of_ports():
     )
     assert '{"mode", INTEGER, PARAMETER | TUNABLE | STARTS, 0, 1,\n     -0x1.p0, DBL_MAX, "-1", NULL, 0x1.8p1,' in text
     assert '{"y_out", REAL, OUTPUT | ARRAY | ON_DEMAND, 0, 1,' in text
-    assert "port_of_reference[VARIABLE_COUNT] = {\n    0, 1, 1, 2,\n};" in text
+    assert "port_of_reference[] = {\n    0, 1, 1, 2,\n};" in text
     with pytest.raises(ValueError, match="port names: its elements start with different texts"):
         port_table(PortTable([Port(name="names", causality="parameter", kind="string", size=2, start=("a", "b"),
                                    description="names")]))  # fmt: skip

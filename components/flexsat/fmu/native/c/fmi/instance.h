@@ -1,20 +1,41 @@
-/* An instance of the FMU, and what the files of the FMI layer call of each other. */
+/* An instance of the FMU, and what the files of the FMI layer call of each other.
+
+What stands in this folder is the same in all versions of FMI. The folder of a version has the functions that hosts
+call, the order of these calls, and the way to the host's log. */
 #ifndef FLEXSAT_INSTANCE_H
 #define FLEXSAT_INSTANCE_H
 
 #include "component.h"
-#include "fmi2.h"
 #include "number_text.h"
 #include "port_table.h"
 
 #define CATEGORY "logStatusError" /* the only log category */
 #define REASON_SIZE 1000          /* bytes of a message */
 
-/* States of an instance (FMI 2.0, section 4.2.4); no step is ever in progress, discarded or cancelled. */
+/* What a call returns; FMI 2.0 and 3.0 give their constants the same numbers. */
+typedef enum { CALL_OK, CALL_WARNING, CALL_DISCARD, CALL_ERROR } Status;
+
+/* States of an instance; no step is ever in progress, discarded or cancelled. */
 typedef enum { INSTANTIATED = 1, INITIALIZING, STEPPING, TERMINATED, FAILED } Phase;
 
-/* What a host calls, by the rows of the table in call_order.c. */
-typedef enum { SETUP_EXPERIMENT, ENTER_INITIALIZATION, EXIT_INITIALIZATION, DO_STEP, TERMINATE, GET, SET } Call;
+/* What a host calls, by the rows of the table that each version of FMI has. */
+typedef enum {
+    SETUP_EXPERIMENT,
+    ENTER_INITIALIZATION,
+    EXIT_INITIALIZATION,
+    DO_STEP,
+    TERMINATE,
+    GET,
+    SET,
+    CALLS
+} Call;
+
+/* Where log messages go. */
+typedef struct Host {
+    void (*logger)(void); /* NULL, or a function of the type that the version of FMI has */
+    void *environment;    /* what it gets */
+    int logging;          /* whether the host wants messages, where a version of FMI leaves it the choice */
+} Host;
 
 /* A saved state: the bytes that are serialised, but for the digest at their end. A host gets its address. */
 typedef struct State {
@@ -26,10 +47,10 @@ typedef struct State {
 typedef struct Instance {
     Component component;
     Memory memory; /* of the instance itself: its name and values */
-    fmi2CallbackFunctions host;
+    Host host;
     char *name;    /* as the host wrote it */
     Phase phase;
-    int set_up;    /* whether fmi2SetupExperiment has been called */
+    int set_up;    /* whether start and stop time are known */
     int ends;      /* whether the experiment has a stop time */
     double stop;   /* s */
     double present;    /* s, the communication point that the model has reached */
@@ -42,17 +63,39 @@ typedef struct Instance {
     char failure[REASON_SIZE]; /* why the phase is FAILED */
 } Instance;
 
+/* Of each version of FMI, in its folder */
+/* Send a line of UTF-8 to the host's log, if it has one. */
+void send_to_host(const Host *host, const char *name, Status status, const char *text);
+/* Return CALL_OK, or CALL_ERROR after a refusal. */
+Status check_order(Instance *instance, Call call, const char *name);
+
 /* messages.c */
-void log_to_host(const fmi2CallbackFunctions *host, fmi2String name, fmi2Status status, const char *format, ...);
-/* Log "call: why", stop the instance, and return fmi2Error. */
-fmi2Status refuse_call(Instance *instance, const char *call, const char *format, ...);
+void log_to_host(const Host *host, const char *name, Status status, const char *format, ...);
+/* Log "call: why", stop the instance, and return CALL_ERROR. */
+Status refuse_call(Instance *instance, const char *call, const char *format, ...);
 /* The same for what the model refused, whose state is unknown then. */
-fmi2Status refuse_for_model(Instance *instance, const char *call);
+Status refuse_for_model(Instance *instance, const char *call);
+
+/* utf8.c */
 int is_utf8(const char *text);
 void replace_bytes_not_utf8(char *text);
 
-/* call_order.c: fmi2OK, or fmi2Error after a refusal. */
-fmi2Status check_order(Instance *instance, Call call, const char *name);
+/* life_cycle.c */
+/* Return an instance, or NULL with the reason in the host's log. `memory` is unused as yet; `known_as`: what FMI calls
+the GUID. */
+Instance *instantiate(const char *call, const char *name, const char *guid, const char *known_as, Memory memory,
+                      const Host *host);
+void begin_anew(Instance *instance);
+void free_instance(Instance *instance);
+/* Choose log categories: CALL_WARNING if one is unknown. */
+Status choose_categories(Instance *instance, size_t n, const char *const categories[]);
+/* Set start time, stop time and tolerance. */
+Status set_experiment(Instance *instance, const char *call, int tolerant, double tolerance, double start, int ends,
+                      double stop);
+Status enter_initialization(Instance *instance);
+Status exit_initialization(Instance *instance);
+Status terminate(Instance *instance);
+Status make_step(Instance *instance, double time, double step);
 
 /* communication_points.c: returns 0, and writes why a step is refused; else 1, and the length to step by. */
 int admit_step(Instance *instance, double time, double step, double *length, char reason[REASON_SIZE]);
@@ -67,14 +110,24 @@ int acceptable(const Port *port, double value, char why[REASON_SIZE]);
 int output_not_finite(const Component *component);
 void poison_outputs(Component *component);
 
+/* value_access.c: what is done before values are read and written, and after */
+/* Compute what has to be computed before variables with these flags are read. */
+Status begin_to_read(Instance *instance, const char *call, int flags);
+/* Refuse what may not be set, and values that are not accepted. */
+Status check_number(Instance *instance, const char *call, const Port *port, int place, double value);
+Status check_boolean(Instance *instance, const char *call, const Port *port, int place, int value);
+Status check_text(Instance *instance, const char *call, const Port *port, int place, const char *value, size_t number);
+/* Note that values were written, with these flags among them. */
+Status finish_writing(Instance *instance, const char *call, int flags);
+
 /* model_calls.c */
 /* Start the model: returns 0 with component.message, or 1. */
 int start_component(Instance *instance);
-/* The others return fmi2OK, or fmi2Error after a refusal. Start unless started with the present parameters and inputs: */
-fmi2Status start_model(Instance *instance, const char *call);
+/* The others return CALL_OK, or CALL_ERROR after a refusal. Start unless started with the present parameters: */
+Status start_model(Instance *instance, const char *call);
 /* Compute outputs that are on demand, or follow inputs, if one with these flags is read: */
-fmi2Status compute_outputs(Instance *instance, const char *call, int flags);
-fmi2Status check_outputs(Instance *instance, const char *call);
+Status compute_outputs(Instance *instance, const char *call, int flags);
+Status check_outputs(Instance *instance, const char *call);
 
 /* saved_state.c */
 size_t saved_size(const Instance *instance);
@@ -86,7 +139,13 @@ int is_saved_state(const unsigned char *bytes, size_t size, char reason[REASON_S
 #define DIGEST_SIZE 8
 void digest_of(const unsigned char *bytes, size_t size, unsigned char digest[DIGEST_SIZE]);
 
-/* fmi2_states.c */
+/* kept_states.c: states of which hosts have the address; `call` is named in refusals */
+Status keep_state(Instance *instance, const char *call, void **state);
+Status restore_kept(Instance *instance, const char *call, const void *state);
+Status free_state(Instance *instance, const char *call, void **state);
+Status serialised_size(Instance *instance, const char *call, const void *state, size_t *size);
+Status serialise(Instance *instance, const char *call, const void *state, unsigned char bytes[], size_t size);
+Status deserialise(Instance *instance, const char *call, const unsigned char bytes[], size_t size, void **state);
 void free_states(Instance *instance);
 
 #endif

@@ -1,63 +1,17 @@
-/* What is logged: one line for each refused call, whatever categories and debug logging a host has switched on. */
+/* What is logged: one line for each refused call. */
 #include "instance.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-/* Return the length of the UTF-8 sequence at `text`, or 0 if there is none: no overlong form, no surrogate. */
-static int sequence(const char *text)
-{
-    static const unsigned long least[] = {0, 0, 0x80, 0x800, 0x10000};
-    const unsigned char *bytes = (const unsigned char *)text;
-    unsigned long letter;
-    int length, k;
-
-    if (bytes[0] < 0x80)
-        return 1;
-    if (bytes[0] < 0xc2 || bytes[0] > 0xf4)
-        return 0;
-    length = bytes[0] >= 0xf0 ? 4 : bytes[0] >= 0xe0 ? 3 : 2;
-    letter = bytes[0] & (0x7fu >> length);
-    for (k = 1; k < length; k++) {
-        if ((bytes[k] & 0xc0) != 0x80) /* the zero at the end too */
-            return 0;
-        letter = letter << 6 | (bytes[k] & 0x3fu);
-    }
-    if (letter < least[length] || letter > 0x10ffff || (letter >= 0xd800 && letter <= 0xdfff))
-        return 0;
-    return length;
-}
-
-int is_utf8(const char *text)
-{
-    while (*text) {
-        const int length = sequence(text);
-        if (length == 0)
-            return 0;
-        text += length;
-    }
-    return 1;
-}
-
-void replace_bytes_not_utf8(char *text)
-{
-    while (*text) {
-        const int length = sequence(text);
-        if (length == 0)
-            *text = '?';
-        text += length ? length : 1;
-    }
-}
-
-static void pass_on(const fmi2CallbackFunctions *host, fmi2String name, fmi2Status status, char *text)
+static void pass_on(const Host *host, const char *name, Status status, char *text)
 {
     replace_bytes_not_utf8(text); /* it may quote what a host gave, and be cut inside a letter */
-    if (host != NULL && host->logger != NULL)
-        host->logger(host->componentEnvironment, name, status, CATEGORY, "%s", text);
+    send_to_host(host, name, status, text);
 }
 
-void log_to_host(const fmi2CallbackFunctions *host, fmi2String name, fmi2Status status, const char *format, ...)
+void log_to_host(const Host *host, const char *name, Status status, const char *format, ...)
 {
     char text[REASON_SIZE];
     va_list arguments;
@@ -68,7 +22,7 @@ void log_to_host(const fmi2CallbackFunctions *host, fmi2String name, fmi2Status 
     pass_on(host, name, status, text);
 }
 
-fmi2Status refuse_call(Instance *instance, const char *call, const char *format, ...)
+Status refuse_call(Instance *instance, const char *call, const char *format, ...)
 {
     char text[REASON_SIZE];
     va_list arguments;
@@ -85,11 +39,11 @@ fmi2Status refuse_call(Instance *instance, const char *call, const char *format,
         poison_outputs(&instance->component); /* so that they are not mistaken for results */
     }
     instance->phase = FAILED;
-    pass_on(&instance->host, instance->name, fmi2Error, text);
-    return fmi2Error;
+    pass_on(&instance->host, instance->name, CALL_ERROR, text);
+    return CALL_ERROR;
 }
 
-fmi2Status refuse_for_model(Instance *instance, const char *call)
+Status refuse_for_model(Instance *instance, const char *call)
 {
     const char *message = instance->component.message;
 

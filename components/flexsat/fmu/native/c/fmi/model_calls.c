@@ -1,13 +1,13 @@
 /* Calls of the component that several functions of FMI need. */
 #include "instance.h"
 
-fmi2Status check_outputs(Instance *instance, const char *call)
+Status check_outputs(Instance *instance, const char *call)
 {
     const int place = output_not_finite(&instance->component);
     char name[REASON_SIZE], value[NUMBER_SIZE];
 
     if (place < 0)
-        return fmi2OK;
+        return CALL_OK;
     return refuse_call(instance, call, "output %s = %s is not finite", variable_name(port_at(REAL, place), place, name),
                        number_text(instance->component.real[place], value));
 }
@@ -31,17 +31,17 @@ int start_component(Instance *instance)
     return 1;
 }
 
-fmi2Status start_model(Instance *instance, const char *call)
+Status start_model(Instance *instance, const char *call)
 {
     if (instance->started)
-        return fmi2OK;
+        return CALL_OK;
     if (!start_component(instance))
         return refuse_for_model(instance, call);
     instance->started = instance->stale = instance->inputs_set = 1;
     return check_outputs(instance, call);
 }
 
-fmi2Status compute_outputs(Instance *instance, const char *call, int flags)
+Status compute_outputs(Instance *instance, const char *call, int flags)
 {
     Component *component = &instance->component;
 
@@ -49,8 +49,8 @@ fmi2Status compute_outputs(Instance *instance, const char *call, int flags)
         if (component_evaluate(component))
             return refuse_for_model(instance, call);
         instance->stale = 0;
-        if (check_outputs(instance, call) != fmi2OK)
-            return fmi2Error;
+        if (check_outputs(instance, call) != CALL_OK)
+            return CALL_ERROR;
     }
     if (flags & FOLLOWS_INPUTS && instance->inputs_set) {
         if (component_follow_inputs(component))
@@ -58,5 +58,5 @@ fmi2Status compute_outputs(Instance *instance, const char *call, int flags)
         instance->inputs_set = 0;
         return check_outputs(instance, call);
     }
-    return fmi2OK;
+    return CALL_OK;
 }

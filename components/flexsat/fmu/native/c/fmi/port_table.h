@@ -1,10 +1,9 @@
 /* The ports of the component, as the generated ports.c lists them: ordered by kind, and by places among their kind.
 
-Value references count the scalars of all kinds, reals first, so that no two variables have the same. */
+In FMI 2.0 value references count the scalars of all kinds, reals first, so that no two variables have the same. In FMI
+3.0 they count the ports, in the order of the list, from 1 on; 0 is the time. */
 #ifndef FLEXSAT_PORT_TABLE_H
 #define FLEXSAT_PORT_TABLE_H
-
-#include "ports.h"
 
 typedef enum { REAL, INTEGER, BOOLEAN, STRING, KINDS } Kind;
 
@@ -32,7 +31,18 @@ typedef struct Port {
     const char *text;                /* the start of a string */
 } Port;
 
-extern const Port ports[PORT_COUNT];
-extern const unsigned short port_of_reference[VARIABLE_COUNT];
+typedef struct PortTable {
+    int counts[KINDS];     /* scalars of each kind */
+    int variables;         /* scalars of all kinds */
+    int ports;
+    int first_real_output; /* place; outputs stand together */
+    int real_outputs;
+    int feeds_on_demand;   /* whether outputs on demand depend on inputs */
+    const char *element;   /* format of an element's name: from that of its port, and its number */
+} PortTable;
+
+extern const PortTable port_table;
+extern const Port ports[];                       /* as many as port_table.ports */
+extern const unsigned short port_of_reference[]; /* as many as port_table.variables */
 
 #endif

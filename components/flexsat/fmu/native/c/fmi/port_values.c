@@ -6,15 +6,12 @@
 #include <stdio.h>
 #include <string.h>
 
-static const int first_reference[KINDS + 1] = {0, REAL_COUNT, REAL_COUNT + INTEGER_COUNT,
-                                               REAL_COUNT + INTEGER_COUNT + BOOLEAN_COUNT, VARIABLE_COUNT};
-
 void set_start_values(Component *component)
 {
     const Port *port;
     int k;
 
-    for (port = ports; port < ports + PORT_COUNT; port++)
+    for (port = ports; port < ports + port_table.ports; port++)
         for (k = 0; k < port->size; k++) {
             const int place = port->first + k;
             const double start = port->starts != NULL ? port->starts[k] : port->start;
@@ -29,13 +26,17 @@ void set_start_values(Component *component)
 
 const Port *port_at(Kind kind, int place)
 {
-    return &ports[port_of_reference[first_reference[kind] + place]];
+    int k;
+
+    for (k = 0; k < (int)kind; k++)
+        place += port_table.counts[k];
+    return &ports[port_of_reference[place]];
 }
 
 const char *variable_name(const Port *port, int place, char name[REASON_SIZE])
 {
     if (port->flags & ARRAY)
-        snprintf(name, REASON_SIZE, ELEMENT_NAME, port->name, place - port->first + 1);
+        snprintf(name, REASON_SIZE, port_table.element, port->name, place - port->first + 1);
     else
         snprintf(name, REASON_SIZE, "%s", port->name);
     return name;
@@ -62,24 +63,24 @@ int acceptable(const Port *port, double value, char why[REASON_SIZE])
 
 int output_not_finite(const Component *component)
 {
-    const double *outputs = component->real + FIRST_REAL_OUTPUT;
+    const double *outputs = component->real + port_table.first_real_output;
     double sum = 0.0;
     int k;
 
-    for (k = 0; k < REAL_OUTPUTS; k++)
+    for (k = 0; k < port_table.real_outputs; k++)
         sum += 0.0 * outputs[k]; /* not-a-number times zero, and infinity times zero, are not-a-number */
     if (sum == 0.0)
         return -1;
-    for (k = 0; k < REAL_OUTPUTS; k++)
+    for (k = 0; k < port_table.real_outputs; k++)
         if (!(fabs(outputs[k]) <= DBL_MAX))
             break;
-    return FIRST_REAL_OUTPUT + k;
+    return port_table.first_real_output + k;
 }
 
 void poison_outputs(Component *component)
 {
     int k;
 
-    for (k = 0; k < REAL_OUTPUTS; k++)
-        component->real[FIRST_REAL_OUTPUT + k] = nan("");
+    for (k = 0; k < port_table.real_outputs; k++)
+        component->real[port_table.first_real_output + k] = nan("");
 }

@@ -18,12 +18,20 @@ typedef struct Head { /* no padding: 40 + 4 doubles + 6 integers of 32 bits */
 } Head;
 
 enum { LAYOUT = 1 };
-enum { TEXTS = STRING_COUNT * STRING_SIZE, NUMBERS = INTEGER_COUNT + BOOLEAN_COUNT };
-static const size_t values_size = REAL_COUNT * sizeof(double) + NUMBERS * sizeof(int) + TEXTS;
+
+/* Bytes of all values of a kind. */
+static size_t size_of(Kind kind)
+{
+    static const size_t sizes[KINDS] = {sizeof(double), sizeof(int), sizeof(int), STRING_SIZE};
+
+    return (size_t)port_table.counts[kind] * sizes[kind];
+}
+
+static size_t values_size(void) { return size_of(REAL) + size_of(INTEGER) + size_of(BOOLEAN) + size_of(STRING); }
 
 size_t saved_size(const Instance *instance)
 {
-    return sizeof(Head) + values_size + (instance->started ? instance->component.state_size : 0);
+    return sizeof(Head) + values_size() + (instance->started ? instance->component.state_size : 0);
 }
 
 static unsigned char *append(unsigned char *end, const void *bytes, size_t size)
@@ -40,7 +48,7 @@ void save(const Instance *instance, unsigned char *bytes)
     int k;
 
     memset(&head, 0, sizeof head);
-    strncpy(head.guid, MODEL_GUID, sizeof head.guid - 1);
+    strncpy(head.guid, identity.guid, sizeof head.guid - 1);
     head.present = instance->present;
     head.start_time = component->start_time;
     head.length = instance->length;
@@ -52,10 +60,10 @@ void save(const Instance *instance, unsigned char *bytes)
     head.stale = instance->stale;
     head.inputs_set = instance->inputs_set;
     bytes = append(bytes, &head, sizeof head);
-    bytes = append(bytes, component->real, REAL_COUNT * sizeof(double));
-    bytes = append(bytes, component->integer, INTEGER_COUNT * sizeof(int));
-    bytes = append(bytes, component->boolean, BOOLEAN_COUNT * sizeof(int));
-    for (k = 0; k < STRING_COUNT; k++, bytes += STRING_SIZE) {
+    bytes = append(bytes, component->real, size_of(REAL));
+    bytes = append(bytes, component->integer, size_of(INTEGER));
+    bytes = append(bytes, component->boolean, size_of(BOOLEAN));
+    for (k = 0; k < port_table.counts[STRING]; k++, bytes += STRING_SIZE) {
         memset(bytes, 0, STRING_SIZE);
         memcpy(bytes, component->string[k], strlen(component->string[k]));
     }
@@ -89,15 +97,15 @@ static int is_life_cycle(const Head *head)
 /* Refuse values that a host could not have set; outputs of a failed instance are not-a-number. */
 static int are_values(const unsigned char *bytes, char *reason)
 {
-    const unsigned char *integers = bytes + REAL_COUNT * sizeof(double);
-    const unsigned char *booleans = integers + INTEGER_COUNT * sizeof(int);
-    const unsigned char *texts = booleans + BOOLEAN_COUNT * sizeof(int);
+    const unsigned char *integers = bytes + size_of(REAL);
+    const unsigned char *booleans = integers + size_of(INTEGER);
+    const unsigned char *texts = booleans + size_of(BOOLEAN);
     char name[REASON_SIZE], why[REASON_SIZE];
     const Port *port;
     double real;
     int integer, place;
 
-    for (port = ports; port < ports + PORT_COUNT; port++)
+    for (port = ports; port < ports + port_table.ports; port++)
         for (place = port->first; place < port->first + port->size; place++) {
             switch (port->kind) {
             case REAL: memcpy(&real, bytes + (size_t)place * sizeof real, sizeof real); break;
@@ -131,14 +139,14 @@ int is_saved_state(const unsigned char *bytes, size_t size, char reason[REASON_S
 {
     Head head;
 
-    if (size < sizeof head + values_size) {
+    if (size < sizeof head + values_size()) {
         strcpy(reason, "these bytes are not a saved state of this component: too few");
         return 0;
     }
     memcpy(&head, bytes, sizeof head);
     head.guid[sizeof head.guid - 1] = '\0';
-    if (strcmp(head.guid, MODEL_GUID) != 0) {
-        snprintf(reason, REASON_SIZE, "the saved state belongs to %s, this is " MODEL_GUID, head.guid);
+    if (strcmp(head.guid, identity.guid) != 0) {
+        snprintf(reason, REASON_SIZE, "the saved state belongs to %s, this is %s", head.guid, identity.guid);
         return 0;
     }
     if (head.layout != LAYOUT) {
@@ -146,7 +154,7 @@ int is_saved_state(const unsigned char *bytes, size_t size, char reason[REASON_S
                  LAYOUT);
         return 0;
     }
-    if (head.state_size != size - sizeof head - values_size) {
+    if (head.state_size != size - sizeof head - values_size()) {
         strcpy(reason, "these bytes are not a saved state of this component: of another length");
         return 0;
     }
@@ -161,28 +169,28 @@ static void restore_values(Component *component, const unsigned char *bytes)
 {
     int k;
 
-    memcpy(component->real, bytes, REAL_COUNT * sizeof(double));
-    bytes += REAL_COUNT * sizeof(double);
-    if (INTEGER_COUNT > 0)
-        memcpy(component->integer, bytes, INTEGER_COUNT * sizeof(int));
-    bytes += INTEGER_COUNT * sizeof(int);
-    if (BOOLEAN_COUNT > 0)
-        memcpy(component->boolean, bytes, BOOLEAN_COUNT * sizeof(int));
-    bytes += BOOLEAN_COUNT * sizeof(int);
-    for (k = 0; k < STRING_COUNT; k++, bytes += STRING_SIZE)
+    memcpy(component->real, bytes, size_of(REAL));
+    bytes += size_of(REAL);
+    if (size_of(INTEGER) > 0)
+        memcpy(component->integer, bytes, size_of(INTEGER));
+    bytes += size_of(INTEGER);
+    if (size_of(BOOLEAN) > 0)
+        memcpy(component->boolean, bytes, size_of(BOOLEAN));
+    bytes += size_of(BOOLEAN);
+    for (k = 0; k < port_table.counts[STRING]; k++, bytes += STRING_SIZE)
         memcpy(component->string[k], bytes, STRING_SIZE);
 }
 
 /* Return whether the parameters of a saved state are those that the model has started with. */
 static int same_parameters(const Component *component, const unsigned char *bytes)
 {
-    const unsigned char *integers = bytes + REAL_COUNT * sizeof(double);
-    const unsigned char *booleans = integers + INTEGER_COUNT * sizeof(int);
-    const unsigned char *texts = booleans + BOOLEAN_COUNT * sizeof(int);
+    const unsigned char *integers = bytes + size_of(REAL);
+    const unsigned char *booleans = integers + size_of(INTEGER);
+    const unsigned char *texts = booleans + size_of(BOOLEAN);
     const Port *port;
     int k, differ = 0;
 
-    for (port = ports; port < ports + PORT_COUNT && !differ; port++) {
+    for (port = ports; port < ports + port_table.ports && !differ; port++) {
         const size_t first = (size_t)port->first, size = (size_t)port->size;
         if (!(port->flags & PARAMETER))
             continue;
@@ -222,7 +230,7 @@ static int restart(Instance *instance, const Head *head, const unsigned char *va
 static int restore_model(Instance *instance, const Head *head, const unsigned char *values, char *reason)
 {
     Component *component = &instance->component;
-    const int sampled = EQUAL_STEPS && instance->fixed_step == 0.0;
+    const int sampled = identity.equal_steps && instance->fixed_step == 0.0;
 
     if (head->state_size != component->state_size) {
         strcpy(reason, "the saved state does not fit its own parameters");
@@ -235,7 +243,7 @@ static int restore_model(Instance *instance, const Head *head, const unsigned ch
         }
         restore_values(component, values);
     }
-    append(component->state, values + values_size, component->state_size);
+    append(component->state, values + values_size(), component->state_size);
     component->step_length = sampled ? head->length : instance->fixed_step;
     if (component_restored(component)) {
         snprintf(reason, REASON_SIZE, "%s", component->message);

@@ -1,188 +1,34 @@
-/* Saved states. A host gets the address of an entry in a list of its instance, and only what is in that list is used. */
-#include "instance.h"
-
-#include <stdio.h>
-#include <string.h>
-
-static State *known(const Instance *instance, fmi2FMUstate state)
-{
-    State *each = instance->states;
-
-    while (each != NULL && each != state)
-        each = each->next;
-    return each;
-}
-
-static fmi2Status refuse_state(Instance *instance, const char *call, fmi2FMUstate state)
-{
-    return refuse_call(instance, call, "%s",
-                       state != NULL ? "no state of this instance: freed, or of another one" : "the state is NULL");
-}
-
-/* Make room for a state of `size` bytes, in a new entry if `state` is NULL; NULL if there is no memory. */
-static State *reserve(Instance *instance, State *state, size_t size)
-{
-    const Memory *memory = &instance->memory;
-    State *entry = state != NULL ? state : memory->allocate(1, sizeof *entry);
-    unsigned char *bytes;
-
-    if (entry == NULL || (state != NULL && state->size == size))
-        return entry;
-    bytes = memory->allocate(1, size);
-    if (bytes == NULL) {
-        if (state == NULL)
-            memory->release(entry);
-        return NULL;
-    }
-    if (state != NULL)
-        memory->release(state->bytes);
-    else {
-        entry->next = instance->states;
-        instance->states = entry;
-    }
-    entry->bytes = bytes;
-    entry->size = size;
-    return entry;
-}
-
-static void forget(Instance *instance, State *state)
-{
-    State **link = &instance->states;
-
-    while (*link != state)
-        link = &(*link)->next;
-    *link = state->next;
-    instance->memory.release(state->bytes);
-    instance->memory.release(state);
-}
-
-void free_states(Instance *instance)
-{
-    while (instance->states != NULL)
-        forget(instance, instance->states);
-}
+/* Saved states as FMI 2.0 has them. */
+#include "fmi2_instance.h"
 
 fmi2Status FMI2(fmi2GetFMUstate)(fmi2Component c, fmi2FMUstate *state)
 {
-    static const char call[] = "getFMUstate";
-    Instance *instance = c;
-    State *old;
-
-    if (instance == NULL)
-        return fmi2Error;
-    if (state == NULL)
-        return refuse_call(instance, call, "the state goes to a NULL pointer");
-    old = known(instance, *state);
-    if (*state != NULL && old == NULL)
-        return refuse_state(instance, call, *state);
-    old = reserve(instance, old, saved_size(instance));
-    if (old == NULL)
-        return refuse_call(instance, call, "there is no memory for the state");
-    save(instance, old->bytes);
-    *state = old;
-    return fmi2OK;
+    return c == NULL ? fmi2Error : (fmi2Status)keep_state(c, "getFMUstate", state);
 }
 
 fmi2Status FMI2(fmi2SetFMUstate)(fmi2Component c, fmi2FMUstate state)
 {
-    static const char call[] = "setFMUstate";
-    Instance *instance = c;
-    const State *given;
-    char reason[REASON_SIZE];
-    int model;
-
-    if (instance == NULL)
-        return fmi2Error;
-    given = known(instance, state);
-    if (given == NULL)
-        return refuse_state(instance, call, state);
-    if (restore(instance, given->bytes, given->size, reason, &model))
-        return fmi2OK;
-    if (model)
-        instance->started = 0;
-    return refuse_call(instance, call, "%s", reason);
+    return c == NULL ? fmi2Error : (fmi2Status)restore_kept(c, "setFMUstate", state);
 }
 
 fmi2Status FMI2(fmi2FreeFMUstate)(fmi2Component c, fmi2FMUstate *state)
 {
-    Instance *instance = c;
-
-    if (instance == NULL)
-        return fmi2Error;
-    if (state == NULL || *state == NULL)
-        return fmi2OK; /* as the standard says */
-    if (known(instance, *state) == NULL)
-        return refuse_state(instance, "freeFMUstate", *state);
-    forget(instance, *state);
-    *state = NULL;
-    return fmi2OK;
+    return c == NULL ? fmi2Error : (fmi2Status)free_state(c, "freeFMUstate", state);
 }
 
 fmi2Status FMI2(fmi2SerializedFMUstateSize)(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
-    static const char call[] = "serializedFMUstateSize";
-    Instance *instance = c;
-    const State *given;
-
-    if (instance == NULL)
-        return fmi2Error;
-    given = known(instance, state);
-    if (given == NULL)
-        return refuse_state(instance, call, state);
-    if (size == NULL)
-        return refuse_call(instance, call, "the size goes to a NULL pointer");
-    *size = given->size + DIGEST_SIZE;
-    return fmi2OK;
+    return c == NULL ? fmi2Error : (fmi2Status)serialised_size(c, "serializedFMUstateSize", state, size);
 }
 
 fmi2Status FMI2(fmi2SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    static const char call[] = "serializeFMUstate";
-    Instance *instance = c;
-    const State *given;
-    unsigned char digest[DIGEST_SIZE];
-
-    if (instance == NULL)
-        return fmi2Error;
-    given = known(instance, state);
-    if (given == NULL)
-        return refuse_state(instance, call, state);
-    if (bytes == NULL)
-        return refuse_call(instance, call, "the bytes go to a NULL array");
-    if (size != given->size + DIGEST_SIZE)
-        return refuse_call(instance, call, "the state has %lu bytes, not %lu",
-                           (unsigned long)(given->size + DIGEST_SIZE), (unsigned long)size);
-    digest_of(given->bytes, given->size, digest);
-    memcpy(bytes, given->bytes, given->size);
-    memcpy(bytes + given->size, digest, DIGEST_SIZE);
-    return fmi2OK;
+    return c == NULL ? fmi2Error
+                     : (fmi2Status)serialise(c, "serializeFMUstate", state, (unsigned char *)bytes, size);
 }
 
 fmi2Status FMI2(fmi2DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
-    static const char call[] = "deSerializeFMUstate";
-    Instance *instance = c;
-    State *made;
-    char reason[REASON_SIZE];
-    unsigned char digest[DIGEST_SIZE];
-
-    if (instance == NULL)
-        return fmi2Error;
-    if (bytes == NULL)
-        return refuse_call(instance, call, "the bytes come from a NULL array");
-    if (state == NULL)
-        return refuse_call(instance, call, "the state goes to a NULL pointer");
-    if (size > DIGEST_SIZE)
-        digest_of((const unsigned char *)bytes, size - DIGEST_SIZE, digest);
-    if (size <= DIGEST_SIZE || memcmp(digest, bytes + size - DIGEST_SIZE, DIGEST_SIZE) != 0)
-        return refuse_call(instance, call, "these bytes are not a saved state of this component: cut short, or changed"
-                                           " since they were saved");
-    if (!is_saved_state((const unsigned char *)bytes, size - DIGEST_SIZE, reason))
-        return refuse_call(instance, call, "%s", reason);
-    made = reserve(instance, NULL, size - DIGEST_SIZE);
-    if (made == NULL)
-        return refuse_call(instance, call, "there is no memory for the state");
-    memcpy(made->bytes, bytes, made->size);
-    *state = made;
-    return fmi2OK;
+    return c == NULL ? fmi2Error
+                     : (fmi2Status)deserialise(c, "deSerializeFMUstate", (const unsigned char *)bytes, size, state);
 }

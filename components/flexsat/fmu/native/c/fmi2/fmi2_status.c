@@ -1,5 +1,5 @@
 /* Inquiries of a status, and what no FMU of flexsat has, as their model descriptions say. */
-#include "instance.h"
+#include "fmi2_instance.h"
 
 /* Refuse an inquiry unless a step was made or could be: steps are never pending nor discarded. */
 static fmi2Status inquire(Instance *instance, const char *call, const void *value)
@@ -7,16 +7,16 @@ static fmi2Status inquire(Instance *instance, const char *call, const void *valu
     if (instance == NULL)
         return fmi2Error;
     if (instance->phase != STEPPING && instance->phase != TERMINATED)
-        return refuse_call(instance, call, "not allowed %s",
+        return (fmi2Status)refuse_call(instance, call, "not allowed %s",
                            instance->phase == FAILED ? "after a refused call" : "before initialisation has ended");
     if (value == NULL)
-        return refuse_call(instance, call, "the value goes to a NULL pointer");
+        return (fmi2Status)refuse_call(instance, call, "the value goes to a NULL pointer");
     return fmi2OK;
 }
 
 static fmi2Status without_answer(Instance *instance, const char *call, fmi2StatusKind asked)
 {
-    log_to_host(&instance->host, instance->name, fmi2Discard, "%s: no answer to kind %d", call, (int)asked);
+    log_to_host(&instance->host, instance->name, CALL_DISCARD, "%s: no answer to kind %d", call, (int)asked);
     return fmi2Discard;
 }
 
@@ -70,12 +70,12 @@ fmi2Status FMI2(fmi2CancelStep)(fmi2Component c)
 {
     if (c == NULL)
         return fmi2Error;
-    return refuse_call(c, "cancelStep", "no step is in progress: fmi2DoStep returns at its end");
+    return (fmi2Status)refuse_call(c, "cancelStep", "no step is in progress: fmi2DoStep returns at its end");
 }
 
 static fmi2Status unsupported(fmi2Component c, const char *call)
 {
-    return c == NULL ? fmi2Error : refuse_call(c, call, "not supported; the model description says so");
+    return c == NULL ? fmi2Error : (fmi2Status)refuse_call(c, call, "not supported; the model description says so");
 }
 
 fmi2Status FMI2(fmi2GetDirectionalDerivative)(fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,
