@@ -5,7 +5,6 @@
 
 #include "linear_algebra.h"
 #include "rotations.h"
-#include "wheel_jitter.h"
 
 static const double no_rotation[4] = {0.0, 0.0, 0.0, 1.0};
 
@@ -16,7 +15,7 @@ static size_t history_size(const PreparedController *prepared)
 
 size_t controller_state_size(const PreparedController *prepared)
 {
-    return sizeof(ControllerState) + history_size(prepared) * sizeof(double);
+    return sizeof(ControllerState) + history_size(prepared) * sizeof(Real);
 }
 
 int controller_init(Component *component, const PreparedController *prepared, const double rotation[3], double start,
@@ -47,23 +46,28 @@ int controller_is_due(ControllerState *state, int64_t calls)
 }
 
 /* y (rows) = a x */
-static void panels_times(const Panels *a, const double *x, double *y)
+static void panels_times(const Panels *a, const Real *x, Real *y)
 {
-    memset(y, 0, (size_t)a->rows * sizeof(double));
+    memset(y, 0, (size_t)a->rows * sizeof(Real));
     panels_add_times(a, x, y);
 }
 
-/* Sine and cosine of the wheels' angles in the middle of a period, times speed squared. */
-static void jitter_at(const PreparedController *prepared, const double *speed, const double *angle, double *jitter)
+/* Sine and cosine of the wheels' angles in the middle of a period that begins `ahead` [s] after the measurement, times
+speed squared. */
+static void jitter_after(const PreparedController *prepared, const Measurements *measured, double ahead, Real *jitter)
 {
-    double harmonic[4 * WHEELS];
+    int k;
 
-    harmonic_jitter(WHEELS, speed, angle, prepared->period, 1.0, 0.0, harmonic);
-    memcpy(jitter, harmonic, 2 * WHEELS * sizeof(double));
+    for (k = 0; k < WHEELS; k++) {
+        const double speed = measured->encoder_speed[k], square = speed * speed;
+        const double middle = measured->encoder_angle[k] + ahead * speed + 0.5 * prepared->period * speed;
+        jitter[k] = (Real)(sin(middle) * square);
+        jitter[WHEELS + k] = (Real)(cos(middle) * square);
+    }
 }
 
 /* Turn an attitude by the small rotation in a state of the linear model: four times its first three. */
-static void turn_attitude(const double attitude[4], const double *linear, double turned[4])
+static void turn_attitude(const double attitude[4], const Real *linear, double turned[4])
 {
     const double rotation[3] = {4.0 * linear[0], 4.0 * linear[1], 4.0 * linear[2]};
 
@@ -75,7 +79,7 @@ static void turn_attitude(const double attitude[4], const double *linear, double
 A first measurement that is far from it is the attitude at which the run begins: the estimate is set to it, and before
 a slew has begun the reference too. */
 static int attitude_innovation(Component *component, const PreparedController *prepared, ControllerState *state,
-                               double time, const Measurements *measured, double *innovation)
+                               double time, const Measurements *measured, Real *innovation)
 {
     const double limit = prepared->parameters.capture_angle;
     const int first = !state->commanded.captured;
@@ -83,8 +87,8 @@ static int attitude_innovation(Component *component, const PreparedController *p
     int k;
 
     turn_attitude(state->attitude, state->estimate, state->attitude);
-    memset(state->estimate, 0, 3 * sizeof(double));
-    memset(innovation, 0, 3 * sizeof(double));
+    memset(state->estimate, 0, 3 * sizeof(Real));
+    memset(innovation, 0, 3 * sizeof(Real));
     if (!measured->star_tracker_valid)
         return 0;
     quaternion_from_mrp(measured->star_tracker_mrp, seen);
@@ -98,14 +102,15 @@ static int attitude_innovation(Component *component, const PreparedController *p
         memcpy(state->attitude, seen, sizeof seen);
         return start_from(component, prepared, &state->commanded, time, seen);
     }
-    memcpy(innovation, off, sizeof off);
+    for (k = 0; k < 3; k++)
+        innovation[k] = (Real)off[k];
     return first && start_from(component, prepared, &state->commanded, time, state->commanded.origin);
 }
 
 static void predict(const PreparedController *prepared, ControllerState *state)
 {
-    const double *late = state->history + (size_t)prepared->whole_delay * WHEELS;
-    double next[STATES];
+    const Real *late = state->history + (size_t)prepared->whole_delay * WHEELS;
+    Real next[STATES];
 
     panels_times(&prepared->predict, state->estimate, next);
     panels_add_times(&prepared->predict_late, late, next);
@@ -119,8 +124,8 @@ static void predict(const PreparedController *prepared, ControllerState *state)
 static int correct(Component *component, const PreparedController *prepared, ControllerState *state, double time,
                    const Measurements *measured)
 {
-    double innovation[MEASURED], expected[MEASURED];
-    double *speed = innovation + GYROS + ACCELEROMETERS, *attitude = speed + WHEELS;
+    Real innovation[MEASURED], expected[MEASURED];
+    Real *speed = innovation + GYROS + ACCELEROMETERS, *attitude = speed + WHEELS;
     int64_t phase;
     int k;
 
@@ -128,12 +133,12 @@ static int correct(Component *component, const PreparedController *prepared, Con
         predict(prepared, state);
     state->since_star_tracker = measured->star_tracker_valid ? 0 : state->since_star_tracker + 1;
     phase = state->since_star_tracker < prepared->phases ? state->since_star_tracker : prepared->phases - 1;
-    memcpy(innovation, measured->gyro_rate, GYROS * sizeof(double));
-    memcpy(innovation + GYROS, measured->accelerometer, ACCELEROMETERS * sizeof(double));
+    memcpy(innovation, measured->gyro_rate, GYROS * sizeof(Real));
+    memcpy(innovation + GYROS, measured->accelerometer, ACCELEROMETERS * sizeof(Real));
     for (k = 0; k < WHEELS; k++)
-        speed[k] = measured->encoder_speed[k] - prepared->nominal_speed[k];
+        speed[k] = (Real)(measured->encoder_speed[k] - prepared->nominal_speed[k]);
     for (k = 0; k < 3; k++)
-        attitude[k] = 4.0 * measured->star_tracker_mrp[k];
+        attitude[k] = (Real)(4.0 * measured->star_tracker_mrp[k]);
     panels_times(&prepared->c, state->estimate, expected);
     for (k = 0; k < MEASURED; k++)
         innovation[k] -= expected[k];
@@ -142,20 +147,17 @@ static int correct(Component *component, const PreparedController *prepared, Con
         return 1;
     panels_add_times(&prepared->gain[phase], innovation, state->estimate);
     if (prepared->parameters.feed_forward_jitter)
-        jitter_at(prepared, measured->encoder_speed, measured->encoder_angle, state->jitter);
+        jitter_after(prepared, measured, 0.0, state->jitter);
     return 0;
 }
 
 /* Add the torque against the harmonic jitter while the torque of this step will act. */
-static void cancel_jitter(const PreparedController *prepared, const Measurements *measured, double *torque)
+static void cancel_jitter(const PreparedController *prepared, const Measurements *measured, Real *torque)
 {
     const double ahead = prepared->parameters.measurement_delay + prepared->parameters.actuation_delay;
-    double angle[WHEELS], jitter[2 * WHEELS];
-    int k;
+    Real jitter[2 * WHEELS];
 
-    for (k = 0; k < WHEELS; k++)
-        angle[k] = measured->encoder_angle[k] + ahead * measured->encoder_speed[k];
-    jitter_at(prepared, measured->encoder_speed, angle, jitter);
+    jitter_after(prepared, measured, ahead, jitter);
     panels_add_times(&prepared->jitter_torque, jitter, torque);
 }
 
@@ -186,20 +188,20 @@ static void refer(const PreparedController *prepared, ControllerState *state, do
     Commanded *commanded = &state->commanded;
     const Motion *profile = &commanded->profile;
     const double change = shaped_rate_change(profile, &prepared->shaper, time, prepared->period);
-    double momentum_axis[3], body_torque[3], origin[3], *reference = outputs->reference;
+    double momentum_axis[3], body_torque[3], origin[3], torque[WHEELS], reference[CONTROLLED];
     int k;
 
     times_vector(3, 3, prepared->inertia, profile->axis, momentum_axis);
     for (k = 0; k < 3; k++)
         body_torque[k] = momentum_axis[k] * (change / prepared->period);
-    times_vector(WHEELS, 3, prepared->slew_wheels.allocation[profile->allocation], body_torque,
-                 outputs->reference_torque);
+    times_vector(WHEELS, 3, prepared->slew_wheels.allocation[profile->allocation], body_torque, torque);
     if (prepared->smoothed) {
         smooth_reference(prepared, profile, time, momentum_axis, reference);
     } else {
-        memcpy(reference, commanded->reference, sizeof commanded->reference);
-        panels_times(&prepared->reference_a, reference, commanded->reference);
-        panels_add_times(&prepared->reference_b, outputs->reference_torque, commanded->reference);
+        memcpy(reference, commanded->reference, sizeof reference);
+        memset(commanded->reference, 0, sizeof commanded->reference);
+        panels_add_times_exactly(&prepared->reference_a, reference, commanded->reference);
+        panels_add_times_exactly(&prepared->reference_b, torque, commanded->reference);
     }
     reference_attitude(commanded->origin, profile->axis, reference, attitude);
     if (prepared->parameters.linear_attitude) {
@@ -209,10 +211,14 @@ static void refer(const PreparedController *prepared, ControllerState *state, do
     } else {
         mrp_from_quaternion(attitude, reference);
     }
+    for (k = 0; k < CONTROLLED; k++)
+        outputs->reference[k] = (Real)reference[k];
+    for (k = 0; k < WHEELS; k++)
+        outputs->reference_torque[k] = (Real)torque[k];
 }
 
 /* Limit to the motor, then to what leaves the speed band within a period (PHYSICS section 6). */
-static void saturate(const PreparedController *prepared, const double *speed, double *torque)
+static void saturate(const PreparedController *prepared, const Real *speed, Real *torque)
 {
     const double *limits = prepared->parameters.torque_limits, *bands = prepared->parameters.speed_bands;
     const double scale = prepared->wheel_inertia / prepared->period;
@@ -220,15 +226,15 @@ static void saturate(const PreparedController *prepared, const double *speed, do
 
     for (k = 0; k < WHEELS; k++) {
         const double limited = fmin(fmax(torque[k], -limits[k]), limits[k]);
-        torque[k] = fmin(fmax(limited, scale * (-bands[k] - speed[k])), scale * (bands[k] - speed[k]));
+        torque[k] = (Real)fmin(fmax(limited, scale * (-bands[k] - speed[k])), scale * (bands[k] - speed[k]));
     }
 }
 
 /* The state when the torque of this step will act. */
-static void look_ahead(const PreparedController *prepared, const ControllerState *state, double *expected)
+static void look_ahead(const PreparedController *prepared, const ControllerState *state, Real *expected)
 {
     if (!prepared->delayed) {
-        memcpy(expected, state->estimate, CONTROLLED * sizeof(double));
+        memcpy(expected, state->estimate, CONTROLLED * sizeof(Real));
         return;
     }
     panels_times(&prepared->ahead, state->estimate, expected);
@@ -236,32 +242,37 @@ static void look_ahead(const PreparedController *prepared, const ControllerState
 }
 
 /* What the regulator acts on, and the estimate as an output. */
-static void compare(const PreparedController *prepared, const ControllerState *state, const double *expected,
-                    const double attitude[4], const ControllerOutputs *outputs, double *error)
+static void compare(const PreparedController *prepared, const ControllerState *state, const Real *expected,
+                    const double attitude[4], const ControllerOutputs *outputs, Real *error)
 {
-    double estimated[4];
+    double estimated[4], turn[3];
     int k;
 
     for (k = 0; k < CONTROLLED; k++)
         error[k] = expected[k] - outputs->reference[k];
-    memcpy(outputs->estimate, state->estimate, CONTROLLED * sizeof(double));
+    memcpy(outputs->estimate, state->estimate, CONTROLLED * sizeof(Real));
     if (prepared->parameters.linear_attitude)
         return;
     turn_attitude(state->attitude, state->estimate, estimated);
-    mrp_from_quaternion(estimated, outputs->estimate);
+    mrp_from_quaternion(estimated, turn);
+    for (k = 0; k < 3; k++)
+        outputs->estimate[k] = (Real)turn[k];
     if (prepared->delayed)
         turn_attitude(state->attitude, expected, estimated);
-    relative_mrp(estimated, attitude, error);
+    relative_mrp(estimated, attitude, turn);
+    for (k = 0; k < 3; k++)
+        error[k] = (Real)turn[k];
 }
 
 int controller_step(Component *component, const PreparedController *prepared, ControllerState *state, double time,
                     const Measurements *measured, const ControllerOutputs *outputs)
 {
-    double expected[CONTROLLED], error[CONTROLLED], correction[WHEELS], attitude[4], *torque = outputs->torque;
+    Real expected[CONTROLLED], error[CONTROLLED], correction[WHEELS], *torque = outputs->torque;
+    double attitude[4];
     int k;
 
     if (measured->applied_valid && state->count > 0)
-        memcpy(state->history, measured->applied_torque, WHEELS * sizeof(double));
+        memcpy(state->history, measured->applied_torque, WHEELS * sizeof(Real));
     if (state->count >= prepared->first_measurement && correct(component, prepared, state, time, measured))
         return 1;
     if (proceed(component, prepared, &state->commanded, time))
@@ -276,9 +287,9 @@ int controller_step(Component *component, const PreparedController *prepared, Co
         cancel_jitter(prepared, measured, torque);
     saturate(prepared, expected + CONTROLLED - WHEELS, torque);
     if (prepared->parameters.open_loop)
-        memset(torque, 0, WHEELS * sizeof(double));
-    memmove(state->history + WHEELS, state->history, (history_size(prepared) - WHEELS) * sizeof(double));
-    memcpy(state->history, torque, WHEELS * sizeof(double));
+        memset(torque, 0, WHEELS * sizeof(Real));
+    memmove(state->history + WHEELS, state->history, (history_size(prepared) - WHEELS) * sizeof(Real));
+    memcpy(state->history, torque, WHEELS * sizeof(Real));
     state->count++;
     return 0;
 }

@@ -7,22 +7,22 @@ twin of runtime/controller.py, which documents it. One step is one period. */
 
 /* Inputs of a step. */
 typedef struct Measurements {
-    const double *gyro_rate;        /* (g) [rad/s] */
-    const double *accelerometer;    /* (k) [m/s2] */
-    const double *encoder_speed;    /* (n) [rad/s] */
-    const double *encoder_angle;    /* (n) [rad] */
-    const double *star_tracker_mrp; /* (3) */
+    const Real *gyro_rate;          /* (g) [rad/s] */
+    const Real *accelerometer;      /* (k) [m/s2] */
+    const Real *encoder_speed;      /* (n) [rad/s] */
+    const Real *encoder_angle;      /* (n) [rad] */
+    const double *star_tracker_mrp; /* (3), a double: see real.h */
     int star_tracker_valid;         /* a new sample */
-    const double *applied_torque;   /* (n) [N.m], commanded in the step before by the controller in control */
+    const Real *applied_torque;     /* (n) [N.m], commanded in the step before by the controller in control */
     int applied_valid;              /* applied_torque is given; else it was this controller's */
 } Measurements;
 
 /* Hold from the sampling time on; written by a step. */
 typedef struct ControllerOutputs {
-    double *torque;           /* (n) [N.m] */
-    double *estimate;         /* (r), that the torque was made from */
-    double *reference;        /* (r) */
-    double *reference_torque; /* (n) [N.m] */
+    Real *torque;           /* (n) [N.m] */
+    Real *estimate;         /* (r), that the torque was made from */
+    Real *reference;        /* (r) */
+    Real *reference_torque; /* (n) [N.m] */
 } ControllerOutputs;
 
 /* What the controller remembers between steps, all that is saved; of variable size. */
@@ -30,11 +30,11 @@ typedef struct ControllerState {
     int64_t count; /* steps done */
     int64_t held;  /* calls since the last step, itself included, where there are several calls to a period */
     int64_t since_star_tracker; /* steps */
-    double estimate[STATES];    /* at the time of the last measurement */
+    Real estimate[STATES];      /* at the time of the last measurement */
     double attitude[4];         /* body from inertial; the estimate's first three turn it further */
-    double jitter[2 * WHEELS];  /* expected over the coming period: sines and cosines, times speed squared */
+    Real jitter[2 * WHEELS];    /* expected over the coming period: sines and cosines, times speed squared */
     Commanded commanded;
-    double history[]; /* (q + 2, n): torques commanded, the latest first [N.m] */
+    Real history[]; /* (q + 2, n): torques commanded, the latest first [N.m] */
 } ControllerState;
 
 size_t controller_state_size(const PreparedController *prepared); /* bytes */

@@ -1,6 +1,6 @@
 #include "panels.h"
 
-#if defined(__SSE2__) || defined(_M_X64) /* every x86-64 */
+#if !defined(FLEXSAT_FLOATS) && (defined(__SSE2__) || defined(_M_X64)) /* every x86-64 */
 #include <emmintrin.h>
 #define TWO_AT_ONCE
 #endif
@@ -16,7 +16,7 @@ int panels_take(Memory *memory, int rows, int columns, Panels *panels)
     panels->from = memory_take(memory, most, sizeof(int));
     panels->to = memory_take(memory, most, sizeof(int));
     panels->place = memory_take(memory, most, sizeof(size_t));
-    panels->value = memory_doubles(memory, most * PANEL * (size_t)columns);
+    panels->value = memory_take(memory, most * PANEL * (size_t)columns, sizeof(Real));
     return memory->failed;
 }
 
@@ -58,7 +58,7 @@ void panels_fill(const double *a, Panels *panels)
         panels->place[panel] = place;
         for (j = from; j < to; j++)
             for (k = 0; k < PANEL; k++)
-                panels->value[place++] = k < filled ? a[(size_t)row[k] * columns + (size_t)j] : 0.0;
+                panels->value[place++] = (Real)(k < filled ? a[(size_t)row[k] * columns + (size_t)j] : 0.0);
     }
 }
 
@@ -83,13 +83,13 @@ static void sum_columns(int count, const double *value, const double *x, double 
     _mm_storeu_pd(sums + 6, s3);
 }
 #else
-static void sum_columns(int count, const double *value, const double *x, double sums[PANEL])
+static void sum_columns(int count, const Real *value, const Real *x, Real sums[PANEL])
 {
-    double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0, s4 = 0.0, s5 = 0.0, s6 = 0.0, s7 = 0.0;
+    Real s0 = 0, s1 = 0, s2 = 0, s3 = 0, s4 = 0, s5 = 0, s6 = 0, s7 = 0;
     int j;
 
     for (j = 0; j < count; j++, value += PANEL) {
-        const double factor = x[j];
+        const Real factor = x[j];
         s0 += value[0] * factor;
         s1 += value[1] * factor;
         s2 += value[2] * factor;
@@ -104,17 +104,37 @@ static void sum_columns(int count, const double *value, const double *x, double 
 }
 #endif
 
-void panels_add_times(const Panels *panels, const double *x, double *y)
+void panels_add_times(const Panels *panels, const Real *x, Real *y)
 {
     int panel, k;
 
     for (panel = 0; panel < panels->count; panel++) {
         const int *row = panels->row + PANEL * panel, from = panels->from[panel];
-        double sums[PANEL];
+        Real sums[PANEL];
         sum_columns(panels->to[panel] - from, panels->value + panels->place[panel], x + from, sums);
         for (k = 0; k < PANEL; k++)
             y[row[k]] += sums[k];
     }
+}
+
+void panels_add_times_exactly(const Panels *panels, const double *x, double *y)
+{
+#ifdef FLEXSAT_FLOATS
+    int panel, j, k;
+
+    for (panel = 0; panel < panels->count; panel++) {
+        const int *row = panels->row + PANEL * panel;
+        const Real *value = panels->value + panels->place[panel];
+        double sums[PANEL] = {0.0};
+        for (j = panels->from[panel]; j < panels->to[panel]; j++, value += PANEL)
+            for (k = 0; k < PANEL; k++)
+                sums[k] += value[k] * x[j];
+        for (k = 0; k < PANEL; k++)
+            y[row[k]] += sums[k];
+    }
+#else
+    panels_add_times(panels, x, y);
+#endif
 }
 
 int sparse_of(Memory *memory, int rows, int columns, const double *a, Sparse *sparse)

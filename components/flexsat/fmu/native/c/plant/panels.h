@@ -3,6 +3,7 @@
 #define FLEXSAT_PANELS_H
 
 #include "memory.h"
+#include "real.h"
 
 enum { PANEL = 8 }; /* rows whose sums run at once */
 
@@ -13,7 +14,7 @@ typedef struct Panels {
     int *row;         /* (8 count) of the matrix; those that fill the last panel up are its first row, times 0 */
     int *from, *to;   /* (count) columns */
     size_t *place;    /* (count) of a panel's first value */
-    double *value;    /* column after column of a panel, eight values each */
+    Real *value;      /* column after column of a panel, eight values each */
 } Panels;
 
 /* Take memory for any matrix of this size; returns 0, or 1 without memory. */
@@ -23,7 +24,10 @@ int panels_take(Memory *memory, int rows, int columns, Panels *panels);
 void panels_fill(const double *a, Panels *panels);
 
 /* y (rows) += a x (columns) */
-void panels_add_times(const Panels *panels, const double *x, double *y);
+void panels_add_times(const Panels *panels, const Real *x, Real *y);
+
+/* The same with sums of doubles, whatever Real is. */
+void panels_add_times_exactly(const Panels *panels, const double *x, double *y);
 
 /* The elements of a matrix that are not 0, row after row. */
 typedef struct Sparse {
