@@ -16,6 +16,7 @@ from ..documentation.xml_text import xml_bytes
 from ..python.model_description import About, model_description
 from ..python.resources import BUILD_FILE
 from .compile import compile_library
+from .port_source import differentiable
 from .sources import IDENTITY, Identity, component_sources, generated_sources, identity_source
 
 
@@ -68,7 +69,7 @@ def native_content(component: NativeComponent) -> NativeContent:
     sources |= generated_sources(component.main.stem, component.table, component.variants)
     identity = Identity(guid="", equal_steps=component.equal_steps, step_parameter=component.step_parameter)
     units = sorted(file for file in (*sources, IDENTITY) if file.endswith(".c"))
-    about = replace(component.about, source_files=tuple(units))
+    about = replace(component.about, source_files=tuple(units), derivatives=differentiable(component.table))
     content = {**component.resources, **sources, IDENTITY: identity_source(identity)}
     guid = _guid(content, _xml(component.table, about))
     sources[IDENTITY] = identity_source(replace(identity, guid=guid))

@@ -27,6 +27,11 @@ def port_places(table: PortTable) -> str:
     return "\n".join([*lines, "", "#endif"]) + "\n"
 
 
+def differentiable(table: PortTable) -> bool:
+    """Return whether a component gives directional derivatives: those of real outputs that follow inputs."""
+    return any(port.follows_inputs and port.kind == "real" for port in table)
+
+
 def port_table(table: PortTable) -> str:
     """Return the source ports.c: the ports by kind and place, with limits and start values, as port_table.h describes.
 
@@ -61,9 +66,14 @@ def _summary(table: PortTable) -> Iterator[str]:
     outputs = table.run("output")
     feeds = int(any(port.on_demand and port.depends_on for port in table))
     element = "%s[%d]" if table.naming == "structured" else "%s_%d"
+    derivatives = differentiable(table)
+    if derivatives:
+        yield "int component_differentiate(struct Component *component, const double *seed, double *change);"
+        yield ""
     yield "const PortTable port_table = {"
     yield f"    {{{counts}}}, {len(table.variables)}, {len(table.ports)},"
     yield f'    {outputs.start}, {outputs.stop - outputs.start}, {feeds}, "{element}",'
+    yield f"    {'component_differentiate' if derivatives else 'NULL'},"
     yield "};"
 
 

@@ -24,6 +24,7 @@ class About:
     step_size : preferred, or only, communication step [s]
     any_step : whether other steps are accepted
     source_files : C files below sources/ that build the library; none for an FMU in Python
+    derivatives : whether fmi2GetDirectionalDerivative gives those of outputs with respect to inputs
     execution_tool : whether a tool is declared to be needed, for a receiver that wants to be warned of Python
     date : ISO 8601, or None for builds that repeat byte by byte
     """
@@ -38,6 +39,7 @@ class About:
     step_size: float
     any_step: bool
     source_files: tuple[str, ...] = ()
+    derivatives: bool = False
     execution_tool: bool = False
     stop_time: float | None = None
     date: str | None = None
@@ -112,7 +114,7 @@ def model_description(table: PortTable, about: About) -> Element:
 
 
 def _capabilities(about: About) -> dict[str, str]:
-    return {
+    capabilities = {
         "modelIdentifier": about.model_name,
         # The model itself is in the FMU: Python is a library that it needs, as externalDependencies.txt says.
         "needsExecutionTool": _text(about.execution_tool),
@@ -123,6 +125,7 @@ def _capabilities(about: About) -> dict[str, str]:
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
     }
+    return capabilities | ({"providesDirectionalDerivative": "true"} if about.derivatives else {})
 
 
 def _add_units(root: Element, table: PortTable) -> None:

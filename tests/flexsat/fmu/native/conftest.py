@@ -1,5 +1,6 @@
 """The C twins of the components, compiled once for all workers; tests skip where there is no compiler."""
 
+import pickle
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -46,8 +47,18 @@ def layout(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="session")
-def plants(layout: str) -> dict[str, PlantMatrices]:
+def plants(once: Callable[[str, Make], Path], layout: str) -> dict[str, PlantMatrices]:
     """Return the matrices of the full plant of a layout, and of its published one, without a controller's design."""
+
+    def make(folder: Path) -> None:
+        folder.mkdir()
+        (folder / "plants").write_bytes(pickle.dumps(_plants(layout)))
+
+    found: dict[str, PlantMatrices] = pickle.loads((once(f"plants-{layout}", make) / "plants").read_bytes())
+    return found
+
+
+def _plants(layout: str) -> dict[str, PlantMatrices]:
     speeds = np.random.default_rng(2)
     variants = {}
     for name, modes in (("corrected", None), ("as_published", PUBLISHED_MODES)):

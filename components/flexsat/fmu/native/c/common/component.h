@@ -45,6 +45,11 @@ int component_tuned(Component *component);
 /* Compute the outputs that follow inputs from the present state and inputs. */
 int component_follow_inputs(Component *component);
 
+/* Only of a component with outputs that follow inputs: their derivatives in the direction of inputs `seed`. Both arrays
+have a place for each real; `change` is 0 before, and gets the derivatives. At a kink they are those of the side that
+the direction points to. */
+int component_differentiate(Component *component, const double *seed, double *change);
+
 /* Compute the outputs on demand. */
 int component_evaluate(Component *component);
 

@@ -27,6 +27,7 @@ typedef enum {
     TERMINATE,
     GET,
     SET,
+    DIFFERENTIATE,
     CALLS
 } Call;
 
@@ -49,6 +50,7 @@ typedef struct Instance {
     Memory memory; /* of the instance itself: its name and values */
     Host host;
     char *name;    /* as the host wrote it */
+    double *seed, *change; /* by places of reals, of derivatives; NULL if there are none */
     Phase phase;
     int set_up;    /* whether start and stop time are known */
     int ends;      /* whether the experiment has a stop time */
@@ -119,6 +121,15 @@ Status check_boolean(Instance *instance, const char *call, const Port *port, int
 Status check_text(Instance *instance, const char *call, const Port *port, int place, const char *value, size_t number);
 /* Note that values were written, with these flags among them. */
 Status finish_writing(Instance *instance, const char *call, int flags);
+
+/* derivatives.c */
+Status begin_to_differentiate(Instance *instance, const char *call);
+/* Add to the seed of an input; refuse what is not finite. */
+Status add_seed(Instance *instance, const char *call, int place, double value, size_t number);
+/* Find `change` in the direction of `seed`. */
+Status differentiate(Instance *instance, const char *call);
+/* Refuse the derivative of an output if it is not finite. */
+Status check_derivative(Instance *instance, const char *call, int place);
 
 /* model_calls.c */
 /* Start the model: returns 0 with component.message, or 1. */

@@ -17,6 +17,10 @@ static int make_values(Instance *instance)
     size_t k;
 
     component->real = memory_doubles(memory, (size_t)port_table.counts[REAL]);
+    if (port_table.differentiate != NULL) {
+        instance->seed = memory_doubles(memory, (size_t)port_table.counts[REAL]);
+        instance->change = memory_doubles(memory, (size_t)port_table.counts[REAL]);
+    }
     component->integer = memory_take(memory, (size_t)port_table.counts[INTEGER], sizeof(int));
     component->boolean = memory_take(memory, (size_t)port_table.counts[BOOLEAN], sizeof(int));
     component->string = memory_take(memory, strings, sizeof(char *));

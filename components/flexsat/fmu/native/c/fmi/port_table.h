@@ -31,6 +31,8 @@ typedef struct Port {
     const char *text;                /* the start of a string */
 } Port;
 
+struct Component;
+
 typedef struct PortTable {
     int counts[KINDS];     /* scalars of each kind */
     int variables;         /* scalars of all kinds */
@@ -39,6 +41,7 @@ typedef struct PortTable {
     int real_outputs;
     int feeds_on_demand;   /* whether outputs on demand depend on inputs */
     const char *element;   /* format of an element's name: from that of its port, and its number */
+    int (*differentiate)(struct Component *component, const double *seed, double *change); /* of component.h, or NULL */
 } PortTable;
 
 extern const PortTable port_table;

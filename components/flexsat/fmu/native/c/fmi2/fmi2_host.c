@@ -13,6 +13,7 @@ static const int allowed[CALLS] = {
     IN(STEPPING),                                                /* TERMINATE */
     IN(INITIALIZING) | IN(STEPPING) | IN(TERMINATED) | IN(FAILED), /* GET; after an error for debugging only */
     IN(INSTANTIATED) | IN(INITIALIZING) | IN(STEPPING),          /* SET */
+    IN(INITIALIZING) | IN(STEPPING) | IN(TERMINATED),            /* DIFFERENTIATE */
 };
 
 static const char *const moments[] = {

@@ -78,14 +78,6 @@ static fmi2Status unsupported(fmi2Component c, const char *call)
     return c == NULL ? fmi2Error : (fmi2Status)refuse_call(c, call, "not supported; the model description says so");
 }
 
-fmi2Status FMI2(fmi2GetDirectionalDerivative)(fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,
-                                              const fmi2ValueReference known[], size_t knowns, const fmi2Real seed[],
-                                              fmi2Real sensitivity[])
-{
-    (void)unknown, (void)unknowns, (void)known, (void)knowns, (void)seed, (void)sensitivity;
-    return unsupported(c, "GetDirectionalDerivative");
-}
-
 fmi2Status FMI2(fmi2SetRealInputDerivatives)(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                              const fmi2Integer order[], const fmi2Real values[])
 {

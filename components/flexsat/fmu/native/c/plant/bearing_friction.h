@@ -12,4 +12,12 @@ void prepare_friction(Plant *plant, const double *limits);
 the state's loads are those of this step, with the internal ones of the step before. */
 void add_friction(Plant *plant, const double *limits, const double *end);
 
+/* Add what friction changes in the torques to their changes, (n), which make the change of the loads, (r). The present
+torques, without friction, are in `given`; `load` is the present one with them. */
+void add_friction_change(Plant *plant, const double *limits, const double *end, const double *load,
+                         const double *load_change, double *torque_change);
+
+/* Return the change of a value that is cut off at +-limit; at the limit, on the side that the change points to. */
+double change_within(double value, double limit, double change);
+
 #endif

@@ -6,6 +6,7 @@
 #include "bearing_friction.h"
 #include "component.h"
 #include "number_text.h"
+#include "plant_derivatives.h"
 #include "plant_step.h"
 #include "plant_telemetry.h"
 #include "ports.h"
@@ -46,8 +47,12 @@ static int take_work(Memory *memory, const Motion *motion, PlantWork *work)
     work->turn = memory_doubles(memory, 3);
     work->seen = memory_doubles(memory, speeds + k + n + PRODUCTS);
     work->unbraked = memory_doubles(memory, n);
+    work->holding = memory_doubles(memory, 2 * n);
     work->response = memory_doubles(memory, n * n);
     work->structure = memory_doubles(memory, 2 * m);
+    work->input_change = memory_doubles(memory, (size_t)motion->loads.inputs);
+    work->load_change = memory_doubles(memory, (size_t)motion->loads.count);
+    work->present_load = memory_doubles(memory, (size_t)motion->loads.count);
     return memory->failed;
 }
 
@@ -133,6 +138,12 @@ int component_tuned(Component *component)
 int component_follow_inputs(Component *component)
 {
     plant_feed_through(component, component->own);
+    return 0;
+}
+
+int component_differentiate(Component *component, const double *seed, double *change)
+{
+    plant_differentiate(component, component->own, seed, change);
     return 0;
 }
 

@@ -33,8 +33,10 @@ typedef struct PlantWork {
     double *turn;       /* (3) as in the state, at the end */
     double *seen;       /* (6 + u + k + n + 9) */
     double *unbraked;   /* (n) */
+    double *holding;    /* (2 n) */
     double *response;   /* (n, n) of the wheels' speeds to their torques */
     double *structure;  /* (2 m) eta, eta' */
+    double *input_change, *load_change, *present_load; /* (inputs), (r), (r) of derivatives */
 } PlantWork;
 
 typedef struct Plant {
