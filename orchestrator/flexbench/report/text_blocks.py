@@ -13,6 +13,7 @@ from flexbench.studies.paper.published import ROWS, PaperRow
 from flexbench.studies.paper.table import number
 from lockstep import InputError, System, load_system
 from lockstep.plan.timeline_svg import timeline_svg
+from lockstep.ssp.native_fmu import shown_file
 from lockstep.ssp.step_times import timing_of_run
 from lockstep.system.clock import nanoseconds
 
@@ -166,7 +167,7 @@ def system_blocks(result: Result) -> list[Block]:
         [
             c["name"],
             c.get("model", ""),
-            Path(c.get("source", "")).name,
+            shown_file(Path(c.get("source", ""))),
             f"{c.get('period', 0.0) * 1e3:g}",
             c.get("kind", ""),
         ]

@@ -34,6 +34,7 @@ def describe(system: System) -> list[str]:
     """Return the system as text: tick, components in the order of a tick, and latencies."""
     from lockstep.errors import compact
     from lockstep.plan.schedule import build_schedule
+    from lockstep.ssp.native_fmu import shown_file
     from lockstep.system.clock import seconds_text
 
     lines = [f"{system.name}: tick {seconds_text(system.tick)} s, in the order of a tick:"]
@@ -41,7 +42,7 @@ def describe(system: System) -> list[str]:
     for task in build_schedule(system).tasks:
         c = system.component(task.name)
         timing = f"every {seconds_text(c.period)} s from {seconds_text(c.offset)} s, {c.kind}"
-        source = c.source.name if c.sums is None else "sum"
+        source = shown_file(c.source) if c.sums is None else "sum"
         lines.append(f"  {c.name:{width}}  {timing}, {source}")
     links: dict[tuple[str, str, int], int] = {}
     for connection in system.connections:

@@ -19,6 +19,7 @@ class DeclaredSteps:
     offset: Time = 0
     kind: Kind | None = None
     isolated: bool | None = None
+    native: bool = False  # the native FMU beside the one that is named
     tolerance: float | None = None  # relative, of the FMU's integration
     annotated: bool = False  # in an annotation of type `lockstep`
     hint: Time | None = None  # StepSizeHint of the Open Simulation Platform
@@ -41,7 +42,7 @@ def declared_steps(element: Element, name: str) -> DeclaredSteps:
     """Read the steps that the annotations of a component declare, or raise InputError."""
     hints = element.findall("ssd:Annotations/ssc:Annotation/osp:StepSizeHint", NS)
     hint = positive_nanoseconds(hints[0].get("value", ""), f"{name}: StepSizeHint") if hints else None
-    own = annotation(element, "Component", name, ("period", "offset", "kind", "isolated", "tolerance"))
+    own = annotation(element, "Component", name, ("period", "offset", "kind", "isolated", "native", "tolerance"))
     if own is None:
         return DeclaredSteps(hint=hint)
     kind = own.get("kind")
@@ -52,6 +53,7 @@ def declared_steps(element: Element, name: str) -> DeclaredSteps:
         offset=nanoseconds(own.get("offset", "0"), f"{name}: offset"),
         kind=kind,
         isolated=flag(own, "isolated", name),
+        native=bool(flag(own, "native", name)),
         tolerance=_number(own, "tolerance", name),
         annotated=True,
         hint=hint,

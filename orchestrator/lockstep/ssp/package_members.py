@@ -4,8 +4,10 @@ from pathlib import Path
 from urllib.parse import quote, unquote
 
 from lockstep.errors import InputError
+from lockstep.ssp.annotations import flag
 from lockstep.ssp.documents.parse import parse
-from lockstep.ssp.documents.xml import DESCRIPTION, MAIN, NS, document_bytes
+from lockstep.ssp.documents.xml import ANNOTATION, DESCRIPTION, MAIN, NS, Element, document_bytes
+from lockstep.ssp.native_fmu import NATIVE
 
 _NAMED = "//ssd:Component | //ssd:ParameterBinding | //ssd:ParameterMapping | //ssd:SignalDictionary"
 
@@ -13,7 +15,8 @@ _NAMED = "//ssd:Component | //ssd:ParameterBinding | //ssd:ParameterMapping | //
 def package_entries(path: Path) -> dict[str, bytes]:
     """Return the members of the .ssp of a .ssd file by name: `SystemStructure.ssd`, and `resources/...`.
 
-    Files are named by their last part; two of one name get numbers. Only `source` attributes change in the description.
+    Files are named by their last part; two of one name get numbers. In the description only `source` attributes change,
+    and a component that asks for a native FMU has that as its source.
 
     Raises
     ------
@@ -36,7 +39,7 @@ def package_entries(path: Path) -> dict[str, bytes]:
             raise InputError(
                 f"{path}: {element.get('name')}: refers to another system; package it by hand, or flatten it"
             )
-        file = (path.parent / unquote(source)).resolve()
+        file = _named_file(element, path.parent / unquote(source))
         if file not in members:
             members[file] = _free_name(file.name, set(members.values()))
         element.set("source", quote(members[file]))
@@ -48,6 +51,16 @@ def package_entries(path: Path) -> dict[str, bytes]:
             raise InputError(f"{path}: cannot read {file}, which it names ({error.strerror})") from None
     entries[MAIN] = document_bytes(root)
     return entries
+
+
+def _named_file(element: Element, source: Path) -> Path:
+    """Return the file that an element names, or the native FMU beside it if it asks for that; then it asks no more."""
+    own = element.find(f"ssd:Annotations/ssc:Annotation[@type='{ANNOTATION}']/lockstep:Component[@native]", NS)
+    if own is None:
+        return source.resolve()
+    native = flag(own, "native", str(element.get("name")))
+    del own.attrib["native"]
+    return (source.parent / NATIVE / source.name if native else source).resolve()
 
 
 def _free_name(name: str, taken: set[str]) -> str:

@@ -8,10 +8,17 @@ from itertools import count
 from lockstep.array_names import elements_of
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import read_description
-from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, annotation, connection_delay, declared_steps
+from lockstep.ssp.annotations import (
+    SYSTEM_ATTRIBUTES,
+    DeclaredSteps,
+    annotation,
+    connection_delay,
+    declared_steps,
+)
 from lockstep.ssp.documents.location import Location
 from lockstep.ssp.documents.parse import parse
 from lockstep.ssp.documents.xml import ANNOTATION, DESCRIPTION, MAIN, NS, SSC, Element, Warnings, local_name, unique
+from lockstep.ssp.native_fmu import native_location
 from lockstep.ssp.parameter_bindings import Base, read_bindings
 from lockstep.ssp.signal_dictionary import Dictionary, bus, read_dictionaries
 from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
@@ -59,7 +66,7 @@ def _shape(location: Location, component: Element, connector: str) -> list[str]:
     if component.get("type", _FMU) != _FMU or not component.get("source"):
         return []
     name = str(component.get("name"))
-    file, _ = replace(location, home=None, warnings=[]).resolve(str(component.get("source")), name)
+    file = _fmu_location(replace(location, home=None, warnings=[]), component, declared_steps(component, name), name)
     description = read_description(Component(name="array", source=file.document, archive=file.archive, period=1))
     return [element.removeprefix(connector) for element in elements_of(connector, description.variables)]
 
@@ -115,15 +122,21 @@ def _fmu(element: Element, document: Document, path: str, level: int) -> Leaf:
     implementation = element.get("implementation", "any")
     if implementation not in ("any", "CoSimulation"):
         document.location.warnings.append(f"{path}: implementation {implementation} is run as CoSimulation")
-    location, _ = document.location.resolve(str(element.get("source", "")), path)
+    steps = declared_steps(element, path)
+    location = _fmu_location(document.location, element, steps, path)
     return Leaf(
         path=path,
         source=location.document,
         archive=location.archive,
         ports=_ports(element, document, path),
-        steps=declared_steps(element, path),
+        steps=steps,
         settings=read_bindings(element, _base(document, location, inside=True), path, level),
     )
+
+
+def _fmu_location(location: Location, element: Element, steps: DeclaredSteps, name: str) -> Location:
+    source = str(element.get("source", ""))
+    return native_location(location, source, name) if steps.native else location.resolve(source, name)[0]
 
 
 def _referred(element: Element, document: Document, path: str, level: int) -> Branch:

@@ -1,13 +1,17 @@
 """Native FMUs in the place of the others."""
 
+import json
 import zipfile
+from dataclasses import replace
 
 import pytest
 
 from flexbench.cli.parser import main
-from flexbench.loop.native_fmus import with_native_fmus
+from flexbench.loop.native_fmus import is_native, with_native_fmus
+from flexsat.fmu.native import sources
 from lockstep import Component, System
 from lockstep.errors import InputError
+from lockstep.ssp.native_fmu import NATIVE
 
 
 @pytest.fixture
@@ -40,8 +44,8 @@ def test_a_native_fmu_of_another_design_is_refused(system, tmp_path):
     with pytest.raises(InputError) as refused:
         with_native_fmus(system)
     assert str(refused.value) == (
-        f"--native: {tmp_path}/native/plant.fmu has other matrices than {tmp_path}/plant.fmu, as it is older or newer;"
-        " `flexsat build` makes both anew"
+        f"--native: {tmp_path}/native/plant.fmu has another resources/model.npz than {tmp_path}/plant.fmu,"
+        " as it is older or newer; `flexsat build` makes both anew"
     )
 
 
@@ -52,6 +56,35 @@ def test_without_any_it_is_refused_with_the_command_that_makes_them(system, tmp_
         f"--native: no FMU of loop has a native one beside it (looked for {tmp_path}/native/plant.fmu,"
         f" {tmp_path}/other/native/controller.fmu); `flexsat build` makes those of flexsat's components"
     )
+
+
+def write_fmu(path, **record):
+    """Write what passes as an FMU with a build record."""
+    path.parent.mkdir(exist_ok=True)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("resources/build.json", json.dumps(record))
+
+
+def test_what_is_native_already_stays_and_one_that_is_in_python_says_so(system, tmp_path):
+    write_fmu(tmp_path / "plant.fmu", guid="{1}", native=True)
+    write_fmu(tmp_path / "other" / "controller.fmu", guid="{2}")
+    assert with_native_fmus(system) == system
+    assert [is_native(component) for component in system.components] == [True, False]
+
+
+def test_a_package_is_refused_with_that_of_the_native_fmus(system, tmp_path):
+    package = tmp_path / "slew.ssp"
+    packed = replace(system, components=tuple(replace(c, archive=package) for c in system.components))
+    (tmp_path / "native" / "slew.ssp").touch()
+    with pytest.raises(InputError) as refused:
+        with_native_fmus(packed)
+    assert str(refused.value) == (
+        f"--native: the FMUs of loop are those inside {package}; run {tmp_path}/native/slew.ssp"
+    )
+
+
+def test_its_folder_is_that_of_the_build():
+    assert NATIVE == sources.NATIVE
 
 
 def test_a_restart_without_a_system_is_refused(capsys):

@@ -47,8 +47,11 @@ class Location:
         with open_file(self.document, self.archive, name) as stream:
             return stream.read()
 
-    def resolve(self, source: str, name: str) -> tuple["Location", str]:
-        """Return the file that a source of this document refers to, and its fragment. Raises InputError."""
+    def resolve(self, source: str, name: str, inside: str = "") -> tuple["Location", str]:
+        """Return the file that a source of this document refers to, and its fragment. Raises InputError.
+
+        With `inside` it is the file of the same name in the folder of that name beside the one referred to.
+        """
         parts = urlsplit(source)
         if parts.scheme == "proxyfmu" and parse_qs(parts.query).get("file"):
             self.warnings.append(f"{name}: source {source} is run here, without a proxy")
@@ -58,12 +61,14 @@ class Location:
         path, fragment = unquote(parts.path), unquote(parts.fragment)
         if not path or "\0" in path:
             raise InputError(f"{name}: source {source!r} names no file; give the path of one")
+        if inside:
+            path = str(PurePosixPath(path).parent / inside / PurePosixPath(path).name)
         if self.archive is not None:
-            inside = normpath((PurePosixPath(self.document.as_posix()).parent / path).as_posix())
-            if not is_inside(inside):
+            member = normpath((PurePosixPath(self.document.as_posix()).parent / path).as_posix())
+            if not is_inside(member):
                 what = f"{name}: source {source} lies outside {self.archive.name}"
                 raise InputError(f"{what}; put the file into the archive")
-            return replace(self, document=Path(inside)), fragment
+            return replace(self, document=Path(member)), fragment
         file = Path(self.document.parent, path).resolve()
         if self.root is not None and not file.is_relative_to(self.root.resolve()):
             link = (
