@@ -11,7 +11,7 @@ from ..arrays import Array, Index
 from ..controller_weights import VARIANTS
 from ..design.chain import Designs, as_arrays, cost_arrays
 from ..parameters import Configuration
-from ..ports.table import Naming, PortTable
+from ..ports.table import FmiVersion, Naming, PortTable
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
 from .documentation.experiments import EXPERIMENTS
 from .documentation.reference_results import Run, run_experiments
@@ -48,7 +48,13 @@ class Parts:
     pictures: Mapping[str, bytes]
 
     def accompanying_files(
-        self, model_name: str, naming: Naming, *, execution_tool: bool = False, compile_command: str | None = None
+        self,
+        model_name: str,
+        naming: Naming,
+        *,
+        execution_tool: bool = False,
+        compile_command: str | None = None,
+        fmi: FmiVersion = "2.0",
     ) -> AccompanyingFiles:
         """Return the documentation, pictures and reference results of an FMU of this component."""
         return accompanying_files(
@@ -63,6 +69,7 @@ class Parts:
             stop=SHELLS[self.component].stop_time,
             execution_tool=execution_tool,
             compile_command=compile_command,
+            fmi=fmi,
         )
 
 

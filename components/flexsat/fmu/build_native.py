@@ -12,17 +12,22 @@ from pathlib import Path
 
 from ..controller_weights import VARIANTS, Variant
 from ..design.chain import Designs
+from ..ports.table import FmiVersion
 from .build import SHELLS, Parts
 from .export import BuiltFmu
 from .native.compile import compile_command
 from .native.export import NativeComponent, native_content
-from .native.sources import NATIVE, c_files
+from .native.sources import c_files, native_folder
 from .python.model_description import about_component
 from .reproducible_zip import write_atomically, zip_bytes
 
 
 def build_native_configuration(
-    designs: Designs, folder: Path, parts: Mapping[str, Parts], report: Callable[[str], None] = lambda _: None
+    designs: Designs,
+    folder: Path,
+    parts: Mapping[str, Parts],
+    report: Callable[[str], None] = lambda _: None,
+    fmi: FmiVersion = "2.0",
 ) -> dict[str, BuiltFmu]:
     """Build plant, sensors and controller into `folder`/<configuration>/native/, each replaced in one piece.
 
@@ -32,16 +37,17 @@ def build_native_configuration(
     folder : usually `fmus`
     parts : from `configuration_parts`
     report : called with a line for each file written
+    fmi : version; those of FMI 3.0 stand in the folder fmi3/ of this folder
 
     Raises
     ------
     BuildError
         If there is no C compiler here, or this is another platform than Linux x86-64.
     """
-    target = folder / designs.corrected.config.name / NATIVE
+    target = native_folder(folder / designs.corrected.config.name, fmi)
 
     def build(component: str) -> BuiltFmu:
-        return _build(designs, parts[component], target / f"{component}.fmu")
+        return _build(designs, parts[component], target / f"{component}.fmu", fmi)
 
     with ThreadPoolExecutor(2) as pool:  # compilers are processes of their own
         built = dict(zip(SHELLS, pool.map(build, SHELLS), strict=True))
@@ -50,11 +56,11 @@ def build_native_configuration(
     return built
 
 
-def _build(designs: Designs, parts: Parts, path: Path) -> BuiltFmu:
+def _build(designs: Designs, parts: Parts, path: Path, fmi: FmiVersion) -> BuiltFmu:
     component = native_component(designs, parts)
     name = component.about.model_name
-    files = parts.accompanying_files(name, "structured", compile_command=compile_command(name))
-    made = native_content(component)
+    files = parts.accompanying_files(name, "structured", compile_command=compile_command(name), fmi=fmi)
+    made = native_content(component, fmi)
     documentation = {f"documentation/{file}": content for file, content in files.documentation.items()}
     archive = zip_bytes({**files.extra, **documentation, **made.entries})
     write_atomically(path, archive)

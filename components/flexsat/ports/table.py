@@ -16,6 +16,7 @@ Kind = Literal["real", "integer", "boolean", "string"]
 Variability = Literal["fixed", "tunable", "discrete", "continuous"]
 Scalar = float | int | bool | str
 Naming = Literal["structured", "flat"]
+FmiVersion = Literal["2.0", "3.0"]  # of an FMU: 3.0 has one variable a port, 2.0 one a scalar
 
 CAUSALITIES: tuple[Causality, ...] = ("input", "output", "parameter")  # also the order of the value references
 KINDS: tuple[Kind, ...] = ("real", "integer", "boolean", "string")
@@ -278,6 +279,19 @@ class PortTable:
         """Return the places of a port's variables among those of its kind."""
         first = self._first[self[name].name].place
         return slice(first, first + self[name].length)
+
+    def array_reference(self, name: str) -> int:
+        """Return the value reference of a port in FMI 3.0: counted from kind to kind from 1 on; 0 is the time."""
+        port = self[name]
+        ordered = [other.name for kind in KINDS for other in self.ports if other.kind == kind]
+        return 1 + ordered.index(port.name)
+
+    def array_dependencies(self, port: Port, *, initial: bool) -> tuple[str, ...]:
+        """Return the ports that an output (or its initial value) depends on, by the order of the table."""
+        first = self._first[port.name].index
+        elements = self.variables[first - 1 : first - 1 + port.length]
+        indices = {index for v in elements for index in self.dependencies(v, initial=initial)}
+        return tuple(dict.fromkeys(self.variables[index - 1].port.name for index in sorted(indices)))
 
     def run(self, causality: Causality, kind: Kind = "real") -> slice:
         """Return the places of all inputs, outputs or parameters of a kind: one contiguous run."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ...parameters import Configuration
-from ...ports.table import PortTable
+from ...ports.table import FmiVersion, PortTable
 from ...spacecraft.assembly import Spacecraft
 from .component_text import ComponentText
 from .controller_text import CONTROLLER
@@ -18,6 +18,7 @@ from .reference_results import Run, reference_files
 from .sensors_text import SENSORS
 from .terminals import terminals_xml
 
+MODEL_PICTURE = "model.png"
 TEXTS: dict[str, ComponentText] = {"plant": PLANT, "sensors": SENSORS, "controller": CONTROLLER}
 
 
@@ -42,6 +43,7 @@ def accompanying_files(
     stop: float,
     execution_tool: bool = False,
     compile_command: str | None = None,
+    fmi: FmiVersion = "2.0",
 ) -> AccompanyingFiles:
     """Return the files of one FMU other than its code, with names in the naming of the table.
 
@@ -67,23 +69,26 @@ def accompanying_files(
         stop=stop,
         execution_tool=execution_tool,
         compile_command=compile_command,
+        fmi=fmi,
     )
     documentation = {
         "index.html": index,
-        "externalDependencies.txt": external_dependencies(compile_command),
-        "fmi-ls-ref.txt": replay_instructions(native),
+        "externalDependencies.txt": external_dependencies(compile_command, fmi),
+        "fmi-ls-ref.txt": replay_instructions(native, fmi),
         **{f"licenses/{name}": content for name, content in licence_files(native).items()},
     }
-    terminals = {"terminalsAndIcons/terminalsAndIcons.xml": terminals_xml(table)}
+    terminals = {"terminalsAndIcons/terminalsAndIcons.xml": terminals_xml(table, fmi)}
+    if fmi == "3.0":  # the picture of the model has another place
+        pictures = {"documentation/diagram.png" if name == MODEL_PICTURE else name: p for name, p in pictures.items()}
     return AccompanyingFiles(
-        documentation=documentation, extra={**pictures, **terminals, **reference_files(table, runs)}
+        documentation=documentation, extra={**pictures, **terminals, **reference_files(table, runs, fmi)}
     )
 
 
 def draw(spacecraft: Spacecraft, config: Configuration, component: str) -> dict[str, bytes]:
     """Return the pictures of an FMU by their path in the archive."""
     return {
-        "model.png": model_picture(spacecraft, component, config.aperture),
+        MODEL_PICTURE: model_picture(spacecraft, component, config.aperture),
         "terminalsAndIcons/icon.png": icon(spacecraft, component, config.aperture),
     }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...ports.table import PortTable
+from ...ports.table import FmiVersion, PortTable
 from .component_text import FRAMES, PAPER, ComponentText
 from .experiments import Experiment
 from .port_rows import port_rows, unit_rows
@@ -26,6 +26,7 @@ def page(
     stop: float,
     execution_tool: bool = False,
     compile_command: str | None = None,
+    fmi: FmiVersion = "2.0",
 ) -> bytes:
     """Return documentation/index.html: well-formed, self-contained, the same bytes for the same input.
 
@@ -39,8 +40,12 @@ def page(
     execution_tool : whether the model description declares that a tool is needed
     compile_command : builds the library in the folder sources/; None for an FMU in Python
     """
+    output = next(v for v in table.variables if v.port.causality == "output")
     return fill(
         "page.html",
+        fmi=fmi,
+        major=fmi[0],
+        picture="../model.png" if fmi == "2.0" else "diagram.png",
         title=f"{text.title}: {model_name}",
         text=text,
         paper=PAPER,
@@ -52,13 +57,13 @@ def page(
         step=f"{step:g}",
         step_size=step,
         stop_time=stop,
-        output=next(v.name for v in table.variables if v.port.causality == "output"),
+        output=output.name if fmi == "2.0" else output.port.name,
         oldest_python=OLDEST_PYTHON,
         execution_tool=execution_tool,
         compile_command=compile_command,
-        inputs=port_rows(table, "input"),
-        outputs=port_rows(table, "output"),
-        parameters=port_rows(table, "parameter"),
+        inputs=port_rows(table, "input", fmi),
+        outputs=port_rows(table, "output", fmi),
+        parameters=port_rows(table, "parameter", fmi),
         tunable=any(port.variability == "tunable" for port in table),
         units=unit_rows(table),
         terminals=[(t.name, t.matching, t.description) for t in terminals_of(table)],
@@ -69,13 +74,14 @@ def page(
     )
 
 
-def external_dependencies(compile_command: str | None = None) -> bytes:
+def external_dependencies(compile_command: str | None = None, fmi: FmiVersion = "2.0") -> bytes:
     """Return documentation/externalDependencies.txt: what a host must provide; arguments as of `page`."""
     if compile_command is not None:
-        return fill("externalDependencies_native.txt", compile_command=compile_command)
+        platform = "linux64" if fmi == "2.0" else "x86_64-linux"
+        return fill("externalDependencies_native.txt", compile_command=compile_command, major=fmi[0], platform=platform)
     return fill("externalDependencies.txt", oldest_python=OLDEST_PYTHON)
 
 
-def replay_instructions(native: bool = False) -> bytes:
+def replay_instructions(native: bool = False, fmi: FmiVersion = "2.0") -> bytes:
     """Return documentation/fmi-ls-ref.txt: how to replay the experiments, and the tolerance to compare with."""
-    return fill("fmi-ls-ref.txt", native=native)
+    return fill("fmi-ls-ref.txt", native=native, fmi=fmi)

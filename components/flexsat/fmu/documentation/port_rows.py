@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ...ports.table import ELEMENTWISE, Causality, Port, PortTable, Scalar
+from ...ports.table import ELEMENTWISE, Causality, FmiVersion, Kind, Port, PortTable, Scalar
 from ...ports.units import BASE_UNITS, UNITS
 
 COLUMNS = (
@@ -20,7 +20,10 @@ COLUMNS = (
     "description",
     "depends on",
 )
-TYPES = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "String"}
+TYPES: dict[FmiVersion, dict[Kind, str]] = {
+    "2.0": {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "String"},
+    "3.0": {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "string": "String"},
+}
 MOST_STARTS = 6  # values of an array that are all written out
 
 
@@ -32,11 +35,11 @@ class PortRows:
     rows: tuple[tuple[str, ...], ...]
 
 
-def port_rows(table: PortTable, causality: Causality) -> PortRows:
+def port_rows(table: PortTable, causality: Causality, fmi: FmiVersion = "2.0") -> PortRows:
     """Return the rows of all ports of a causality."""
     left_out = {"input": {"depends on"}, "output": {"range", "start"}, "parameter": {"depends on"}}[causality]
     header = tuple(name for name in COLUMNS if name not in left_out)
-    cells = [_cells(table, port) for port in table if port.causality == causality]
+    cells = [_cells(table, port, fmi) for port in table if port.causality == causality]
     return PortRows(header=header, rows=tuple(tuple(row[name] for name in header) for row in cells))
 
 
@@ -71,9 +74,11 @@ def _base(exponents: Mapping[str, int]) -> str:
     return " ".join(powers) or "none: a plain number"
 
 
-def _cells(table: PortTable, port: Port) -> dict[str, str]:
-    start = table.first_reference[port.kind] + table.span(port.name).start
-    last = start + port.length - 1
+def _cells(table: PortTable, port: Port, fmi: FmiVersion) -> dict[str, str]:
+    arrays = fmi == "3.0"
+    first = table.first_reference[port.kind] + table.span(port.name).start
+    start = table.array_reference(port.name) if arrays else first
+    last = start if arrays else start + port.length - 1
     size = "" if port.size is None else f"[{port.size}]"
     description = port.description
     if port.on_demand:
@@ -82,9 +87,9 @@ def _cells(table: PortTable, port: Port) -> dict[str, str]:
         description += f"; changes every {port_name(table, port.period_parameter)}"
     variability = "" if port.variability == "fixed" else f", {port.variability}"
     return {
-        "name": name_range(table, port),
+        "name": port.name if arrays else name_range(table, port),
         "value references": str(start) if start == last else f"{start}…{last}",
-        "type": f"{TYPES[port.kind]}{size}{variability}",
+        "type": f"{TYPES[fmi][port.kind]}{size}{variability}",
         "unit": port.unit if port.kind == "real" else "-",
         "display": port.display_unit or "-",
         "frame": port.frame or "-",

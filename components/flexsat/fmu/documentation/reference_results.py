@@ -18,7 +18,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 
-from ...ports.table import KINDS, PortTable, Scalar, Variable
+from ...ports.table import KINDS, FmiVersion, PortTable, Scalar, Variable
 from .experiments import Experiment
 from .fixed_order_run import use_fixed_order
 from .xml_text import xml_bytes
@@ -89,16 +89,19 @@ def run_experiments(
         return slave.table, runs
 
 
-def reference_files(table: PortTable, runs: Sequence[Run]) -> dict[str, bytes]:
-    """Return the files of all experiments by their path in the archive, with the names of the table's naming."""
+def reference_files(table: PortTable, runs: Sequence[Run], fmi: FmiVersion = "2.0") -> dict[str, bytes]:
+    """Return the files of all experiments by their path in the archive, with the names of the table's naming.
+
+    In FMI 3.0 a column of stimuli and results is a port; the elements of an array stand in it with blanks between.
+    """
     files = {}
     for run in runs:
         name = run.experiment.name
         if run.experiment.parameters:
             files[f"{name}-parameters.ssv"] = _parameter_set(table, run.experiment)
         if run.experiment.stimuli is not None:
-            files[f"{name}-stimuli.csv"] = _csv(_of_causality(table, "input"), run.inputs)
-        files[f"{name}-references.csv"] = _csv(_of_causality(table, "output"), run.outputs)
+            files[f"{name}-stimuli.csv"] = _csv(_of_causality(table, "input"), run.inputs, fmi)
+        files[f"{name}-references.csv"] = _csv(_of_causality(table, "output"), run.outputs, fmi)
     files[EXPERIMENTS] = _experiments(runs, files)
     files[MANIFEST] = _manifest(files)
     return {f"{FOLDER}/{name}": content for name, content in files.items()}
@@ -181,11 +184,18 @@ def _get(slave: Any, variables: Sequence[Variable]) -> ResultRow:
     return [values[v.port.kind][v.value_reference] for v in variables]
 
 
-def _csv(variables: Sequence[Variable], rows: Sequence[ResultRow]) -> bytes:
+def _csv(variables: Sequence[Variable], rows: Sequence[ResultRow], fmi: FmiVersion) -> bytes:
     """Write numbers so that reading them gives the same bits; booleans are 0 and 1."""
-    head = ",".join(f'"{name}"' for name in ("time", *(v.name for v in variables)))
-    lines = [",".join(repr(int(x)) if isinstance(x, bool) else repr(x) for x in row) for row in rows]
+    arrays = fmi == "3.0"
+    names = dict.fromkeys(v.port.name if arrays else v.name for v in variables)
+    head = ",".join(f'"{name}"' for name in ("time", *names))
+    marks = [" " if arrays and v.element > 0 else "," for v in variables]  # before each value
+    lines = [repr(row[0]) + "".join(mark + _number(x) for mark, x in zip(marks, row[1:], strict=True)) for row in rows]
     return "\n".join([head, *lines, ""]).encode()
+
+
+def _number(value: Scalar) -> str:
+    return repr(int(value)) if isinstance(value, bool) else repr(value)
 
 
 def _parameter_set(table: PortTable, experiment: Experiment) -> bytes:

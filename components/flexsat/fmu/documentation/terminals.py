@@ -10,10 +10,10 @@ from xml.etree.ElementTree import Element, SubElement
 
 from ...ports.plant import JITTER
 from ...ports.sensors import MEASUREMENTS, TRUTH
-from ...ports.table import Port, PortTable
+from ...ports.table import FmiVersion, Port, PortTable
 from .xml_text import xml_bytes
 
-FMI_VERSION = "3.0"  # of the file's format, whatever the version of the FMU
+FORMAT = "3.0"  # of the file, whatever the version of the FMU
 ICON_SIZE = 100.0  # of the coordinate system; an icon fills it
 MILLIMETRES = 0.2  # a unit of the coordinate system
 
@@ -62,9 +62,12 @@ def terminals_of(table: PortTable) -> tuple[Terminal, ...]:
     return tuple(terminal for terminal in TERMINALS if names.issuperset(terminal.ports))
 
 
-def terminals_xml(table: PortTable) -> bytes:
-    """Return terminalsAndIcons.xml. Members are named in the structured way, so that flat and structured FMUs match."""
-    root = Element("fmiTerminalsAndIcons", {"fmiVersion": FMI_VERSION})
+def terminals_xml(table: PortTable, fmi: FmiVersion = "2.0") -> bytes:
+    """Return terminalsAndIcons.xml. Members are named in the structured way, so that flat and structured FMUs match.
+
+    In FMI 3.0 a member is a whole port: terminals of FMUs of the same version match.
+    """
+    root = Element("fmiTerminalsAndIcons", {"fmiVersion": FORMAT})
     graphics = SubElement(root, "GraphicalRepresentation")
     corners = {"x1": str(-ICON_SIZE), "y1": str(-ICON_SIZE), "x2": str(ICON_SIZE), "y2": str(ICON_SIZE)}
     SubElement(graphics, "CoordinateSystem", {**corners, "suggestedScalingFactorTo_mm": str(MILLIMETRES)})
@@ -74,12 +77,14 @@ def terminals_xml(table: PortTable) -> bytes:
         what = {"name": terminal.name, "matchingRule": terminal.matching, "description": terminal.description}
         element = SubElement(group, "Terminal", what)
         for name in terminal.ports:
-            for member in _members(table[name], table):
+            for member in _members(table[name], table, fmi):
                 SubElement(element, "TerminalMemberVariable", member)
     return xml_bytes(root)
 
 
-def _members(port: Port, table: PortTable) -> list[dict[str, str]]:
+def _members(port: Port, table: PortTable, fmi: FmiVersion) -> list[dict[str, str]]:
+    if fmi == "3.0":
+        return [{"variableName": port.name, "memberName": port.name, "variableKind": "signal"}]
     return [
         {
             "variableName": port.scalar_name(i, table.naming),

@@ -11,13 +11,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ...ports.table import PortTable
+from ...ports.table import FmiVersion, PortTable
 from ..documentation.xml_text import xml_bytes
 from ..python.model_description import About, model_description
 from ..python.resources import BUILD_FILE
 from .compile import compile_library
+from .fmi3_description import build_description, fmi3_model_description
 from .port_source import differentiable
 from .sources import IDENTITY, Identity, component_sources, generated_sources, identity_source
+
+LINUX: dict[FmiVersion, str] = {"2.0": "linux64", "3.0": "x86_64-linux"}  # folder of the library
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +53,7 @@ class NativeContent:
     entries: dict[str, bytes]
 
 
-def native_content(component: NativeComponent) -> NativeContent:
+def native_content(component: NativeComponent, fmi: FmiVersion = "2.0") -> NativeContent:
     """Generate and compile what a native FMU contains, but for its documentation.
 
     The GUID follows from the sources and the description, so that the same input gives the same GUID.
@@ -65,25 +68,27 @@ def native_content(component: NativeComponent) -> NativeContent:
     name = component.about.model_name
     if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
         raise ValueError(f"model_name must be a C identifier, got {name!r}")
-    sources = component_sources(component.main)
+    sources = component_sources(component.main, fmi)
     sources |= generated_sources(component.main.stem, component.table, component.variants)
     identity = Identity(guid="", equal_steps=component.equal_steps, step_parameter=component.step_parameter)
     units = sorted(file for file in (*sources, IDENTITY) if file.endswith(".c"))
     about = replace(component.about, source_files=tuple(units), derivatives=differentiable(component.table))
     content = {**component.resources, **sources, IDENTITY: identity_source(identity)}
-    guid = _guid(content, _xml(component.table, about))
+    guid = _guid(content, _xml(component.table, about, fmi))
     sources[IDENTITY] = identity_source(replace(identity, guid=guid))
     facts = {"model_name": name, "guid": guid, "version": about.version, "native": True}
     resources = {**component.resources, BUILD_FILE: (json.dumps(facts, indent=2) + "\n").encode()}
     entries = {f"sources/{file}": source for file, source in sources.items()}
     entries |= {f"resources/{file}": resource for file, resource in resources.items()}
-    entries["modelDescription.xml"] = _xml(component.table, replace(about, guid=guid))
-    entries[f"binaries/linux64/{name}.so"] = compile_library(sources, name)
+    entries["modelDescription.xml"] = _xml(component.table, replace(about, guid=guid), fmi)
+    if fmi == "3.0":
+        entries["sources/buildDescription.xml"] = xml_bytes(build_description(about))
+    entries[f"binaries/{LINUX[fmi]}/{name}.so"] = compile_library(sources, name)
     return NativeContent(guid=guid, entries=entries)
 
 
-def _xml(table: PortTable, about: About) -> bytes:
-    return xml_bytes(model_description(table, about))
+def _xml(table: PortTable, about: About, fmi: FmiVersion) -> bytes:
+    return xml_bytes(fmi3_model_description(table, about) if fmi == "3.0" else model_description(table, about))
 
 
 def _guid(files: Mapping[str, bytes], description: bytes) -> str:

@@ -8,16 +8,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...ports.table import PortTable
+from ...ports.table import FmiVersion, PortTable
 from .matrix_source import matrix_sources
 from .port_source import port_places, port_table
 
 NATIVE = "native"  # folder of the FMUs; their models have the names of the Python FMUs, being the same models
+FMI3 = "fmi3"  # folder in that, of the FMUs of FMI 3.0
 FOLDER = Path(__file__).with_name("c")
-LAYERS = ("fmi", "fmi2")  # folders of what every native FMU has
+LAYERS: dict[FmiVersion, tuple[str, ...]] = {"2.0": ("fmi", "fmi2"), "3.0": ("fmi", "fmi3")}  # folders of the FMI layer
 IDENTITY = "identity.c"
 INCLUDE = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
 GENERATED = frozenset({"data.h", "ports.h"})  # headers
+
+
+def native_folder(layout: Path, fmi: FmiVersion = "2.0") -> Path:
+    """Return the folder of the native FMUs of a version of FMI, in the folder of a layout."""
+    return layout / NATIVE if fmi == "2.0" else layout / NATIVE / FMI3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +46,7 @@ def c_files() -> dict[str, Path]:
     return {path.name: path for path in sorted(FOLDER.rglob("*.[ch]"))}
 
 
-def component_sources(main: Path) -> dict[str, bytes]:
+def component_sources(main: Path, fmi: FmiVersion = "2.0") -> dict[str, bytes]:
     """Return the C files of the FMI layer and of a component, by name.
 
     Parameters
@@ -50,7 +56,7 @@ def component_sources(main: Path) -> dict[str, bytes]:
     """
     there = c_files() | {path.name: path for path in main.parent.glob("*.[ch]")}
     found: dict[str, bytes] = {}
-    todo = [path.name for layer in LAYERS for path in (FOLDER / layer).glob("*.c")] + [main.name]
+    todo = [path.name for layer in LAYERS[fmi] for path in (FOLDER / layer).glob("*.c")] + [main.name]
     while todo:
         name = todo.pop()
         if name in found or name not in there:  # a generated header is none of these files

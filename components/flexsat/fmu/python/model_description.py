@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -98,13 +98,13 @@ def model_description(table: PortTable, about: About) -> Element:
         files = SubElement(kind, "SourceFiles")
         for name in about.source_files:
             SubElement(files, "File", {"name": name})
-    _add_units(root, table)
+    add_units(root, {port.unit for port in table if port.kind == "real"})
     categories = SubElement(root, "LogCategories")
     for name, description in about.log_categories.items():
         SubElement(categories, "Category", {"name": name, "description": description})
-    experiment = {"startTime": "0.0", "stepSize": _text(about.step_size)}
+    experiment = {"startTime": "0.0", "stepSize": value_text(about.step_size)}
     if about.stop_time is not None:
-        experiment["stopTime"] = _text(about.stop_time)
+        experiment["stopTime"] = value_text(about.stop_time)
     SubElement(root, "DefaultExperiment", experiment)
     variables = SubElement(root, "ModelVariables")
     for variable in table.variables:
@@ -117,19 +117,19 @@ def _capabilities(about: About) -> dict[str, str]:
     capabilities = {
         "modelIdentifier": about.model_name,
         # The model itself is in the FMU: Python is a library that it needs, as externalDependencies.txt says.
-        "needsExecutionTool": _text(about.execution_tool),
-        "canHandleVariableCommunicationStepSize": _text(about.any_step),
+        "needsExecutionTool": value_text(about.execution_tool),
+        "canHandleVariableCommunicationStepSize": value_text(about.any_step),
         "canInterpolateInputs": "false",
         "canBeInstantiatedOnlyOncePerProcess": "false",
-        "canNotUseMemoryManagementFunctions": _text(not about.source_files),
+        "canNotUseMemoryManagementFunctions": value_text(not about.source_files),
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
     }
     return capabilities | ({"providesDirectionalDerivative": "true"} if about.derivatives else {})
 
 
-def _add_units(root: Element, table: PortTable) -> None:
-    used = {port.unit for port in table if port.kind == "real"}
+def add_units(root: Element, used: Set[str]) -> None:
+    """Define the units in use; FMI 2.0 and 3.0 write them alike."""
     if not used:
         return
     definitions = SubElement(root, "UnitDefinitions")
@@ -139,7 +139,7 @@ def _add_units(root: Element, table: PortTable) -> None:
             if unit.exponents is not None:
                 SubElement(element, "BaseUnit", {base: str(exponent) for base, exponent in unit.exponents.items()})
             for shown, factor in unit.display.items():
-                SubElement(element, "DisplayUnit", {"name": shown, "factor": _text(factor)})
+                SubElement(element, "DisplayUnit", {"name": shown, "factor": value_text(factor)})
 
 
 def _add_variable(variables: Element, variable: Variable) -> None:
@@ -160,12 +160,12 @@ def _add_variable(variables: Element, variable: Variable) -> None:
             value["displayUnit"] = port.display_unit
     number = int if port.kind == "integer" else float
     if port.minimum is not None:
-        value["min"] = _text(number(port.minimum))
+        value["min"] = value_text(number(port.minimum))
     if port.maximum is not None:
-        value["max"] = _text(number(port.maximum))
+        value["max"] = value_text(number(port.maximum))
     if port.causality != "output":
         start = port.starts[variable.element]
-        value["start"] = _text(float(start) if port.kind == "real" else start)
+        value["start"] = value_text(float(start) if port.kind == "real" else start)
     SubElement(SubElement(variables, "ScalarVariable", what), _TAGS[port.kind], value)
 
 
@@ -187,7 +187,7 @@ def _add_structure(root: Element, table: PortTable) -> None:
             )
 
 
-def _text(value: Scalar) -> str:
+def value_text(value: Scalar) -> str:
     """Write a value so that reading it gives the same value again."""
     if isinstance(value, bool):
         return str(value).lower()
