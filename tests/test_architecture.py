@@ -20,8 +20,8 @@ MOST_IN_A_FOLDER = 22  # files of one subject
 # A name with a slash is a folder of its own inside the one before the slash. A top-level module is its own folder.
 FOLDERS = {
     "flexsat": (
-        *("closed_loop", "fmu", "fmu/native", "fmu/python", "fmu/python/shim", "fmu/documentation", "design"),
-        *("spacecraft", "ports", "runtime", "structure", "parameters", "controller_weights", "quantities"),
+        *("closed_loop", "fmu", "fmu/embedded", "fmu/native", "fmu/python", "fmu/python/shim", "fmu/documentation"),
+        *("design", "spacecraft", "ports", "runtime", "structure", "parameters", "controller_weights", "quantities"),
         *("fixed_order", "double_double", "arrays", "errors"),
     ),
     "lockstep": (
@@ -31,8 +31,8 @@ FOLDERS = {
         *("arrays", "array_names", "whole_file"),
     ),
     "flexbench": (
-        *("cli", "report", "report/sections", "figures", "adapt", "studies", "studies/layouts", "studies/paper",
-          "studies/spillover"),
+        *("cli", "cli/options", "report", "report/sections", "figures", "adapt", "studies", "studies/layouts"),
+        *("studies/paper", "studies/spillover"),
         *("studies/margins", "studies/health", "studies/robustness", "studies/shadow", "studies/waterfall"),
         *("studies/spectra", "studies/budget", "runs", "loop", "icd", "html"),
     ),

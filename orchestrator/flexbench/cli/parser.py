@@ -22,6 +22,7 @@ PROGRAM = Program(
         "report": ("flexbench.cli.report", "write a report of one or several runs as an HTML page"),
         "figures": ("flexbench.cli.figures", "draw the design or the results of runs"),
         "export": ("flexbench.cli.export", "write the signals of a run for other tools"),
+        "export-c": ("flexbench.cli.export_c", "write the controller alone as C99 for flight software"),
         "margins": ("flexbench.cli.margins", "stability margins, computed and measured"),
         "budget": ("flexbench.cli.budget", "pointing budget after ECSS-E-ST-60-10C"),
         "spectra": ("flexbench.cli.spectra", "power spectral densities of pointing, rate, deformation and torque"),

@@ -3,9 +3,8 @@
 
 #include "component.h"
 #include "controller_law.h"
+#include "controller_saved.h"
 #include "periods.h"
-
-#define MOST_STEPS INT64_C(0x20000000000000)
 
 typedef struct Controller {
     PreparedController prepared;
@@ -89,30 +88,11 @@ int component_advance(Component *component, double time, double step)
     return controller_step(component, &controller->prepared, state, time, &measured, &outputs);
 }
 
-/* Whether a motion can be followed: its knots are in order. */
-static int possible(const Motion *motion, int knots, int allocations)
-{
-    int k;
-
-    if (motion->allocation < 0 || motion->allocation >= allocations || motion->knots != knots || motion->count < 2 ||
-        motion->count > knots)
-        return 0;
-    for (k = 1; k < motion->count; k++)
-        if (!(motion->times[k] > motion->times[k - 1]))
-            return 0;
-    return 1;
-}
-
 int component_restored(Component *component)
 {
     const Controller *controller = component->own;
-    const ControllerState *state = state_of(component);
-    const int knots = controller->prepared.knots, allocations = controller->prepared.slew_wheels.count;
 
-    if (state->count < 0 || state->count > MOST_STEPS || state->held < 0 || state->held > MOST_STEPS ||
-        state->since_star_tracker < 0 || state->since_star_tracker > MOST_STEPS ||
-        !possible(&state->commanded.profile, knots, allocations) ||
-        !possible(&state->commanded.following, knots, allocations))
+    if (!is_reachable(&controller->prepared, state_of(component)))
         return refuse(component, "the saved state is none that a controller reaches");
     return component->step_length > 0.0 ? component_first_step(component, component->step_length) : 0;
 }

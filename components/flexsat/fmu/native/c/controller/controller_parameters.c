@@ -1,7 +1,6 @@
 #include "controller_parameters.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "number_text.h"
 #include "ports.h"
@@ -11,12 +10,19 @@
 static const char *const guidances[] = {"bang-coast-bang", "smoothed", "qp"}; /* in the order of Guidance */
 static const char *const during_slew[] = {"refuse", "replan"};
 
+static int is_same(const char *text, const char *other)
+{
+    for (; *text != '\0' && *text == *other; text++)
+        other++;
+    return *text == *other;
+}
+
 static int choose_design(Component *component, const ControllerData **matrices)
 {
     const char *chosen = component->string[PORT_DESIGN];
-    const int published = strcmp(chosen, "published") == 0;
+    const int published = is_same(chosen, "published");
 
-    if (!published && strcmp(chosen, "robust") != 0)
+    if (!published && !is_same(chosen, "robust"))
         return refuse(component, "design must be published or robust, got '%s'", chosen);
     *matrices = published ? &controller_published : &controller_corrected;
     if (component->boolean[PORT_AS_PUBLISHED])
@@ -30,7 +36,7 @@ static int place_of(const char *text, const char *const known[], int count)
     int k;
 
     for (k = 0; k < count; k++)
-        if (strcmp(text, known[k]) == 0)
+        if (is_same(text, known[k]))
             return k;
     return -1;
 }
