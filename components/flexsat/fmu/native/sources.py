@@ -83,6 +83,6 @@ def identity_source(identity: Identity) -> bytes:
         "",
         "#include <stddef.h>",
         "",
-        f'const Identity identity = {{"{identity.guid}", {int(identity.equal_steps)}, {set_by}}};',
+        f'const Identity this_fmu = {{"{identity.guid}", {int(identity.equal_steps)}, {set_by}}};',
     ]
     return ("\n".join(lines) + "\n").encode("ascii")

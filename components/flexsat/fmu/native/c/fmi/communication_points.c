@@ -55,10 +55,10 @@ int admit_step(Instance *instance, double time, double step, double *length, cha
     double rounded;
 
     *length = step;
-    if (instance->fixed_step > 0.0 || !identity.equal_steps) {
+    if (instance->fixed_step > 0.0 || !this_fmu.equal_steps) {
         if (instance->fixed_step > 0.0)
             *length = instance->fixed_step;
-        return check_step(instance, time, step, instance->fixed_step, identity.step_set_by, reason);
+        return check_step(instance, time, step, instance->fixed_step, this_fmu.step_set_by, reason);
     }
     if (!check_step(instance, time, step, instance->length, "the first step", reason))
         return 0;

@@ -8,6 +8,6 @@ typedef struct Identity {
     const char *step_set_by; /* the parameter that sets the only step accepted; NULL: none does */
 } Identity;
 
-extern const Identity identity;
+extern const Identity this_fmu;
 
 #endif

@@ -61,10 +61,10 @@ Instance *instantiate(const char *call, const char *name, const char *guid, cons
         log_to_host(host, known, CALL_ERROR, "%s: the instance has no name", call);
     else if (guid == NULL)
         log_to_host(host, known, CALL_ERROR, "%s: the %s is NULL", call, known_as);
-    else if (strcmp(guid, identity.guid) != 0)
+    else if (strcmp(guid, this_fmu.guid) != 0)
         log_to_host(host, known, CALL_ERROR,
                     "%s: the %s %.100s is not that of this FMU, %s; read the model description again", call, known_as,
-                    guid, identity.guid);
+                    guid, this_fmu.guid);
     else {
         instance = make(name, memory, host);
         if (instance != NULL) {

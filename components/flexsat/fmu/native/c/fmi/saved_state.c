@@ -48,7 +48,7 @@ void save(const Instance *instance, unsigned char *bytes)
     int k;
 
     memset(&head, 0, sizeof head);
-    strncpy(head.guid, identity.guid, sizeof head.guid - 1);
+    strncpy(head.guid, this_fmu.guid, sizeof head.guid - 1);
     head.present = instance->present;
     head.start_time = component->start_time;
     head.length = instance->length;
@@ -145,8 +145,8 @@ int is_saved_state(const unsigned char *bytes, size_t size, char reason[REASON_S
     }
     memcpy(&head, bytes, sizeof head);
     head.guid[sizeof head.guid - 1] = '\0';
-    if (strcmp(head.guid, identity.guid) != 0) {
-        snprintf(reason, REASON_SIZE, "the saved state belongs to %s, this is %s", head.guid, identity.guid);
+    if (strcmp(head.guid, this_fmu.guid) != 0) {
+        snprintf(reason, REASON_SIZE, "the saved state belongs to %s, this is %s", head.guid, this_fmu.guid);
         return 0;
     }
     if (head.layout != LAYOUT) {
@@ -230,7 +230,7 @@ static int restart(Instance *instance, const Head *head, const unsigned char *va
 static int restore_model(Instance *instance, const Head *head, const unsigned char *values, char *reason)
 {
     Component *component = &instance->component;
-    const int sampled = identity.equal_steps && instance->fixed_step == 0.0;
+    const int sampled = this_fmu.equal_steps && instance->fixed_step == 0.0;
 
     if (head->state_size != component->state_size) {
         strcpy(reason, "the saved state does not fit its own parameters");
