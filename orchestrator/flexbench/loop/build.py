@@ -10,7 +10,7 @@ from flexsat.errors import BuildError
 from flexsat.fmu.build import build_configuration, configuration_parts
 from flexsat.fmu.build_native import build_native_configuration
 from flexsat.fmu.export import BuiltFmu
-from flexsat.fmu.native.sources import NATIVE
+from flexsat.fmu.native.sources import native_folder
 from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
 from lockstep.errors import InputError
@@ -36,6 +36,7 @@ def build_all(
     flat: bool = False,
     execution_tool: bool = False,
     native: bool = False,
+    fmi3: bool = False,
 ) -> None:
     """Build the FMUs of some configurations and all files that go with them. The same input gives the same bytes.
 
@@ -47,6 +48,7 @@ def build_all(
     flat : also build the FMUs with flat variable names, and systems of them, in a folder of their own
     execution_tool : declare that the FMUs need a tool to be executed
     native : also build the FMUs in C, and systems of them, in a folder of their own
+    fmi3 : also build the FMUs in C of FMI 3.0, and systems of them, in a folder of their own
 
     Raises
     ------
@@ -54,7 +56,7 @@ def build_all(
         If this machine lacks a compiler, or what else a build needs.
     """
     try:
-        _build_all(names, folder, print_line, flat, execution_tool, native)
+        _build_all(names, folder, print_line, flat, execution_tool, native, fmi3)
     except BuildError as error:
         raise InputError(str(error)) from None
 
@@ -66,6 +68,7 @@ def _build_all(
     flat: bool,
     execution_tool: bool,
     native: bool,
+    fmi3: bool,
 ) -> None:
     designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
     entries = {}
@@ -75,6 +78,7 @@ def _build_all(
         built = build_configuration(both, folder, print_line, "structured", execution_tool, parts)
         flat_named = build_configuration(both, folder, print_line, "flat", execution_tool, parts) if flat else {}
         in_c = build_native_configuration(both, folder, parts, print_line) if native else {}
+        in_fmi3 = build_native_configuration(both, folder, parts, print_line, "3.0") if fmi3 else {}
         paths = write_systems(both, folder / name)
         packages = write_packages(both, paths, built)
         closed = write_closed_systems(both, folder / name)
@@ -83,11 +87,14 @@ def _build_all(
             flat_paths = write_systems(both, folder / name / "flat", "flat")
             packages += [*flat_paths, *write_packages(both, flat_paths, flat_named)]
         if native:
-            packages += write_systems(both, folder / name / NATIVE)
+            packages += write_systems(both, native_folder(folder / name))
+        if fmi3:
+            packages += write_systems(both, native_folder(folder / name, "3.0"))
         for path in (*paths, *packages):
             print_line(str(path))
         fmus = built | {f"{component}, flat names": fmu for component, fmu in flat_named.items()}
         fmus |= {f"{component}, native": fmu for component, fmu in in_c.items()}
+        fmus |= {f"{component}, FMI 3.0": fmu for component, fmu in in_fmi3.items()}
         entries[name] = describe_configuration(both.corrected.config, fmus, [*paths, *packages], folder)
     manifest = write_manifest(folder, entries)
     print_line(str(folder / MANIFEST))

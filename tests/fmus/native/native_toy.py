@@ -9,6 +9,7 @@ import flexsat
 from flexsat.fmu.native.export import NativeComponent, NativeContent, native_content
 from flexsat.fmu.python.model_description import about_component
 from flexsat.fmu.reproducible_zip import zip_bytes
+from flexsat.ports.table import FmiVersion
 
 HERE = Path(__file__).parent
 
@@ -31,9 +32,9 @@ def counter_component(main: Path = HERE / "counter.c") -> NativeComponent:
     )
 
 
-def build_native_toy(path: Path, main: Path = HERE / "counter.c") -> NativeContent:
+def build_native_toy(path: Path, main: Path = HERE / "counter.c", fmi: FmiVersion = "2.0") -> NativeContent:
     """Write the FMU and return its content."""
-    made = native_content(counter_component(main))
+    made = native_content(counter_component(main), fmi)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(zip_bytes(made.entries))
     return made
