@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,6 +48,7 @@ class SplitOptions:
     seed: int
     stop_time: float
     out: Path | None
+    python: bool
     jobs: int | None
 
 
@@ -60,6 +62,8 @@ split_options = option_group(
                  help="with --split: simulated time in seconds (default: 300)"),
     out_option("folder for results and figures (default: the run's; of several runs, one folder in it for each; "
                f"with --split: results/SYSTEM-split-seedN{DISTINGUISHED})"),
+    click.option("--python", is_flag=True,
+                 help="with --split: with the FMUs in Python (default: the native ones, where they are built)"),
     click.option("--jobs", type=COUNT, metavar="N", help="with --split: processes at once (default: one a core)"),
 )  # fmt: skip
 
@@ -114,7 +118,7 @@ def budget(
                 "--split: takes neither results nor --requirements; run `flexsat budget` on one of its runs"
             )
         return _split(split.split, split, evaluation)
-    refuse_given({"seed", "stop_time", "jobs"}, "has an effect only with --split SYSTEM; leave it out")
+    refuse_given({"seed", "stop_time", "python", "jobs"}, "has an effect only with --split SYSTEM; leave it out")
     if not results:
         raise InputError("RESULTS: missing; give folders of runs, or --split SYSTEM")
     return _evaluate(results, requirements, evaluation, split.out)
@@ -176,6 +180,8 @@ def _split(system: Path, options: SplitOptions, evaluation: EvaluationOptions) -
             evaluation.start,
             evaluation.levels(),
             options.jobs,
+            options.python,
+            partial(print, flush=True),
         )
         print(f"{name}, seed {found.seed}, {found.stop:g} s, from t = {found.start:g} s: line of sight, RMS [arcsec]")
         print(format_table(study.HEADER, study.rows(found), left=1))

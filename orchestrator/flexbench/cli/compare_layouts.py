@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import click
@@ -12,7 +13,7 @@ from lockstep.cli.options import DISTINGUISHED, assignments, jobs_option, out_op
 from lockstep.cli.parameter_types import Number, OneOf
 from lockstep.errors import InputError
 
-from .options import SCENARIOS, fmus_option, seeds, seeds_option
+from .options import SCENARIOS, fmus_option, python_option, seeds, seeds_option
 
 _EXAMPLES = """
 exit code: 0 the layouts are compared, 1 so many runs are lost that nothing is left to compare, 2 bad input
@@ -35,6 +36,7 @@ example:
 @set_option
 @out_option(f"results folder (default: results/layouts{DISTINGUISHED})")
 @fmus_option
+@python_option
 @jobs_option
 def compare_layouts(
     scenario: tuple[str, ...],
@@ -45,11 +47,11 @@ def compare_layouts(
     settings: tuple[str, ...],
     out: Path | None,
     fmus: Path,
+    python: bool,
     jobs: int | None,
 ) -> int:
     """Compare centralised and distributed wheels over the same errors of the structure, with confidence intervals."""
     from flexsat.parameters import ARCSECOND, CONFIGURATIONS
-    from lockstep.operating_system import available_cores
 
     from ..figures.drawing import save_figure
     from ..figures.layouts import layouts_figure
@@ -75,8 +77,7 @@ def compare_layouts(
     if missing:
         build_all(missing, fmus)
     with study_folder(out, "layouts") as folder:
-        print(plan.estimate(jobs or len(available_cores())), flush=True)
-        found = run_layouts(fmus, folder, plan, jobs, report=lambda line: print(line, flush=True))
+        found = run_layouts(fmus, folder, plan, jobs, partial(print, flush=True), python)
         rows = compare(found)
         print(as_text(found, rows))
         save_figure(layouts_figure(found, rows), folder / "figures", "layouts")

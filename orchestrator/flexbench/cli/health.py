@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -11,7 +12,7 @@ from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_ti
 from lockstep.cli.parameter_types import PATH
 from lockstep.cli.print_table import print_table
 
-from .options import seeds, seeds_option
+from .options import python_option, seeds, seeds_option
 
 _EXAMPLES = """
 example:
@@ -24,8 +25,9 @@ example:
 @seeds_option(2)
 @stop_time_option(100.0)
 @out_option(f"results folder (default: results/health{DISTINGUISHED})")
+@python_option
 @jobs_option
-def health(system: Path, seed_count: int, stop_time: float, out: Path | None, jobs: int | None) -> int:
+def health(system: Path, seed_count: int, stop_time: float, out: Path | None, python: bool, jobs: int | None) -> int:
     """Test the consistency of the estimator: NIS and NEES with bounds, whiteness of the innovations."""
     from ..figures.drawing import save_figure
     from ..figures.health import estimator_health
@@ -34,7 +36,7 @@ def health(system: Path, seed_count: int, stop_time: float, out: Path | None, jo
 
     numbers = seeds(seed_count)
     with study_folder(out, "health") as folder:
-        found = run_health(system, folder, numbers, stop_time, {}, jobs)
+        found = run_health(system, folder, numbers, stop_time, {}, jobs, python, partial(print, flush=True))
         save_figure(estimator_health(found), folder / "figures", "estimator-health")
         print_table(HEADER, table_rows(found), 120)
         outside = 100 * found.whiteness.outside

@@ -26,7 +26,7 @@ from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, OneOf, Several
 from lockstep.cli.print_table import print_table
 from lockstep.cli.timing_options import with_delays
 
-from .options import seed_option, seed_overrides
+from .options import python_option, seed_option, seed_overrides
 
 if TYPE_CHECKING:
     from lockstep.system.component import Value
@@ -109,6 +109,7 @@ measurement_options = option_group(
 @click.option("--controller", default="controller", metavar="NAME",
               help="component whose output is cut (default: controller)")  # fmt: skip
 @click.option("--plant", default="plant", metavar="NAME", help="component that it drives (default: plant)")
+@python_option
 @out_option(f"results folder (default: results/margins-SYSTEM{DISTINGUISHED})")
 def margins(
     system: Path,
@@ -125,6 +126,7 @@ def margins(
     directions: str,
     controller: str,
     plant: str,
+    python: bool,
     out: Path | None,
 ) -> int:
     """Determine gain, phase, delay and disk margins: of the design, and measured through the FMUs."""
@@ -134,6 +136,7 @@ def margins(
 
     from ..figures.drawing import save_figure
     from ..figures.margins import margin_figures
+    from ..loop.fmu_choice import choose_fmus
     from ..loop.missed_samples import refuse_missed_samples
     from ..runs.study_folder import study_folder
     from ..studies.margins.estimate import COHERENT
@@ -147,6 +150,8 @@ def margins(
         refuse_given(names, "has no effect on the design, which --analytic-only analyses; leave one of them out")
     grid = Grid(modes=modes, gains=gains or GAINS)
     loaded = with_delays(load_system(system), delay)
+    chosen = choose_fmus([loaded], python)
+    loaded = chosen.of(loaded)
     for name, fmu in replacements(replace, loaded).items():
         loaded = with_controller(loaded, name, fmu)
     overrides = {**seed_overrides(loaded, seed), **assignments(settings)}
@@ -156,6 +161,8 @@ def margins(
         loop = dataclasses.replace(loop, slow_period=slow_period)
     default = f"margins-{folder_name(loaded.name)}" + ("" if seed is None else f"-seed{seed}")
     with study_folder(out, default) as folder:
+        if not analytic_only:
+            print(chosen.text, flush=True)
         run_study(loop, folder, measurement.settings(overrides), analytic_only, find_delay, _report_progress, grid)
         content = read_study(folder)
         unstable = "stability" in content and content["stability"]["growth"] >= 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -14,7 +15,7 @@ from lockstep.cli.parameter_types import COUNT, NUMBER, OneOf, Several
 from lockstep.cli.print_table import print_table
 from lockstep.errors import InputError
 
-from .options import SCENARIOS, configuration_option, configurations, fmus_option, seeds, seeds_option
+from .options import SCENARIOS, configuration_option, configurations, fmus_option, python_option, seeds, seeds_option
 
 if TYPE_CHECKING:
     from flexsat.parameters import ControllerDesign
@@ -56,6 +57,7 @@ example:
 @stop_time_option(100.0)
 @out_option(f"results folder (default: results/robustness{DISTINGUISHED})")
 @fmus_option
+@python_option
 @jobs_option
 def robustness(
     configuration: tuple[str, ...],
@@ -71,6 +73,7 @@ def robustness(
     stop_time: float,
     out: Path | None,
     fmus: Path,
+    python: bool,
     jobs: int | None,
 ) -> int:
     """Simulate plants with more or fewer modes and errors of the model that the controller does not know."""
@@ -110,6 +113,8 @@ def robustness(
             carried,
             jobs,
             cast("ControllerDesign", controller_design),
+            python,
+            partial(print, flush=True),
         )
     print_table(errors.HEADER, errors.table_rows(outcomes), 120)
     unstable = sum(not outcome.stable for outcome in outcomes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -10,7 +11,7 @@ from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
 from lockstep.cli.parameter_types import COUNT, NUMBER, PATH
 
-from .options import DEFAULT_SEED, seed_option
+from .options import DEFAULT_SEED, python_option, seed_option
 
 _EXAMPLES = """
 example:
@@ -28,6 +29,7 @@ example:
 @click.option("--as-published", is_flag=True, help="sweep the plant as published: 25 modes, speeds chosen on them")
 @seed_option
 @out_option(f"results folder (default: results/CONFIGURATION-waterfall{DISTINGUISHED})")
+@python_option
 @jobs_option
 def waterfall(
     system: Path,
@@ -37,6 +39,7 @@ def waterfall(
     as_published: bool,
     seed: int | None,
     out: Path | None,
+    python: bool,
     jobs: int | None,
 ) -> int:
     """Draw the deformation against wheel speed, from a sweep of short runs, over the Campbell diagram."""
@@ -53,8 +56,11 @@ def waterfall(
     design = design_of(system, as_published)
     marks = ("-as-published" if as_published else "") + ("" if seed is None else f"-seed{seed}")
     default = f"{design.config.name}-waterfall{marks}"
+    number = DEFAULT_SEED if seed is None else seed
     with study_folder(out, default) as folder:
-        result = sweep(system, design, folder, points, stop_time, DEFAULT_SEED if seed is None else seed, span, jobs)
+        result = sweep(
+            system, design, folder, points, stop_time, number, span, jobs, python, partial(print, flush=True)
+        )
         paths = save_figure(waterfall_figure(result, design), folder / "figures", "waterfall")
         content = read_waterfall(folder)
         if content is not None:

@@ -41,13 +41,13 @@ def is_native(component: Component) -> bool:
 
 
 def _native(component: Component) -> Component:
-    if component.sums is not None or component.archive is not None or not _path(component).is_file():
+    if component.sums is not None or component.archive is not None or not native_fmu(component).is_file():
         return component
-    found = differing_data((component.source, None), (_path(component), None), component.name)
+    found = differing_data((component.source, None), (native_fmu(component), None), component.name)
     if found:
-        raise InputError(f"--native: {_path(component)}{of_other_data(found, component.source)};"
+        raise InputError(f"--native: {native_fmu(component)}{of_other_data(found, component.source)};"
                          " `flexsat build` makes both anew")  # fmt: skip
-    return replace(component, source=_path(component))
+    return replace(component, source=native_fmu(component))
 
 
 def _why_none(system: System) -> str:
@@ -59,10 +59,11 @@ def _why_none(system: System) -> str:
         package = archive.parent / NATIVE / archive.name
         remedy = f"run {package}" if package.is_file() else "run the package of the native ones"
         return f"the FMUs of {system.name} are those inside {archive}; {remedy}"
-    looked_for = ", ".join(str(_path(component)) for component in fmus) or "nothing"
+    looked_for = ", ".join(str(native_fmu(component)) for component in fmus) or "nothing"
     return (f"no FMU of {system.name} has a native one beside it (looked for {looked_for}); "
             "`flexsat build` makes those of flexsat's components")  # fmt: skip
 
 
-def _path(component: Component) -> Path:
+def native_fmu(component: Component) -> Path:
+    """Return where the native FMU of a component is, if it has one."""
     return component.source.parent / NATIVE / component.source.name

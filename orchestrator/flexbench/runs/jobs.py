@@ -31,6 +31,7 @@ from lockstep.processes.cpu_affinity import own_thread
 from lockstep.results.results_folder import claim
 from lockstep.standard_streams import printable, unfiltered
 
+from ..loop.native_fmus import with_native_fmus
 from .flown_design import keep_flown
 from .loop_monitor import watch_loop
 from .metrics_file import write_paper_metrics
@@ -41,7 +42,8 @@ class Job:
     """One simulation of a flexsat system, and its results folder.
 
     `record` as in `simulate`. Without `metrics` the run may be short: the paper's metrics need more than 150 s.
-    With a checkpoint the run begins there; without a system it is that of the checkpoint.
+    With a checkpoint the run begins there; without a system it is that of the checkpoint. `native`: with the native
+    FMUs beside those of the system.
     """
 
     system: Path | None
@@ -51,6 +53,7 @@ class Job:
     record: Sequence[str] | None = None
     metrics: bool = True
     checkpoint: Path | None = None
+    native: bool = False
     reinitialised: tuple[str, ...] = ()  # components that do not take their state from the checkpoint
 
     @property
@@ -101,7 +104,7 @@ def run_job(job: Job) -> Finished:
         else Restart(checkpoint=read_checkpoint(job.checkpoint), reinitialised=job.reinitialised)
     )
     if job.system is not None:
-        system = load_system(job.system)
+        system = with_native_fmus(load_system(job.system)) if job.native else load_system(job.system)
     elif restart is not None:
         system = system_of(restart.checkpoint.run)
     else:

@@ -31,6 +31,7 @@ _SHOWN = f"{HERE}::test_timing_options_change_what_is_shown"
 _SSP = "system/test_write_ssp.py::test_the_loop_is_that_with_the_adapter"
 _EVERY_FILE = "lockstep/check/report/test_check_report.py::test_good_fmu_gets_0_and_every_file"
 _PROBE = "lockstep/check/latency/test_probe_latency.py::"
+_CHOICE = "flexbench/studies/test_fmus_of_sweeps.py::test_margins_are_the_same_with_both_kinds"
 _VALUES = "flexbench/cli/test_option_values.py::test_an_option_reaches_the_study_with_its_value"
 _MULTISINE = "flexbench/studies/margins/test_margins_measured.py::test_a_multisine_has_its_lines_and_no_others"
 _VENDOR = "system/test_margins.py::test_the_command_measures_a_vendors_controller"
@@ -168,6 +169,7 @@ EFFECTS = {
                   "test_zoom_adds_lines_where_a_mode_is_narrower_than_their_spacing",
         "--slow-period": "flexbench/studies/margins/test_margins_measured.py::test_no_line_is_an_alias_of_another",
         "--directions": "flexbench/studies/margins/test_margins.py::test_one_direction_opened_leaves_the_others_closed",
+        "--python": _CHOICE,
         "--controller": _MARGINS + "test_bad_input_gets_one_line",
         "--plant": _VALUES,
     },
@@ -175,7 +177,7 @@ EFFECTS = {
         "--requirements": "system/test_budget.py::test_budget_judges_requirements_by_its_exit_code",
         **dict.fromkeys(("--split", "--seed", "--stop-time"), _SPLIT),
         "--out": _EVALUATED,
-        "--jobs": _VALUES,
+        **dict.fromkeys(("--python", "--jobs"), _VALUES),
         "--window": _BUDGET + "test_mean_error_of_a_sine",
         "--separation": _BUDGET + "test_drift_of_a_sine",
         "--observation": _BUDGET + "test_reproducibility_of_a_ramp_and_a_periodic_error",
@@ -191,7 +193,7 @@ EFFECTS = {
     },
     "flexsat health": {
         "--seeds": "flexbench/studies/health/test_health.py::test_bounds_of_an_average_are_those_of_chi_square",
-        **dict.fromkeys(("--stop-time", "--out", "--jobs"), _VALUES),
+        **dict.fromkeys(("--stop-time", "--out", "--python", "--jobs"), _VALUES),
     },
     "flexsat robustness": {
         "--levels": "flexbench/studies/robustness/test_robustness.py::test_errors_are_shifts_or_draws_of_the_level",
@@ -200,8 +202,9 @@ EFFECTS = {
         "--stop-time": "flexbench/studies/robustness/test_robustness.py::"
                        "test_bad_levels_and_stop_times_are_refused_before_anything_runs",
         **dict.fromkeys(
-            ("--configuration", "--scenario", "--controller-design", "--seeds", "--out", "--fmus", "--jobs"), _VALUES
+            ("--configuration", "--scenario", "--controller-design", "--seeds", "--out", "--fmus", "--python"), _VALUES
         ),
+        "--jobs": _VALUES,
     },
     "flexsat compare-layouts": {
         "--dispersion": _LAYOUTS + "test_dispersions.py::test_limits_are_given_in_percent_and_checked",
@@ -209,13 +212,13 @@ EFFECTS = {
         "::test_a_slew_that_leaves_no_time_after_it_is_refused_before_anything_runs",
         "--settling-band": _LAYOUTS + "test_study.py::test_a_slew_is_compared_while_it_lasts_and_from_its_end_on",
         "--set": _LAYOUTS + "test_study.py::test_a_limit_cycle_is_lost_and_named",
-        **dict.fromkeys(("--seeds", "--scenario", "--out", "--fmus", "--jobs"), _VALUES),
+        **dict.fromkeys(("--seeds", "--scenario", "--out", "--fmus", "--python", "--jobs"), _VALUES),
     },
     "flexsat waterfall": {
         "--as-published": "flexbench/studies/waterfall/test_waterfall.py::"
                           "test_a_sweep_as_published_flies_25_modes_and_is_named_so",
         **dict.fromkeys(("--points", "--speed-range", "--stop-time", "--out"), _WATERFALL),
-        **dict.fromkeys(("--seed", "--jobs"), _VALUES),
+        **dict.fromkeys(("--seed", "--python", "--jobs"), _VALUES),
     },
     "flexsat shadow": {
         "--from": _SHADOWS + "test_residuals_begin_at_the_given_time_and_end_at_the_switchover",

@@ -92,6 +92,7 @@ CALLS = {
             "--seeds": (("3",), "range(1, 4)"),
             "--stop-time": (("9",), "9.0"),
             "--out": (("there",), "'there'"),
+            "--python": ((), "True"),
             "--jobs": (("7",), "7"),
         },
     ),
@@ -113,6 +114,7 @@ CALLS = {
             "--stop-time": (("90",), "90.0"),
             "--out": (("there",), "'there'"),
             "--fmus": (("others",), "'others'"),
+            "--python": ((), "True"),
             "--jobs": (("7",), "7"),
         },
     ),
@@ -129,7 +131,8 @@ CALLS = {
             "--set": (("c.z=4",), "{'c.z': '4'}"),
             "--out": (("there",), "'there'"),
             "--fmus": (("others",), "'others'"),
-            "--jobs": (("7",), ", 7)"),
+            "--python": ((), "True"),
+            "--jobs": (("7",), ", 7, functools"),
         },
     ),
     "waterfall": (
@@ -142,6 +145,7 @@ CALLS = {
             "--speed-range": (("30", "60"), "(3.14159"),
             "--seed": (("4",), "4"),
             "--out": (("there",), "'there'"),
+            "--python": ((), "True"),
             "--jobs": (("7",), "7"),
         },
     ),
@@ -186,6 +190,7 @@ CALLS = {
             "--seed": (("4",), "4"),
             "--stop-time": (("9",), "9.0"),
             "--out": (("there",), "'there'"),
+            "--python": ((), "True"),
             "--jobs": (("7",), "7"),
             "--window": (("5",), "window=5.0"),
             "--separation": (("30",), "separation=30.0"),
@@ -276,9 +281,9 @@ def test_measurement_options_beside_analytic_only_are_refused(capsys):
     assert set(MeasurementOptions.__dataclass_fields__) <= {p.name for p in PROGRAM.get_command(None, "margins").params}
 
 
-@pytest.mark.parametrize("option", ["--seed", "--stop-time", "--jobs"])
+@pytest.mark.parametrize("option", ["--seed", "--stop-time", "--jobs", "--python"])
 def test_options_of_the_split_alone_are_refused(capsys, option):
-    assert PROGRAM.run(["budget", "run", option, "3"]) == 2
+    assert PROGRAM.run(["budget", "run", option, *(["3"] if option != "--python" else [])]) == 2
     assert capsys.readouterr().err == f"flexsat: {option}: has an effect only with --split SYSTEM; leave it out\n"
 
 

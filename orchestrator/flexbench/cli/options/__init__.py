@@ -28,6 +28,9 @@ fmus_option = click.option(
 )
 seed_option = click.option("--seed", type=WHOLE_NUMBER, metavar="N",
                            help=f"seed of plant and sensors (default: {DEFAULT_SEED})")  # fmt: skip
+python_option = click.option(
+    "--python", is_flag=True, help="with the FMUs in Python (default: the native ones, where they are built)"
+)
 SETTLED_HELP = "evaluate from this time in seconds (default: settled after a slew; else 150, or half of a short run)"
 
 

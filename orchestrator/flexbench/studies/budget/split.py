@@ -22,8 +22,9 @@ import numpy as np
 from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND
 from flexsat.runtime.rotations import error_rotation, mrp_from_quaternion, quaternion_from_rotation_vector
-from lockstep import InputError
+from lockstep import InputError, load_system
 
+from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...runs import histories
 from ...runs.flown_design import planned_slew
 from ...runs.jobs import Job, run_jobs
@@ -88,8 +89,13 @@ def split_budget(
     since: float | None = None,
     levels: Sequence[float] = LEVELS,
     processes: int | None = None,
+    python: bool = False,
+    report: Report = silent,
 ) -> Split:
     """Run all, none, each source alone and all without gyroscopics; write the runs and split.json to `folder`.
+
+    `python`: simulate the FMUs in Python; else the native ones where they are built. `report` is called with their
+    kind, as a line.
 
     Raises
     ------
@@ -98,6 +104,8 @@ def split_budget(
     """
     if not (np.isfinite(stop) and stop > 0.0):
         raise InputError(f"--stop-time {stop:g}: must be a time > 0 s")
+    chosen = choose_fmus([load_system(system)], python)
+    report(chosen.text)
     runs = plan_runs()
     jobs = {
         name: Job(
@@ -106,12 +114,13 @@ def split_budget(
             overrides={"plant.seed": seed, "sensors.seed": seed, **settings},
             stop_time=stop,
             metrics=False,
+            native=chosen.native,
         )
         for name, settings in runs.items()
     }
     run_jobs(list(jobs.values()), processes)
     split = compute_split({name: read_run(job.folder) for name, job in jobs.items()}, stop, windows, since, levels)
-    write_split(split, folder)
+    write_split(split, folder, chosen.kind)
     return split
 
 
@@ -187,12 +196,13 @@ def line_of_sight(budget: Budget) -> dict[str, float]:
     return {entry.index: entry.rms / ARCSECOND for entry in budget.entries if entry.axis == "line_of_sight"}
 
 
-def write_split(split: Split, folder: Path) -> None:
-    """Write split.json to the folder."""
+def write_split(split: Split, folder: Path, fmus: str) -> None:
+    """Write split.json to the folder; `fmus` is the kind of the runs' FMUs."""
     content = {
         "configuration": split.configuration,
         "seed": split.seed,
         "stop": split.stop,
+        "fmus": fmus,
         "start": split.start,
         "unit": "arcsec",
         "axis": "line_of_sight, RMS",

@@ -8,6 +8,7 @@ from typing import Any
 
 from lockstep import InputError, load_system
 
+from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...runs.jobs import Job, run_jobs
 from ...runs.json_file import write_json
 from ...runs.run_folder import read_run
@@ -20,9 +21,22 @@ HEADER = ("quantity", "average", "95 % if consistent", "degrees of freedom", "as
 
 
 def run_health(
-    system: Path, folder: Path, seeds: Sequence[int], stop: float, overrides: Mapping[str, Any], processes: int | None
+    system: Path,
+    folder: Path,
+    seeds: Sequence[int],
+    stop: float,
+    overrides: Mapping[str, Any],
+    processes: int | None,
+    python: bool = False,
+    report: Report = silent,
 ) -> Health:
     """Simulate all seeds in parallel and judge them; write the runs and health.json to `folder`.
+
+    Parameters
+    ----------
+    system, seeds, stop, overrides, processes : of the runs
+    python : simulate the FMUs in Python; else the native ones where they are built
+    report : called with the kind of the FMUs, as a line
 
     Raises
     ------
@@ -33,7 +47,10 @@ def run_health(
         raise InputError(
             f"--stop-time {stop:g}: the first {SETTLED:g} s are not judged; simulate more than {2 * SETTLED:g} s"
         )
-    patterns = (*load_system(system).record, *MEASURED)
+    loaded = load_system(system)
+    chosen = choose_fmus([loaded], python)
+    report(chosen.text)
+    patterns = (*loaded.record, *MEASURED)
     jobs = [
         Job(
             system=system,
@@ -42,6 +59,7 @@ def run_health(
             stop_time=stop,
             record=patterns,
             metrics=False,
+            native=chosen.native,
         )
         for seed in seeds
     ]
@@ -49,15 +67,16 @@ def run_health(
     runs = {seed: read_run(job.folder) for seed, job in zip(seeds, jobs, strict=True)}
     first = next(iter(runs.values()))
     health = analyse({seed: replay(run) for seed, run in runs.items()}, first.design)
-    write_health(health, folder)
+    write_health(health, folder, chosen.kind)
     return health
 
 
-def write_health(health: Health, folder: Path) -> None:
-    """Write health.json to the folder."""
+def write_health(health: Health, folder: Path, fmus: str) -> None:
+    """Write health.json to the folder; `fmus` is the kind of the runs' FMUs."""
     content = {
         "configuration": health.configuration,
         "seeds": list(health.seeds),
+        "fmus": fmus,
         "settled_from": health.settled_from,
         "nis": {name: _plain(value) for name, value in health.innovation.items()},
         "nees": {name: _plain(value) for name, value in health.error.items()},

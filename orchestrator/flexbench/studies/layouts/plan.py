@@ -17,7 +17,7 @@ from .wheels import Wheels
 COMPARED: tuple[ScenarioName, ...] = ("fine_pointing", "slew")
 DURATION: dict[ScenarioName, float] = {"fine_pointing": 200.0, "slew": 200.0}
 # s of fine pointing: the error that a run begins with has decayed in half of that; the slew ends at 106 s
-SPEED = 5.0  # s simulated in a second by a core of 2020, of either layout
+SPEED, NATIVE_SPEED = 5.0, 30.0  # s simulated in a second by a core of 2020, of either layout
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,14 +38,15 @@ class Plan:
             if scenario not in COMPARED:
                 raise InputError(f"--scenario {scenario}: no such scenario; there are {', '.join(COMPARED)}")
 
-    def estimate(self, processes: int) -> str:
+    def estimate(self, processes: int, native: bool = False) -> str:
         """Return how long the runs take, in words."""
         runs = len(CONFIGURATIONS) * len(self.seeds) * len(self.duration)
         simulated = len(CONFIGURATIONS) * len(self.seeds) * sum(self.duration.values())
-        minutes = simulated / SPEED / min(processes, runs) / 60.0
+        speed = NATIVE_SPEED if native else SPEED
+        minutes = simulated / speed / min(processes, runs) / 60.0
         return (
             f"{runs} runs, {simulated:g} s to simulate: about {max(1.0, minutes):.0f} min with {processes} at once,"
-            f" at {SPEED:g} x real time each"
+            f" at {speed:g} x real time each"
         )
 
 
@@ -58,6 +59,7 @@ class Comparison:
     errors: Mapping[int, Errors]  # of the structure, by seed: the same for all layouts
     outcomes: Sequence[Outcome]
     wheels: Mapping[ConfigurationName, Wheels]
+    fmus: str = "Python"  # kind of the runs' FMUs
 
     def of(self, name: ConfigurationName, scenario: ScenarioName) -> dict[int, Outcome]:
         """Return the outcomes of a layout in a scenario by seed."""

@@ -79,6 +79,7 @@ def as_json(comparison: Comparison, rows: Sequence[Row]) -> dict[str, Any]:
         "duration": dict(plan.duration),
         "dispersion": asdict(plan.dispersion),
         "modes": comparison.modes,
+        "fmus": comparison.fmus,
         "overrides": {name: str(value) for name, value in plan.overrides.items()},
         "errors": {str(seed): asdict(errors) for seed, errors in comparison.errors.items()},
         "runs": [asdict(one) for one in comparison.outcomes],

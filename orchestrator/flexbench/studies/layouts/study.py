@@ -7,9 +7,11 @@ from pathlib import Path
 
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName, configuration
 from lockstep import InputError, load_system
+from lockstep.operating_system import available_cores
 from lockstep.plan.plan import Plan as RunPlan
 
 from ...loop.feasibility import needs_of
+from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
 from ...runs.jobs import Job, run_jobs
 from .outcome import RECORD, measure
@@ -25,7 +27,9 @@ def run_folder(folder: Path, name: ConfigurationName, scenario: ScenarioName, se
     return folder / f"{name}-{scenario.replace('_', '-')}-seed{seed}"
 
 
-def plan_jobs(fmus: Path, folder: Path, plan: Plan) -> dict[tuple[ConfigurationName, ScenarioName, int], Job]:
+def plan_jobs(
+    fmus: Path, folder: Path, plan: Plan, native: bool = False
+) -> dict[tuple[ConfigurationName, ScenarioName, int], Job]:
     """Return every run: a seed's layouts have the same errors, and one after the other."""
     jobs = {}
     for seed in plan.seeds:
@@ -41,6 +45,7 @@ def plan_jobs(fmus: Path, folder: Path, plan: Plan) -> dict[tuple[ConfigurationN
                     stop_time=duration,
                     record=RECORD,
                     metrics=False,
+                    native=native,
                 )
     return jobs
 
@@ -50,7 +55,8 @@ def run_layouts(
     folder: Path,
     plan: Plan,
     processes: int | None = None,
-    report: Callable[[str], None] = lambda _: None,
+    report: Report = silent,
+    python: bool = False,
 ) -> Comparison:
     """Run the study; leave the runs, layouts.json, layouts.csv and layouts.txt in `folder`.
 
@@ -59,14 +65,19 @@ def run_layouts(
     fmus : folder that `flexsat build` has written
     plan : what is simulated
     processes : at once; None for one a core
-    report : called with what the slews need of time, torque and momentum
+    report : called with the kind of the FMUs, the time that the runs take, and what the slews need
+    python : simulate the FMUs in Python; else the native ones where they are built
 
     Raises
     ------
     InputError
         If a slew cannot be carried out, or its run ends too early after it.
     """
-    jobs = plan_jobs(fmus, folder, plan)
+    systems = [load_system(fmus / name / f"{one}.ssd") for name in CONFIGURATIONS for one in plan.duration]
+    chosen = choose_fmus(systems, python)  # of one kind for all layouts
+    report(chosen.text)
+    report(plan.estimate(processes or len(available_cores()), chosen.native))
+    jobs = plan_jobs(fmus, folder, plan, chosen.native)
     for name in CONFIGURATIONS:
         for scenario in plan.duration:
             check_slew(jobs[name, scenario, plan.seeds[0]], f"{name}: ", report)
@@ -82,6 +93,7 @@ def run_layouts(
         errors={seed: plan.dispersion.draw(seed) for seed in plan.seeds},
         outcomes=outcomes,
         wheels=wheels,
+        fmus=chosen.kind,
     )
     write_result(result, folder)
     return result

@@ -16,6 +16,7 @@ from lockstep import InputError
 from lockstep.fmi.model_description import read_description
 from lockstep.system.component import Value
 
+from ...loop.fmu_choice import kind_of
 from ...runs.json_file import read_table, write_json
 from .analysis import Analysis, analyse
 from .designed_loop import DesignedLoop
@@ -185,6 +186,7 @@ def run_study(
         "controller_sha256": read_description(controller).sha256,
         "seed": settings.overrides.get("sensors.seed", loop.system.component(loop.plant).parameters.get("seed", 0)),
         "held": loop.period,
+        "fmus": kind_of([loop.system]),
     }
     unstable = False
     if loop.designed is not None and loop.real is not None:

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from flexsat.parameters import ARCSECOND, DEFAULT_DESIGN, ConfigurationName, ControllerDesign
-from lockstep import InputError, Signals
+from lockstep import InputError, Signals, load_system
 
+from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...loop.scenarios import ScenarioName, Value, scalar_overrides, scenario_parameters
 from ...runs import histories
 from ...runs.jobs import Job, run_jobs
@@ -144,6 +145,8 @@ def run_robustness(
     modes: int,
     processes: int | None = None,
     controller_design: ControllerDesign = DEFAULT_DESIGN,
+    python: bool = False,
+    report: Report = silent,
 ) -> list[Outcome]:
     """Simulate every error with every seed, in parallel; write the runs and robustness.json to `folder`.
 
@@ -152,8 +155,12 @@ def run_robustness(
     plan : what is varied
     modes : of the plant
     controller_design : of the controller in every run
+    python : simulate the FMUs in Python; else the native ones where they are built
+    report : called with the kind of the FMUs, as a line
     """
     plan.check(stop, modes)
+    chosen = choose_fmus([load_system(fmus / name / f"{scenario}.ssd") for name in names], python)
+    report(chosen.text)
     jobs: dict[tuple[ConfigurationName, Variation, int], Job] = {}
     for name in names:
         for seed in seeds:
@@ -167,11 +174,12 @@ def run_robustness(
                     overrides={**scalar_overrides(parameters), "controller.design": controller_design},
                     stop_time=stop,
                     metrics=False,
+                    native=chosen.native,
                 )
     run_jobs(list(jobs.values()), processes)
     runs = [(variation, read_run(job.folder)) for (_, variation, _), job in jobs.items()]
     outcomes = [judge(run, run.samples(), variation) for variation, run in runs]
-    write_json(folder / RESULT, [asdict(outcome) for outcome in outcomes])
+    write_json(folder / RESULT, [{**asdict(outcome), "fmus": chosen.kind} for outcome in outcomes])
     return outcomes
 
 

@@ -19,6 +19,7 @@ from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import CONFIGURATIONS, RPM
 from lockstep import InputError, load_system, read_signals
 
+from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...runs.jobs import Job, run_jobs
 from ...runs.json_file import read_table, write_json
 from ..spectra.welch import estimate, noise_bandwidth
@@ -38,6 +39,7 @@ class Waterfall:
     configuration: str
     seed: int
     stop: float  # s, of each run
+    fmus: str  # their kind: native or Python
     speed: Array  # (k,) [rad/s]
     frequency: Array  # (f,) [Hz]
     density: Array  # (f, k) [m^2/Hz]
@@ -60,6 +62,8 @@ def sweep(
     seed: int,
     span: tuple[float, float] | None = None,
     processes: int | None = None,
+    python: bool = False,
+    report: Report = silent,
 ) -> Waterfall:
     """Run the sweep; write one folder a speed, and waterfall.json.
 
@@ -73,6 +77,8 @@ def sweep(
     seed : of plant and sensors
     span : lowest and highest speed [rad/s]; None as `default_range`
     processes : at once; None for one a core
+    python : simulate the FMUs in Python; else the native ones where they are built
+    report : called with the kind of the FMUs, as a line
 
     Raises
     ------
@@ -86,6 +92,8 @@ def sweep(
     low, high = span or default_range(design)
     if not 0.0 < low < high:
         raise InputError(f"--speed-range {low / RPM:g} {high / RPM:g}: must be two rising speeds > 0 rpm")
+    chosen = choose_fmus([load_system(system)], python)
+    report(chosen.text)
     speeds = np.linspace(low, high, points)
     jobs = [
         Job(
@@ -95,6 +103,7 @@ def sweep(
             stop_time=stop,
             record=RECORD,
             metrics=False,
+            native=chosen.native,
         )
         for speed in speeds.tolist()
     ]
@@ -106,6 +115,7 @@ def sweep(
         configuration=design.config.name,
         seed=seed,
         stop=stop,
+        fmus=chosen.kind,
         speed=speeds,
         frequency=spectra[0][0],
         density=np.column_stack([density for _, density, _ in spectra]),
@@ -171,6 +181,7 @@ def write_waterfall(result: Waterfall, design: Design, folder: Path) -> None:
         "as_published": design.as_published,
         "seed": result.seed,
         "stop": result.stop,
+        "fmus": result.fmus,
         "speed_rpm": (result.speed / RPM).tolist(),
         "deformation_rms_m": result.rms.tolist(),
         "linear_prediction_rms_m": result.predicted.tolist(),

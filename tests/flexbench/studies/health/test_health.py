@@ -162,9 +162,14 @@ def test_filter_is_consistent_in_encoders_and_conservative_in_the_rest(replays, 
 
 def test_file_and_report_show_the_same_numbers(recorded_runs, health, tmp_path, monkeypatch):
     run = read_run(recorded_runs / "1")
-    write_health(health, tmp_path)
+    write_health(health, tmp_path, "native")
     written = json.loads((tmp_path / "health.json").read_text())
-    assert (written["seeds"], written["settled_from"], written["configuration"]) == ([1], FROM, "centralised")
+    assert [written[name] for name in ("seeds", "settled_from", "configuration", "fmus")] == [
+        [1],
+        FROM,
+        "centralised",
+        "native",
+    ]
     assert written["nis"]["gyros"]["average"] == health.innovation["gyros"].value
     monkeypatch.setattr(report_section, "analyse", lambda *_: health)
     assert section(run)[2].rows == table_rows(health)

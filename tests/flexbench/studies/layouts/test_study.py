@@ -48,7 +48,10 @@ def test_a_run_has_the_numbers_of_flexsat_run(delivered, compared, tmp_path):
     words = [f"--set=plant.dispersion.{name}={value!r}" for name, value in settings.items()]
     words += [f"--set=plant.dispersion.inertia[{k + 1}]={value!r}" for k, value in enumerate(errors.inertia)]
     system = str(delivered / "distributed" / "fine_pointing.ssd")
-    assert main(["run", system, "--seed", "2", "--stop-time", "0.5", *words, "--out", str(tmp_path / "run")]) == 0
+    assert (
+        main(["run", system, "--native", "--seed", "2", "--stop-time", "0.5", *words, "--out", str(tmp_path / "run")])
+        == 0
+    )
 
     (window,) = json.loads((tmp_path / "run" / "metrics.json").read_text())["windows"]
     found = comparison.of("distributed", "fine_pointing")[2]

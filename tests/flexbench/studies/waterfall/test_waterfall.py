@@ -35,7 +35,7 @@ def made(design: Design, crossings: list) -> Waterfall:
     for k, w in enumerate(speed):
         density[np.argmin(np.abs(frequency - w / (2.0 * np.pi))), k] = 1e-14
     return Waterfall(
-        configuration="centralised", seed=4, stop=5.0, speed=speed, frequency=frequency, density=density,
+        configuration="centralised", seed=4, stop=5.0, fmus="native", speed=speed, frequency=frequency, density=density,
         rms=np.full(4, 2e-7), predicted=predict(design, speed), crossings=crossings,
     )  # fmt: skip
 
