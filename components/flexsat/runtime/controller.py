@@ -198,7 +198,7 @@ def _correct(prepared: PreparedController, state: ControllerState, time: float, 
     """Predict the estimate to the time of the measurement and correct it; predict the jitter of the next period."""
     if state.count > prepared.first_measurement:
         stack = np.concatenate([state.estimate, state.history.ravel(), state.jitter.ravel()])
-        np.matmul(prepared.predict, stack, out=state.estimate)
+        prepared.predict.dot(stack, out=state.estimate)
     state.since_star_tracker = 0 if measured.star_tracker_valid else state.since_star_tracker + 1
     phase = min(state.since_star_tracker, prepared.phases - 1)
     innovation = state.outputs.innovation
@@ -277,7 +277,7 @@ def _refer(prepared: PreparedController, state: ControllerState, time: float) ->
     period, profile, outputs = prepared.period, state.profile, state.outputs
     change = slew_motion.shaped_rate_change(profile, prepared.shaper, time, period)
     allocation, momentum_axis = prepared.slew_wheels.allocations[profile.allocation], prepared.inertia @ profile.axis
-    torque = np.matmul(allocation, momentum_axis * (change / period), out=outputs.reference_torque)
+    torque = allocation.dot(momentum_axis * (change / period), out=outputs.reference_torque)
     reference = outputs.reference
     if prepared.smoothed:
         now = np.array([time])

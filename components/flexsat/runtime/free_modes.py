@@ -38,11 +38,6 @@ class Blocks:
         """What multiplies p and q themselves, (2, m)."""
         return np.stack([self.pp, self.qq])
 
-    @property
-    def crossed(self) -> Array:
-        """What multiplies the other of the two, (2, m)."""
-        return np.stack([self.pq, self.qp])
-
     def times(self, rows: Array) -> Array:
         """Return the product with (2 m, k)."""
         p, q = np.split(rows, 2)

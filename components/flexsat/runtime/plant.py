@@ -70,13 +70,21 @@ class PlantWork:
     load: Array  # (r,) of the inputs
     internal: Array  # (2 n + 6,): gyroscopic torques and momentum terms
     middle: Array  # (9 + u + 3,)
-    crossed: Array  # (2, m): of z, from the other of each pair
-    driven: Array  # (2 m + 9,)
-    observed: Array  # velocity and rate, slope rates, accelerations, axial momenta, products of velocities
+    crossed: Array  # (2, m): of z, from the other of each pair; and its rows, (m,):
+    first_change: Array
+    second_change: Array
+    driven: Array  # (2 m + 9,), and views: (2 m + 6,), and the turn (3,)
+    moved: Array
+    turned: Array
+    observed: Array  # velocity and rate, slope rates, accelerations, axial momenta, products of velocities; and views:
+    of_vector: Array  # all but the last two of these
+    axial: Array  # (n,)
+    products: Array
     torque: Array  # and views: (n,) of `given`
     gyroscopic: Array  # (2, n) of `internal`
     z: Array  # (2, m) of the state's vector
-    other: Array  # (2, m): z, each in the place of the other of its pair
+    first: Array  # (m,) of z
+    second: Array
     moving: Array  # (2 m + 6,) of the vector, without the loads
     total: Array  # (r,) of the vector: the loads
 
@@ -149,21 +157,30 @@ def structure_motion(prepared: PreparedPlant, state: PlantState) -> Array:
 
 def _work(prepared: PreparedPlant, vector: Array) -> PlantWork:
     """Return work arrays, and views of them and of a state's vector."""
-    m, n = prepared.modes, prepared.wheels
+    m, n, count = prepared.modes, prepared.wheels, len(prepared.observed)
     given, internal = np.empty(prepared.input_count), np.empty(2 * n + 6)
-    z = vector[: 2 * m].reshape(2, m)
+    driven, observed = np.empty(2 * m + 9), np.empty(prepared.output_map.shape[1])
+    z, crossed = vector[: 2 * m].reshape(2, m), np.empty((2, m))
     return PlantWork(
         given=given,
         load=np.empty(prepared.load_count),
         internal=internal,
         middle=np.empty(len(prepared.middle)),
-        crossed=np.empty((2, m)),
-        driven=np.empty(2 * m + 9),
-        observed=np.empty(prepared.output_map.shape[1]),
+        crossed=crossed,
+        first_change=crossed[0],
+        second_change=crossed[1],
+        driven=driven,
+        moved=driven[:-3],
+        turned=driven[-3:],
+        observed=observed,
+        of_vector=observed[:count],
+        axial=observed[count:-PRODUCTS],
+        products=observed[-PRODUCTS:],
         torque=given[:n],
         gyroscopic=internal[: 2 * n].reshape(2, n),
         z=z,
-        other=z[::-1],
+        first=z[0],
+        second=z[1],
         moving=vector[: 2 * m + 6],
         total=vector[2 * m + 6 :],
     )
@@ -192,7 +209,7 @@ def _outputs(prepared: PreparedPlant) -> PlantOutputs:
 def _set_internal(prepared: PreparedPlant, state: PlantState, middle: Array, momentum: Array) -> None:
     """Set the loads of gyroscopic torques and momentum terms, from momenta, rate and slope rates, and axial momenta."""
     held, gyroscopic = state.work.internal, state.work.gyroscopic
-    np.matmul(prepared.gyroscopic, middle[6:], out=held[:-6])
+    prepared.gyroscopic.dot(middle[6:], out=held[:-6])
     np.multiply(gyroscopic, momentum, out=gyroscopic)
     px, py, pz, hx, hy, hz, x, y, z = middle[:MIDDLE].tolist()
     held[-6:] = (
@@ -203,7 +220,7 @@ def _set_internal(prepared: PreparedPlant, state: PlantState, middle: Array, mom
         z * hx - x * hz,
         x * hy - y * hx,
     )
-    np.matmul(prepared.load_of_internal, held, out=state.internal)
+    prepared.load_of_internal.dot(held, out=state.internal)
 
 
 def agree(prepared: PreparedPlant, state: PlantState, structure: Array) -> None:
@@ -252,29 +269,30 @@ def step(
     load, z = work.total, work.z
     torque = _hold(prepared, state, inputs, friction)
 
-    middle = np.matmul(prepared.middle, vector, out=work.middle)
+    middle = prepared.middle.dot(vector, out=work.middle)
     half_impulse = (0.5 * length) * torque
     np.add(momentum, half_impulse, out=momentum)
     _set_internal(prepared, state, middle, momentum)
     np.add(momentum, half_impulse, out=momentum)
     np.add(work.load, state.internal, out=load)
 
-    driven = np.matmul(prepared.driven, load, out=work.driven)
-    turned = (middle[-3:] + driven[-3:]).tolist()
-    if not sum(angle * angle for angle in turned) < math.pi**2:  # the negation also finds NaN
+    prepared.driven.dot(load, out=work.driven)
+    turned = a, b, c = (middle[-3:] + work.turned).tolist()
+    if not a * a + b * b + c * c < math.pi**2:  # the negation also finds NaN
         raise ValueError(
             f"the motion has diverged: steps of {length:g} s are too long for this rate; take shorter ones"
         )
     if len(prepared.coupled):
-        z[:] = np.matmul(prepared.coupled, z.reshape(-1)).reshape(z.shape)
-    else:
-        np.multiply(prepared.crossed, work.other, out=work.crossed)
+        z[:] = prepared.coupled.dot(z.reshape(-1)).reshape(z.shape)
+    else:  # rows by themselves: one product with the rows of z in reverse takes twice the time
+        np.multiply(prepared.of_second, work.second, out=work.first_change)
+        np.multiply(prepared.of_first, work.first, out=work.second_change)
         np.multiply(prepared.diagonal, z, out=z)
         np.add(z, work.crossed, out=z)
-    np.add(work.moving, driven[:-3], out=work.moving)
+    np.add(work.moving, work.moved, out=work.moving)
     state.mrp = rotations.rotate_mrp(state.mrp, turned)
     previous = state.speed
-    outputs = observe(prepared, state)
+    outputs = _observe_motion(prepared, state)
     # trapezoid: exact for the spin, second order for the mount's motion
     angle = state.angle
     angle += (0.5 * length) * (previous + outputs.wheel_speed)
@@ -285,12 +303,12 @@ def step(
 
 def _hold(prepared: PreparedPlant, state: PlantState, inputs: Array, friction: PreparedFriction | None) -> Array:
     """Hold inputs from now on, the torques limited and with friction; return these torques, a view."""
-    limit, work, load = prepared.torque_limit, state.work, state.work.total
+    work, load = state.work, state.work.total
     work.given[:] = inputs
     torque = work.torque
-    np.minimum(torque, limit, out=torque)
-    np.maximum(torque, -limit, out=torque)
-    np.matmul(prepared.load_of_input, work.given, out=work.load)
+    np.minimum(torque, prepared.most_torque, out=torque)
+    np.maximum(torque, prepared.least_torque, out=torque)
+    prepared.load_of_input.dot(work.given, out=work.load)
     np.add(work.load, state.internal, out=load)  # with those of the last step, to predict the middle of this one
     if friction is not None:
         bearing_friction.add(friction, state.vector, state.momentum, torque, work.load)
@@ -313,12 +331,18 @@ def feed_through(
 
 def observe(prepared: PreparedPlant, state: PlantState) -> PlantOutputs:
     """Return the outputs in the present state; accelerations are those with the inputs held last."""
-    count = len(prepared.observed)
-    seen, outputs = state.work.observed, state.outputs
-    np.matmul(prepared.observed, state.vector, out=seen[:count])
-    seen[count:-PRODUCTS] = state.momentum
-    vx, vy, vz, x, y, z = seen[:6].tolist()
-    seen[-PRODUCTS:] = (
+    outputs = _observe_motion(prepared, state)
+    outputs.wheel_angle[:] = state.angle
+    return outputs
+
+
+def _observe_motion(prepared: PreparedPlant, state: PlantState) -> PlantOutputs:
+    """Set all outputs but the wheels' angles."""
+    work, outputs = state.work, state.outputs
+    prepared.observed.dot(state.vector, out=work.of_vector)
+    work.axial[:] = state.momentum
+    vx, vy, vz, x, y, z = work.observed[:6].tolist()
+    work.products[:] = (
         y * vz - z * vy,
         z * vx - x * vz,
         x * vy - y * vx,
@@ -329,9 +353,8 @@ def observe(prepared: PreparedPlant, state: PlantState) -> PlantOutputs:
         x * z,
         y * z,
     )
-    np.matmul(prepared.output_map, seen, out=outputs.linear)
+    prepared.output_map.dot(work.observed, out=outputs.linear)
     outputs.flat[:7] = (*state.mrp, *rotations.quaternion_from_mrp(state.mrp))
-    outputs.wheel_angle[:] = state.angle
     return outputs
 
 

@@ -49,13 +49,15 @@ class PreparedPlant:
     accelerometers: int
     input_count: int  # wheel torque, jitter wrenches (6 s), external force and torque
     load_count: int
-    torque_limit: float  # N.m, of each motor
+    most_torque: Array  # (n,): limits of the motors [N.m]
+    least_torque: Array
     wheel_inertia: float  # kg.m2
     load_of_input: Array  # (r, inputs)
     load_of_internal: Array  # (r, 2 n + 6): from gyroscopic torques and momentum terms
     coupled: Array  # (2 m, 2 m): z of the step's end, from z; (0, 0) where its pairs do not couple: then
     diagonal: Array  # (2, m): from itself,
-    crossed: Array  # (2, m): from the other of its pair,
+    of_second: Array  # (m,): the first of a pair, from the second,
+    of_first: Array  # (m,): the second of a pair, from the first,
     driven: Array  # (2 m + 9, r): and from the loads; then the change of momentum, and the turn over the step
     middle: Array  # (9 + u + 3, vector): momenta, rate and slope rates at mid-step, and the turn without the loads
     gyroscopic: Array  # (2 n, 3 + u + 3): torque about a and b per axial momentum, from rate and slope rates
@@ -135,13 +137,15 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
         accelerometers=len(matrices.accelerometer_axis),
         input_count=inputs,
         load_count=r,
-        torque_limit=motion.parameters.torque_limit,
+        most_torque=np.full(n, motion.parameters.torque_limit),
+        least_torque=np.full(n, -motion.parameters.torque_limit),
         wheel_inertia=matrices.wheel_inertia,
         load_of_input=loads.of_held[:, :inputs].copy(),
         load_of_internal=loads.of_held[:, inputs:].copy(),
         coupled=none if isinstance(whole, Blocks) else whole.matrix,
         diagonal=whole.diagonal if isinstance(whole, Blocks) else none,
-        crossed=whole.crossed if isinstance(whole, Blocks) else none,
+        of_second=np.ascontiguousarray(whole.pq) if isinstance(whole, Blocks) else none,
+        of_first=np.ascontiguousarray(whole.qp) if isinstance(whole, Blocks) else none,
         driven=np.vstack([whole_held.times(motion.drive), step * loads.force[:6], turned_by_load]),
         middle=np.vstack([middle, turned]),
         gyroscopic=np.pad(_gyroscopic(motion), ((0, 0), (0, 3))),

@@ -187,6 +187,6 @@ def step(prepared: PreparedSensors, state: SensorState, inputs: SensorInputs) ->
             state.jitter,
         )
         state.jitter += state.broadband
-        np.matmul(prepared.wrench_of_jitter, state.jitter.ravel(), out=outputs.wrench)
+        prepared.wrench_of_jitter.dot(state.jitter.ravel(), out=outputs.wrench)
     state.count += 1
     return outputs
