@@ -14,6 +14,7 @@ from ..parameters import Configuration
 from ..ports.table import FmiVersion, Naming, PortTable
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
 from .documentation.experiments import EXPERIMENTS
+from .documentation.native_notes import NativeNotes
 from .documentation.reference_results import Run, run_experiments
 from .export import BuiltFmu, build_fmu
 from .python.controller import Controller
@@ -53,7 +54,7 @@ class Parts:
         naming: Naming,
         *,
         execution_tool: bool = False,
-        compile_command: str | None = None,
+        native: NativeNotes | None = None,
         fmi: FmiVersion = "2.0",
     ) -> AccompanyingFiles:
         """Return the documentation, pictures and reference results of an FMU of this component."""
@@ -68,7 +69,7 @@ class Parts:
             step=getattr(self.config.rates, self.component),
             stop=SHELLS[self.component].stop_time,
             execution_tool=execution_tool,
-            compile_command=compile_command,
+            native=native,
             fmi=fmi,
         )
 

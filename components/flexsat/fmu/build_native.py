@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -15,8 +15,9 @@ from ..design.chain import Designs
 from ..ports.table import FmiVersion
 from .build import SHELLS, Parts
 from .export import BuiltFmu
-from .native.compile import compile_command
+from .native.compile import native_notes
 from .native.export import NativeComponent, native_content
+from .native.platforms import folders
 from .native.sources import c_files, native_folder
 from .python.model_description import about_component
 from .reproducible_zip import write_atomically, zip_bytes
@@ -28,6 +29,7 @@ def build_native_configuration(
     parts: Mapping[str, Parts],
     report: Callable[[str], None] = lambda _: None,
     fmi: FmiVersion = "2.0",
+    platforms: Sequence[str] = (),
 ) -> dict[str, BuiltFmu]:
     """Build plant, sensors and controller into `folder`/<configuration>/native/, each replaced in one piece.
 
@@ -38,29 +40,32 @@ def build_native_configuration(
     parts : from `configuration_parts`
     report : called with a line for each file written
     fmi : version; those of FMI 3.0 stand in the folder fmi3/ of this folder
+    platforms : that each has libraries for, which Zig compiles; none for Linux x86-64, with this machine's compiler
 
     Raises
     ------
     BuildError
-        If there is no C compiler here, or this is another platform than Linux x86-64.
+        If there is no C compiler here, or no Zig for platforms, or this is another platform than Linux x86-64.
     """
     target = native_folder(folder / designs.corrected.config.name, fmi)
 
     def build(component: str) -> BuiltFmu:
-        return _build(designs, parts[component], target / f"{component}.fmu", fmi)
+        return _build(designs, parts[component], target / f"{component}.fmu", fmi, platforms)
 
+    built = {}
+    text = f"  {', '.join(folders(platforms, fmi))}" if platforms else ""
     with ThreadPoolExecutor(2) as pool:  # compilers are processes of their own
-        built = dict(zip(SHELLS, pool.map(build, SHELLS), strict=True))
-    for fmu in built.values():
-        report(f"{fmu.path}  {fmu.path.stat().st_size / 1e6:.1f} MB  {fmu.guid}")
+        for component, fmu in zip(SHELLS, pool.map(build, SHELLS), strict=True):
+            built[component] = fmu
+            report(f"{fmu.path}  {fmu.path.stat().st_size / 1e6:.1f} MB  {fmu.guid}{text}")
     return built
 
 
-def _build(designs: Designs, parts: Parts, path: Path, fmi: FmiVersion) -> BuiltFmu:
+def _build(designs: Designs, parts: Parts, path: Path, fmi: FmiVersion, platforms: Sequence[str]) -> BuiltFmu:
     component = native_component(designs, parts)
     name = component.about.model_name
-    files = parts.accompanying_files(name, "structured", compile_command=compile_command(name), fmi=fmi)
-    made = native_content(component, fmi)
+    files = parts.accompanying_files(name, "structured", native=native_notes(name, platforms, fmi), fmi=fmi)
+    made = native_content(component, fmi, platforms)
     documentation = {f"documentation/{file}": content for file, content in files.documentation.items()}
     archive = zip_bytes({**files.extra, **documentation, **made.entries})
     write_atomically(path, archive)

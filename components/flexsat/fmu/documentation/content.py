@@ -12,6 +12,7 @@ from .component_text import ComponentText
 from .controller_text import CONTROLLER
 from .drawing import icon, model_picture
 from .licences import licence_files
+from .native_notes import NativeNotes
 from .page import external_dependencies, page, replay_instructions
 from .plant_text import PLANT
 from .reference_results import Run, reference_files
@@ -42,7 +43,7 @@ def accompanying_files(
     step: float,
     stop: float,
     execution_tool: bool = False,
-    compile_command: str | None = None,
+    native: NativeNotes | None = None,
     fmi: FmiVersion = "2.0",
 ) -> AccompanyingFiles:
     """Return the files of one FMU other than its code, with names in the naming of the table.
@@ -54,10 +55,9 @@ def accompanying_files(
     pictures : from `draw`
     step, stop : of the default experiment [s]
     execution_tool : whether the model description declares that a tool is needed
-    compile_command : builds the library in the folder sources/; None for an FMU in Python
+    native : of an FMU in C; None for one in Python
     """
     experiments = [run.experiment for run in runs]
-    native = compile_command is not None
     index = page(
         table,
         TEXTS[component],
@@ -68,14 +68,14 @@ def accompanying_files(
         step=step,
         stop=stop,
         execution_tool=execution_tool,
-        compile_command=compile_command,
+        native=native,
         fmi=fmi,
     )
     documentation = {
         "index.html": index,
-        "externalDependencies.txt": external_dependencies(compile_command, fmi),
-        "fmi-ls-ref.txt": replay_instructions(native, fmi),
-        **{f"licenses/{name}": content for name, content in licence_files(native).items()},
+        "externalDependencies.txt": external_dependencies(native, fmi),
+        "fmi-ls-ref.txt": replay_instructions(native is not None, fmi),
+        **{f"licenses/{name}": content for name, content in licence_files(native is not None).items()},
     }
     terminals = {"terminalsAndIcons/terminalsAndIcons.xml": terminals_xml(table, fmi)}
     if fmi == "3.0":  # the picture of the model has another place

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from ...ports.table import FmiVersion, PortTable
 from .component_text import FRAMES, PAPER, ComponentText
 from .experiments import Experiment
+from .native_notes import NativeNotes
 from .port_rows import port_rows, unit_rows
 from .render import fill
 from .terminals import terminals_of
@@ -25,7 +26,7 @@ def page(
     step: float,
     stop: float,
     execution_tool: bool = False,
-    compile_command: str | None = None,
+    native: NativeNotes | None = None,
     fmi: FmiVersion = "2.0",
 ) -> bytes:
     """Return documentation/index.html: well-formed, self-contained, the same bytes for the same input.
@@ -38,7 +39,7 @@ def page(
     configuration : one sentence on the layout of the wheels
     step, stop : of the default experiment [s]
     execution_tool : whether the model description declares that a tool is needed
-    compile_command : builds the library in the folder sources/; None for an FMU in Python
+    native : of an FMU in C; None for one in Python
     """
     output = next(v for v in table.variables if v.port.causality == "output")
     return fill(
@@ -60,7 +61,7 @@ def page(
         output=output.name if fmi == "2.0" else output.port.name,
         oldest_python=OLDEST_PYTHON,
         execution_tool=execution_tool,
-        compile_command=compile_command,
+        native=native,
         inputs=port_rows(table, "input", fmi),
         outputs=port_rows(table, "output", fmi),
         parameters=port_rows(table, "parameter", fmi),
@@ -74,11 +75,10 @@ def page(
     )
 
 
-def external_dependencies(compile_command: str | None = None, fmi: FmiVersion = "2.0") -> bytes:
+def external_dependencies(native: NativeNotes | None = None, fmi: FmiVersion = "2.0") -> bytes:
     """Return documentation/externalDependencies.txt: what a host must provide; arguments as of `page`."""
-    if compile_command is not None:
-        platform = "linux64" if fmi == "2.0" else "x86_64-linux"
-        return fill("externalDependencies_native.txt", compile_command=compile_command, major=fmi[0], platform=platform)
+    if native is not None:
+        return fill("externalDependencies_native.txt", native=native, major=fmi[0])
     return fill("externalDependencies.txt", oldest_python=OLDEST_PYTHON)
 
 

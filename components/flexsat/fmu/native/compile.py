@@ -1,61 +1,100 @@
-"""Compile the C files of a native FMU into the library that a host loads: equal sources give equal bytes."""
+"""Compile the C files of a native FMU into the libraries that hosts load: equal sources give equal bytes."""
 
 from __future__ import annotations
 
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 
 from ...errors import BuildError
-from ..python.shim import c_compiler, require_linux
-from .sources import GENERATED, INCLUDE
+from ...ports.table import FmiVersion
+from ..documentation.native_notes import NativeNotes
+from .compilers import Compiler, compiler_for
+from .platforms import folders, needs
+from .sources import INCLUDE
+from .universal_binary import universal_binary
 
 # -ffp-contract=off: no fused operations, so that results are the same on every processor
 OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
 _COMPILING = tuple(option for option in OPTIONS if option != "-shared")
 TOP = 10_000  # bytes of a file that its includes stand in; matrices follow them
-_LINKING = ("-shared", "-s", "-Wl,--build-id=none")  # nothing that differs from build to build
+_MOST_OBJECTS = 1000  # that are kept: more than the FMUs of all platforms have
 
 
-def compile_library(sources: Mapping[str, bytes], name: str) -> bytes:
-    """Compile sources for Linux x86-64, and return the library.
+def binaries(
+    sources: Mapping[str, bytes], name: str, platforms: Sequence[str] = (), fmi: FmiVersion = "2.0"
+) -> dict[str, bytes]:
+    """Compile sources for some platforms, and return the libraries by their path below binaries/.
 
     Parameters
     ----------
     sources : C files and headers by name
-    name : of the library, for messages
+    name : of the library
+    platforms : keys of PLATFORMS, which Zig compiles for; none for Linux x86-64 with this machine's compiler
+    fmi : version that names the folders
 
     Raises
     ------
     BuildError
-        If this is another platform, or there is no C compiler (`CC`, or cc, or gcc), or it fails.
+        If this is another platform than Linux x86-64, or the compiler is missing, or it fails.
     """
-    require_linux()
-    compiler = tuple(c_compiler())
+    found: dict[str, bytes] = {}
+    for folder, targets in folders(platforms, fmi).items():
+        suffix = compiler_for(targets[0] if platforms else None).suffix
+        libraries = {target: compile_library(sources, name, target if platforms else None) for target in targets}
+        universal = len(libraries) > 1
+        found[f"{folder}/{name}{suffix}"] = universal_binary(libraries) if universal else libraries[targets[0]]
+    return found
+
+
+def native_notes(name: str, platforms: Sequence[str], fmi: FmiVersion) -> NativeNotes:
+    """Return what the documentation says of the libraries; arguments as of `binaries`."""
+    return NativeNotes(
+        compile_command=compile_command(name),
+        microsoft_command=microsoft_command(name),
+        binaries=needs(platforms, fmi),
+    )
+
+
+def compile_library(sources: Mapping[str, bytes], name: str, target: str | None = None) -> bytes:
+    """Compile sources for one platform, and return the library.
+
+    Parameters
+    ----------
+    sources : C files and headers by name
+    name : of the library
+    target : tuple of FMI 3.0, which Zig compiles for; None for Linux x86-64 with this machine's compiler
+
+    Raises
+    ------
+    BuildError
+        As `binaries`.
+    """
+    compiler = compiler_for(target)
     units = sorted(file for file in sources if file.endswith(".c"))
-    objects = {}
-    for unit in units:
-        needed = _needed(unit, sources)
-        if not GENERATED & needed.keys():  # the same in other FMUs
-            objects[unit] = _object(compiler, unit, tuple(needed.items()))
+    objects = {unit: _object(compiler, unit, tuple(_needed(unit, sources).items())) for unit in units}
+    if compiler.runtime is not None:
+        unit = compiler.runtime.name
+        objects[unit] = _object(compiler, unit, ((unit, compiler.runtime.read_bytes()),))
+    library = f"{name}{compiler.suffix}"
     with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
-        for file, content in sources.items():
-            Path(folder, file).write_bytes(content)
         for unit, content in objects.items():
             Path(folder, _object_name(unit)).write_bytes(content)
-        own = [unit for unit in units if unit not in objects]
-        if own:
-            _run([*compiler, *_COMPILING, "-c", *own], folder, name)
-        linked = [_object_name(unit) for unit in units]
-        _run([*compiler, *_LINKING, "-o", "library.so", *linked, "-lm"], folder, name)
-        return Path(folder, "library.so").read_bytes()
+        linked = [_object_name(unit) for unit in objects]
+        _run(compiler, [*compiler.linking, "-o", library, *linked, *compiler.libraries], folder, name)
+        return Path(folder, library).read_bytes()
 
 
 def compile_command(name: str) -> str:
     """Return the command that compiles an FMU's library in its folder sources/."""
     return f"cc {' '.join(OPTIONS)} -o {name}.so *.c -lm"
+
+
+def microsoft_command(name: str) -> str:
+    """Return the same for Microsoft's compiler."""
+    return f"cl /O2 /fp:precise /W3 /D_CRT_SECURE_NO_WARNINGS /LD /Fe{name}.dll *.c"
 
 
 def _object_name(unit: str) -> str:
@@ -74,19 +113,23 @@ def _needed(unit: str, sources: Mapping[str, bytes]) -> dict[str, bytes]:
     return dict(sorted(found.items()))
 
 
-@cache
-def _object(compiler: tuple[str, ...], unit: str, files: tuple[tuple[str, bytes], ...]) -> bytes:
+@lru_cache(_MOST_OBJECTS)
+def _object(compiler: Compiler, unit: str, files: tuple[tuple[str, bytes], ...]) -> bytes:
     """Compile a unit that several FMUs have, once."""
     with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
         for file, content in files:
             Path(folder, file).write_bytes(content)
-        _run([*compiler, *_COMPILING, "-c", unit], folder, unit)
+        _run(compiler, [*_COMPILING, "-c", unit, "-o", _object_name(unit)], folder, unit)
         return Path(folder, _object_name(unit)).read_bytes()
 
 
-def _run(command: Sequence[str], folder: str, name: str) -> None:
+def _run(compiler: Compiler, arguments: Sequence[str], folder: str, name: str) -> None:
     # in the folder, with plain names: no path of this machine gets into the library
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    environment = None
+    if compiler.environment is not None:
+        environment = dict(compiler.environment) | {"ZIG_LOCAL_CACHE_DIR": folder, "TMPDIR": folder}
+    command = [*compiler.command, *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=environment)
     if done.returncode:
         reason = next((line for line in done.stderr.splitlines() if "error" in line), "it gave no reason")
-        raise BuildError(f"{command[0]} cannot compile {name}: {reason.strip()}")
+        raise BuildError(f"{compiler.version if environment else command[0]} cannot compile {name}: {reason.strip()}")

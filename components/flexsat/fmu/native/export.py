@@ -1,4 +1,4 @@
-"""Make the content of a native FMU: its description, its library, and the sources that build it."""
+"""Make the content of a native FMU: its description, its libraries, and the sources that build them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 import uuid
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,12 +15,12 @@ from ...ports.table import FmiVersion, PortTable
 from ..documentation.xml_text import xml_bytes
 from ..python.model_description import About, model_description
 from ..python.resources import BUILD_FILE
-from .compile import compile_library
+from .compile import binaries
+from .compilers import compiler_for
 from .fmi3_description import build_description, fmi3_model_description
+from .platforms import folders
 from .port_source import differentiable
 from .sources import IDENTITY, Identity, component_sources, generated_sources, identity_source
-
-LINUX: dict[FmiVersion, str] = {"2.0": "linux64", "3.0": "x86_64-linux"}  # folder of the library
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,17 +53,23 @@ class NativeContent:
     entries: dict[str, bytes]
 
 
-def native_content(component: NativeComponent, fmi: FmiVersion = "2.0") -> NativeContent:
+def native_content(component: NativeComponent, fmi: FmiVersion = "2.0", platforms: Sequence[str] = ()) -> NativeContent:
     """Generate and compile what a native FMU contains, but for its documentation.
 
     The GUID follows from the sources and the description, so that the same input gives the same GUID.
+
+    Parameters
+    ----------
+    component : what it is made from
+    fmi : version
+    platforms : that it has libraries for, as of `binaries`
 
     Raises
     ------
     ValueError
         For a model name that is no C identifier.
     BuildError
-        If the library cannot be compiled here.
+        If a library cannot be compiled here.
     """
     name = component.about.model_name
     if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
@@ -76,14 +82,19 @@ def native_content(component: NativeComponent, fmi: FmiVersion = "2.0") -> Nativ
     content = {**component.resources, **sources, IDENTITY: identity_source(identity)}
     guid = _guid(content, _xml(component.table, about, fmi))
     sources[IDENTITY] = identity_source(replace(identity, guid=guid))
-    facts = {"model_name": name, "guid": guid, "version": about.version, "native": True}
+    compilers = {
+        folder: compiler_for(targets[0] if platforms else None).version
+        for folder, targets in folders(platforms, fmi).items()
+    }
+    facts = {"model_name": name, "guid": guid, "version": about.version, "native": True, "compilers": compilers}
     resources = {**component.resources, BUILD_FILE: (json.dumps(facts, indent=2) + "\n").encode()}
     entries = {f"sources/{file}": source for file, source in sources.items()}
     entries |= {f"resources/{file}": resource for file, resource in resources.items()}
     entries["modelDescription.xml"] = _xml(component.table, replace(about, guid=guid), fmi)
     if fmi == "3.0":
         entries["sources/buildDescription.xml"] = xml_bytes(build_description(about))
-    entries[f"binaries/{LINUX[fmi]}/{name}.so"] = compile_library(sources, name)
+    libraries = binaries(sources, name, platforms, fmi)
+    entries |= {f"binaries/{path}": library for path, library in libraries.items()}
     return NativeContent(guid=guid, entries=entries)
 
 
