@@ -9,13 +9,19 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
+from lockstep.cli.parameter_types import SomeOf
+from lockstep.errors import InputError
 
 from .options import configuration_option, configurations
+
+ALL = "all"
+PLATFORMS = ("linux64", "win64", "aarch64-linux", "darwin64")  # as in flexsat.fmu.native.platforms
 
 _EXAMPLES = """
 examples:
   {program} build
   {program} build --configuration distributed --flat --out fmus
+  {program} build --platforms linux64,win64
 """
 
 
@@ -32,16 +38,38 @@ examples:
 @click.option(
     "--fmi3", is_flag=True, help="also FMUs of FMI 3.0 in C, with arrays as variables, in DIR/NAME/native/fmi3"
 )
+@click.option(
+    "--platforms",
+    type=SomeOf((ALL, *PLATFORMS)),
+    default=(),
+    metavar="NAMES",
+    help=f"platforms of the FMUs in C, compiled with Zig: {', '.join(PLATFORMS)}, or all, with commas between them "
+    "(default: linux64, with this machine's compiler)",
+)
 @click.option("--no-native", is_flag=True, help="without the FMUs in C, which need no Python, in DIR/NAME/native")
 def build(
-    configuration: tuple[str, ...], out: Path, flat: bool, execution_tool: bool, fmi3: bool, no_native: bool
+    configuration: tuple[str, ...],
+    out: Path,
+    flat: bool,
+    execution_tool: bool,
+    fmi3: bool,
+    platforms: tuple[str, ...],
+    no_native: bool,
 ) -> int:
     """Build the FMUs, system files, packages and the interface document of each configuration."""
     from ..loop.build import build_all
 
+    if platforms and no_native and not fmi3:
+        raise InputError("--platforms is of the FMUs in C, which --no-native leaves out; drop one of the two")
     started = perf_counter()
     build_all(
-        configurations(configuration), out, flat=flat, execution_tool=execution_tool, native=not no_native, fmi3=fmi3
+        configurations(configuration),
+        out,
+        flat=flat,
+        execution_tool=execution_tool,
+        native=not no_native,
+        fmi3=fmi3,
+        platforms=PLATFORMS if ALL in platforms else platforms,
     )
     print(f"built in {perf_counter() - started:.1f} s")
     return 0

@@ -10,6 +10,7 @@ from flexsat.errors import BuildError
 from flexsat.fmu.build import build_configuration, configuration_parts
 from flexsat.fmu.build_native import build_native_configuration
 from flexsat.fmu.export import BuiltFmu
+from flexsat.fmu.native.compilers import check_compilers
 from flexsat.fmu.native.sources import native_folder
 from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
@@ -37,6 +38,7 @@ def build_all(
     execution_tool: bool = False,
     native: bool = False,
     fmi3: bool = False,
+    platforms: Sequence[str] = (),
 ) -> None:
     """Build the FMUs of some configurations and all files that go with them. The same input gives the same bytes.
 
@@ -49,6 +51,7 @@ def build_all(
     execution_tool : declare that the FMUs need a tool to be executed
     native : also build the FMUs in C, and systems of them, in a folder of their own
     fmi3 : also build the FMUs in C of FMI 3.0, and systems of them, in a folder of their own
+    platforms : of the FMUs in C, as in flexsat.fmu.native.platforms; none for Linux x86-64 with this machine's compiler
 
     Raises
     ------
@@ -56,7 +59,8 @@ def build_all(
         If this machine lacks a compiler, or what else a build needs.
     """
     try:
-        _build_all(names, folder, print_line, flat, execution_tool, native, fmi3)
+        check_compilers(platforms)
+        _build_all(names, folder, print_line, flat, execution_tool, native, fmi3, platforms)
     except BuildError as error:
         raise InputError(str(error)) from None
 
@@ -69,6 +73,7 @@ def _build_all(
     execution_tool: bool,
     native: bool,
     fmi3: bool,
+    platforms: Sequence[str],
 ) -> None:
     designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
     entries = {}
@@ -77,8 +82,8 @@ def _build_all(
         parts = configuration_parts(both)
         built = build_configuration(both, folder, print_line, "structured", execution_tool, parts)
         flat_named = build_configuration(both, folder, print_line, "flat", execution_tool, parts) if flat else {}
-        in_c = build_native_configuration(both, folder, parts, print_line) if native else {}
-        in_fmi3 = build_native_configuration(both, folder, parts, print_line, "3.0") if fmi3 else {}
+        in_c = build_native_configuration(both, folder, parts, print_line, "2.0", platforms) if native else {}
+        in_fmi3 = build_native_configuration(both, folder, parts, print_line, "3.0", platforms) if fmi3 else {}
         paths = write_systems(both, folder / name)
         packages = write_packages(both, paths, built)
         closed = write_closed_systems(both, folder / name)

@@ -75,6 +75,22 @@ class OneOf(click.ParamType[str]):
         raise _error(f"'{value}' is none of {', '.join(self.choices)}{suggestion}", param, ctx)
 
 
+class SomeOf(click.ParamType[tuple[str, ...]]):
+    """Some of a few words, with commas between them; each once, in their usual order."""
+
+    name = "choices"
+
+    def __init__(self, choices: Iterable[str]) -> None:
+        self._one = OneOf(choices)
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
+        """Return the words, or raise UsageError."""
+        if isinstance(value, tuple):  # the default
+            return value
+        given = {self._one.convert(word.strip(), param, ctx) for word in str(value).split(",")}
+        return tuple(word for word in self._one.choices if word in given)
+
+
 class Several(click.ParamType[tuple[str | float, ...]]):
     """One value or more, up to the next option; `Command` joins them to one argument."""
 

@@ -11,12 +11,14 @@ import importlib.util
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from ...errors import BuildError
 from ..python.shim import c_compiler, require_linux
+from .platforms import PLATFORMS
 
 _WINDOWS_RUNTIME = Path(__file__).with_name("windows") / "windows_runtime.c"
 _STRIPPED = ("-shared", "-s")
@@ -72,6 +74,13 @@ def compiler_for(target: str | None) -> Compiler:
         If this is another platform than Linux x86-64, or the compiler is missing.
     """
     return _own() if target is None else _zig(target)
+
+
+def check_compilers(platforms: Sequence[str]) -> None:
+    """Raise BuildError if the compiler for some platforms is missing; arguments as of `binaries`."""
+    for platform in platforms:
+        for target in PLATFORMS[platform].targets:
+            compiler_for(target)
 
 
 def _own() -> Compiler:

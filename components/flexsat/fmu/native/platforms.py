@@ -6,13 +6,11 @@ FMI 2.0.5 has names for x86 alone and refers to the tuples of FMI 3.0 for all el
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...errors import BuildError
 from ...ports.table import FmiVersion
 
-ALL = "all"
 HERE = "linux64"  # what this machine's own compiler builds for
 
 
@@ -42,23 +40,6 @@ _FOLDER_OF_ARM = (
     "; the folder has the name of FMI 3.0, as FMI 2.0.5 wants it: for tools that look in linux64 there, "
     "such as FMPy, move the library to a folder of that name"
 )
-
-
-def platforms_named(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the platforms of a list, each once, in the order of the table; `all` names all of them.
-
-    Raises
-    ------
-    BuildError
-        For a name that is none of them, or no name at all.
-    """
-    wanted = [name.strip() for name in names]
-    for name in wanted or [""]:
-        if name != ALL and name not in PLATFORMS:
-            raise BuildError(
-                f"platform {name!r}: not known; native FMUs are built for {', '.join(PLATFORMS)}, or {ALL}"
-            )
-    return tuple(name for name in PLATFORMS if ALL in wanted or name in wanted)
 
 
 def folders(platforms: Sequence[str], fmi: FmiVersion) -> dict[str, tuple[str, ...]]:

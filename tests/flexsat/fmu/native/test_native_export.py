@@ -13,7 +13,7 @@ import pytest
 from flexsat.errors import BuildError
 from flexsat.fmu.documentation.page import external_dependencies
 from flexsat.fmu.documentation.render import fill
-from flexsat.fmu.native.compile import compile_command, compile_library
+from flexsat.fmu.native.compile import compile_command, compile_library, microsoft_command, native_notes
 from flexsat.fmu.native.export import native_content
 from flexsat.fmu.native.port_source import port_table
 from flexsat.ports.table import Port, PortTable
@@ -90,11 +90,13 @@ def test_the_sources_compile_without_warnings(unpacked, compiler):
 
 def test_the_command_of_the_documentation_builds_the_library(native_toy, tmp_path):
     command = compile_command("toy")
+    notes = native_notes("toy", (), "2.0")
     page = fill("hosting_native.html", model_name="toy", stop_time=1.0, step_size=0.01, output="angle",
-                compile_command=command, major="2")  # fmt: skip
+                native=notes, major="2")  # fmt: skip
     shown = html.unescape(re.search(r"<pre>\n(cc .*)\n</pre>", page.decode()).group(1))
     assert shown == command
-    assert command in external_dependencies(command).decode()
+    dependencies = external_dependencies(notes).decode()
+    assert {command, microsoft_command("toy")} <= {line.strip() for line in dependencies.splitlines()}
     with zipfile.ZipFile(native_toy) as archive:
         archive.extractall(tmp_path)
     subprocess.run(shown, shell=True, cwd=tmp_path / "sources", check=True)
