@@ -9,13 +9,11 @@ from pathlib import Path
 from flexsat.controller_weights import ControllerDesign, variant_of
 from flexsat.fmu.embedded.export import HEADER, controller_files
 from flexsat.fmu.embedded.header import Precision
-from flexsat.fmu.python.load_matrices import load_matrices
+from flexsat.fmu.python.load_matrices import MODEL_FILE, load_matrices
 from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
 from flexsat.runtime.controller_parameters import ControllerMatrices
 from lockstep.errors import InputError
-
-from .native_fmus import MATRICES
 
 
 def export_controller(
@@ -41,9 +39,9 @@ def _matrices(fmu: Path, design: ControllerDesign) -> ControllerMatrices:
     variant = variant_of(as_published=False, design=design)
     try:
         with zipfile.ZipFile(fmu) as archive:
-            content = archive.read(MATRICES)
+            content = archive.read(f"resources/{MODEL_FILE}")
         return load_matrices(io.BytesIO(content), ControllerMatrices, variant)
     except FileNotFoundError:
         raise InputError(f"{fmu}: no such file; `flexsat build` makes the FMUs that are exported") from None
-    except (KeyError, ValueError, zipfile.BadZipFile) as error:
+    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{fmu}: no controller of flexsat ({error}); `flexsat build` makes one") from None

@@ -50,6 +50,7 @@ _SAME_BYTES = (
 _SAMPLES = "lockstep/run/test_run.py::test_every_sample_carries_the_time_at_which_it_is_true"
 _VALUE_FILE = "flexbench/cli/test_option_values.py::"
 _MARGINS = "system/test_margins.py::"
+_EXPORTED_C = "flexbench/cli/test_export_c.py::test_every_option_changes_what_is_written"
 _SHADOWS = "flexbench/studies/shadow/test_shadow.py::"
 _ADAPT = "system/test_adapter.py::"
 
@@ -154,6 +155,9 @@ EFFECTS = {
         "--format": "flexbench/runs/test_export.py::test_hdf5_read_by_h5py",
         "--out": "flexbench/runs/test_export.py::test_failed_export_leaves_no_file",
         "--signals": "flexbench/runs/test_export.py::test_only_requested_signals_are_written",
+    },
+    "flexsat export-c": {
+        **dict.fromkeys(("--configuration", "--design", "--precision", "--out", "--fmus"), _EXPORTED_C),
     },
     "flexsat margins": {
         **dict.fromkeys(("--replace", "--set", "--out", "--amplitude", "--periods", "--settle"), _VENDOR),
