@@ -84,15 +84,16 @@ def single(bench, component, configuration="distributed", ticks=100):
     return lines, {"inputs": moving, "step": period * TICK, "steps": ticks // period, "times": "integer"}
 
 
-def loop(bench, ticks):
+def loop(bench, ticks, configuration="distributed"):
     """Return the setup of the three FMUs of fine pointing, wired, and the names of what the host prints."""
-    system = load_system(bench.folder / "distributed" / "fine_pointing.ssd")
+    system = load_system(bench.folder / configuration / "fine_pointing.ssd")
     parts = {component.name: component for component in system.components}
-    variables = {name: {v.name: v for v in bench.description(bench.fmu(name)).modelVariables} for name in COMPONENTS}
+    fmus = {name: bench.fmu(name, configuration) for name in COMPONENTS}
+    variables = {name: {v.name: v for v in bench.description(fmu).modelVariables} for name, fmu in fmus.items()}
     lines, names = [f"run {ticks} {TICK}"], []
     for name in COMPONENTS:
         known = variables[name]
-        lines.append(f"{unpacked(bench, bench.fmu(name))} {PERIODS[name]}")
+        lines.append(f"{unpacked(bench, fmus[name])} {PERIODS[name]}")
         for parameter, value in parts[name].parameters.items():
             lines.append(f"{known[parameter].type.lower()} {known[parameter].valueReference} {float(value)!r}")
         for wire in system.connections:
@@ -101,7 +102,7 @@ def loop(bench, ticks):
                 word = "flag" if source.type == "Boolean" else "wire"
                 end = f"{COMPONENTS.index(wire.from_component)} {source.valueReference}"
                 lines.append(f"{word} {known[wire.input].valueReference} {end}")
-        for output, reference in bench.outputs(name).items():
+        for output, reference in bench.outputs(name, configuration).items():
             lines.append(f"watch {reference}")
             names.append(f"{name}.{output}")
     return lines, names

@@ -1,5 +1,6 @@
 /*
- * A minimal FMI 2.0 host without Python: one FMU through its whole life, or several in a closed loop in one process.
+ * A minimal FMI 2.0 host without Python: one FMU through its whole life, or several in a closed loop in one process; for
+ * Linux, and for Windows, where all that is said of Python here does not apply.
  *
  *     gcc -std=c11 -Wall -Wextra -Werror -I FOLDER_OF_FMI2_HEADERS host.c -o host -ldl
  *     ./host SETUP [LIBPYTHON]
@@ -32,13 +33,15 @@
  * The host prints one line of 17 digits each tick. From the middle of the run it goes on from a saved state, from a
  * serialised one and once more from fmi2Reset, and fails if any output then differs in any bit.
  */
+#ifndef _WIN32
 #define _GNU_SOURCE
-#include <dlfcn.h>
+#endif
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "dynamic_library.h"
 #include "fmi2Functions.h"
 
 enum { MOST_COMPONENTS = 4, MOST_ENTRIES = 4096, WORD = 4096 };
@@ -57,7 +60,7 @@ typedef struct {
 
 typedef struct {
     char name[WORD], path[WORD], resources[WORD], guid[WORD];
-    long period;
+    long long period;
     List reals, integers, booleans, drives, wires, flags, watches;
     void *library;
     fmi2Component instance;
@@ -87,7 +90,7 @@ typedef struct {
 
 static Component *components;
 static int count, stateless;
-static long ticks, tick_length; /* [1], [ns] */
+static long long ticks, tick_length; /* [1], [ns] */
 
 static void fail(const char *what, const char *about) {
     fprintf(stderr, "host: %s: %s\n", what, about);
@@ -124,18 +127,18 @@ static void add(List *list, FILE *file, const char *format, int from_other) {
 
 static void read_setup(const char *path) {
     FILE *file = fopen(path, "r");
-    char word[WORD];
+    static char word[WORD];
     Component *c = NULL;
     if (!file) fail("cannot open", path);
     while (fscanf(file, "%4095s", word) == 1) {
         if (!strcmp(word, "run")) {
-            if (fscanf(file, "%ld %ld", &ticks, &tick_length) != 2) fail("bad setup", word);
+            if (fscanf(file, "%lld %lld", &ticks, &tick_length) != 2) fail("bad setup", word);
         } else if (!strcmp(word, "stateless")) {
             stateless = 1;
         } else if (!strcmp(word, "fmu")) {
             if (count == MOST_COMPONENTS) fail("too many components", path);
             c = &components[count++];
-            if (fscanf(file, "%4095s %4095s %4095s %4095s %ld", c->name, c->path, c->resources, c->guid,
+            if (fscanf(file, "%4095s %4095s %4095s %4095s %lld", c->name, c->path, c->resources, c->guid,
                        &c->period) != 5)
                 fail("bad setup", word);
         } else if (!c) fail("no component yet", word);
@@ -152,14 +155,14 @@ static void read_setup(const char *path) {
 }
 
 static void *symbol(const Component *c, const char *name) {
-    void *found = dlsym(c->library, name);
-    if (!found) fail(c->name, dlerror());
+    void *found = find_symbol(c->library, name);
+    if (!found) fail(c->name, library_error());
     return found;
 }
 
 static void load(Component *c) {
-    c->library = dlopen(c->path, RTLD_NOW | RTLD_LOCAL);
-    if (!c->library) fail("cannot load the FMU", dlerror());
+    c->library = open_library(c->path);
+    if (!c->library) fail("cannot load the FMU", library_error());
     if (strcmp(((fmi2GetVersionTYPE *)symbol(c, "fmi2GetVersion"))(), fmi2Version)) fail(c->name, "not FMI 2.0");
     c->instantiate = symbol(c, "fmi2Instantiate");
     c->free_instance = symbol(c, "fmi2FreeInstance");
@@ -238,8 +241,8 @@ static void initialise(void) {
 }
 
 /* Step from one tick to another; keep what is watched in `trace`, one row a tick. */
-static void run(long first, long last, double *trace) {
-    for (long tick = first; tick < last; tick++) {
+static void run(long long first, long long last, double *trace) {
+    for (long long tick = first; tick < last; tick++) {
         for (int k = 0; k < count; k++) {
             Component *c = &components[k];
             if (tick % c->period) continue;
@@ -256,8 +259,8 @@ static void run(long first, long last, double *trace) {
 }
 
 /* The whole run, its second half twice more from a saved and from a serialised state. */
-static void fly(double *trace, double *again, long width) {
-    long half = ticks / 2;
+static void fly(double *trace, double *again, long long width) {
+    long long half = ticks / 2;
     size_t rest = (size_t)((ticks - half) * width) * sizeof *trace;
     run(0, half, trace);
     if (stateless) {
@@ -289,11 +292,11 @@ static void fly(double *trace, double *again, long width) {
 }
 
 int main(int argument_count, char **arguments) {
-    long width = 0;
+    long long width = 0;
     if (argument_count < 2) fail("usage", "host SETUP [LIBPYTHON]");
     components = calloc(MOST_COMPONENTS, sizeof *components);
     read_setup(arguments[1]);
-    if (argument_count > 2 && !dlopen(arguments[2], RTLD_NOW | RTLD_GLOBAL)) fail("cannot load libpython", dlerror());
+    if (argument_count > 2 && !open_for_all(arguments[2])) fail("cannot load libpython", library_error());
     for (int k = 0; k < count; k++) {
         Component *c = &components[k];
         load(c);
@@ -315,8 +318,8 @@ int main(int argument_count, char **arguments) {
         components[k].free_instance(components[k].instance);
     }
     for (int k = 0; k < count; k++)
-        if (dlclose(components[k].library)) fail("cannot unload", dlerror());
-    for (long i = 0; i < ticks * width; i++) printf("%.17g%c", trace[i], (i + 1) % width ? ' ' : '\n');
+        if (close_library(components[k].library)) fail("cannot unload", library_error());
+    for (long long i = 0; i < ticks * width; i++) printf("%.17g%c", trace[i], (i + 1) % width ? ' ' : '\n');
     free(trace), free(again), free(first), free(components);
     return 0;
 }

@@ -1,5 +1,5 @@
 /* What a library for Windows needs besides the Universal C Runtime where Zig links it: an entry, and the functions that
-the headers of MinGW-w64 expect in its static library. That library would take Zig minutes to build on each machine, and
+the compiler, and the headers of MinGW-w64, expect in its static library. That library would take Zig minutes to build on each machine, and
 has another exp() and sin() than Windows. Microsoft's compiler needs none of this; it does not travel in FMUs. */
 #include <stdarg.h>
 #include <stddef.h>
@@ -19,6 +19,25 @@ int __stdcall DllMainCRTStartup(void *library, unsigned long reason, void *reser
     (void)reserved;
     return 1; /* there is nothing to prepare */
 }
+
+/* Called by functions with more than a page of local variables, whose size is in rax: Windows adds pages to a stack one
+by one, so that each has to be touched in turn. All registers keep their values. */
+__asm__(".globl ___chkstk_ms\n"
+        "___chkstk_ms:\n"
+        "    pushq %rcx\n"
+        "    pushq %rax\n"
+        "    movq %rsp, %rcx\n"
+        "1:  cmpq $4096, %rax\n"
+        "    jbe 2f\n"
+        "    subq $4096, %rcx\n"
+        "    subq $4096, %rax\n"
+        "    orl $0, (%rcx)\n"
+        "    jmp 1b\n"
+        "2:  subq %rax, %rcx\n"
+        "    orl $0, (%rcx)\n"
+        "    popq %rax\n"
+        "    popq %rcx\n"
+        "    ret\n");
 
 int vsnprintf(char *text, size_t size, const char *format, va_list arguments)
 {

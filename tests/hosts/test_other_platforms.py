@@ -1,0 +1,71 @@
+"""The native FMUs for Windows and for Linux on ARM, in the host in C compiled for these, against those for Linux."""
+
+import subprocess
+
+import numpy as np
+import pytest
+from availability import c_host_lacks
+from other_platforms import build_host, build_libraries, emulator, lacks
+from test_c_host import call, loop, trajectory
+from test_native_fmus import NativeBench
+
+PLATFORMS = {"win64": ".dll", "aarch64-linux": ".so"}
+SECOND = 1000  # ticks
+
+pytestmark = pytest.mark.skipif(bool(c_host_lacks()), reason=c_host_lacks() or "available")
+
+
+@pytest.fixture(scope="module")
+def native(delivered, tmp_path_factory):
+    return NativeBench(delivered, tmp_path_factory.mktemp("platforms"))
+
+
+@pytest.fixture(scope="module")
+def setup(native):
+    """Return the closed loop of the centralised layout as the host takes it, and its run on Linux."""
+    lines, names = loop(native, SECOND, "centralised")
+    return lines, names, trajectory(call(native, lines, environment={}), names)
+
+
+@pytest.fixture(scope="session", params=PLATFORMS)
+def foreign(request, once, delivered):
+    """Return a platform, and the folder of the host and the libraries for it."""
+    platform = request.param
+    if lacks(platform):
+        pytest.skip(lacks(platform))
+
+    def build(folder):
+        folder.mkdir()
+        build_host(platform, folder / "host")
+        for component in ("plant", "sensors", "controller"):
+            build_libraries(delivered / "centralised" / "native" / f"{component}.fmu", (platform,), folder)
+
+    return platform, once(f"libraries-{platform}", build)
+
+
+def elsewhere(lines, platform, folder, root):
+    """Return the setup with the libraries of another platform."""
+    for line in lines:
+        words = line.split()
+        if words[0] == "fmu":
+            words[2] = f"{root}{folder / words[1] / platform / (words[1] + PLATFORMS[platform])}"
+        yield " ".join(words)
+
+
+def test_a_second_in_closed_loop_is_that_of_linux(native, setup, foreign):
+    lines, names, expected = setup
+    platform, folder = foreign
+    given = native.path("setup.txt")
+    with emulator(platform, native.path("emulator")) as here:
+        given.write_text("\n".join(elsewhere(lines, platform, folder, here.root)) + "\n", encoding="utf-8")
+        command = [*here.command, f"{here.root}{folder / 'host'}", f"{here.root}{given}"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300,
+                              env=here.environment or None)  # fmt: skip
+    found = trajectory(done, names)  # after reset, from a saved and from a serialised state too, bitwise
+
+    assert found.names == expected.names
+    ports = sorted({name.partition("[")[0] for name in names})
+    apart = {port: np.abs(expected[port] - found[port]).max() for port in ports}
+    largest = {port: max(np.abs(expected[port]).max(), np.abs(found[port]).max()) for port in ports}
+    assert sum(value > 0.0 for value in largest.values()) > 20, "nothing moves, so that nothing is compared"
+    assert {port: apart[port] / largest[port] for port in ports if apart[port] > 1e-12 * largest[port]} == {}
