@@ -211,6 +211,8 @@ def test_values_in_a_forged_state_are_checked(library):
     for place, number, reason in (
         (gain, b"\0\0\0\0\0\0\xf0\xbf", "gain must be >= 0.0, got -1.0 in the saved state"),
         (HEAD, b"\0\0\0\0\0\0\xf8\x7f", "wheel.torque[1] must be finite, got nan in the saved state"),
+        (reals, b"\0\0\0\0\0\0\xf0\xff", "level[1] must be finite, got -inf in the saved state"),
+        (content.index(b"toy\0"), b"to\xffy\0\0\0\0", "label is no text in the saved state"),
     ):
         forged = content[:place] + number + content[place + 8 :]
         assert one.deserialise(forged + digest(forged))[0] == ERROR

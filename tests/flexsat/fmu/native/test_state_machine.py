@@ -200,6 +200,14 @@ def test_long_texts_are_refused_and_others_kept_whole(one):
     assert one.library.logged[-1][3] == "setString: label must have less than 256 bytes, got 256"
 
 
+def test_a_message_is_one_line_whatever_it_quotes(one):
+    assert one.call("SetDebugLogging", c_int(1), c_size_t(1), (c_char_p * 1)(b"two\nlines\x7f")) == WARNING
+    assert one.library.instantiate(guid=b"{\r\n\t}") is None
+    texts = [text for *_, text in one.library.logged]
+    assert texts[0] == "setDebugLogging: no category two?lines?; there is logStatusError"
+    assert texts[1].startswith("fmi2Instantiate: the GUID {???} is not that of this FMU, {")
+
+
 def test_sequences_of_calls_are_answered_as_the_standard_says(native_toy):
     """In a process of its own, so that a crash is a failure; by hand: 100,000 sequences."""
     done = subprocess.run(

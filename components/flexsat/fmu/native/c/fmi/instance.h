@@ -80,7 +80,8 @@ Status refuse_for_model(Instance *instance, const char *call);
 
 /* utf8.c */
 int is_utf8(const char *text);
-void replace_bytes_not_utf8(char *text);
+/* Replace bytes that are not UTF-8, and control characters such as line feeds. */
+void make_line(char *text);
 
 /* life_cycle.c */
 /* Return an instance, or NULL with the reason in the host's log. `memory` is unused as yet; `known_as`: what FMI calls

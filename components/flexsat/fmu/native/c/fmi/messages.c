@@ -7,7 +7,7 @@
 
 static void pass_on(const Host *host, const char *name, Status status, char *text)
 {
-    replace_bytes_not_utf8(text); /* it may quote what a host gave, and be cut inside a letter */
+    make_line(text); /* it may quote what a host gave, and be cut inside a letter */
     send_to_host(host, name, status, text);
 }
 

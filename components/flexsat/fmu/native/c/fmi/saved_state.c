@@ -5,6 +5,7 @@ bytes that damaged ones do not fit. All numbers are those of a little-endian mac
 #include "identity.h"
 #include "instance.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -94,14 +95,16 @@ static int is_life_cycle(const Head *head)
            && !(running && !(head->started && head->set_up)) && !(head->state_size > 0 && !head->started);
 }
 
-/* Refuse values that a host could not have set; outputs of a failed instance are not-a-number. */
-static int are_values(const unsigned char *bytes, char *reason)
+/* Refuse values that a host could not have set, and outputs that are no results; those of a failed instance are
+not-a-number. */
+static int are_values(const unsigned char *bytes, int failed, char *reason)
 {
     const unsigned char *integers = bytes + size_of(REAL);
     const unsigned char *booleans = integers + size_of(INTEGER);
     const unsigned char *texts = booleans + size_of(BOOLEAN);
-    char name[REASON_SIZE], why[REASON_SIZE];
+    char name[REASON_SIZE], why[REASON_SIZE], number[NUMBER_SIZE];
     const Port *port;
+    const char *text;
     double real;
     int integer, place;
 
@@ -121,16 +124,21 @@ static int are_values(const unsigned char *bytes, char *reason)
                 }
                 continue;
             default:
-                if (texts[(size_t)place * STRING_SIZE + STRING_SIZE - 1] != 0) {
+                text = (const char *)texts + (size_t)place * STRING_SIZE;
+                if (text[STRING_SIZE - 1] != '\0' || !is_utf8(text)) {
                     snprintf(reason, REASON_SIZE, "%s is no text in the saved state", port->name);
                     return 0;
                 }
                 continue;
             }
-            if (!(port->flags & OUTPUT) && !acceptable(port, real, why)) {
-                snprintf(reason, REASON_SIZE, "%.200s %.500s in the saved state", variable_name(port, place, name), why);
-                return 0;
-            }
+            if (port->flags & OUTPUT) {
+                if (failed || fabs(real) <= DBL_MAX)
+                    continue;
+                snprintf(why, sizeof why, "must be finite, got %s", number_text(real, number));
+            } else if (acceptable(port, real, why))
+                continue;
+            snprintf(reason, REASON_SIZE, "%.200s %.500s in the saved state", variable_name(port, place, name), why);
+            return 0;
         }
     return 1;
 }
@@ -162,7 +170,7 @@ int is_saved_state(const unsigned char *bytes, size_t size, char reason[REASON_S
         strcpy(reason, "the saved state has a life cycle that no instance can have");
         return 0;
     }
-    return are_values(bytes + sizeof head, reason);
+    return are_values(bytes + sizeof head, head.phase == FAILED, reason);
 }
 
 static void restore_values(Component *component, const unsigned char *bytes)

@@ -36,11 +36,11 @@ int is_utf8(const char *text)
     return 1;
 }
 
-void replace_bytes_not_utf8(char *text)
+void make_line(char *text)
 {
     while (*text) {
         const int length = sequence(text);
-        if (length == 0)
+        if (length == 0 || (length == 1 && ((unsigned char)*text < 0x20 || *text == 0x7f)))
             *text = '?';
         text += length ? length : 1;
     }

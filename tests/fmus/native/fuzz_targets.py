@@ -1,0 +1,114 @@
+"""Build the fuzz targets of folder fuzz/ with the sources of a component, by clang with its sanitizers.
+
+Each is a program of libFuzzer: `sequences` makes calls, `states` changes bytes of serialised states.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+import shutil
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+
+from flexsat.design.chain import build_design
+from flexsat.fmu.native.sources import (
+    IDENTITY,
+    Identity,
+    c_files,
+    component_sources,
+    generated_sources,
+    identity_source,
+)
+from flexsat.parameters import configuration
+from flexsat.ports import controller, plant, sensors
+from flexsat.ports.table import PortTable
+from flexsat.spacecraft.variation import with_modes
+from fmus.native.native_toy import counter_component
+
+HARNESS = Path(__file__).with_name("fuzz")
+TARGETS = ("sequences", "states")
+STEPS = {"toy": 1e-2, "plant": 1e-3, "sensors": 1e-3, "controller": 5e-3}  # s
+FEW_MODES = 3  # a controller of few modes starts in a millisecond
+GUID = "{11111111-2222-3333-4444-555555555555}"
+SANITIZERS = "address,undefined,float-cast-overflow"
+OPTIONS = ("-std=c99", "-g", "-O1", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off", "-fno-sanitize-recover=all")
+
+
+def fuzzer_is_missing() -> str:
+    """Return why the targets cannot be built here, or nothing."""
+    if shutil.which("clang") is None:
+        return "no libFuzzer: `clang` is not on the path"
+    command = ["clang", "-print-file-name=libclang_rt.fuzzer-x86_64.a"]
+    found = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    return (
+        "" if Path(found).is_file() else "clang comes without libFuzzer: install libclang-rt-14-dev, or its version's"
+    )
+
+
+def sources_of(component: str) -> dict[str, bytes]:
+    """Return the sources of a native FMU by name: of the toy, or of a component of the centralised spacecraft with few
+    modes.
+    """
+    if component == "toy":
+        toy = counter_component()
+        main, table, variants, equal_steps, set_by = toy.main, toy.table, {}, toy.equal_steps, toy.step_parameter
+    else:
+        design = build_design(with_modes(configuration("centralised", "published"), FEW_MODES))
+        interface = {"plant": plant, "sensors": sensors, "controller": controller}[component]
+        matrices = getattr(design, component)
+        names = ("corrected", "as_published", "published")[: 3 if component == "controller" else 2]
+        main, table = c_files()[f"{component}.c"], PortTable(interface.ports(matrices))
+        variants = dict.fromkeys(names, matrices)
+        equal_steps, set_by = component != "plant", "step_size" if component == "sensors" else None
+    sources = component_sources(main) | generated_sources(main.stem, table, variants)
+    sources[IDENTITY] = identity_source(Identity(guid=GUID, equal_steps=equal_steps, step_parameter=set_by))
+    return sources
+
+
+def build_targets(component: str, sources: Mapping[str, bytes], folder: Path) -> dict[str, Path]:
+    """Compile the sources in a folder, with checks of memory and undefined behaviour; return the programs by name."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in sources.items():
+        (folder / name).write_bytes(content)
+    units = sorted(name for name in sources if name.endswith(".c") and name != "data.c")
+    _clang(folder, "-c", f"-fsanitize=fuzzer-no-link,{SANITIZERS}", *units)
+    if "data.c" in sources:
+        _clang(folder, "-c", "data.c")  # numbers alone
+    harness = sorted(HARNESS.glob("*.c"))
+    _clang(folder, "-c", f"-I{HARNESS}", "-I.", f"-DSTEP={STEPS[component]}", f"-fsanitize={SANITIZERS}", *harness)
+    common = [path.with_suffix(".o").name for path in harness if path.stem not in TARGETS]
+    objects = [unit.replace(".c", ".o") for unit in units] + ["data.o"] * ("data.c" in sources)
+    for target in TARGETS:
+        options = (f"-fsanitize=fuzzer,{SANITIZERS}", "-o", target, f"{target}.o", *common, *objects, "-lm")
+        _clang(folder, *options)
+    return {target: folder / target for target in TARGETS}
+
+
+def _clang(folder: Path, *arguments: str | Path) -> None:
+    done = subprocess.run(["clang", *OPTIONS, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def run_target(program: Path, runs: int, seed: int = 1, size: int = 300) -> dict[str, int]:
+    """Run a target on inputs that the seed determines, and return the numbers of calls by what came of them.
+
+    Raises
+    ------
+    AssertionError
+        With what the target printed, if a check of the target or a sanitizer fails.
+    """
+    begin = program.with_name(f"{program.name}_{seed}_inputs")
+    begin.mkdir(exist_ok=True)
+    numbers = random.Random(seed)
+    for k in range(64):
+        (begin / str(k)).write_bytes(numbers.randbytes(size))
+    command = [program, f"-seed={seed}", f"-runs={runs}", f"-max_len={size}", "-len_control=0", "-timeout=60",
+               f"-artifact_prefix={program.parent}/", "-verbosity=0", begin]  # fmt: skip
+    done = subprocess.run(command, cwd=program.parent, capture_output=True, text=True, errors="replace", check=False)
+    assert done.returncode == 0, done.stderr[-8000:]
+    counted = re.search(r"calls: (\d+) OK, (\d+) warnings, (\d+) discarded, (\d+) refused; (\d+) steps", done.stderr)
+    assert counted is not None, done.stderr[-8000:]
+    names = ("ok", "warnings", "discarded", "refused", "steps")
+    return dict(zip(names, map(int, counted.groups()), strict=True))
