@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..controller_weights import VARIANTS, Variant
 from ..design.chain import Designs
-from ..ports.table import FmiVersion
+from ..ports.table import FmiVersion, Naming
 from .build import SHELLS, Parts
 from .export import BuiltFmu
 from .native.compile import native_notes
@@ -30,6 +30,7 @@ def build_native_configuration(
     report: Callable[[str], None] = lambda _: None,
     fmi: FmiVersion = "2.0",
     platforms: Sequence[str] = (),
+    naming: Naming = "structured",
 ) -> dict[str, BuiltFmu]:
     """Build plant, sensors and controller into `folder`/<configuration>/native/, each replaced in one piece.
 
@@ -41,16 +42,18 @@ def build_native_configuration(
     report : called with a line for each file written
     fmi : version; those of FMI 3.0 stand in the folder fmi3/ of this folder
     platforms : that each has libraries for, which Zig compiles; none for Linux x86-64, with this machine's compiler
+    naming : "flat" builds the same FMUs with flat names into `folder`/<configuration>/flat/native/
 
     Raises
     ------
     BuildError
         If there is no C compiler here, or no Zig for platforms, or this is another platform than Linux x86-64.
     """
-    target = native_folder(folder / designs.corrected.config.name, fmi)
+    layout = folder / designs.corrected.config.name
+    target = native_folder(layout / "flat" if naming == "flat" else layout, fmi)
 
     def build(component: str) -> BuiltFmu:
-        return _build(designs, parts[component], target / f"{component}.fmu", fmi, platforms)
+        return _build(designs, parts[component], target / f"{component}.fmu", fmi, platforms, naming)
 
     built = {}
     text = f"  {', '.join(folders(platforms, fmi))}" if platforms else ""
@@ -61,10 +64,12 @@ def build_native_configuration(
     return built
 
 
-def _build(designs: Designs, parts: Parts, path: Path, fmi: FmiVersion, platforms: Sequence[str]) -> BuiltFmu:
-    component = native_component(designs, parts)
+def _build(
+    designs: Designs, parts: Parts, path: Path, fmi: FmiVersion, platforms: Sequence[str], naming: Naming
+) -> BuiltFmu:
+    component = native_component(designs, parts, naming)
     name = component.about.model_name
-    files = parts.accompanying_files(name, "structured", native=native_notes(name, platforms, fmi), fmi=fmi)
+    files = parts.accompanying_files(name, naming, native=native_notes(name, platforms, fmi), fmi=fmi)
     made = native_content(component, fmi, platforms)
     documentation = {f"documentation/{file}": content for file, content in files.documentation.items()}
     archive = zip_bytes({**files.extra, **documentation, **made.entries})
@@ -72,19 +77,20 @@ def _build(designs: Designs, parts: Parts, path: Path, fmi: FmiVersion, platform
     return BuiltFmu(path=path, guid=made.guid, sha256=hashlib.sha256(archive).hexdigest())
 
 
-def native_component(designs: Designs, parts: Parts) -> NativeComponent:
+def native_component(designs: Designs, parts: Parts, naming: Naming = "structured") -> NativeComponent:
     """Return what the native FMU of a component is made from."""
     with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
         for file, content in parts.resources.items():
             Path(folder, file).write_bytes(content)
         shell = SHELLS[parts.component](instance_name=parts.component, resources=folder)
     version = importlib.metadata.version("flexsat")
+    flat = "_flat" if naming == "flat" else ""
     about = about_component(shell, {"version": version}, f"flexsat {version}")
     return NativeComponent(
         main=c_files()[f"{parts.component}.c"],
-        table=parts.table,
+        table=parts.table.renamed(naming),
         variants={variant: getattr(designs.variant(variant), parts.component) for variant in _variants(parts)},
-        about=replace(about, model_name=f"{parts.component}_{parts.config.name}"),
+        about=replace(about, model_name=f"{parts.component}_{parts.config.name}{flat}"),
         equal_steps=shell.equal_steps,
         step_parameter=shell.step_parameter,
         resources=parts.resources,

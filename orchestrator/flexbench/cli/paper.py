@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from ..studies.paper.published import Variant
 
 _EXAMPLES = """
+exit code: 0 success, 1 a failed run, or native FMUs that differ from those in Python, 2 bad input
+
 example:
   {program} paper --seeds 6 --corrected
 """
@@ -31,6 +34,7 @@ example:
 @out_option(f"results folder (default: results/paper{DISTINGUISHED})")
 @fmus_option
 @jobs_option
+@click.option("--python", "python_only", is_flag=True, help="without the same runs through the FMUs in C")
 def paper(
     as_published: bool,
     corrected: bool,
@@ -39,14 +43,18 @@ def paper(
     out: Path | None,
     fmus: Path,
     jobs: int | None,
+    python_only: bool,
 ) -> int:
-    """Build the FMUs, simulate the paper's six runs, and compare the results with its table."""
+    """Build the FMUs, simulate the paper's six runs, and compare the results with its table, and with native FMUs."""
     from flexsat.parameters import CONFIGURATIONS
 
     from ..loop.build import build_all
     from ..report.paper_pages import draw_paper, report_paper
     from ..runs.metrics import SETTLED_FROM
     from ..runs.study_folder import study_folder
+    from ..studies.paper.native import FILE, run_natively
+    from ..studies.paper.native_table import as_text as native_text
+    from ..studies.paper.native_table import objections
     from ..studies.paper.paper import run_paper
     from ..studies.paper.published import VARIANTS
     from ..studies.paper.table import as_text
@@ -57,11 +65,23 @@ def paper(
         raise InputError(f"--stop-time {stop_time:g}: the table refers to t > {SETTLED_FROM:g} s; simulate longer")
     started = perf_counter()
     with study_folder(out, "paper") as folder:
-        build_all(CONFIGURATIONS, fmus)
+        (folder / FILE).unlink(missing_ok=True)  # of an earlier study
+        lacking: list[str] = []
+        compared = None
+        build_all(CONFIGURATIONS, fmus, native=not python_only, without_native=lacking.append)
         print(f"built in {perf_counter() - started:.1f} s")
         numbers = seeds(seed_count)
         print(as_text(run_paper(fmus, folder, chosen, numbers, stop_time, jobs)))
+        if lacking:
+            print(f"no runs through native FMUs, as these cannot be built here: {lacking[0]}")
+        elif not python_only:
+            compared = run_natively(fmus, folder, chosen, numbers[0], stop_time, jobs)
+            print(native_text(compared))
         print("\n".join(str(path) for path in draw_paper(folder, chosen, numbers[0])))
         print(report_paper(folder, chosen, numbers[0]))
-        print(f"table.txt, table.md, table.csv, table.json and every run: {folder}")
-    return 0
+        tables = ["table.txt", "table.md", "table.csv", "table.json", *([FILE] if compared else [])]
+        print(f"{', '.join(tables)} and every run: {folder}")
+    wrong = objections(compared) if compared else []
+    for line in wrong:
+        print(f"flexsat: {line}", file=sys.stderr)
+    return 1 if wrong else 0

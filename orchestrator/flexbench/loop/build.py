@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from flexsat.design.chain import Designs, build_designs
 from flexsat.errors import BuildError
-from flexsat.fmu.build import build_configuration, configuration_parts
+from flexsat.fmu.build import Parts, build_configuration, configuration_parts
 from flexsat.fmu.build_native import build_native_configuration
 from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.native.compilers import check_compilers
 from flexsat.fmu.native.sources import native_folder
 from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
 from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from flexsat.ports.table import FmiVersion
 from lockstep.errors import InputError
 from lockstep.plan.timeline_svg import timeline_svg
 from lockstep.ssp.package_members import package_entries
@@ -27,6 +29,17 @@ from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_param
 from .systems import WIRES, build_system, write_closed_systems, write_systems
 
 PrintLine = Callable[[str], None]
+_IN_C: Mapping[FmiVersion, str] = {"2.0": "native", "3.0": "FMI 3.0"}  # what the manifest calls them
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _InC:
+    """Which FMUs in C to build, and what is called with the reason if they cannot be; None: that is an error."""
+
+    versions: tuple[FmiVersion, ...]
+    flat: bool
+    platforms: Sequence[str]
+    without: PrintLine | None
 
 
 def build_all(
@@ -39,6 +52,7 @@ def build_all(
     native: bool = False,
     fmi3: bool = False,
     platforms: Sequence[str] = (),
+    without_native: PrintLine | None = None,
 ) -> None:
     """Build the FMUs of some configurations and all files that go with them. The same input gives the same bytes.
 
@@ -52,6 +66,7 @@ def build_all(
     native : also build the FMUs in C, and systems of them, in a folder of their own
     fmi3 : also build the FMUs in C of FMI 3.0, and systems of them, in a folder of their own
     platforms : of the FMUs in C, as in flexsat.fmu.native.platforms; none for Linux x86-64 with this machine's compiler
+    without_native : called with the reason if the FMUs in C cannot be built; they are left out then. None: an error
 
     Raises
     ------
@@ -60,7 +75,9 @@ def build_all(
     """
     try:
         check_compilers(platforms)
-        _build_all(names, folder, print_line, flat, execution_tool, native, fmi3, platforms)
+        versions_in_c: tuple[FmiVersion, ...] = (*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ()))
+        in_c = _InC(versions=versions_in_c, flat=flat, platforms=platforms, without=without_native)
+        _build_all(names, folder, print_line, flat, execution_tool, in_c)
     except BuildError as error:
         raise InputError(str(error)) from None
 
@@ -71,9 +88,7 @@ def _build_all(
     print_line: PrintLine,
     flat: bool,
     execution_tool: bool,
-    native: bool,
-    fmi3: bool,
-    platforms: Sequence[str],
+    in_c: _InC,
 ) -> None:
     designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
     entries = {}
@@ -82,8 +97,6 @@ def _build_all(
         parts = configuration_parts(both)
         built = build_configuration(both, folder, print_line, "structured", execution_tool, parts)
         flat_named = build_configuration(both, folder, print_line, "flat", execution_tool, parts) if flat else {}
-        in_c = build_native_configuration(both, folder, parts, print_line, "2.0", platforms) if native else {}
-        in_fmi3 = build_native_configuration(both, folder, parts, print_line, "3.0", platforms) if fmi3 else {}
         paths = write_systems(both, folder / name)
         packages = write_packages(both, paths, built)
         closed = write_closed_systems(both, folder / name)
@@ -91,15 +104,17 @@ def _build_all(
         if flat:
             flat_paths = write_systems(both, folder / name / "flat", "flat")
             packages += [*flat_paths, *write_packages(both, flat_paths, flat_named)]
-        if native:
-            packages += write_systems(both, native_folder(folder / name))
-        if fmi3:
-            packages += write_systems(both, native_folder(folder / name, "3.0"))
+        fmus = built | {f"{component}, flat names": fmu for component, fmu in flat_named.items()}
+        try:
+            more_fmus, files = _build_in_c(both, folder, parts, print_line, in_c)
+            fmus, packages = fmus | more_fmus, packages + files
+        except BuildError as error:
+            if in_c.without is None:
+                raise BuildError(f"{error}; --no-native leaves out the FMUs in C") from None
+            in_c.without(str(error))
+            in_c = replace(in_c, versions=())
         for path in (*paths, *packages):
             print_line(str(path))
-        fmus = built | {f"{component}, flat names": fmu for component, fmu in flat_named.items()}
-        fmus |= {f"{component}, native": fmu for component, fmu in in_c.items()}
-        fmus |= {f"{component}, FMI 3.0": fmu for component, fmu in in_fmi3.items()}
         entries[name] = describe_configuration(both.corrected.config, fmus, [*paths, *packages], folder)
     manifest = write_manifest(folder, entries)
     print_line(str(folder / MANIFEST))
@@ -110,6 +125,30 @@ def _build_all(
     ]
     for path in write_icd(designs, folder, identities):
         print_line(str(path))
+
+
+def _build_in_c(
+    designs: Designs, folder: Path, parts: Mapping[str, Parts], print_line: PrintLine, wanted: _InC
+) -> tuple[dict[str, BuiltFmu], list[Path]]:
+    """Build the FMUs in C; return them, and the systems and packages of them."""
+    layout = folder / designs.corrected.config.name
+    fmus: dict[str, BuiltFmu] = {}
+    files: list[Path] = []
+    for fmi in wanted.versions:
+        built = build_native_configuration(designs, folder, parts, print_line, fmi, wanted.platforms)
+        fmus |= {f"{component}, {_IN_C[fmi]}": fmu for component, fmu in built.items()}
+        systems = write_systems(designs, native_folder(layout, fmi))
+        files += systems
+        if fmi == "2.0":  # other tools that load packages know FMI 2.0
+            closed = write_closed_systems(designs, native_folder(layout))
+            files += [*write_packages(designs, systems, built), *closed, *write_packages(designs, closed, built)]
+            if wanted.flat:
+                built = build_native_configuration(
+                    designs, folder, parts, print_line, fmi, wanted.platforms, naming="flat"
+                )
+                fmus |= {f"{component}, native, flat names": fmu for component, fmu in built.items()}
+                files += write_systems(designs, native_folder(layout / "flat"), "flat")
+    return fmus, files
 
 
 def write_packages(designs: Designs, systems: Sequence[Path], built: Mapping[str, BuiltFmu]) -> list[Path]:

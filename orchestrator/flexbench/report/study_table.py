@@ -9,6 +9,9 @@ from typing import Any
 from flexbench.html.document import Block, Heading, Paragraph, Table
 from flexbench.runs.json_file import read_table
 from flexbench.studies.layouts.result_file import RESULT
+from flexbench.studies.paper.native import read_native
+from flexbench.studies.paper.native_table import PORT_HEADER, RUN_HEADER, port_rows, remarks, run_rows
+from flexbench.studies.paper.native_table import TITLE as NATIVE_TITLE
 from flexbench.studies.paper.published import TITLES
 from flexbench.studies.paper.table import number, when_lost
 from flexsat.parameters import CONFIGURATIONS
@@ -60,7 +63,21 @@ def study_table(folder: Path) -> list[Block]:
     if lost:
         when = "; ".join(f"{name}: {when_lost(times)}" for name, times in lost.items())
         blocks.append(Paragraph(f"Published design on the full plant, fine pointing: {when}."))
-    return [*blocks, *(Paragraph(remark) for remark in content["remarks"])]
+    return [*blocks, *(Paragraph(remark) for remark in content["remarks"]), *_native(folder)]
+
+
+def _native(folder: Path) -> list[Block]:
+    """Return what the study found of the native FMUs, nothing if it had none."""
+    study = read_native(folder)
+    if study is None:
+        return []
+    runs, ports = run_rows(study), port_rows(study)
+    return [
+        Heading(3, NATIVE_TITLE),
+        *(Paragraph(remark) for remark in remarks(study)),
+        Table(RUN_HEADER, runs, code=frozenset()),
+        *([Table(PORT_HEADER, ports, code=frozenset())] if ports else []),
+    ]
 
 
 def _with_spread(row: dict[str, Any]) -> str:

@@ -134,6 +134,8 @@ EFFECTS = {
         "--seeds": "flexbench/studies/paper/test_table.py::test_a_cell_is_mean_and_standard_deviation_over_the_seeds",
         "--stop-time": _VALUES,
         **dict.fromkeys(("--out", "--fmus", "--jobs"), _JOBS),
+        "--python": "flexbench/studies/paper/test_native.py"
+        "::test_python_leaves_them_out_with_the_result_of_an_earlier_study",
     },
     "flexsat branch": {
         "--vary": "flexbench/runs/test_branches.py::test_all_combinations_are_named_by_their_values",
@@ -230,7 +232,7 @@ EFFECTS = {
         "--out": f"{HERE}::test_results_of_two_runs_go_to_folders_of_their_own",
     },
     "flexsat equivalence": dict.fromkeys(
-        ("--configuration", "--scenario", "--seed", "--stop-time", "--record", "--out", "--fmus"), _VALUES
+        ("--configuration", "--scenario", "--seed", "--stop-time", "--record", "--out", "--fmus", "--native"), _VALUES
     ),
     "flexsat adapt": dict.fromkeys(
         ("--like", "--out"), _ADAPT + "test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide"

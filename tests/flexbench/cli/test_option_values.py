@@ -51,6 +51,12 @@ CALLS = {
             "--jobs": (("7",), "7"),
         },
     ),
+    "paper, built": (
+        ("paper",),
+        "flexbench.loop.build:build_all",
+        (),
+        {"--python": ((), "'native': False")},
+    ),
     "branch": (
         ("branch", "t=1.ckpt", "--vary", "a.x", "1"),
         "flexbench.runs.branches:run_branches",
@@ -174,6 +180,7 @@ CALLS = {
             "--record": (("plant.*",), "['plant.*']"),
             "--out": (("there",), "there"),
             "--fmus": (("others",), "'others'"),
+            "--native": ((), "'native': True"),
         },
     ),
     "budget": (
