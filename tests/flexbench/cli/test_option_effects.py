@@ -33,12 +33,15 @@ _EVERY_FILE = "lockstep/check/report/test_check_report.py::test_good_fmu_gets_0_
 _PROBE = "lockstep/check/latency/test_probe_latency.py::"
 _CHOICE = "flexbench/studies/test_fmus_of_sweeps.py::test_margins_are_the_same_with_both_kinds"
 _VALUES = "flexbench/cli/test_option_values.py::test_an_option_reaches_the_study_with_its_value"
-_MULTISINE = "flexbench/studies/margins/test_margins_measured.py::test_a_multisine_has_its_lines_and_no_others"
+_MEASURED = "flexbench/studies/margins/test_margins_measured.py::"
+_MULTISINE = _MEASURED + "test_a_multisine_has_its_lines_and_no_others"
 _VENDOR = "system/test_margins.py::test_the_command_measures_a_vendors_controller"
 _BUDGET = "flexbench/studies/budget/test_budget.py::"
 _SPLIT = "system/test_budget.py::test_the_seed_is_that_of_every_run"
 _EVALUATED = "system/test_budget.py::test_results_that_may_only_be_read_are_evaluated_into_another_folder"
-_LAYOUTS = "flexbench/studies/layouts/"
+_ROBUSTNESS = "flexbench/studies/robustness/test_robustness.py::"
+_PAPER = "flexbench/studies/paper/test_table.py::"
+_LAYOUT = "flexbench/studies/layouts/test_study.py::"
 _WATERFALL = "system/test_budget.py::test_waterfall_of_three_speeds_peaks_at_the_resonance"
 _JOBS = "system/test_bad_input.py::test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs"
 _TRACEBACK = f"{HERE}::test_a_traceback_is_shown_on_request_and_never_else"
@@ -119,9 +122,8 @@ EFFECTS = {
         "--adapter": "flexbench/adapt/test_adapted_check.py::test_fmu_is_judged_behind_its_adapter",
     },
     "flexsat probe-latency": PROBE_LATENCY,
-    "flexsat timeline": SHOWN | dict.fromkeys(
-        ("--ticks", "--svg"), "system/test_foreign_package.py::test_the_command_shows_and_draws_it"
-    ),
+    "flexsat timeline": SHOWN
+    | dict.fromkeys(("--ticks", "--svg"), "system/test_foreign_package.py::test_the_command_shows_and_draws_it"),
     "flexsat build": {
         "--configuration": "flexbench/loop/test_build.py::test_building_one_configuration_keeps_the_unchanged_other",
         **dict.fromkeys(("--out", "--flat"), _SAME_BYTES),
@@ -129,9 +131,8 @@ EFFECTS = {
         "--needs-execution-tool": "flexsat/fmu/test_export.py::test_a_build_declares_that_a_tool_is_needed_if_asked_to",
     },
     "flexsat paper": {
-        "--as-published": "flexbench/studies/paper/test_table.py::test_a_variant_that_was_not_run_has_no_column",
-        "--corrected": "flexbench/studies/paper/test_table.py::test_a_variant_that_was_not_run_has_no_column",
-        "--seeds": "flexbench/studies/paper/test_table.py::test_a_cell_is_mean_and_standard_deviation_over_the_seeds",
+        **dict.fromkeys(("--as-published", "--corrected"), _PAPER + "test_a_variant_that_was_not_run_has_no_column"),
+        "--seeds": _PAPER + "test_a_cell_is_mean_and_standard_deviation_over_the_seeds",
         "--stop-time": _VALUES,
         **dict.fromkeys(("--out", "--fmus", "--jobs"), _JOBS),
         "--python": "flexbench/studies/paper/test_native.py"
@@ -149,18 +150,15 @@ EFFECTS = {
     "flexsat figures": {
         "--robust-design": "flexbench/figures/test_robust_design.py::test_the_command_prints_the_tables_and_draws",
         "--as-published": "flexbench/figures/test_figure_lists.py::test_the_command_draws_the_design_as_published",
-        **dict.fromkeys(
-            ("--configuration", "--out"), "system/test_figures.py::test_the_design_is_drawn_without_results"
-        ),
+        **dict.fromkeys(("--configuration", "--out"),
+                        "system/test_figures.py::test_the_design_is_drawn_without_results"),
     },
     "flexsat export": {
         "--format": "flexbench/runs/test_export.py::test_hdf5_read_by_h5py",
         "--out": "flexbench/runs/test_export.py::test_failed_export_leaves_no_file",
         "--signals": "flexbench/runs/test_export.py::test_only_requested_signals_are_written",
     },
-    "flexsat export-c": {
-        **dict.fromkeys(("--configuration", "--design", "--precision", "--out", "--fmus"), _EXPORTED_C),
-    },
+    "flexsat export-c": dict.fromkeys(("--configuration", "--design", "--precision", "--out", "--fmus"), _EXPORTED_C),
     "flexsat margins": {
         **dict.fromkeys(("--replace", "--set", "--out", "--amplitude", "--periods", "--settle"), _VENDOR),
         "--analytic-only": _VALUE_FILE + "test_measurement_options_beside_analytic_only_are_refused",
@@ -171,9 +169,8 @@ EFFECTS = {
         "--delay": "flexbench/studies/margins/test_margins.py::test_delays_of_the_system_and_of_the_margin_act_alike",
         "--noise-free": _MARGINS + "test_the_measured_margins_are_the_designs_without_noise",
         **dict.fromkeys(("--band", "--lines", "--length"), _MULTISINE),
-        "--zoom": "flexbench/studies/margins/test_margins_measured.py::"
-                  "test_zoom_adds_lines_where_a_mode_is_narrower_than_their_spacing",
-        "--slow-period": "flexbench/studies/margins/test_margins_measured.py::test_no_line_is_an_alias_of_another",
+        "--zoom": _MEASURED + "test_zoom_adds_lines_where_a_mode_is_narrower_than_their_spacing",
+        "--slow-period": _MEASURED + "test_no_line_is_an_alias_of_another",
         "--directions": "flexbench/studies/margins/test_margins.py::test_one_direction_opened_leaves_the_others_closed",
         "--python": _CHOICE,
         "--controller": _MARGINS + "test_bad_input_gets_one_line",
@@ -202,22 +199,18 @@ EFFECTS = {
         **dict.fromkeys(("--stop-time", "--out", "--python", "--jobs"), _VALUES),
     },
     "flexsat robustness": {
-        "--levels": "flexbench/studies/robustness/test_robustness.py::test_errors_are_shifts_or_draws_of_the_level",
+        "--levels": _ROBUSTNESS + "test_errors_are_shifts_or_draws_of_the_level",
         **dict.fromkeys(("--vary", "--damping", "--inertia", "--participation", "--modes"),
-                        "flexbench/studies/robustness/test_robustness.py::test_each_error_reaches_the_plant"),
-        "--stop-time": "flexbench/studies/robustness/test_robustness.py::"
-                       "test_bad_levels_and_stop_times_are_refused_before_anything_runs",
-        **dict.fromkeys(
-            ("--configuration", "--scenario", "--controller-design", "--seeds", "--out", "--fmus", "--python"), _VALUES
-        ),
-        "--jobs": _VALUES,
+                        _ROBUSTNESS + "test_each_error_reaches_the_plant"),
+        "--stop-time": _ROBUSTNESS + "test_bad_levels_and_stop_times_are_refused_before_anything_runs",
+        **dict.fromkeys(("--configuration", "--scenario", "--controller-design", "--seeds"), _VALUES),
+        **dict.fromkeys(("--out", "--fmus", "--python", "--jobs"), _VALUES),
     },
     "flexsat compare-layouts": {
-        "--dispersion": _LAYOUTS + "test_dispersions.py::test_limits_are_given_in_percent_and_checked",
-        "--stop-time": _LAYOUTS + "test_study.py"
-        "::test_a_slew_that_leaves_no_time_after_it_is_refused_before_anything_runs",
-        "--settling-band": _LAYOUTS + "test_study.py::test_a_slew_is_compared_while_it_lasts_and_from_its_end_on",
-        "--set": _LAYOUTS + "test_study.py::test_a_limit_cycle_is_lost_and_named",
+        "--dispersion": "flexbench/studies/layouts/test_dispersions.py::test_limits_are_given_in_percent_and_checked",
+        "--stop-time": _LAYOUT + "test_a_slew_that_leaves_no_time_after_it_is_refused_before_anything_runs",
+        "--settling-band": _LAYOUT + "test_a_slew_is_compared_while_it_lasts_and_from_its_end_on",
+        "--set": _LAYOUT + "test_a_limit_cycle_is_lost_and_named",
         **dict.fromkeys(("--seeds", "--scenario", "--out", "--fmus", "--python", "--jobs"), _VALUES),
     },
     "flexsat waterfall": {
