@@ -21,7 +21,7 @@ from flexsat.fmu.documentation.content import MODEL_PICTURE, accompanying_files
 from flexsat.fmu.documentation.experiments import Experiment
 from flexsat.fmu.documentation.reference_results import Run
 from flexsat.fmu.documentation.terminals import terminals_xml
-from flexsat.fmu.native.compile import OPTIONS
+from flexsat.fmu.native.compile import OPTIONS, native_notes
 from flexsat.fmu.native.export import native_content
 from flexsat.fmu.native.fmi3_description import OPTIONS as BUILD_OPTIONS
 from flexsat.fmu.native.sources import FOLDER
@@ -178,7 +178,14 @@ def test_accompanying_files_have_a_column_and_a_member_a_port():
     )
     run = Run(experiment=experiment, inputs=[[0.0, 1.5, -2.0, 0.1, 0.2, True]], outputs=[[0.0, 3.0, 4.0]])
     table = PortTable(ports)
-    facts = {"model_name": "m", "version": "1", "step": 0.1, "stop": 1.0, "compile_command": "cc", "fmi": "3.0"}
+    facts = {
+        "model_name": "m",
+        "version": "1",
+        "step": 0.1,
+        "stop": 1.0,
+        "fmi": "3.0",
+        "native": native_notes("m", (), "3.0"),
+    }
     made = accompanying_files("plant", table, [run], {MODEL_PICTURE: b"png"}, config=configuration("centralised"),
                               **facts)  # fmt: skip
 
