@@ -5,9 +5,12 @@ import subprocess
 import numpy as np
 import pytest
 from availability import c_host_lacks
+from hosting import COMPONENTS
 from other_platforms import build_host, build_libraries, emulator, lacks
 from test_c_host import call, loop, trajectory
 from test_native_fmus import NativeBench
+
+from fmus.native.library_facts import elf_facts, windows_facts
 
 PLATFORMS = {"win64": ".dll", "aarch64-linux": ".so"}
 SECOND = 1000  # ticks
@@ -37,7 +40,7 @@ def foreign(request, once, delivered):
     def build(folder):
         folder.mkdir()
         build_host(platform, folder / "host")
-        for component in ("plant", "sensors", "controller"):
+        for component in COMPONENTS:
             build_libraries(delivered / "centralised" / "native" / f"{component}.fmu", (platform,), folder)
 
     return platform, once(f"libraries-{platform}", build)
@@ -50,6 +53,23 @@ def elsewhere(lines, platform, folder, root):
         if words[0] == "fmu":
             words[2] = f"{root}{folder / words[1] / platform / (words[1] + PLATFORMS[platform])}"
         yield " ".join(words)
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_the_libraries_export_fmi_alone_and_need_the_c_library_alone(foreign, component):
+    platform, folder = foreign
+    content = (folder / component / platform / f"{component}{PLATFORMS[platform]}").read_bytes()
+    facts = windows_facts(content) if platform == "win64" else elf_facts(content)
+
+    assert len(facts.exports) == 34  # of FMI 2.0 for co-simulation
+    assert all(name.startswith("fmi2") for name in facts.exports)
+    if platform == "win64":
+        assert facts.machine == 0x8664
+        assert all(name.startswith("api-ms-win-crt-") for name in facts.needed)  # the Universal C Runtime
+    else:
+        assert facts.machine == "EM_AARCH64"
+        assert facts.needed <= {"libc.so.6", "libm.so.6"}
+        assert max(facts.versions) <= (2, 17)
 
 
 def test_a_second_in_closed_loop_is_that_of_linux(native, setup, foreign):
