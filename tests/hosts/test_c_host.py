@@ -13,7 +13,7 @@ from availability import libpython
 from hosting import COMPONENTS, CONFIGURATIONS, HERE, TICK, Row, agreement, joined, ordered
 from hosting import ENVIRONMENT as PYTHON_ENVIRONMENT
 
-from flexsat.fmu.python.shim import shim_library
+from flexsat.fmu.python.shim import c_compiler, shim_library
 from lockstep import load_system
 
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -35,7 +35,10 @@ def compiled(bench):
     if not host.exists():
         flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-I", HEADERS]
         done = subprocess.run(
-            ["gcc", *flags, HERE / "c" / "host.c", "-o", host, "-ldl"], capture_output=True, text=True, check=False
+            [*c_compiler(), *flags, HERE / "c" / "host.c", "-o", host, "-ldl"],
+            capture_output=True,
+            text=True,
+            check=False,
         )
         assert done.returncode == 0, done.stderr
     return host

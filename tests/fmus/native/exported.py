@@ -11,6 +11,7 @@ import numpy as np
 from flexsat.fmu.embedded.export import EXAMPLE
 from flexsat.fmu.embedded.header import EXACT, field, parameter_ports
 from flexsat.fmu.native.compile import OPTIONS
+from flexsat.fmu.python.shim import c_compiler
 from flexsat.ports.table import PortTable
 
 STATUS = ("ok", "command refused", "bad input", "failed")
@@ -28,7 +29,7 @@ def compile_export(files: Mapping[str, bytes], folder: Path, options: Sequence[s
     for name, content in files.items():
         (folder / name).write_bytes(content)
     flags = [option for option in OPTIONS if option != "-fvisibility=hidden"]
-    command = ["cc", *flags, *WARNINGS, *options, "-o", "controller.so", *target_sources(folder), "-lm"]
+    command = [*c_compiler(), *flags, *WARNINGS, *options, "-o", "controller.so", *target_sources(folder), "-lm"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return folder / "controller.so"

@@ -1,4 +1,4 @@
-/* A toy with outputs that follow inputs: y[1] = x + gain u[1] u[2], y[2] = |u[1]|, where x sums u[2] over the steps. */
+/* A toy with outputs that follow inputs: y[1] = x + gain u[1] u[2], y[2] = |u[1]|, where x, from `begin` on, sums u[2] over the steps. */
 #include "component.h"
 #include "ports.h"
 
@@ -20,6 +20,7 @@ int component_start(Component *component)
     component->state_size = sizeof(double);
     if (component->memory.failed)
         return refuse(component, "no memory");
+    *(double *)(void *)component->state = component->real[PORT_BEGIN];
     return follow(component);
 }
 
@@ -36,11 +37,7 @@ int component_advance(Component *component, double time, double step)
     return follow(component);
 }
 
-int component_tuned(Component *component)
-{
-    (void)component;
-    return 0;
-}
+int component_tuned(Component *component) { return follow(component); }
 
 int component_follow_inputs(Component *component) { return follow(component); }
 

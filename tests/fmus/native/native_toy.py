@@ -9,9 +9,17 @@ import flexsat
 from flexsat.fmu.native.export import NativeComponent, NativeContent, native_content
 from flexsat.fmu.python.model_description import about_component
 from flexsat.fmu.reproducible_zip import zip_bytes
-from flexsat.ports.table import FmiVersion
+from flexsat.ports.table import FmiVersion, Port, PortTable
 
 HERE = Path(__file__).parent
+FOLLOWER = (
+    Port(name="u", causality="input", size=2, start=(2.0, 3.0), description="inputs"),
+    Port(name="y", causality="output", size=2, depends_on=("u",), follows_inputs=True, description="they follow"),
+    Port(name="x", causality="output", description="state"),
+    Port(name="n", causality="output", kind="integer", description="an integer"),
+    Port(name="gain", causality="parameter", start=0.5, variability="tunable", description="gain"),
+    Port(name="begin", causality="parameter", start=1.0, description="state at the start"),
+)
 
 
 def counter_component(main: Path = HERE / "counter.c") -> NativeComponent:
@@ -38,6 +46,14 @@ def build_native_toy(path: Path, main: Path = HERE / "counter.c", fmi: FmiVersio
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(zip_bytes(made.entries))
     return made
+
+
+def build_follower(path: Path) -> None:
+    """Write the FMU of the toy of follower.c, which has no Python twin: outputs that follow inputs, a tunable gain."""
+    about = replace(counter_component().about, model_name="follower")
+    component = replace(counter_component(), main=HERE / "follower.c", table=PortTable(FOLLOWER), about=about)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(zip_bytes(native_content(component).entries))
 
 
 def changed_counter(folder: Path, *replacements: tuple[str, str]) -> Path:

@@ -2,7 +2,6 @@
 
 import ctypes
 import re
-import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from flexsat.fmu.native.matrix_source import matrix_sources
 from flexsat.fmu.native.port_source import port_places
 from flexsat.fmu.native.sources import c_files
+from flexsat.fmu.python.shim import c_compiler
 from flexsat.ports.table import Port, PortTable
 
 OPTIONS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contract=off")
@@ -65,12 +65,10 @@ def compile_library(
 
     Its functions call each other, whatever the process has of the same names: libc has `step`.
     """
-    compiler = shutil.which("cc")
-    assert compiler is not None, "there is no C compiler: tests that need one skip before"
     own = sorted({path.parent for path in c_files().values()})
     folders = [f"-I{folder}" for folder in (*own, *include)]
     command = [
-        compiler,
+        *c_compiler(),
         *OPTIONS,
         *options,
         "-fPIC",

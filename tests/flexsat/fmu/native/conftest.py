@@ -18,6 +18,7 @@ from flexsat.runtime.plant_parameters import PlantMatrices
 from flexsat.spacecraft.assembly import build_spacecraft
 from flexsat.spacecraft.variation import with_modes
 from fmus.native.matrices import compile_with_places, give_matrices
+from fmus.native.native_toy import build_follower, compiler_is_missing
 from fmus.native.plant_pair import PlantPair
 from fmus.native.twin import compile_twin
 
@@ -38,6 +39,18 @@ def compiled(once: Callable[[str, Callable[[Path], None]], Path]) -> Compiled:
         return once(f"native-{name}-{component}", make) / f"{component}.so"
 
     return library
+
+
+@pytest.fixture(scope="session")
+def follower(once: Callable[[str, Make], Path]) -> Path:
+    """Return the FMU of the toy whose outputs follow its inputs, for reading only."""
+    if compiler_is_missing():
+        pytest.skip(compiler_is_missing())
+
+    def make(folder: Path) -> None:
+        build_follower(folder / "follower.fmu")
+
+    return once("native-follower", make) / "follower.fmu"
 
 
 @pytest.fixture(scope="session", params=CONFIGURATIONS)

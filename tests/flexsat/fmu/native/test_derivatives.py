@@ -3,38 +3,18 @@
 import math
 import zipfile
 from ctypes import c_double, c_size_t, c_uint
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from flexsat.fmu.native.export import native_content
-from flexsat.fmu.reproducible_zip import zip_bytes
-from flexsat.ports.table import Port, PortTable
-from fmus.native.native_toy import HERE, compiler_is_missing, counter_component
 from fmus.raw_fmu import ERROR, OK, Library
-
-PORTS = (
-    Port(name="u", causality="input", size=2, start=(2.0, 3.0), description="inputs"),
-    Port(name="y", causality="output", size=2, depends_on=("u",), follows_inputs=True, description="they follow"),
-    Port(name="x", causality="output", description="state"),
-    Port(name="n", causality="output", kind="integer", description="an integer"),
-    Port(name="gain", causality="parameter", start=0.5, description="gain"),
-)
 
 
 @pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    if compiler_is_missing():
-        pytest.skip(compiler_is_missing())
-    folder = tmp_path_factory.mktemp("follower")
-    toy = counter_component()
-    about = replace(toy.about, model_name="follower")
-    made = native_content(replace(toy, main=HERE / "follower.c", table=PortTable(PORTS), about=about))
-    (folder / "follower.fmu").write_bytes(zip_bytes(made.entries))
-    return Library(folder / "follower.fmu", folder / "unpacked")
+def library(follower, tmp_path_factory):
+    return Library(follower, tmp_path_factory.mktemp("unpacked"))
 
 
 @pytest.fixture
