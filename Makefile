@@ -4,10 +4,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 HOSTS := .venv-hosts
 PEERS := .venv-peers
+SANITIZERS := address,undefined,float-cast-overflow
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: run test bench peers lint clean
+.PHONY: run test bench peers sanitize lint clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed
@@ -25,6 +26,14 @@ bench: $(VENV)/installed-dev
 # The plant beside other simulators, not in CI: it needs Basilisk in an environment of its own.
 peers: $(VENV)/installed $(PEERS)/installed
 	$(BIN)/python tests/peers/rigid_wheels.py $(PEERS)/bin/python
+
+# All tests of the C code with checks of memory and undefined behaviour, not in CI, which fuzzes with them. What the C host
+# leaks fails, too; CPython leaks, so that its own leaks are not looked for.
+sanitize: $(VENV)/installed-dev
+	CC="gcc -g -fsanitize=$(SANITIZERS) -fno-sanitize-recover=all" ASAN_OPTIONS=detect_leaks=0 \
+	  LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so)" \
+	  $(BIN)/python -m pytest -q -k "not libc_and_libm and not fuzz" \
+	  tests/flexsat/fmu/native tests/flexsat/fmu/embedded tests/hosts/test_native_fmus.py
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check

@@ -1,6 +1,6 @@
 """Every function of FMI 2.0 in every state of a native instance: what the table allows, and what a refusal leaves.
 
-What may be set depends on causality and variability. FMI 2.0.4, section 4.2.4, for an FMU whose steps are never pending.
+What may be set depends on causality and variability. FMI 2.0.4, section 4.2.4; the steps of this FMU are never pending.
 """
 
 import math
