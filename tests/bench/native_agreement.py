@@ -143,7 +143,8 @@ def streams(system: System, duration: float, folder: Path) -> bool:
     jitter = max(value for port, value in found.items() if port.startswith("sensors.jitter"))
     others = max(value for port, value in found.items() if not port.startswith("sensors.jitter"))
     print(
-        f"  sensors alone, every ms: measurements differ by {others:g}, jitter on mounts, a sum of wheels', by {jitter:.1e}"
+        f"  sensors alone, every ms: measurements differ by {others:g}, jitter on mounts, a sum of wheels', "
+        f"by {jitter:.1e}"
     )
     return others == 0.0 and jitter < 1e-15
 
