@@ -16,7 +16,8 @@ from lockstep.check.report.check_report import CheckReport
 from lockstep.check.report.finding import Finding
 from lockstep.check.static.fmu_archive import FmuArchive, read_archive, unreadable
 from lockstep.check.static_checks import static_checks
-from lockstep.fmi.model_description import PLATFORM, VERSION
+from lockstep.fmi.model_description import VERSION
+from lockstep.fmi.platforms import PLATFORM
 
 _STOPPERS = ("static.archive", "static.kind", "static.platforms")  # errors that leave nothing to run
 

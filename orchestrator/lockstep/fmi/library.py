@@ -10,7 +10,7 @@ from typing import Any
 import fmpy
 
 from lockstep.errors import RunError
-from lockstep.fmi.model_description import library_path
+from lockstep.fmi.platforms import library_path
 from lockstep.fmi.safe_zip import extract, open_file, open_zip
 from lockstep.fmi.signatures import SIGNATURES
 from lockstep.operating_system import working_directory
@@ -50,7 +50,9 @@ class Library:
         The functions of FMI 1.0 carry the name of their FMU before the prefix.
         """
         self.begin = f"{fmu.identifier}_{prefix}" if prefix == "fmi" else prefix
-        path = fmu.folder / library_path(fmu.identifier, _VERSIONS[prefix])
+        path = fmu.folder / library_path(
+            fmu.identifier, _VERSIONS[prefix], lambda inside: (fmu.folder / inside).is_file()
+        )
         try:
             with working_directory(path.parent) if fmu.alone else nullcontext():
                 self._library = cdll.LoadLibrary(str(path))

@@ -16,6 +16,7 @@ from lockstep.array_names import element_name
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmi.declared_units import DeclaredUnits, declared_units
 from lockstep.fmi.description_corrections import correct, negated_aliases, read_root, readable, text_starts
+from lockstep.fmi.platforms import PLATFORMS, library_path
 from lockstep.fmi.safe_zip import open_file, open_zip
 from lockstep.fmi.slave import Scalar
 from lockstep.system.component import Component
@@ -28,8 +29,6 @@ SCHEMAS = {  # of model descriptions, by version of FMI
     "2.0": Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd",
     "3.0": Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3ModelDescription.xsd",
 }
-PLATFORM = str(fmpy.platform)  # as FMI 1.0 and 2.0 name the folder of their binaries
-PLATFORMS = {"1.0": PLATFORM, "2.0": PLATFORM, "3.0": str(fmpy.platform_tuple)}  # by version of FMI
 VERSION = str(fmpy.__version__)
 
 INTEGERS = {  # smallest and largest value, by FMI's name of the type
@@ -185,7 +184,7 @@ def read_description(component: Component) -> Description:
     if clocks:
         raise InputError(f"{where} has clocks ({compact(clocks)}), which the master cannot drive; use one without")
     identifier, platform = model.coSimulation.modelIdentifier, PLATFORMS[version]
-    if library_path(identifier, version) not in members:
+    if library_path(identifier, version, members.__contains__) not in members:
         there = sorted({m.split("/")[1] for m in members if m.startswith("binaries/") and m.count("/") > 1})
         raise InputError(f"{where} has no binary for {platform}; it has {', '.join(there) or 'none'}")
     negated = negated_aliases(root)
@@ -304,11 +303,6 @@ def declared_tolerance(model: Any) -> float | None:
     except ValueError:
         return None  # the description need not be valid where it is only checked
     return tolerance if 0.0 < tolerance < math.inf else None
-
-
-def library_path(identifier: str, version: str) -> str:
-    """Return the path in an FMU of its library for this platform."""
-    return f"binaries/{PLATFORMS[version]}/{identifier}{fmpy.sharedLibraryExtension}"
 
 
 def _scalars(model: Any, units: DeclaredUnits) -> Iterator[Variable]:

@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
 from lockstep.errors import InputError
-from lockstep.fmi.model_description import PLATFORMS, Description
+from lockstep.fmi.model_description import Description
+from lockstep.fmi.platforms import library_folders
 from lockstep.fmi.safe_zip import open_file, open_zip
 from lockstep.system.component import Component
 from lockstep.system.system import System
@@ -80,7 +81,7 @@ def _suspected(description: Description, contents: Contents) -> bool:
 
 def read_contents(component: Component, description: Description) -> Contents:
     """Return the content of an FMU's archive that decides."""
-    library = f"{description.identifier}.so"
+    library, own_folders = f"{description.identifier}.so", library_folders(description.version)
     files: dict[str, set[tuple[str, int]]] = {}
     with (
         open_file(component.source, component.archive, component.name) as stream,
@@ -98,7 +99,7 @@ def read_contents(component: Component, description: Description) -> Contents:
                 continue
             if path.parts[0] == "resources":
                 files.setdefault(path.parts[1].partition(".")[0], set()).add((member.filename, member.CRC))
-            elif path.parts[:2] == ("binaries", PLATFORMS[description.version]) and path.name != library:
+            elif path.parts[0] == "binaries" and path.parts[1] in own_folders and path.name != library:
                 files.setdefault(path.name, set()).add((member.filename, member.CRC))
     return Contents(own=own, modules={name: frozenset(found) for name, found in files.items()})
 

@@ -6,7 +6,7 @@ import pytest
 
 from lockstep.check.check_fmu import check_fmu
 from lockstep.check.report.check_report import fails
-from lockstep.fmi.model_description import PLATFORMS
+from lockstep.fmi.platforms import PLATFORMS
 
 
 def found(path, **options):

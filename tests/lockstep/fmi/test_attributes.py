@@ -9,7 +9,8 @@ import pytest
 
 from lockstep import Component, InputError
 from lockstep.check.dynamic.experiment import read_experiment, read_other_experiment
-from lockstep.fmi.model_description import PLATFORMS, read_description
+from lockstep.fmi.model_description import read_description
+from lockstep.fmi.platforms import PLATFORMS
 from lockstep.system.units import Unit
 
 UNITS = """<UnitDefinitions>

@@ -19,10 +19,10 @@ from lockstep.fmi.model_description import (
     Variable,
     bound_text,
     declared_tolerance,
-    library_path,
     parse_description,
     read_description,
 )
+from lockstep.fmi.platforms import library_path
 from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
 from lockstep.system.component import Component
 
@@ -164,7 +164,7 @@ def read_experiment(folder: Path) -> Experiment:
     if model.fmiVersion != "2.0" or interface is None:
         without = "" if interface else "without co-simulation "
         raise InputError(f"FMI {model.fmiVersion} {without}is not FMI 2.0 co-simulation")
-    library = library_path(interface.modelIdentifier, "2.0")
+    library = library_path(interface.modelIdentifier, "2.0", lambda inside: (folder / inside).is_file())
     if "/" in interface.modelIdentifier or not (folder / library).is_file():
         raise InputError(f"no binary {library}")
     feeds = {

@@ -14,13 +14,16 @@ from lockstep.check.static.exported import functions_of, functions_of_flags
 from lockstep.check.static.fmu_archive import FmuArchive, unreadable
 from lockstep.check.static.static_check import CheckOutcome, Notes, check
 from lockstep.errors import compact
-from lockstep.fmi.model_description import PLATFORMS
+from lockstep.fmi.platforms import PLATFORMS, library_folders
 
-SUFFIXES = {"linux64": ".so", "linux32": ".so", "win64": ".dll", "win32": ".dll", "darwin64": ".dylib"}
 _SUFFIXES3 = {  # FMI 3.0 names the architecture first
     f"{architecture}-{system}": suffix
     for system, suffix in (("linux", ".so"), ("windows", ".dll"), ("darwin", ".dylib"))
     for architecture in ("x86_64", "x86", "aarch64")
+}
+SUFFIXES = {  # FMI 2.0 has names for x86; FMI 2.0.5 takes all others from FMI 3.0
+    **{"linux64": ".so", "linux32": ".so", "win64": ".dll", "win32": ".dll", "darwin64": ".dylib"},
+    **{platform: suffix for platform, suffix in _SUFFIXES3.items() if not platform.startswith("x86")},
 }
 EXTERNAL = ("documentation/externalDependencies.txt", "documentation/externalDependencies.html")
 _ELF_PLATFORMS = {"1.0": "linux64", "2.0": "linux64", "3.0": "x86_64-linux"}  # of the library that is examined
@@ -33,6 +36,7 @@ _MACHINES = {
     "aarch64-windows": 0xAA64,
 }
 _BITS = {"linux64": 64, "linux32": 32, "x86_64-linux": 64, "x86-linux": 32, "aarch64-linux": 64}
+_ELF_MACHINES = {"x86_64-linux": 62, "aarch64-linux": 183}  # of tuples; other names are used for several
 _MACH_O = (b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe")  # 64 bits, universal
 
 
@@ -72,7 +76,7 @@ def platforms(fmu: FmuArchive) -> CheckOutcome:
     notes = Notes()
     folders = sorted({PurePosixPath(n).parts[1] for n in fmu.names if n.startswith("binaries/") and n.count("/") > 1})
     good = []
-    here = PLATFORMS[_version(fmu)]
+    here = next((name for name in library_folders(_version(fmu)) if name in folders), PLATFORMS[_version(fmu)])
     for platform in folders:
         if platform not in _suffixes(fmu):
             notes.info(f"binaries/{platform} is not a platform of FMI {_version(fmu)}")
@@ -109,7 +113,10 @@ def _foreign(content: bytes, platform: str) -> str:
     if content[:4] != b"\x7fELF":
         return "no ELF file"
     bits = {1: 32, 2: 64}.get(content[4] if len(content) > 4 else 0, 0)
-    return "" if bits == _BITS[platform] else f"an ELF file of {bits} bits"
+    if bits != _BITS[platform]:
+        return f"an ELF file of {bits} bits"
+    (machine,) = struct.unpack_from("<H", content.ljust(20, b"\0"), 18)
+    return "" if machine == _ELF_MACHINES.get(platform, machine) else f"an ELF file for machine {machine}"
 
 
 def _library(fmu: FmuArchive) -> Library | CheckOutcome:

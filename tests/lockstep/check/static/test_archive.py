@@ -141,6 +141,7 @@ def test_missing_binary_for_this_platform_is_reported(make: Make, found: Find, f
         ("binaries/win64/good.dll", "binaries/win64/good.dll is no Windows library"),
         ("binaries/darwin64/good.dylib", "binaries/darwin64/good.dylib is no macOS library"),
         ("binaries/linux32/good.so", "binaries/linux32/good.so is no ELF file"),
+        ("binaries/aarch64-linux/good.so", "binaries/aarch64-linux/good.so is no ELF file"),
     ],
 )
 def test_fault_of_another_platform_is_a_warning(make: Make, found: Find, member: str, says: str) -> None:

@@ -147,6 +147,16 @@ def test_windows_library_must_match_its_folder(make: Make, found: Find, machine:
     assert found(make({"binaries/win64/good.dll": bytes(library)}))["static.platforms"].status == status
 
 
+def test_library_for_arm_has_the_folder_of_fmi_3(make: Make, found: Find, library: bytes) -> None:
+    arm = bytearray(library)
+    struct.pack_into("<H", arm, 18, 183)  # e_machine: AArch64
+
+    both = found(make({"binaries/aarch64-linux/good.so": bytes(arm)}))["static.platforms"]
+    assert (both.status, both.message) == ("pass", "aarch64-linux, linux64")
+    wrong = found(make({"binaries/aarch64-linux/good.so": library}))["static.platforms"]
+    assert (wrong.status, "is an ELF file for machine 62" in wrong.message) == ("warning", True)
+
+
 def test_symbols_agree_with_nm(tmp_path: Path, toys: Path) -> None:
     """An independent reader: nm, which comes with the linker that gcc needs."""
     with zipfile.ZipFile(toys / "toy_echo.fmu") as archive:
