@@ -84,8 +84,8 @@ int is_utf8(const char *text);
 void make_line(char *text);
 
 /* life_cycle.c */
-/* Return an instance, or NULL with the reason in the host's log. `memory` is unused as yet; `known_as`: what FMI calls
-the GUID. */
+/* Return an instance, or NULL with the reason in the host's log. Nothing has been taken of `memory`; `known_as`: what
+this version of FMI calls the GUID. */
 Instance *instantiate(const char *call, const char *name, const char *guid, const char *known_as, Memory memory,
                       const Host *host);
 void begin_anew(Instance *instance);
@@ -119,7 +119,9 @@ Status begin_to_read(Instance *instance, const char *call, int flags);
 /* Refuse what may not be set, and values that are not accepted. */
 Status check_number(Instance *instance, const char *call, const Port *port, int place, double value);
 Status check_boolean(Instance *instance, const char *call, const Port *port, int place, int value);
-Status check_text(Instance *instance, const char *call, const Port *port, int place, const char *value, size_t number);
+/* `number`: of the value in its list, from 1 */
+Status check_text(Instance *instance, const char *call, const Port *port, int place, const char *value,
+                  size_t number);
 /* Note that values were written, with these flags among them. */
 Status finish_writing(Instance *instance, const char *call, int flags);
 

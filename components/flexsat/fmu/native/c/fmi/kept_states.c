@@ -1,4 +1,5 @@
-/* Saved states. A host gets the address of an entry in a list of its instance, and only what is in that list is used. */
+/* Saved states. A host gets the address of an entry in a list of its instance, and only what is in that list is
+used. */
 #include "instance.h"
 
 #include <stdio.h>
@@ -148,8 +149,8 @@ Status deserialise(Instance *instance, const char *call, const unsigned char byt
     if (size > DIGEST_SIZE)
         digest_of(bytes, size - DIGEST_SIZE, digest);
     if (size <= DIGEST_SIZE || memcmp(digest, bytes + size - DIGEST_SIZE, DIGEST_SIZE) != 0)
-        return refuse_call(instance, call, "these bytes are not a saved state of this component: cut short, or changed"
-                                           " since they were saved");
+        return refuse_call(instance, call, "these bytes are not a saved state of this component: cut short, or"
+                                           " changed since they were saved");
     if (!is_saved_state(bytes, size - DIGEST_SIZE, reason))
         return refuse_call(instance, call, "%s", reason);
     made = reserve(instance, NULL, size - DIGEST_SIZE);

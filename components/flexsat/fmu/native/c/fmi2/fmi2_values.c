@@ -61,8 +61,8 @@ static Status examine(Instance *instance, const char *call, Kind kind, const fmi
 }
 
 /* Examine a list that is to be read, and compute what has to be computed first. */
-static Status examine_to_read(Instance *instance, const char *call, Kind kind, const fmi2ValueReference vr[], size_t n,
-                              const void *values)
+static Status examine_to_read(Instance *instance, const char *call, Kind kind, const fmi2ValueReference vr[],
+                              size_t n, const void *values)
 {
     int flags;
 
@@ -72,8 +72,8 @@ static Status examine_to_read(Instance *instance, const char *call, Kind kind, c
 }
 
 /* Examine a list that is to be written; the values are examined later. */
-static Status examine_to_write(Instance *instance, const char *call, Kind kind, const fmi2ValueReference vr[], size_t n,
-                               const void *values, int *flags)
+static Status examine_to_write(Instance *instance, const char *call, Kind kind, const fmi2ValueReference vr[],
+                               size_t n, const void *values, int *flags)
 {
     if (examine(instance, call, kind, vr, n, values, flags) != CALL_OK)
         return CALL_ERROR;

@@ -1,11 +1,11 @@
-/* The order of calls that FMI 3.0 allows in co-simulation (3.0.2, sections 2.3 and 4.2), for a slave that steps at once
-and has no event mode; and the way to the log of its hosts. */
+/* The order of calls that FMI 3.0 allows in co-simulation (3.0.2, sections 2.3 and 4.2), for a slave that steps at
+once and has no event mode; and the way to the log of its hosts. */
 #include "fmi3_instance.h"
 
 #define IN(phase) (1 << (phase))
 
-/* Calls that touch states, free or reset the instance are allowed in every phase, and do not stand here. After an error
-the standard has an instance be terminated. */
+/* Calls that touch states, free or reset the instance are allowed in every phase, and do not stand here. After an
+error the standard has an instance be terminated. */
 static const int allowed[CALLS] = {
     0,                                                           /* SETUP_EXPERIMENT: no call of FMI 3.0 */
     IN(INSTANTIATED),                                            /* ENTER_INITIALIZATION */

@@ -56,8 +56,9 @@ fmi3Instance FMI3(fmi3InstantiateModelExchange)(fmi3String name, fmi3String toke
 
 fmi3Instance FMI3(fmi3InstantiateScheduledExecution)(fmi3String name, fmi3String token, fmi3String resources,
                                                      fmi3Boolean visible, fmi3Boolean logging,
-                                                     fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
-                                                     fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
+                                                     fmi3InstanceEnvironment environment,
+                                                     fmi3LogMessageCallback logger, fmi3ClockUpdateCallback update,
+                                                     fmi3LockPreemptionCallback lock,
                                                      fmi3UnlockPreemptionCallback unlock)
 {
     const Host host = host_of(environment, logger, logging);
@@ -127,7 +128,8 @@ fmi3Status FMI3(fmi3DoStep)(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, 
     if (instance == NULL)
         return fmi3Error;
     if (events == NULL || ends == NULL || early == NULL || reached == NULL)
-        return (fmi3Status)refuse_call(instance, "doStep", "a flag or the last successful time goes to a NULL pointer");
+        return (fmi3Status)refuse_call(instance, "doStep",
+                                       "a flag or the last successful time goes to a NULL pointer");
     status = make_step(instance, time, step);
     *events = *ends = *early = false;
     *reached = instance->present;

@@ -15,19 +15,19 @@ static fmi3Status without_variables(Instance *instance, Call access, const char 
     return (fmi3Status)check_order(instance, access, call);
 }
 
-#define WITHOUT_VARIABLES(Type)                                                                                        \
-    fmi3Status FMI3(fmi3Get##Type)(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Type values[],       \
-                                   size_t size)                                                                        \
-    {                                                                                                                  \
-        (void)values;                                                                                                  \
-        return without_variables(c, GET, "get" #Type, #Type, vr, n, size);                                             \
-    }                                                                                                                  \
-                                                                                                                       \
-    fmi3Status FMI3(fmi3Set##Type)(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Type values[], \
-                                   size_t size)                                                                        \
-    {                                                                                                                  \
-        (void)values;                                                                                                  \
-        return without_variables(c, SET, "set" #Type, #Type, vr, n, size);                                             \
+#define WITHOUT_VARIABLES(Type)                                                                                      \
+    fmi3Status FMI3(fmi3Get##Type)(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Type values[],     \
+                                   size_t size)                                                                      \
+    {                                                                                                                \
+        (void)values;                                                                                                \
+        return without_variables(c, GET, "get" #Type, #Type, vr, n, size);                                           \
+    }                                                                                                                \
+                                                                                                                     \
+    fmi3Status FMI3(fmi3Set##Type)(fmi3Instance c, const fmi3ValueReference vr[], size_t n,                          \
+                                   const fmi3##Type values[], size_t size)                                           \
+    {                                                                                                                \
+        (void)values;                                                                                                \
+        return without_variables(c, SET, "set" #Type, #Type, vr, n, size);                                           \
     }
 
 WITHOUT_VARIABLES(Float32)

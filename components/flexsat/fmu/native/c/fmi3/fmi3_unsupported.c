@@ -1,5 +1,5 @@
-/* Configuration, event mode, clocks, and what only other kinds of simulation have: hosts look for these functions, and an
-FMU for co-simulation without them refuses the calls. */
+/* Configuration, event mode, clocks, and what only other kinds of simulation have: hosts look for these functions,
+and an FMU for co-simulation without them refuses the calls. */
 #include "fmi3_instance.h"
 
 static fmi3Status unsupported(fmi3Instance c, const char *call)

@@ -24,8 +24,10 @@ Status refuse_reference(Instance *instance, const char *call, const char *type, 
     else if (port != NULL)
         snprintf(reason, sizeof reason, "it is that of %.500s, which is %s", port->name, type_names[port->kind]);
     else
-        snprintf(reason, sizeof reason, "there are %d of all types, from %d on", port_table.ports + 1, TIME_REFERENCE);
-    return refuse_call(instance, call, "%s value reference %u: no such variable; %s", type, (unsigned)reference, reason);
+        snprintf(reason, sizeof reason, "there are %d of all types, from %d on", port_table.ports + 1,
+                 TIME_REFERENCE);
+    return refuse_call(instance, call, "%s value reference %u: no such variable; %s", type, (unsigned)reference,
+                       reason);
 }
 
 /* Refuse lists that are NULL, wrong references, and a wrong number of values; `flags` become those of all ports. */
@@ -58,8 +60,8 @@ static Status examine(Instance *instance, const char *call, Kind kind, const fmi
 }
 
 /* Examine a list that is to be read, and compute what has to be computed first. */
-static Status examine_to_read(Instance *instance, const char *call, Kind kind, const fmi3ValueReference vr[], size_t n,
-                              const void *values, size_t size)
+static Status examine_to_read(Instance *instance, const char *call, Kind kind, const fmi3ValueReference vr[],
+                              size_t n, const void *values, size_t size)
 {
     int flags;
 
@@ -71,8 +73,8 @@ static Status examine_to_read(Instance *instance, const char *call, Kind kind, c
 }
 
 /* Examine a list that is to be written; the values are examined later. */
-static Status examine_to_write(Instance *instance, const char *call, Kind kind, const fmi3ValueReference vr[], size_t n,
-                               const void *values, size_t size, int *flags)
+static Status examine_to_write(Instance *instance, const char *call, Kind kind, const fmi3ValueReference vr[],
+                               size_t n, const void *values, size_t size, int *flags)
 {
     size_t k;
 
@@ -109,7 +111,8 @@ fmi3Status FMI3(fmi3GetFloat64)(fmi3Instance c, const fmi3ValueReference vr[], s
     return fmi3OK;
 }
 
-fmi3Status FMI3(fmi3GetInt32)(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Int32 values[], size_t size)
+fmi3Status FMI3(fmi3GetInt32)(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Int32 values[],
+                              size_t size)
 {
     const Instance *instance = c;
     size_t k;
