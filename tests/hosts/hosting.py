@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 HERE = Path(__file__).parent
 FLEXSAT = Path(sys.executable).with_name("flexsat")
 TICK = 1_000_000  # [ns]
-CONFIGURATIONS = ("centralised", "distributed", "distributed/flat")
+CONFIGURATIONS = ("centralised", "distributed", "distributed/flat", "centralised/native", "distributed/native")
 COMPONENTS = ("sensors", "controller", "plant")  # in the order of a tick
 # BLAS with one thread adds in one order: only so can two hosts agree to the last bit
 ENVIRONMENT = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -92,9 +92,9 @@ def _port(name: str) -> str:
 
 
 def build(folder: Path) -> None:
-    """Build the FMUs and systems of both configurations, of one with flat names too."""
+    """Build the FMUs and systems of both configurations, native ones too, and of one those with flat names."""
     for options in (["centralised"], ["distributed", "--flat"]):
-        command = [FLEXSAT, "build", "--no-native", "--out", folder, "--configuration", *options]
+        command = [FLEXSAT, "build", "--out", folder, "--configuration", *options]
         done = subprocess.run(command, check=False, capture_output=True, text=True, env=ENVIRONMENT)
         assert done.returncode == 0, done.stderr
 
@@ -109,7 +109,7 @@ class Bench:
         self._runs = 0
 
     def fmu(self, component: str, configuration: str = "distributed") -> Path:
-        """Return where an FMU is; its variant of flat names is in configuration `distributed/flat`."""
+        """Return where an FMU is; configuration `distributed/flat` has flat names, `distributed/native` those in C."""
         return self.folder / configuration / f"{component}.fmu"
 
     def description(self, fmu: Path) -> Any:

@@ -13,7 +13,15 @@ from hosting import Bench, build
 from loops import Loop, lateness_rows, loop_head, loop_rows
 from pypi.costs import cost_rows
 
-FILES = ("test_simulate_fmu", "test_c_host", "test_container", "test_libcosim", "test_ecos", "pypi.test_packages")
+FILES = (
+    "test_simulate_fmu",
+    "test_c_host",
+    "test_container",
+    "test_libcosim",
+    "test_ecos",
+    "test_native_fmus",
+    "pypi.test_packages",
+)
 TABLES = ("agreement", "delays", "loops", "costs")
 # the slew is flown from 5 to 106 s; what simulate_ssp stirs up at first has decayed after 40 s of fine pointing
 LOOPS = [

@@ -8,13 +8,19 @@ import pytest
 from hosting import Row, agreement
 from pypi.packages import OTHERS, PACKAGES, SCHEMES, TICKS, references
 
-CONFIGURATIONS = ("centralised", "distributed")
+CONFIGURATIONS = ("centralised", "distributed", "centralised/native", "distributed/native")
+
+
+@pytest.fixture(scope="module", params=["centralised", "centralised/native"])
+def configuration(request):
+    """Return a configuration that hosts simulate."""
+    return request.param
 
 
 @pytest.fixture(scope="module")
-def expected(bench):
+def expected(bench, configuration):
     """Return the rows of lockstep, stepped as each host does."""
-    return references(bench, "centralised")
+    return references(bench, configuration)
 
 
 def rows(bench):
@@ -35,18 +41,18 @@ def rows(bench):
         yield Row(
             kind="three FMUs in a closed loop",
             host=package.name,
-            ran=f"centralised, distributed: fine pointing, {TICKS} steps of 5 ms; {SCHEMES[package.scheme].text}",
+            ran=f"{', '.join(CONFIGURATIONS)}: fine pointing, {TICKS} steps of 5 ms; {SCHEMES[package.scheme].text}",
             agreement=", ".join(dict.fromkeys(agreements)),
             remark=package.remark,
         )
 
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name.partition(",")[0])
-def test_loop_agrees_bitwise_with_lockstep_in_the_way_of_the_host(bench, expected, package):
+def test_loop_agrees_bitwise_with_lockstep_in_the_way_of_the_host(bench, configuration, expected, package):
     if package.missing:
         pytest.skip(package.missing)
 
-    found = package.run(bench, "centralised")
+    found = package.run(bench, configuration)
 
     assert agreement(expected[package.scheme], found) == "bitwise"
 
