@@ -34,6 +34,7 @@ CALLS = {
             "--flat": ((), "'flat': True"),
             "--needs-execution-tool": ((), "'execution_tool': True"),
             "--no-native": ((), "'native': False"),
+            "--fmi3": ((), "'fmi3': True"),
             "--platforms": (("win64,linux64",), "'platforms': ('linux64', 'win64')"),
         },
     ),

@@ -109,6 +109,34 @@ def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_pat
     assert "distributed/plant.fmu" not in (tmp_path / "ICD.md").read_text()
 
 
+def test_fmus_of_fmi_3_have_a_folder_with_systems_and_a_place_in_the_manifest(
+    delivered, tmp_path, manifest, monkeypatch
+):
+    layout = tmp_path / "centralised"
+    shutil.copytree(delivered / "centralised", layout, ignore=shutil.ignore_patterns("flat", "*.ssp"))
+
+    def in_c(_designs, folder, _parts, _print_line, fmi, _platforms):  # they have tests of their own
+        assert (folder, fmi) == (tmp_path, "3.0")
+        shutil.copytree(layout / "native", layout / "native" / "fmi3")
+        paths = [layout / "native" / "fmi3" / f"{name}.fmu" for name in ("plant", "sensors", "controller")]
+        return {path.stem: BuiltFmu(path=path, guid="{3}", sha256=sha256(path)) for path in paths}
+
+    monkeypatch.setattr(build, "configuration_parts", lambda _: {})
+    monkeypatch.setattr(build, "build_configuration", lambda *_: built_before(manifest, tmp_path))
+    monkeypatch.setattr(build, "build_native_configuration", in_c)
+    build_all(("centralised",), tmp_path, lambda _: None, fmi3=True)
+
+    entry = json.loads((tmp_path / MANIFEST).read_text())["configurations"]["centralised"]
+    of_fmi3 = {name: facts["component"] for name, facts in entry["fmus"].items() if "native" in name}
+    folder = "centralised/native/fmi3"
+    assert of_fmi3 == {f"{folder}/{name}.fmu": f"{name}, FMI 3.0" for name in ("plant", "sensors", "controller")}
+    for scenario in SCENARIOS:
+        file = f"{folder}/{scenario}.ssd"
+        assert entry["files"][file] == {"sha256": sha256(tmp_path / file)}
+        components = load_system(tmp_path / file).components
+        assert {component.source for component in components} == {tmp_path / name for name in of_fmi3}
+
+
 def built_before(manifest, folder):
     """Return the structured FMUs of the centralised configuration as `build_configuration` returns them."""
     return {
