@@ -101,6 +101,9 @@ int component_evaluate(Component *component)
 
 int component_restored(Component *component)
 {
-    (void)component;
+    const State *state = (const State *)component->state;
+
+    if (state->steps < 0 || state->steps > 1000000000)
+        return refuse(component, "the saved state has %d steps, which no run has", state->steps);
     return 0;
 }
