@@ -82,12 +82,16 @@ def fmus(delivered: Path) -> Path:
 def study(flexsat: RunCli, once: Callable[[str, Callable[[Path], None]], Path]) -> tuple[Path, str]:
     """Return the results folder of the paper's study with one seed, both variants, and what the command printed.
 
+    Without the runs through native FMUs, for time: `tests/flexbench/studies/paper/test_native.py` has one of them.
+
     Run once for all workers; for reading only.
     """
 
     def run(folder: Path) -> None:
         folder.mkdir()
-        done = flexsat("paper", "--fmus", folder / "fmus", "--out", folder / "results", timeout=2700.0, cwd=folder)
+        done = flexsat(
+            "paper", "--python", "--fmus", folder / "fmus", "--out", folder / "results", timeout=2700.0, cwd=folder
+        )
         assert done.returncode == 0, done.stderr
         assert sorted(path.name for path in folder.iterdir()) == ["fmus", "results"]
         (folder / "printed.txt").write_text(done.stdout, encoding="utf-8")

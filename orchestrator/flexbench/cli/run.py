@@ -84,6 +84,7 @@ def _run_new(
     finish: Callable[[Path], None],
 ) -> RunSummary:
     from ..loop.feasibility import check_feasible
+    from ..loop.fmu_choice import IN_C, kind_of
     from ..loop.missed_samples import refuse_missed_samples
     from ..loop.native_fmus import with_native_fmus
     from ..runs.loop_monitor import watch_loop
@@ -94,7 +95,13 @@ def _run_new(
         if not path.exists() and path.suffix == ".ssd":
             raise InputError(f"{path}: no such file; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
         system = load_system(path, request.timing.timing(), request.within)
-        return with_native_fmus(system) if native else system
+        if not native:
+            return system
+        system = with_native_fmus(system)
+        kind = kind_of([system])
+        if kind != IN_C:
+            print(f"FMUs: {kind}")
+        return system
 
     def overrides(system: System) -> dict[str, Value]:
         values: dict[str, Value] = dict(_published(system)) if as_published else {}

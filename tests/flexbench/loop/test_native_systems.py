@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shutil
 import zipfile
 
 import numpy as np
@@ -165,3 +166,27 @@ def test_replacement_shadow_and_mixed_systems(delivered, tmp_path, capsys):
     shadow = read_signals(tmp_path / "shadow")
     residual = shadow["controller.residual.wheel.torque"]
     assert 0.0 < np.abs(residual).max() < SAME * np.abs(shadow["controller.wheel.torque"]).max()
+
+
+def test_a_system_of_which_some_fmus_have_no_native_one_says_so(delivered, tmp_path, capsys):
+    for file in ("fine_pointing.ssd", *(f"{part}.fmu" for part in ("plant", "sensors", "controller"))):
+        shutil.copy(delivered / "centralised" / file, tmp_path)
+    (tmp_path / "native").mkdir()
+    shutil.copy(delivered / "centralised" / "native" / "plant.fmu", tmp_path / "native")
+    command = ["run", str(tmp_path / "fine_pointing.ssd"), "--native", "--stop-time", "0.01"]
+    assert main([*command, "--out", str(tmp_path / "run")]) == 0
+    assert capsys.readouterr().out.startswith("FMUs: native (plant), Python (sensors, controller)\n")
+
+
+def test_equivalence_of_native_fmus_and_the_python_steppers(delivered, tmp_path, capsys, monkeypatch):
+    command = ["equivalence", "--native", "--configuration", "centralised", "--scenario", "fine_pointing"]
+    command += ["--stop-time", "0.1", "--record", "outputs:*", "--fmus", str(delivered), "--out", str(tmp_path)]
+    assert main(command) == 0
+    begin = "centralised fine_pointing, native, 0.1 s, seed 1: 660 signals, largest difference "
+    printed = capsys.readouterr().out
+    assert printed.startswith(begin)
+    assert 0.0 < float(printed.removeprefix(begin).split()[0]) < SAME
+
+    monkeypatch.setattr("flexbench.loop.equivalence.NATIVE_TOLERANCE", 1e-18)  # the gate closes
+    assert main(command) == 1
+    assert capsys.readouterr().err.endswith("flexsat: signals differ by more than 1e-18\n")

@@ -8,7 +8,6 @@ from math import inf, isfinite
 from pathlib import Path
 
 from lockstep.results.read_run_record import read_run_record
-from lockstep.ssp.native_fmu import NATIVE
 
 from ...loop.equivalence import Difference, compare_folders
 from ...runs.jobs import Job, run_jobs
@@ -102,10 +101,8 @@ def compare_natively(jobs: Sequence[Job], processes: int | None = None) -> tuple
 
 def _native(job: Job) -> Job:
     """Return the same run with the native FMUs: its folder is named so."""
-    assert job.system is not None
     name, _, seed = job.folder.name.rpartition("-")
-    system = job.system.parent / NATIVE / job.system.name
-    return replace(job, system=system, folder=job.folder.with_name(f"{name}-{NATIVE}-{seed}"), metrics=False)
+    return replace(job, native=True, folder=job.folder.with_name(f"{name}-native-{seed}"), metrics=False)
 
 
 def write_native(folder: Path, study: NativeStudy) -> None:
