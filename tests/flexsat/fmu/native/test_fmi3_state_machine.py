@@ -5,6 +5,7 @@ from ctypes import byref, c_bool, c_char_p, c_double, c_size_t, c_uint32, c_void
 
 import pytest
 
+from fmus.call_sequences3 import run
 from fmus.raw_fmu3 import ERROR, OK, WARNING, Library3
 
 PHASES = ("instantiated", "initialization", "step", "terminated", "error")
@@ -280,3 +281,12 @@ def test_states_are_restored_serialised_and_of_their_own_fmu_only(one, library):
     assert other.call("SetFMUState", c_void_p()) == ERROR
     assert other.call("GetFMUState", None) == ERROR
     other.free()
+
+
+def test_sequences_of_calls_are_answered_as_the_standard_says(native_toy_fmi3, tmp_path):
+    """By hand 100,000: `python tests/fmus/call_sequences3.py FMU`."""
+    calls, refused = run(native_toy_fmi3, tmp_path, 300)
+
+    assert sum(calls.values()) > 5000
+    assert sum(refused.values()) > 2000
+    assert set(calls) - set(refused) == {"Reset", "GetFMUState", "SetFMUState", "FreeFMUState", "log"}
