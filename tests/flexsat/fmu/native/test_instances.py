@@ -1,6 +1,7 @@
 """Native instances: any number in a process, in the host's memory, and states that go from one to another."""
 
 import ctypes
+import math
 import subprocess
 import sys
 from ctypes import byref, c_size_t, c_void_p
@@ -110,6 +111,32 @@ def test_a_host_without_memory_gets_null_or_an_error_and_no_crash(library):
     status, state = one.get_state()
     assert (status, state.value) == (ERROR, None)
     assert library.logged[-1][3] == "getFMUstate: there is no memory for the state"
+    one.free()
+    assert heap.held == set()
+
+
+def test_a_state_that_cannot_be_restored_leaves_the_values_as_they_were(library):
+    """The host has no memory for the model of the other parameters: outputs are no results, the rest is unchanged."""
+    heap = Heap(library)
+    reference = library.reference
+    gain, level = reference["gain"], reference["level[1]"]
+    one = library.instantiate()
+    assert one.set("Real", [gain], [2.5]) == OK
+    one.initialise()
+    _, state = one.get_state()
+    assert one.call("Reset") == OK
+    assert one.set("Real", [gain], [3.5]) == OK
+    one.initialise()
+    heap.limit = heap.taken
+    library.logged.clear()
+    for _ in range(2):
+        assert one.set_state(state) == ERROR
+        assert one.get("Real", [gain]) == (OK, [3.5])
+        assert math.isnan(one.get("Real", [level])[1][0])
+    assert len(library.logged) == 2
+    heap.limit = None
+    assert one.set_state(state) == OK
+    assert one.get("Real", [gain, level]) == (OK, [2.5, 2.5])
     one.free()
     assert heap.held == set()
 

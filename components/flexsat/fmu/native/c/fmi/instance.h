@@ -62,6 +62,7 @@ typedef struct Instance {
     int stale;         /* outputs on demand are older than the state */
     int inputs_set;    /* since outputs that follow inputs were computed */
     State *states;
+    unsigned char *values_before; /* those before a state is restored; they come back if it is refused */
     char failure[REASON_SIZE]; /* why the phase is FAILED */
 } Instance;
 
@@ -144,6 +145,7 @@ Status compute_outputs(Instance *instance, const char *call, int flags);
 Status check_outputs(Instance *instance, const char *call);
 
 /* saved_state.c */
+size_t values_size(void); /* bytes of the values of all ports */
 size_t saved_size(const Instance *instance);
 void save(const Instance *instance, unsigned char *bytes);
 /* Restore what was saved by an instance of this FMU: 1, or 0 with the reason. `model`: the model refused it. */

@@ -16,6 +16,7 @@ static int make_values(Instance *instance)
     char *texts = memory_take(memory, strings, STRING_SIZE);
     size_t k;
 
+    instance->values_before = memory_take(memory, values_size(), 1);
     component->real = memory_doubles(memory, (size_t)port_table.counts[REAL]);
     if (port_table.differentiate != NULL) {
         instance->seed = memory_doubles(memory, (size_t)port_table.counts[REAL]);

@@ -28,7 +28,7 @@ static size_t size_of(Kind kind)
     return (size_t)port_table.counts[kind] * sizes[kind];
 }
 
-static size_t values_size(void) { return size_of(REAL) + size_of(INTEGER) + size_of(BOOLEAN) + size_of(STRING); }
+size_t values_size(void) { return size_of(REAL) + size_of(INTEGER) + size_of(BOOLEAN) + size_of(STRING); }
 
 size_t saved_size(const Instance *instance)
 {
@@ -42,11 +42,24 @@ static unsigned char *append(unsigned char *end, const void *bytes, size_t size)
     return end + size;
 }
 
+static unsigned char *append_values(const Component *component, unsigned char *bytes)
+{
+    int k;
+
+    bytes = append(bytes, component->real, size_of(REAL));
+    bytes = append(bytes, component->integer, size_of(INTEGER));
+    bytes = append(bytes, component->boolean, size_of(BOOLEAN));
+    for (k = 0; k < port_table.counts[STRING]; k++, bytes += STRING_SIZE) {
+        memset(bytes, 0, STRING_SIZE);
+        memcpy(bytes, component->string[k], strlen(component->string[k]));
+    }
+    return bytes;
+}
+
 void save(const Instance *instance, unsigned char *bytes)
 {
     const Component *component = &instance->component;
     Head head;
-    int k;
 
     memset(&head, 0, sizeof head);
     strncpy(head.guid, this_fmu.guid, sizeof head.guid - 1);
@@ -61,13 +74,7 @@ void save(const Instance *instance, unsigned char *bytes)
     head.stale = instance->stale;
     head.inputs_set = instance->inputs_set;
     bytes = append(bytes, &head, sizeof head);
-    bytes = append(bytes, component->real, size_of(REAL));
-    bytes = append(bytes, component->integer, size_of(INTEGER));
-    bytes = append(bytes, component->boolean, size_of(BOOLEAN));
-    for (k = 0; k < port_table.counts[STRING]; k++, bytes += STRING_SIZE) {
-        memset(bytes, 0, STRING_SIZE);
-        memcpy(bytes, component->string[k], strlen(component->string[k]));
-    }
+    bytes = append_values(component, bytes);
     append(bytes, component->state, (size_t)head.state_size);
 }
 
@@ -263,6 +270,7 @@ static int restore_model(Instance *instance, const Head *head, const unsigned ch
 int restore(Instance *instance, const unsigned char *bytes, size_t size, char reason[REASON_SIZE], int *model)
 {
     const unsigned char *values = bytes + sizeof(Head);
+    const double start_time = instance->component.start_time;
     Head head;
 
     *model = 0;
@@ -270,10 +278,13 @@ int restore(Instance *instance, const unsigned char *bytes, size_t size, char re
         return 0;
     memcpy(&head, bytes, sizeof head);
     *model = 1;
-    if (!restart(instance, &head, values, reason))
+    append_values(&instance->component, instance->values_before);
+    if (!restart(instance, &head, values, reason) ||
+        (head.started && !restore_model(instance, &head, values, reason))) {
+        restore_values(&instance->component, instance->values_before);
+        instance->component.start_time = start_time;
         return 0;
-    if (head.started && !restore_model(instance, &head, values, reason))
-        return 0;
+    }
     instance->length = head.length;
     instance->present = head.present;
     instance->set_up = head.set_up;
