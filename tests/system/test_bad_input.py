@@ -340,7 +340,8 @@ def test_ctrl_c_in_a_run_closes_its_folder(start_flexsat, system, tmp_path):
 @pytest.mark.parametrize("whole_group", [True, False], ids=["at the terminal", "to the parent alone"])
 def test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs(start_flexsat, tmp_path, whole_group):
     out = tmp_path / "results"
-    process = start_flexsat("paper", "--fmus", tmp_path / "fmus", "--out", out, "--jobs", "2", cwd=tmp_path)
+    folders = ("--fmus", tmp_path / "fmus", "--out", out)
+    process = start_flexsat("paper", "--python", *folders, "--jobs", "2", cwd=tmp_path)
     running = [out / f"{name}-slew-as-published-seed1" for name in ("centralised", "distributed")]
     wait_for_data(process, [folder / "signals.arrows" for folder in running])
     if whole_group:  # as a terminal does

@@ -33,6 +33,9 @@ examples:
   {{program}} run fmus/centralised/fine_pointing.ssd --set sensors.star_tracker.noise_fine=0.2arcsec --stop-time 60
   {{program}} run --restart-from results/slew/checkpoints/t=100.ckpt --out results/other
   {{program}} run fmus/distributed/slew.ssd --input examples/commands/three_slews.csv --stop-time 160
+  {{program}} run fmus/distributed/slew.ssd --native
+
+--native replaces every FMU; in a system file native="true", beside the period of a component, replaces that one.
 
 A row of an input file commands a slew from its time on: command.rotation (rad) from where the slew before ends, begun
 at command.start_time, or at once if that has passed. One that would begin during a slew is refused, or replaces it with

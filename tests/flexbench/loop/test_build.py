@@ -16,9 +16,10 @@ from flexbench.loop import build
 from flexbench.loop.build import build_all
 from flexbench.loop.build_manifest import MANIFEST
 from flexbench.loop.scenarios import SCENARIOS
+from flexsat.errors import BuildError
 from flexsat.fmu.export import BuiltFmu
 from flexsat.parameters import CONFIGURATIONS
-from lockstep import load_system, read_signals, simulate
+from lockstep import InputError, load_system, read_signals, simulate
 
 
 @pytest.fixture
@@ -107,6 +108,18 @@ def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_pat
     build_all(("centralised",), tmp_path, lambda _: None)
     assert list(json.loads((tmp_path / MANIFEST).read_text())["configurations"]) == ["centralised"]
     assert "distributed/plant.fmu" not in (tmp_path / "ICD.md").read_text()
+
+    def fail(*_):
+        raise BuildError("cc cannot compile plant_centralised: no")
+
+    monkeypatch.setattr(build, "build_native_configuration", fail)
+    reason = r"^cc cannot compile plant_centralised: no; --no-native leaves out the FMUs in C$"
+    with pytest.raises(InputError, match=reason):
+        build_all(("centralised",), tmp_path, lambda _: None, native=True)
+    reasons = []
+    build_all(("centralised",), tmp_path, lambda _: None, native=True, without_native=reasons.append)
+    assert reasons == ["cc cannot compile plant_centralised: no"]
+    assert "native" not in (tmp_path / MANIFEST).read_text()
 
 
 def test_fmus_of_fmi_3_have_a_folder_with_systems_and_a_place_in_the_manifest(
