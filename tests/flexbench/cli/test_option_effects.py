@@ -128,10 +128,8 @@ EFFECTS = {
         "--configuration": "flexbench/loop/test_build.py::test_building_one_configuration_keeps_the_unchanged_other",
         **dict.fromkeys(("--out", "--flat"), _SAME_BYTES),
         "--no-native": "flexsat/fmu/native/test_native_components.py::test_each_layout_has_them_beside_the_others",
-        "--fmi3": "flexbench/loop/test_build.py"
-        "::test_fmus_of_fmi_3_have_a_folder_with_systems_and_a_place_in_the_manifest",
-        "--platforms": "flexbench/cli/test_build_platforms.py"
-        "::test_each_platform_is_built_once_in_the_usual_order",
+        "--fmi3": "flexbench/loop/test_build.py::test_fmus_of_fmi_3_have_a_folder_with_systems_in_the_manifest",
+        "--platforms": "flexbench/cli/test_build_platforms.py::test_each_platform_is_built_once_in_the_usual_order",
         "--needs-execution-tool": "flexsat/fmu/test_export.py::test_a_build_declares_that_a_tool_is_needed_if_asked_to",
     },
     "flexsat paper": {

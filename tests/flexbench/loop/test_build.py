@@ -122,9 +122,7 @@ def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_pat
     assert "native" not in (tmp_path / MANIFEST).read_text()
 
 
-def test_fmus_of_fmi_3_have_a_folder_with_systems_and_a_place_in_the_manifest(
-    delivered, tmp_path, manifest, monkeypatch
-):
+def test_fmus_of_fmi_3_have_a_folder_with_systems_in_the_manifest(delivered, tmp_path, manifest, monkeypatch):
     layout = tmp_path / "centralised"
     shutil.copytree(delivered / "centralised", layout, ignore=shutil.ignore_patterns("flat", "*.ssp"))
 
