@@ -34,7 +34,7 @@ example:
 @out_option(f"results folder (default: results/paper{DISTINGUISHED})")
 @fmus_option
 @jobs_option
-@click.option("--python", "python_only", is_flag=True, help="without the same runs through the FMUs in C")
+@click.option("--python", is_flag=True, help="without the same runs through the FMUs in C")
 def paper(
     as_published: bool,
     corrected: bool,
@@ -43,7 +43,7 @@ def paper(
     out: Path | None,
     fmus: Path,
     jobs: int | None,
-    python_only: bool,
+    python: bool,
 ) -> int:
     """Build the FMUs, simulate the paper's six runs, and compare the results with its table, and with native FMUs."""
     from flexsat.parameters import CONFIGURATIONS
@@ -68,13 +68,13 @@ def paper(
         (folder / FILE).unlink(missing_ok=True)  # of an earlier study
         lacking: list[str] = []
         compared = None
-        build_all(CONFIGURATIONS, fmus, native=not python_only, without_native=lacking.append)
+        build_all(CONFIGURATIONS, fmus, native=not python, without_native=lacking.append)
         print(f"built in {perf_counter() - started:.1f} s")
         numbers = seeds(seed_count)
         print(as_text(run_paper(fmus, folder, chosen, numbers, stop_time, jobs)))
         if lacking:
             print(f"no runs through native FMUs, as these cannot be built here: {lacking[0]}")
-        elif not python_only:
+        elif not python:
             compared = run_natively(fmus, folder, chosen, numbers[0], stop_time, jobs)
             print(native_text(compared))
         print("\n".join(str(path) for path in draw_paper(folder, chosen, numbers[0])))
