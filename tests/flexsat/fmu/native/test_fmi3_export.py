@@ -28,18 +28,11 @@ from flexsat.fmu.native.sources import FOLDER
 from flexsat.fmu.reproducible_zip import zip_bytes
 from flexsat.parameters import configuration
 from flexsat.ports.table import Port, PortTable
-from fmus.native.native_toy import HERE, compiler_is_missing, counter_component
+from fmus.native.native_toy import FOLLOWER, HERE, compiler_is_missing, counter_component
 from fmus.raw_fmu3 import ERROR, OK, Library3
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
 WARNINGS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contract=off", "-fsyntax-only")
-FOLLOWER = (
-    Port(name="u", causality="input", size=2, start=(2.0, 3.0), description="inputs"),
-    Port(name="y", causality="output", size=2, depends_on=("u",), follows_inputs=True, description="they follow"),
-    Port(name="x", causality="output", description="state"),
-    Port(name="n", causality="output", kind="integer", description="an integer"),
-    Port(name="gain", causality="parameter", start=0.5, description="gain"),
-)
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +229,7 @@ def test_directional_derivatives_are_those_of_whole_ports(tmp_path):
     for arguments, reason in (
         ((["u"], ["u"], [1.0, 1.0], 2), "unknown 1: value reference 1 is not that of a Float64 output"),
         ((["y"], ["gain"], [1.0], 2), "known 1: value reference 4 is not that of a Float64 input"),
-        ((["n"], ["u"], [1.0, 1.0], 1), "unknown 1: value reference 5 is not that of a Float64 output"),
+        ((["n"], ["u"], [1.0, 1.0], 1), "unknown 1: value reference 6 is not that of a Float64 output"),
         ((["y"], ["u"], [1.0], 2), "1 values, where the knowns have 2 elements"),
         ((["y"], ["u"], [1.0, 2.0], 1), "1 values, where the unknowns have 2 elements"),
         ((["y"], ["u"], [1.0, float("nan")], 2), "seed 2 must be finite, got nan"),
