@@ -142,10 +142,7 @@ def streams(system: System, duration: float, folder: Path) -> bool:
     found = differences(folder / "python", folder / "native")
     jitter = max(value for port, value in found.items() if port.startswith("sensors.jitter"))
     others = max(value for port, value in found.items() if not port.startswith("sensors.jitter"))
-    print(
-        f"  sensors alone, every ms: measurements differ by {others:g}, jitter on mounts, a sum of wheels', "
-        f"by {jitter:.1e}"
-    )
+    print(f"  sensors alone, every ms: measurements differ by {others:g}, jitter on mounts by {jitter:.1e}")
     return others == 0.0 and jitter < 1e-15
 
 
