@@ -52,8 +52,8 @@ static void panels_times(const Panels *a, const Real *x, Real *y)
     panels_add_times(a, x, y);
 }
 
-/* Sine and cosine of the wheels' angles in the middle of a period that begins `ahead` [s] after the measurement, times
-speed squared. */
+/* Sine and cosine of the wheels' angles in the middle of a period that begins `ahead` [s] after the measurement,
+times speed squared. */
 static void jitter_after(const PreparedController *prepared, const Measurements *measured, double ahead, Real *jitter)
 {
     int k;
