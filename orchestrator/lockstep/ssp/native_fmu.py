@@ -35,8 +35,14 @@ def native_location(system_file: Location, source: str, name: str) -> Location:
 
 
 def shown_file(fmu: Path) -> str:
-    """Return the name of an FMU's file, and before it the folder if that says that it is native."""
-    return f"{NATIVE}/{fmu.name}" if fmu.parent.name == NATIVE else fmu.name
+    """Return the name of an FMU's file, and before it the folders if they say that it is native.
+
+    Native FMUs of another version of FMI stand in a folder of the folder: `native/fmi3/plant.fmu`.
+    """
+    for depth in (2, 3):
+        if len(fmu.parts) >= depth and fmu.parts[-depth] == NATIVE:
+            return "/".join(fmu.parts[-depth:])
+    return fmu.name
 
 
 def of_other_data(member: str, other: Path) -> str:

@@ -3,6 +3,7 @@
 import json
 import zipfile
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -11,7 +12,7 @@ from flexbench.loop.native_fmus import is_native, with_native_fmus
 from flexsat.fmu.native import sources
 from lockstep import Component, System
 from lockstep.errors import InputError
-from lockstep.ssp.native_fmu import NATIVE
+from lockstep.ssp.native_fmu import NATIVE, shown_file
 
 
 @pytest.fixture
@@ -91,3 +92,17 @@ def test_a_restart_without_a_system_is_refused(capsys):
     assert main(["run", "--native", "--restart-from", "t=1.ckpt"]) == 2
     text = "--native: a restart uses the FMUs of its run; name a system file, or leave --native out"
     assert capsys.readouterr().err == f"flexsat: {text}\n"
+
+
+@pytest.mark.parametrize(
+    ("path", "shown"),
+    [
+        ("fmus/distributed/native/fmi3/plant.fmu", "native/fmi3/plant.fmu"),
+        ("fmus/distributed/native/plant.fmu", "native/plant.fmu"),
+        ("native/fmus/distributed/plant.fmu", "plant.fmu"),
+        ("plant.fmu", "plant.fmu"),
+        ("", ""),
+    ],
+)
+def test_files_are_shown_with_the_folders_of_native_ones(path, shown):
+    assert shown_file(Path(path)) == shown

@@ -48,12 +48,12 @@ def build_native_toy(path: Path, main: Path = HERE / "counter.c", fmi: FmiVersio
     return made
 
 
-def build_follower(path: Path) -> None:
+def build_follower(path: Path, fmi: FmiVersion = "2.0") -> None:
     """Write the FMU of the toy of follower.c, which has no Python twin: outputs that follow inputs, a tunable gain."""
     about = replace(counter_component().about, model_name="follower")
     component = replace(counter_component(), main=HERE / "follower.c", table=PortTable(FOLLOWER), about=about)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(zip_bytes(native_content(component).entries))
+    path.write_bytes(zip_bytes(native_content(component, fmi).entries))
 
 
 def changed_counter(folder: Path, *replacements: tuple[str, str]) -> Path:

@@ -16,7 +16,6 @@ from fmpy.model_description import read_build_description
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from flexsat.errors import BuildError
 from flexsat.fmu.documentation.content import MODEL_PICTURE, accompanying_files
 from flexsat.fmu.documentation.experiments import Experiment
 from flexsat.fmu.documentation.reference_results import Run
@@ -25,10 +24,9 @@ from flexsat.fmu.native.compile import OPTIONS, native_notes
 from flexsat.fmu.native.export import native_content
 from flexsat.fmu.native.fmi3_description import OPTIONS as BUILD_OPTIONS
 from flexsat.fmu.native.sources import FOLDER
-from flexsat.fmu.reproducible_zip import zip_bytes
 from flexsat.parameters import configuration
 from flexsat.ports.table import Port, PortTable
-from fmus.native.native_toy import FOLLOWER, HERE, compiler_is_missing, counter_component
+from fmus.native.native_toy import build_follower, compiler_is_missing, counter_component
 from fmus.raw_fmu3 import ERROR, OK, Library3
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
@@ -126,6 +124,10 @@ def test_every_function_of_the_standard_is_there_and_nothing_else(unpacked):
 
     assert names == declared
     assert len(names) == 75  # fmi3Functions.h of FMI 3.0.2; hosts look for all of them, whatever an FMU is for
+
+
+def test_the_library_needs_libc_and_libm_alone(unpacked):
+    library = unpacked / "binaries" / "x86_64-linux" / "toy.so"
     listed = subprocess.run(["ldd", library], capture_output=True, text=True, check=True).stdout
     needed = {line.split()[0].rsplit("/", 1)[-1] for line in listed.splitlines()}
     assert needed <= {"linux-vdso.so.1", "libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2"}
@@ -208,16 +210,15 @@ def test_accompanying_files_have_a_column_and_a_member_a_port():
 def test_directional_derivatives_are_those_of_whole_ports(tmp_path):
     if compiler_is_missing():
         pytest.skip(compiler_is_missing())
-    toy = counter_component()
-    about = replace(toy.about, model_name="follower")
-    made = native_content(replace(toy, main=HERE / "follower.c", table=PortTable(FOLLOWER), about=about), "3.0")
-    assert b'providesDirectionalDerivatives="true"' in made.entries["modelDescription.xml"]
-    (tmp_path / "follower.fmu").write_bytes(zip_bytes(made.entries))
+    build_follower(tmp_path / "follower.fmu", "3.0")
     library = Library3(tmp_path / "follower.fmu", tmp_path / "unpacked")
+    kind = ElementTree.parse(library.folder / "modelDescription.xml").getroot().find("CoSimulation")
+    assert kind.get("providesDirectionalDerivatives") == "true"
+    reference = library.reference
     one = library.instantiate().initialise()
 
     def derivative(unknown, known, seed, size):
-        references = [(c_uint32 * len(names))(*[library.reference[n] for n in names]) for names in (unknown, known)]
+        references = [(c_uint32 * len(names))(*[reference[n] for n in names]) for names in (unknown, known)]
         found = (c_double * size)(*[77.0] * size)
         status = one.call("GetDirectionalDerivative", references[0], c_size_t(len(unknown)), references[1],
                           c_size_t(len(known)), (c_double * len(seed))(*seed), c_size_t(len(seed)), found,
@@ -228,8 +229,8 @@ def test_directional_derivatives_are_those_of_whole_ports(tmp_path):
     assert derivative(["y"], ["u"], [10.0, 1.0], 2) == (OK, [16.0, 10.0])
     for arguments, reason in (
         ((["u"], ["u"], [1.0, 1.0], 2), "unknown 1: value reference 1 is not that of a Float64 output"),
-        ((["y"], ["gain"], [1.0], 2), "known 1: value reference 4 is not that of a Float64 input"),
-        ((["n"], ["u"], [1.0, 1.0], 1), "unknown 1: value reference 6 is not that of a Float64 output"),
+        ((["y"], ["gain"], [1.0], 2), f"known 1: value reference {reference['gain']} is not that of a Float64 input"),
+        ((["n"], ["u"], [1.0, 1.0], 1), f"unknown 1: value reference {reference['n']} is not that of a Float64 output"),
         ((["y"], ["u"], [1.0], 2), "1 values, where the knowns have 2 elements"),
         ((["y"], ["u"], [1.0, 2.0], 1), "1 values, where the unknowns have 2 elements"),
         ((["y"], ["u"], [1.0, float("nan")], 2), "seed 2 must be finite, got nan"),
@@ -243,5 +244,5 @@ def test_directional_derivatives_are_those_of_whole_ports(tmp_path):
 
 def test_a_name_that_is_no_identifier_is_refused():
     toy = counter_component()
-    with pytest.raises((ValueError, BuildError), match="model_name must be a C identifier, got 'a b'"):
+    with pytest.raises(ValueError, match="model_name must be a C identifier, got 'a b'"):
         native_content(replace(toy, about=replace(toy.about, model_name="a b")), "3.0")
