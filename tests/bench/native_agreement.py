@@ -75,8 +75,8 @@ def differences(one: Path, other: Path, scales: Mapping[str, float] = MappingPro
 
 
 def scales_of(folder: Path) -> dict[str, float]:
-    """Return scales of what may consist of rounding alone: what is conserved where nothing acts from outside, and how far
-    wheel speeds are estimated from the nominal ones, which is 1e-5 of them in fine pointing.
+    """Return scales of what may consist of rounding alone: what is conserved where nothing acts from outside, and the
+    estimated deviation of wheel speeds from the nominal ones, which is 1e-5 of them in fine pointing.
     """
     return {
         "controller.estimate.wheel.speed": largest(folder, "sensors.encoder.speed"),
