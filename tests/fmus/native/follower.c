@@ -1,4 +1,5 @@
-/* A toy with outputs that follow inputs: y[1] = x + gain u[1] u[2], y[2] = |u[1]|, where x, from `begin` on, sums u[2] over the steps. */
+/* A toy with outputs that follow inputs: y[1] = x + gain u[1] u[2], y[2] = |u[1]|, where x, from `begin` on, sums u[2]
+over the steps. No run starts with u[1] below 0. */
 #include "component.h"
 #include "ports.h"
 
@@ -20,6 +21,8 @@ int component_start(Component *component)
     component->state_size = sizeof(double);
     if (component->memory.failed)
         return refuse(component, "no memory");
+    if (component->real[PORT_U] < 0.0)
+        return refuse(component, "u[1] must be >= 0 at the start");
     *(double *)(void *)component->state = component->real[PORT_BEGIN];
     return follow(component);
 }

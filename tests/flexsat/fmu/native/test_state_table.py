@@ -164,6 +164,21 @@ def test_inquiries_without_an_answer(library, state):
         one.free()
 
 
+def test_a_state_is_restored_whatever_the_inputs_have_become(library):
+    """The model starts anew for the parameters of the state, but not with its inputs: no run may start with them."""
+    one = in_state(library, STEPPING)
+    assert one.set("Real", [library.reference["u[1]"]], [-1.0]) == OK
+    _, content = one.serialise(one.get_state()[1])
+    expected = outputs_after_going_on(one, STEPPING)
+    one.free()
+    other = library.instantiate()
+    status, state = other.deserialise(content)
+    assert (status, other.set_state(state)) == (OK, OK), library.logged
+    assert read(other, ["u[1]"]) == [-1.0]
+    assert outputs_after_going_on(other, STEPPING) == expected
+    other.free()
+
+
 def test_a_host_that_wants_no_log_is_refused_the_same(library):
     """Without callbacks, memory is that of the C library, and nothing is logged."""
     library.logged.clear()

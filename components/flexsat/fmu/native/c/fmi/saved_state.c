@@ -221,6 +221,20 @@ static int same_parameters(const Component *component, const unsigned char *byte
     return !differ;
 }
 
+static void clear_inputs(Component *component)
+{
+    const Port *port;
+    int k;
+
+    for (port = ports; port < ports + port_table.ports; port++)
+        for (k = port->first; k < port->first + port->size && port->flags & INPUT; k++) {
+            if (port->kind == REAL)
+                component->real[k] = 0.0;
+            else if (port->kind == BOOLEAN)
+                component->boolean[k] = 0;
+        }
+}
+
 /* Start the model with the parameters of a saved state, if it has not started with them already. */
 static int restart(Instance *instance, const Head *head, const unsigned char *values, char *reason)
 {
@@ -233,6 +247,7 @@ static int restart(Instance *instance, const Head *head, const unsigned char *va
     component->start_time = head->start_time;
     if (same || !head->started)
         return 1;
+    clear_inputs(component); /* those that a run has come to may be none to start with */
     if (!start_component(instance)) {
         snprintf(reason, REASON_SIZE, "%s", component->message);
         return 0;
