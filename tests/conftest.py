@@ -37,9 +37,13 @@ Make = Callable[[Path], None]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the files with whole 300 s co-simulations first, that with the study before all: short tests end last."""
+    """Order files by the time that they take, so that the workers end together: the study before all.
+
+    Then those with long co-simulations, the others that simulate the delivered systems, and the many that are quick.
+    """
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: (item.path.name != "test_paper.py", item.path not in slow))  # stable
+    items.sort(key=lambda item: (item.path.name != "test_paper.py", item.path not in slow,
+                                 not {"hosts", "system"} & set(item.path.relative_to(_TESTS).parts)))  # fmt: skip
 
 
 @pytest.fixture(scope="session")

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
+from flexbench.loop.native_fmus import with_native_fmus
 from flexbench.loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
 from flexbench.studies.health.replay import MEASURED
 from flexbench.studies.layouts.outcome import QUANTITIES, Outcome
@@ -73,12 +74,12 @@ def compare_made() -> Callable[..., Comparison]:
 def recorded_runs(delivered: Path, once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
     """Return a folder with centralised fine pointing of seeds 1 and 2, measurements recorded: run once for all workers.
 
-    The published design on the modes that it knows, whose filter assumes the noise that there is. For reading only.
-    Results are in the folders `1` and `2`.
+    With native FMUs: the published design on the modes that it knows, whose filter assumes the noise that there is.
+    For reading only. Results are in the folders `1` and `2`.
     """
 
     def record(folder: Path) -> None:
-        system = load_system(delivered / "centralised" / "fine_pointing.ssd")
+        system = with_native_fmus(load_system(delivered / "centralised" / "fine_pointing.ssd"))
         for seed, stop_time in RECORDED.items():
             simulate(
                 system,

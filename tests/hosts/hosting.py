@@ -210,6 +210,18 @@ class Bench:
         return self._references[key]
 
 
+class NativeBench(Bench):
+    """The same bench with the native FMUs; its references are runs of those in Python."""
+
+    def fmu(self, component: str, configuration: str = "distributed") -> Path:
+        """Return where a native FMU is."""
+        return self.folder / configuration / "native" / f"{component}.fmu"
+
+    def package(self, scenario: str, configuration: str = "distributed") -> Path:
+        """Return where the package of a system of the native FMUs is."""
+        return self.folder / configuration / "native" / "closed" / f"{scenario}.ssp"
+
+
 def save(path: Path | str, names: Sequence[str], values: Any) -> None:
     """Save a trajectory."""
     with Path(path).open("wb") as stream:

@@ -1,7 +1,8 @@
 """Every flexsat .ssp in libcosim, ecos and FMPy's `simulate_ssp`: delays of each master, and the closed loops there.
 
 With the measured delays as its parameters, the controller holds the loop stable, and the metrics are those of lockstep
-under the same delays. The delays themselves cost torque and rate (README, Results), in any master.
+under the same delays. These loops have native FMUs, as they take a fraction of the time: in each master the kinds
+agree (`test_native_fmus.py`). The delays themselves cost torque and rate (README, Results), in any master.
 """
 
 import numpy as np
@@ -68,10 +69,10 @@ def agrees(bench, configuration, scenario, master, duration, since, metrics=METR
 
 
 @pytest.mark.parametrize("case", FIRST_SECONDS, ids=lambda case: case[2].name)
-def test_loop_is_stable_with_compensated_and_unknown_delays_and_agrees_with_lockstep(bench, case):
-    compensated = agrees(bench, *case)
+def test_loop_is_stable_with_compensated_and_unknown_delays_and_agrees_with_lockstep(native, case):
+    compensated = agrees(native, *case)
     uncompensated = Loop(configuration=case[0], scenario=case[1], duration=2.0, since=1.0)
-    unknown = uncompensated.metrics(bench, case[2], loop_parameters(case[2], {}))
+    unknown = uncompensated.metrics(native, case[2], loop_parameters(case[2], {}))
 
     # the published design needs the compensation, and goes into a limit cycle of 16 N.m without: system/test_delays.py
     assert compensated["torque"] < 0.2  # N.m
@@ -80,5 +81,5 @@ def test_loop_is_stable_with_compensated_and_unknown_delays_and_agrees_with_lock
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", LONGER, ids=lambda case: f"{case[1]} {case[2].name}")
-def test_the_distributed_loop_agrees_too(bench, case):
-    agrees(bench, *case)
+def test_the_distributed_loop_agrees_too(native, case):
+    agrees(native, *case)

@@ -1,40 +1,14 @@
 """The native FMUs in a C program without Python, in libcosim, ecos and FMPy, against those in Python in lockstep."""
 
-import zipfile
-
 import numpy as np
 import pytest
 import test_ecos
 import test_libcosim
 from availability import c_host_lacks, ecos_lacks
-from hosting import Bench, Row, distance
+from hosting import NativeBench, Row, distance
 from test_c_host import call, loop, trajectory
 
 TICKS = 200
-
-
-class NativeBench(Bench):
-    """The same bench with the native FMUs; its references are runs of those in Python."""
-
-    def fmu(self, component, configuration="distributed"):
-        """Return where a native FMU is."""
-        return self.folder / configuration / "native" / f"{component}.fmu"
-
-    def package(self, scenario, configuration="distributed"):
-        """Return the package of a system with the native FMUs in the place of the others."""
-        made = self.work / f"native_{scenario}.ssp"
-        given = super().package(scenario, configuration)
-        with zipfile.ZipFile(given) as package, zipfile.ZipFile(made, "w") as native:
-            for name in package.namelist():
-                own = self.folder / configuration / "native" / name.rpartition("/")[2]
-                native.writestr(name, own.read_bytes() if own.suffix == ".fmu" else package.read(name))
-        return made
-
-
-@pytest.fixture(scope="module")
-def native(delivered, tmp_path_factory):
-    """Return a bench of the native FMUs."""
-    return NativeBench(delivered, tmp_path_factory.mktemp("native"))
 
 
 def apart(reference, found):

@@ -5,10 +5,9 @@ import subprocess
 import numpy as np
 import pytest
 from availability import c_host_lacks
-from hosting import COMPONENTS
+from hosting import COMPONENTS, NativeBench
 from other_platforms import build_host, build_libraries, emulator, lacks
 from test_c_host import call, loop, trajectory
-from test_native_fmus import NativeBench
 
 from fmus.native.library_facts import elf_facts, windows_facts
 

@@ -58,7 +58,8 @@ def test_a_foreign_controller_holds_the_attitude_with_its_own_step(vendor, repla
         "--set",
         "plant.modes=25",
     )  # settles within the test; with 198 modes it would be unstable
-    run, manifest = replaced(vendor / variant / "vendor.fmu", vendor / variant / "vendor.toml", *tuned, stop=12)
+    given = (vendor / variant / "vendor.fmu", vendor / variant / "vendor.toml", *tuned, "--native")
+    run, manifest = replaced(*given, stop=12)
     error = np.linalg.norm(run["plant.attitude.mrp"], axis=1)
     torque = run["controller.wheel.torque"]
 

@@ -18,6 +18,15 @@ from lockstep import read_signals
 PROGRESS = re.compile(r"[\w-]+: [\d.]+ of [\d.]+ s, .* left|[\w-]+: [\d.]+ s simulated \(\d+ of \d+\)")
 
 
+# `flexsat` with FMUs that are there: they are built in `test_paper.py`
+WITHOUT_BUILD = """
+from flexbench.cli.parser import program
+from flexbench.loop import build
+build.build_all = lambda *_, **__: None
+program()
+"""
+
+
 def error_lines(done):
     """Return what stands on standard error besides progress; a traceback must never be there."""
     assert "Traceback" not in done.stderr
@@ -338,10 +347,10 @@ def test_ctrl_c_in_a_run_closes_its_folder(start_flexsat, system, tmp_path):
 
 
 @pytest.mark.parametrize("whole_group", [True, False], ids=["at the terminal", "to the parent alone"])
-def test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs(start_flexsat, tmp_path, whole_group):
+def test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs(start_flexsat, fmus, tmp_path, whole_group):
     out = tmp_path / "results"
-    folders = ("--fmus", tmp_path / "fmus", "--out", out)
-    process = start_flexsat("paper", "--python", *folders, "--jobs", "2", cwd=tmp_path)
+    words = ("paper", "--python", "--fmus", fmus, "--out", out, "--jobs", "2")
+    process = start_flexsat(*words, cwd=tmp_path, script=WITHOUT_BUILD)
     running = [out / f"{name}-slew-as-published-seed1" for name in ("centralised", "distributed")]
     wait_for_data(process, [folder / "signals.arrows" for folder in running])
     if whole_group:  # as a terminal does

@@ -21,7 +21,9 @@ def flown(tmp_path_factory, fmus, flexsat):
     ):
         out = folder / f"{name}-{scenario}"
         cut = ("--accept-infeasible",) if scenario == "slew" else ()  # it ends before the slew begins
-        done = flexsat("run", fmus / name / f"{scenario}.ssd", "--stop-time", "1", "--seed", "4", "--out", out, *cut)
+        done = flexsat(
+            "run", fmus / name / f"{scenario}.ssd", "--native", "--stop-time", "1", "--seed", "4", "--out", out, *cut
+        )
         assert done.returncode == 0, done.stderr
     return folder
 

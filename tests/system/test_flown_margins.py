@@ -1,11 +1,12 @@
 """Gain, phase and delay margins of the robust design: whole co-simulations with the plant's inputs changed.
 
-All 198 modes. The required delays are in test_robust_design.py; more changes, and longer runs that resolve each line of
-the spectrum, in tests/bench/measured_margins.py.
+With native FMUs, and all 198 modes. The required delays are in test_robust_design.py; more changes, and longer runs
+that resolve each line of the spectrum, in tests/bench/measured_margins.py.
 """
 
 import pytest
 
+from flexbench.loop.native_fmus import with_native_fmus
 from flexbench.studies.margins.changed_loop import Change, changed_system, fly
 from flexbench.studies.margins.system_loop import read_loop
 from flexbench.studies.spillover.corners import GAINS, PHASE
@@ -15,7 +16,7 @@ SHORT = {"settle": 2.0, "window": 3.0}  # s: what is unstable here grows by a th
 
 
 def loop_of(fmus, name):
-    return read_loop(load_system(fmus / name / "fine_pointing.ssd"), {})
+    return read_loop(with_native_fmus(load_system(fmus / name / "fine_pointing.ssd")), {})
 
 
 @pytest.mark.slow

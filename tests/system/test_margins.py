@@ -1,4 +1,8 @@
-"""Margins through FMUs: a known loop in C, our LQG against its analysis, and the delay that really destabilises it."""
+"""Margins through FMUs: a known loop in C, our LQG against its analysis, and the delay that really destabilises it.
+
+Our LQG is measured with native FMUs, as the command does; `flexbench/studies/test_fmus_of_sweeps.py` measures it with
+those in Python too.
+"""
 
 import json
 import sys
@@ -25,9 +29,11 @@ PUBLISHED = {"controller.design": "published", "plant.modes": 25}
 MEASURE = """
 from flexbench.studies.margins.system_loop import read_loop
 from flexbench.studies.margins.study import Settings, measure
+from flexbench.loop.fmu_choice import choose_fmus
 from lockstep import load_system
 system, folder, options = given
-loop = read_loop(load_system(Path(system)), options.get("overrides", {}))
+system = load_system(Path(system))
+loop = read_loop(choose_fmus([system]).of(system), options.get("overrides", {}))
 found, margins = measure(loop, Settings(**options), Path(folder))
 result = {"frequency": found.frequency.tolist(), "margins": margins, "names": list(found.names),
         "period": found.period, "coherence": found.coherence.T.tolist(),
@@ -42,9 +48,10 @@ DELAY = """
 from flexbench.studies.margins.system_loop import read_loop
 from flexbench.studies.margins.unstable_delay import destabilising_delay
 from dataclasses import asdict
+from flexbench.loop.native_fmus import with_native_fmus
 from lockstep import load_system
 system, folder, between, overrides = given
-loop = read_loop(load_system(Path(system)), overrides)
+loop = read_loop(with_native_fmus(load_system(Path(system))), overrides)
 result = asdict(destabilising_delay(loop, Path(folder), tuple(between), overrides=overrides))
 """
 

@@ -14,7 +14,9 @@ from pathlib import Path
 
 import pytest
 
+from flexbench.loop.equivalence import relative_difference
 from lockstep import read_signals
+from lockstep.array_names import array_of
 
 SCATTER = Path(__file__).parents[2] / "orchestrator" / "flexbench" / "studies" / "paper" / "scatter.json"
 VARIANTS, CONFIGURATIONS = ("as_published", "corrected"), ("centralised", "distributed")
@@ -154,6 +156,67 @@ def test_a_number_is_one_of_those_that_six_seeds_gave(table, scatter, cell):
 
     # 1 %: what does not depend on the seed may follow small changes of the product
     assert abs(cells(table)[cell]["mean"] - mean) <= max(0.01 * mean, 3.0 * deviation * sqrt(1.0 + 1.0 / 6.0))
+
+
+@pytest.fixture(scope="module")
+def short(flexsat, tmp_path_factory):
+    """Return the results of the whole command with runs of seconds, and what it printed."""
+    folder = tmp_path_factory.mktemp("short")
+    words = ("paper", "--as-published", "--stop-time", "2.5", "--fmus", folder / "fmus", "--out", folder / "results")
+    done = flexsat(*words, script=Path(__file__).with_name("short_study.py"), timeout=900.0, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in folder.iterdir()) == ["fmus", "results"]
+    return folder / "results", done.stdout
+
+
+@pytest.mark.slow
+def test_the_command_builds_and_simulates_both_kinds_of_fmus(short):
+    folder, printed = short
+    runs = {f"{name}-{scenario}-as-published" for name in CONFIGURATIONS for scenario in SCENARIOS}
+    expected = {f"{run}{kind}-seed1": kind for run in runs for kind in ("", "-native")}
+    assert {path.parent.name for path in folder.glob("*/run.toml")} == set(expected)
+    for name, kind in expected.items():
+        record = tomllib.loads((folder / name / "run.toml").read_text())
+        assert (record["status"], record["simulated_time"]) == ("completed", 2.5)
+        fmus = [Path(component["source"]) for component in record["component"]]
+        assert {fmu.parent.name for fmu in fmus} == {"native" if kind else name.partition("-")[0]}
+    content = json.loads((folder / "table.json").read_text())["metrics_si"]
+    for key, seeds in content.items():
+        _, name, scenario = key.split()
+        run = folder / f"{name}-{scenario.replace('_', '-')}-as-published-seed1"
+        assert json.loads((run / "metrics.json").read_text())["metrics"] == seeds[0]
+    assert len(content) == len(runs)
+    differences = json.loads((folder / "native.json").read_text())["runs"]
+    assert {run["run"] for run in differences} == {f"{run}-seed1" for run in runs}
+    assert all(0.0 < max(one["relative"] for one in run["differences"]) < 1e-10 for run in differences)
+    assert str(folder / "report.html") in printed
+    assert (folder / "table.txt").read_text().strip() in printed
+
+
+# The first seconds of a run of the study, with the FMUs in Python
+PYTHON_RUN = """
+from flexbench.studies.paper.paper import plan_jobs
+from flexbench.runs.jobs import run_job
+from dataclasses import replace
+fmus, folder, name, duration = given
+jobs = plan_jobs(Path(fmus), Path(folder), ["as_published", "corrected"], [1], duration)
+(job,) = [job for job in jobs.values() if job.folder.name == name]
+run_job(replace(job, metrics=False))
+result = str(job.folder)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["distributed-slew-as-published-seed1", "centralised-fine-pointing-seed1"])
+def test_runs_of_the_study_are_those_of_python_fmus(study, fmus, python, tmp_path, name):
+    """Compared over 8 s: the slew begins at 5 s."""
+    expected = read_signals(Path(python(PYTHON_RUN, fmus, tmp_path, name, 8.0)))
+    found = read_signals(study[0] / name)
+    rows = len(expected.time)
+    assert expected.time.tolist() == found.time[:rows].tolist()
+    assert expected.columns.keys() == found.columns.keys()
+    for port in dict.fromkeys(map(array_of, expected.columns)):
+        assert relative_difference(found[port][:rows], expected[port]) <= 1e-9, port  # rounding makes less than 1e-10
 
 
 @pytest.mark.slow

@@ -42,7 +42,16 @@ def runs(tmp_path_factory, fmus, flexsat):
     folder = tmp_path_factory.mktemp("results")
     for name in ("distributed", "centralised"):
         out = folder / f"{name}-slew"
-        words = ("--accept-infeasible", "--stop-time", "10", "--seed", "1", "--out", out)  # ends before the slew
+        words = (
+            "--native",
+            "--accept-infeasible",
+            "--stop-time",
+            "10",
+            "--seed",
+            "1",
+            "--out",
+            out,
+        )  # ends before the slew
         done = flexsat("run", fmus / name / "slew.ssd", *words)
         assert done.returncode == 0, done.stderr
     return folder

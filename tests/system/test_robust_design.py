@@ -1,4 +1,4 @@
-"""The robust design through the FMUs at six corners of its requirements, and the published one where it fails.
+"""The robust design through native FMUs at six corners of its requirements, and the published one where it fails.
 
 The whole grid of corners is linear analysis (tests/flexbench/studies/spillover); long runs and measured margins are
 scripts of tests/bench. Runs of 4 s are long enough: what grows by 1/s has grown fifty times.
@@ -8,6 +8,7 @@ import math
 
 import pytest
 
+from flexbench.loop.native_fmus import with_native_fmus
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexbench.runs.run_folder import read_run
 from flexbench.studies.robustness.model_errors import LIMIT_CYCLE, Variation, judge
@@ -29,7 +30,8 @@ POINTING = 0.5 * ARCSECOND  # a run begins 0.1 arcsec off about each axis
 
 
 def flown(delivered, folder, name, plant, late=0, design="robust"):
-    system = load_system(delivered / name / "fine_pointing.ssd").with_delay("controller", "plant", late)
+    system = with_native_fmus(load_system(delivered / name / "fine_pointing.ssd"))
+    system = system.with_delay("controller", "plant", late)
     parameters = scenario_parameters("fine_pointing", seed=1)
     parameters["plant"] |= plant
     overrides = {**scalar_overrides(parameters), "controller.design": design}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from flexbench.loop.native_fmus import with_native_fmus
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexbench.runs.run_folder import Run, read_run
 from flexbench.studies.robustness.model_errors import Plan, Variation, judge, run_robustness, table_rows
@@ -90,7 +91,8 @@ def test_centralised_loop_is_stable_with_five_per_cent_errors(fmus, tmp_path):
 
 
 def test_loop_beyond_its_delay_margin_is_unstable(fmus, tmp_path):
-    system = load_system(fmus / "centralised" / "fine_pointing.ssd").with_delay("controller", "plant", 10)
+    system = with_native_fmus(load_system(fmus / "centralised" / "fine_pointing.ssd"))
+    system = system.with_delay("controller", "plant", 10)
     values = scalar_overrides(scenario_parameters("fine_pointing", seed=1))
     values |= {"controller.design": "published", "plant.modes": 25}  # its margin is 3.8 ms
     simulate(system, tmp_path / "run", stop_time=8.0, overrides=values)  # it reaches its limit cycle in 3 s
