@@ -59,8 +59,8 @@ def emulator(platform: str, folder: Path) -> Iterator[Emulator]:
     (folder / "dosdevices" / "z:").symlink_to("/")
     (folder / "drive_c" / "windows" / "system32").symlink_to(_WINDOWS)
     (folder / ".update-timestamp").write_text("disable\n")  # else Wine spends half a minute on copies of its libraries
-    environment = {"WINEPREFIX": str(folder), "WINEDEBUG": "-all", "HOME": str(folder), "TMPDIR": str(folder), "PATH": "/usr/bin:/bin",
-                   "WINEDLLOVERRIDES": "mscoree,mshtml,winemenubuilder.exe="}  # fmt: skip
+    environment = {"WINEPREFIX": str(folder), "WINEDEBUG": "-all", "HOME": str(folder), "TMPDIR": str(folder),
+                   "PATH": "/usr/bin:/bin", "WINEDLLOVERRIDES": "mscoree,mshtml,winemenubuilder.exe="}  # fmt: skip
     try:
         yield Emulator(command=(_WINE,), environment=environment, root="Z:")
     finally:
