@@ -46,10 +46,13 @@ def test_repeated_runs_have_folders_of_their_own(system, tmp_path, monkeypatch, 
 
 
 def test_no_command_has_a_fixed_default_folder():
-    """The folder of `build` aside, into which the same input writes the same bytes."""
+    """Those of `build` and `export-c` aside, into which the same input writes the same bytes."""
     defaults = {}
     for name in PROGRAM.list_commands(None):
         command = PROGRAM.get_command(None, name)
         assert isinstance(command, click.Command)
         defaults[name] = next((option.default for option in command.params if option.name == "out"), None)
-    assert {name: default for name, default in defaults.items() if isinstance(default, str | Path)} == {"build": "fmus"}
+    assert {name: default for name, default in defaults.items() if isinstance(default, str | Path)} == {
+        "build": "fmus",
+        "export-c": "flight",
+    }
