@@ -67,6 +67,7 @@ class PlantWork:
     """Work arrays of a step."""
 
     given: Array  # (inputs,) with torques limited, then with friction
+    half_impulse: Array  # (n,) of the motors [N.m.s]
     load: Array  # (r,) of the inputs
     internal: Array  # (2 n + 6,): gyroscopic torques and momentum terms
     middle: Array  # (9 + u + 3,)
@@ -163,6 +164,7 @@ def _work(prepared: PreparedPlant, vector: Array) -> PlantWork:
     z, crossed = vector[: 2 * m].reshape(2, m), np.empty((2, m))
     return PlantWork(
         given=given,
+        half_impulse=np.empty(n),
         load=np.empty(prepared.load_count),
         internal=internal,
         middle=np.empty(len(prepared.middle)),
@@ -270,7 +272,7 @@ def step(
     torque = _hold(prepared, state, inputs, friction)
 
     middle = prepared.middle.dot(vector, out=work.middle)
-    half_impulse = (0.5 * length) * torque
+    half_impulse = np.multiply(prepared.half_step, torque, out=work.half_impulse)
     np.add(momentum, half_impulse, out=momentum)
     _set_internal(prepared, state, middle, momentum)
     np.add(momentum, half_impulse, out=momentum)
@@ -295,7 +297,9 @@ def step(
     outputs = _observe_motion(prepared, state)
     # trapezoid: exact for the spin, second order for the mount's motion
     angle = state.angle
-    angle += (0.5 * length) * (previous + outputs.wheel_speed)
+    np.add(previous, outputs.wheel_speed, out=previous)
+    np.multiply(prepared.half_step, previous, out=previous)
+    np.add(angle, previous, out=angle)
     outputs.wheel_angle[:] = angle
     previous[:] = outputs.wheel_speed
     return outputs

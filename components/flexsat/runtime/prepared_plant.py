@@ -43,6 +43,7 @@ class PreparedPlant:
 
     motion: Motion
     step_length: float  # s
+    half_step: Array  # (n,): half of that, for each wheel
     modes: int
     wheels: int
     gyros: int
@@ -131,6 +132,7 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
     return PreparedPlant(
         motion=motion,
         step_length=step,
+        half_step=np.full(n, 0.5 * step),
         modes=matrices.modes,
         wheels=n,
         gyros=len(matrices.gyro_axis),
