@@ -335,3 +335,21 @@ def test_step_that_does_not_divide_the_period_is_refused(made: Maker):
     twin.start()
     with pytest.raises(ValueError, match=r"a step of 0\.003 s is not accepted; the controller samples every 0\.005 s"):
         twin.first_step(3e-3)
+
+
+def test_state_before_a_slew_at_the_end_of_time_is_restored(made: Maker):
+    """So late that a slew's times are one number."""
+    twin = made(command__rotation=(1e-3, 0.0, 0.0), command__start_time=1.9e19)
+    twin.start()
+    stepper = Stepper(twin, made.variants)
+    twin.first_step(5e-3)
+    for k in range(3):
+        expected = stepper.advance(5e-3 * k)
+        twin.advance(5e-3 * k, 5e-3)
+    assert_allclose(twin.view("wheel.torque"), expected[:6], rtol=1e-10)
+    saved = twin.save()
+    twin.advance(0.015, 5e-3)
+    after = twin.view("wheel.torque").copy()
+    twin.restore(saved)
+    twin.advance(0.015, 5e-3)
+    assert_array_equal(twin.view("wheel.torque"), after)

@@ -2,12 +2,13 @@
 
 #define MOST_STEPS INT64_C(0x20000000000000)
 
-/* Whether a motion can be followed: its knots are in order. */
+/* Whether a motion can be followed: its knots are in order. There is one alone where a slew begins so late that the
+numbers of its times are the same. */
 static int is_motion(const Motion *motion, int knots, int allocations)
 {
     int k;
 
-    if (motion->allocation < 0 || motion->allocation >= allocations || motion->knots != knots || motion->count < 2 ||
+    if (motion->allocation < 0 || motion->allocation >= allocations || motion->knots != knots || motion->count < 1 ||
         motion->count > knots)
         return 0;
     for (k = 1; k < motion->count; k++)
