@@ -40,6 +40,10 @@ class FixedOrderArray(np.ndarray[Any, Any]):
             return out[0]
         return _wrapped(result)
 
+    def dot(self, b: Any, out: Any = None) -> Any:
+        """Multiply as `@`; of `numpy.ndarray`, the method that steps call as it takes the least time."""
+        return np.matmul(self, b) if out is None else np.matmul(self, b, out=out)
+
 
 def use_fixed_order(slave: Any) -> None:
     """Let a component, just instantiated, compute in a fixed order: what it prepares, and its ports."""

@@ -28,7 +28,8 @@ def test_the_order_of_a_sum_is_that_of_its_terms_alone():
     row, ones = terms.view(FixedOrderArray), np.ones(301)
     one, column = row @ ones, row[None] @ np.ones((301, 1))
     wide = np.vstack([row] * 7).view(FixedOrderArray) @ ones
-    assert {float(x) for x in (*np.ravel(column), *wide)} == {float(column[0, 0])}
+    rows = np.vstack([row] * 7).view(FixedOrderArray).dot(ones)
+    assert {float(x) for x in (*np.ravel(column), *wide, *rows)} == {float(column[0, 0])}
     assert abs(float(one) - float(column[0, 0])) < 1e-12 * np.abs(terms).sum()
 
 
@@ -36,6 +37,7 @@ def test_results_are_written_to_the_given_array():
     matrix, vector, out = RNG.standard_normal((3, 4)).view(FixedOrderArray), RNG.standard_normal(4), np.empty(3)
     assert np.matmul(matrix, vector, out=out) is out
     assert_allclose(out, np.asarray(matrix) @ vector, atol=1e-14)
+    assert matrix.dot(vector, out=np.empty(3)).tobytes() == out.tobytes()
     assert np.multiply(matrix[0], 2.0, out=vector) is vector
     assert np.array_equal(vector, 2.0 * np.asarray(matrix[0]))
     matrix *= 2.0
