@@ -2,6 +2,7 @@
 
 import importlib
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,6 +30,8 @@ def counter_component(main: Path = HERE / "counter.c") -> NativeComponent:
         counter = importlib.import_module("flexsat.toys.counter")
     finally:
         flexsat.__path__.remove(str(HERE.parent))
+        for name in [name for name in sys.modules if name.startswith("flexsat.toys")]:
+            del sys.modules[name]  # other tests change copies of the toys, and import those
     shell = counter.Counter(instance_name="toy")
     return NativeComponent(
         main=main,
