@@ -7,8 +7,8 @@ half is flown once more from a checkpoint of the native run, and has to be equal
 inputs that stay and wheels at rest, have to be equal bit for bit in both, which compares the streams of noise; jitter
 on mounts is added up in another order.
 
-The published design is unstable on more than 25 modes (README): two runs that differ in rounding then part as fast as
-two of the same kind whose first attitude differs by 1e-18, which is flown beside it; its plant of 25 modes is the one
+The published design is unstable on more than 25 modes (docs/results.md): two runs that differ in rounding then part as
+fast as two of the same kind whose first attitude differs by 1e-18, which is flown beside it; its plant of 25 modes is the one
 that can be compared. Exit code 1 where a stable loop differs by more than 1e-10.
 """
 

@@ -2,7 +2,7 @@
 
 With the measured delays as its parameters, the controller holds the loop stable, and the metrics are those of lockstep
 under the same delays. These loops have native FMUs, as they take a fraction of the time: in each master the kinds
-agree (`test_native_fmus.py`). The delays themselves cost torque and rate (README, Results), in any master.
+agree (`test_native_fmus.py`). The delays themselves cost torque and rate (docs/results.md), in any master.
 """
 
 import numpy as np

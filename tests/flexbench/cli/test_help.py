@@ -1,4 +1,4 @@
-"""The help of every command of both programs, and the examples in it and in the README."""
+"""The help of every command of both programs, and the examples in it, in the README and in docs."""
 
 import re
 import shlex
@@ -67,9 +67,10 @@ def test_the_help_of_a_command_has_a_sentence_an_example_and_every_option(capsys
     assert name in [parse(*example) for example in examples(text)]
 
 
-def test_the_examples_of_the_programs_and_the_readme_parse(capsys):
+def test_the_examples_of_the_programs_and_the_pages_parse(capsys):
     texts = [help_of(capsys, program) for program in PROGRAMS]
-    texts += [path.read_text(encoding="utf-8") for path in (ROOT / "README.md", ROOT / "fmus" / "README.md")]
+    pages = (ROOT / "README.md", ROOT / "fmus" / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+    texts += [path.read_text(encoding="utf-8") for path in pages]
     found = [example for text in texts for example in examples(text)]
 
     assert len(found) > 30
