@@ -8,8 +8,8 @@ inputs that stay and wheels at rest, have to be equal bit for bit in both, which
 on mounts is added up in another order.
 
 The published design is unstable on more than 25 modes (docs/results.md): two runs that differ in rounding then part as
-fast as two of the same kind whose first attitude differs by 1e-18, which is flown beside it; its plant of 25 modes is the one
-that can be compared. Exit code 1 where a stable loop differs by more than 1e-10.
+fast as two of the same kind whose first attitude differs by 1e-18, which is flown beside it; its plant of 25 modes is
+the one that can be compared. Exit code 1 where a stable loop differs by more than 1e-10.
 """
 
 from __future__ import annotations
