@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from lockstep import InputError, RunOptions, read_signals, simulate
-from lockstep.simulation import _Named
+from lockstep.simulation import NamedOptions
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_an_unknown_option_is_refused_before_anything_is_written(loop, tmp_path)
 def test_every_option_has_its_keyword_argument():
     fields = {field.name for field in dataclasses.fields(RunOptions)}
 
-    assert fields == set(get_type_hints(_Named))
+    assert fields == set(get_type_hints(NamedOptions))
 
 
 def test_importing_the_package_loads_nothing_that_takes_long():

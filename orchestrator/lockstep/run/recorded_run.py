@@ -1,9 +1,8 @@
-"""Run the loop with its results folder open, and leave that readable whatever ends the run."""
+"""Keep the record of a run, and leave it readable whatever ends the run."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,9 +20,9 @@ from lockstep.run.real_time_pacing import Pacer
 
 @dataclass(slots=True, kw_only=True)
 class RecordedRun:
-    """A run whose components are initialised and whose folder has been made."""
+    """A run whose components are initialised, and whose folder has been made if it has one."""
 
-    folder: Path
+    folder: Path | None
     record: dict[str, object]  # the content of run.toml
     events: Events
     loop: Loop
@@ -32,6 +31,7 @@ class RecordedRun:
     not_finite: NotFinite
     wall_time_before: float = 0.0  # [s] of an earlier part of the same run
     observed: Observed | None = None
+    recorder: Recorder | None = None  # once its files are open
     terminated: EndOfSimulation | None = None  # before the stop time, as a component asked for it
     _started: float = 0.0
 
@@ -40,48 +40,51 @@ class RecordedRun:
         """Wall time since the start [s], with that of an earlier part."""
         return perf_counter() - self._started + self.wall_time_before
 
-    def execute(self, open_files: Callable[[], Recorder], run_loop: Callable[[Recorder], None]) -> float:
-        """Run to the end and return the wall time of the loop [s]; on a failure close everything, then raise it.
+    def begin(self) -> None:
+        """Start the wall clock of the run."""
+        self._started = perf_counter()
+
+    def complete(self) -> None:
+        """Close the components and the files, and record the regular end.
 
         Raises
         ------
         RunError
-            If a component, a value or the disk ends the run.
+            If the disk ends the run.
         """
-        self._started = perf_counter()
-        recorder: Recorder | None = None
         try:
-            try:
-                recorder = open_files()
-                run_loop(recorder)
-                wall_time = perf_counter() - self._started
-            except BaseException:
-                self.close_slaves.close()
-                with suppress(OSError):  # the first failure is the one to report
-                    if recorder is not None:
-                        recorder.close()
-                raise
             self.close_slaves.close()
-            recorder.close()
-        except KeyboardInterrupt as error:
-            self._end("interrupted", error.name if isinstance(error, Stopped) else None)
-            raise
-        except OSError as error:
-            done = f"after {self.loop.time:.9g} s simulated"
-            if not error.errno:  # of what was written before, not of the disk
-                self._end("failed", f"{error}, {done}")
-                raise RunError(f"{error}, {done}") from None
-            reason = f"cannot write to {self.folder}: {os.strerror(error.errno)}, {done}"
-            self._end("failed", reason)
-            raise RunError(f"{reason}; what was written before stays readable") from None
+            if self.recorder is not None:
+                self.recorder.close()
         except BaseException as error:
-            self._end("failed", str(error))
-            raise
+            raise self._ended_by(error) from None
         if self.terminated is None:
             self._end("completed", None)
         else:
             self._end("terminated", str(self.terminated))
-        return wall_time
+
+    def abandon(self, error: BaseException) -> BaseException:
+        """Close everything after a failure, record it, and return what to raise: a RunError for one of the disk."""
+        self.close_slaves.close()
+        with suppress(OSError):  # the first failure is the one to report
+            if self.recorder is not None:
+                self.recorder.close()
+        return self._ended_by(error)
+
+    def _ended_by(self, error: BaseException) -> BaseException:
+        if isinstance(error, KeyboardInterrupt):
+            self._end("interrupted", error.name if isinstance(error, Stopped) else None)
+            return error
+        if not isinstance(error, OSError):
+            self._end("failed", str(error))
+            return error
+        done = f"after {self.loop.time:.9g} s simulated"
+        if not error.errno:  # of what was written before, not of the disk
+            self._end("failed", f"{error}, {done}")
+            return RunError(f"{error}, {done}")
+        reason = f"cannot write to {self.folder}: {os.strerror(error.errno)}, {done}"
+        self._end("failed", reason)
+        return RunError(f"{reason}; what was written before stays readable")
 
     def _end(self, status: str, reason: str | None) -> None:
         """Write how the run ended; on a full disk as far as possible."""
@@ -99,5 +102,6 @@ class RecordedRun:
                 self.events.add("pace", **self.pacer.summary())
         with suppress(OSError):
             self.events.add("end", status=status, **({"reason": reason} if reason else {}))
-        with suppress(OSError):
-            end_run_record(self.folder, self.record)
+        if self.folder is not None:
+            with suppress(OSError):
+                end_run_record(self.folder, self.record)

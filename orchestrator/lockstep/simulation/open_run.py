@@ -1,0 +1,228 @@
+"""A run between its start and its end: advance it by ticks, and complete it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+
+from lockstep.checkpoint.save import Saver
+from lockstep.errors import EndOfSimulation
+from lockstep.faults.inject import Faults
+from lockstep.faults.resolve import resolve
+from lockstep.fmi.temporary_folder import temporary_folder
+from lockstep.interrupt import Interrupt
+from lockstep.plan.plan import Plan
+from lockstep.processes.start_slave import SharedProcess, limits_given
+from lockstep.results.results_folder import ResultsFolder, held
+from lockstep.results.run_record import Events
+from lockstep.run.batched_steps import Batches
+from lockstep.run.exchange import Exchange
+from lockstep.run.final_row import components_before, record_end, record_stop
+from lockstep.run.input_signals import InputSignals
+from lockstep.run.loop import Action, Loop, Pause
+from lockstep.run.real_time_pacing import pacer_given
+from lockstep.run.recorded_run import RecordedRun
+from lockstep.shadow.component import with_tolerances
+from lockstep.simulation.options import Progress, RunOptions
+from lockstep.simulation.start import describe, initialise_all, observed_by, open_files, plan_of, start_slaves
+from lockstep.simulation.summary import RunSummary
+from lockstep.system.clock import seconds
+from lockstep.system.system import System
+
+
+@dataclass(slots=True, kw_only=True)
+class OpenRun:
+    """A run whose components are initialised and whose files are open."""
+
+    plan: Plan
+    exchange: Exchange
+    saver: Saver
+    run: RecordedRun
+    interrupt: Interrupt
+    progress: Progress | None
+    first: int  # the tick that it started at
+    phases: Sequence[tuple[Action, ...]] = ()
+    pauses: list[Pause] = field(default_factory=list)  # those to come
+    stepped: set[str] = field(default_factory=set)  # in the tick in which a component ended the run
+    wall_time: float = 0.0  # [s] of the loop, when it is complete
+
+    @property
+    def ended(self) -> bool:
+        """Whether a component has ended the run."""
+        return self.run.terminated is not None
+
+    def begin(self) -> None:
+        """Bind all calls of the ticks, and start the clocks."""
+        run, recorder, exchange, pacer = self.run, self.run.recorder, self.exchange, self.run.pacer
+        assert recorder is not None
+        self.phases = exchange.phases(recorder.row, self.interrupt.check)
+        if pacer is not None:
+            pacer.begin(run.loop.time, self.interrupt)
+            self.phases = [(pacer, *phase) for phase in self.phases]
+        exchange.on_end = run.loop.end_after_tick
+        self.pauses = [(tick, partial(self._save, tick)) for tick in self.saver.ticks]
+
+    def _save(self, tick: int) -> None:
+        run = self.run
+        assert run.recorder is not None
+        assert run.folder is not None
+        self.saver.save(tick, run.folder, run.recorder, run.events, run.record, run.wall_time)
+
+    def _look(self, time: float) -> None:
+        self.interrupt.check()
+        if self.progress is not None:
+            self.progress(time, seconds(self.plan.stop_time))
+
+    def advance(self, tick: int) -> None:
+        """Run until so many ticks of the whole run are complete, or a component ends the run before.
+
+        After a failure everything is closed and what was recorded is readable.
+        """
+        try:
+            self._advance(tick)
+        except BaseException as error:
+            raised = self.run.abandon(error)
+            if raised is error:
+                raise
+            raise raised from None
+
+    def _advance(self, tick: int) -> None:
+        run, exchange = self.run, self.exchange
+        loop = run.loop
+        due = [pause for pause in self.pauses if pause[0] <= tick]
+        loop.first, loop.last = loop.done, tick
+        try:
+            loop.run(self.phases, due, self._look)
+        except EndOfSimulation as end:
+            self.stepped = components_before(exchange, end.component)
+        self.pauses = self.pauses[len(due) :]
+        if exchange.end is not None:
+            run.terminated = exchange.end
+
+    def complete(self) -> RunSummary:
+        """Record the last row, close the components and the files, and return the summary; failures as `advance`."""
+        try:
+            self._record_last()
+            self.wall_time = self.run.wall_time - self.run.wall_time_before
+        except BaseException as error:
+            raised = self.run.abandon(error)
+            if raised is error:
+                raise
+            raise raised from None
+        self.run.complete()
+        return self._summary()
+
+    def _record_last(self) -> None:
+        run, exchange, stop = self.run, self.exchange, seconds(self.plan.stop_time)
+        loop, recorder = run.loop, run.recorder
+        assert recorder is not None
+        if run.terminated is not None:
+            stop = loop.time
+        if run.pacer is not None:
+            run.pacer(stop)
+        if run.terminated is None:
+            record_stop(exchange, loop.done, loop.time, recorder.row)
+        else:
+            record_end(exchange, loop.done, loop.time, recorder.row, self.stepped)
+        exchange.finish()
+        if self.progress is not None:
+            self.progress(stop, stop)
+
+    def _summary(self) -> RunSummary:
+        run, plan = self.run, self.plan
+        assert run.folder is not None
+        return RunSummary(
+            folder=run.folder,
+            simulated_time=run.loop.time,
+            wall_time=self.wall_time,
+            ticks=run.loop.done,
+            rows=_rows(plan, self.first, run.loop.done),
+            terminated=None if run.terminated is None else str(run.terminated),
+            start_time=seconds(plan.schedule.time(self.first)),
+            pacer=run.pacer,
+            warnings=(*plan.warnings, *self.exchange.not_finite.warnings),
+        )
+
+
+def open_run(
+    system: System, folder: Path | str | ResultsFolder, options: RunOptions, interrupt: Interrupt, stack: ExitStack
+) -> OpenRun:
+    """Check and plan a run, start and initialise its components, and open its files.
+
+    `stack` closes what the run needs, once that has ended. Raises InputError, with nothing left on disk.
+    """
+    restart = options.restart
+    limits, pacer = limits_given(options.step_limit), pacer_given(options.pace)
+    if options.tolerance is not None:
+        system = with_tolerances(system, options.tolerance)
+    if restart is not None:
+        system = with_tolerances(system, restart.tolerances(system))
+    plan, overrides = plan_of(system, options)
+    faults = resolve(options.faults, plan) if options.faults else None
+    first = restart.checkpoint.tick if restart else 0
+    saves = options.checkpoints.ticks(plan, first + 1 if restart else 0)
+    if restart is not None:
+        restart.check(plan)
+    elif options.check is not None:  # a restart goes on with what its run was checked for
+        options.check(plan)
+    results = stack.enter_context(held(folder, overwrite=options.overwrite))  # before anything that takes long
+    events = Events(seconds(plan.schedule.time(first)))
+    temporary = stack.enter_context(temporary_folder("run"))
+    stack.callback(events.close)
+    close_slaves = stack.enter_context(ExitStack())
+    shared = SharedProcess()
+    slaves = start_slaves(plan, temporary, events, replace(limits, interrupt=interrupt), close_slaves, shared)
+    batches = None if shared.connection is None else Batches(shared.connection, slaves)
+    injected = None if faults is None else Faults(faults, events.add)
+    inputs = InputSignals(plan.inputs, seconds(plan.schedule.time(first)))
+    exchange = Exchange(plan.layout, slaves, plan.names, injected, inputs, events.add, batches)
+    saver = Saver(
+        schedule=options.checkpoints, ticks=saves, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary
+    )
+    initialise_all(plan, slaves, exchange, interrupt, restart, temporary)
+    interrupt.check()
+    record = describe(plan, overrides, options.faults)
+    observed = observed_by(plan, options.watch, events)
+    if restart is None:
+        results.fill(record)
+    else:
+        restart.prepare_folder(results, record)
+    run = RecordedRun(
+        folder=results.path,
+        record=record,
+        events=events,
+        loop=Loop(tick=plan.system.tick, first=first, last=plan.ticks, clock=events, start=plan.system.start_time),
+        pacer=pacer,
+        close_slaves=close_slaves,
+        not_finite=exchange.not_finite,
+        wall_time_before=restart.wall_time_before if restart else 0.0,
+        observed=observed,
+    )
+    opened = OpenRun(
+        plan=plan,
+        exchange=exchange,
+        saver=saver,
+        run=run,
+        interrupt=interrupt,
+        progress=options.progress,
+        first=first,
+    )
+    run.begin()
+    try:
+        run.recorder = open_files(plan, events, results.path, restart, observed)
+        opened.begin()
+    except BaseException as error:
+        raised = run.abandon(error)
+        if raised is error:
+            raise
+        raise raised from None
+    return opened
+
+
+def _rows(plan: Plan, first: int, last: int) -> int:
+    """Return how many rows are recorded from one tick to another, those at both included."""
+    every = plan.layout.record_ticks
+    return last // every - -(-first // every) + 1 if plan.layout.records else 0
