@@ -34,7 +34,7 @@ CONFIGURATION, SCENARIO, AIM = "distributed", "fine_pointing", 60.0  # [us]
 DURATION, ROUNDS = 30.0, 3  # [s] of whole runs
 BLOCK, LONG_BLOCK = 100, 1000  # steps; in a long one the master finds out what pays
 
-Parts = tuple[Callable[[float], None], Callable[[], None]]
+Parts = tuple[Callable[[int], None], Callable[[], None]]  # called with the number of the step
 
 
 def bound(slave: Slave, description: Description, period: float) -> Parts:
@@ -53,10 +53,10 @@ def bound(slave: Slave, description: Description, period: float) -> Parts:
     slave.exit_initialization()
     do_step = slave.do_step
 
-    def begin(time: float) -> None:
+    def begin(number: int) -> None:
         for put in puts:
             put()
-        do_step(time, period, 1)
+        do_step(number * period, period, 1)
 
     def finish() -> None:
         for get in gets:
@@ -65,26 +65,26 @@ def bound(slave: Slave, description: Description, period: float) -> Parts:
     return begin, finish
 
 
-def side_by_side(parts: list[Parts], period: float, first: int, count: int) -> list[float]:
+def side_by_side(parts: list[Parts], first: int, count: int) -> list[float]:
     """Return what each step of a block takes [us]: all begin, then all are finished."""
     found = []
     for k in range(first, first + count):
         started = perf_counter()
         for begin, _ in parts:
-            begin(k * period)
+            begin(k)
         for _, finish in parts:
             finish()
         found.append((perf_counter() - started) * 1e6)
     return found
 
 
-def in_turn(parts: list[Parts], period: float, first: int, count: int = BLOCK) -> list[float]:
+def in_turn(parts: list[Parts], first: int, count: int = BLOCK) -> list[float]:
     """Return what each round of a block takes [us]: one after the other begins and is finished."""
     found = []
     for k in range(first, first + count):
         started = perf_counter()
         for begin, finish in parts:
-            begin(k * period)
+            begin(k)
             finish()
         found.append((perf_counter() - started) * 1e6)
     return found
@@ -126,14 +126,12 @@ def main(steps: int) -> None:
         components = load_system(Path(folder, CONFIGURATION, f"{SCENARIO}.ssd")).components
         print(f"\n{CONFIGURATION}, us a step: the quickest tenth, the median and the slowest tenth of {steps} steps")
         print(f"{'component':12}{'shared':>16}{'':8}  {'isolated':>16}{'':8}  {'more':>16}   (aim: below {AIM:g} more)")
-        slowest = max(component.period for component in components) / 1e9
-        cases = [(c.name, [c], c.period / 1e9) for c in components] + [("all in turn", list(components), slowest)]
-        for name, chosen, period in cases:
+        for name, chosen in [*((c.name, [c]) for c in components), ("all in turn", list(components))]:
             ways: list[list[float]] = [[], []]
             with opened(instantiate, chosen) as shared, opened(RemoteSlave, chosen) as isolated:
                 for first in range(0, steps, BLOCK):
                     for way, parts in zip(ways, (shared, isolated), strict=True):
-                        way += in_turn(parts, period, first)
+                        way += in_turn(parts, first)
             print_row(name, *ways, len(chosen))
         pairs(next(component for component in components if component.kind == "continuous"), steps)
         working = Component(
@@ -149,11 +147,10 @@ def main(steps: int) -> None:
 def pairs(component: Component, steps: int) -> None:
     """Print what a step of two isolated ones takes [us], one after the other and side by side."""
     ways: list[list[float]] = [[], []]
-    period = component.period / 1e9
     with opened(RemoteSlave, [component, component]) as pair:
         for first in range(0, 2 * steps, 2 * LONG_BLOCK):
-            ways[0] += in_turn(pair, period, first, LONG_BLOCK)
-            ways[1] += side_by_side(pair, period, first + LONG_BLOCK, LONG_BLOCK)
+            ways[0] += in_turn(pair, first, LONG_BLOCK)
+            ways[1] += side_by_side(pair, first + LONG_BLOCK, LONG_BLOCK)
     print(f"two of {component.name}, one after the other and side by side")
     for words, at in (("quickest tenth", 10), ("median", 50)):
         after, beside = (float(np.percentile(way, at)) for way in ways)
