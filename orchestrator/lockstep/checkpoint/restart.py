@@ -49,8 +49,11 @@ class Restart:
         """Wall time of the same run before the checkpoint [s]."""
         return float(self.checkpoint.header["wall_time"]) if self.same_run else 0.0
 
-    def prepare_folder(self, folder: ResultsFolder, record: dict[str, object]) -> None:
-        """Make the results folder of a branch, or reuse that of the same run; note the checkpoint in run.toml."""
+    def prepare_folder(self, folder: ResultsFolder | None, record: dict[str, object]) -> None:
+        """Make the results folder of a branch, or reuse that of the same run; note the checkpoint in run.toml.
+
+        Without a folder, which only a branch can be, it is noted in the record alone.
+        """
         checkpoint = self.checkpoint
         start = {
             "checkpoint": str(checkpoint.path),
@@ -59,8 +62,10 @@ class Restart:
         }
         if not self.same_run:
             record["branch"] = start | {"reinitialised": list(self.reinitialised)}
-            folder.fill(record)
+            if folder is not None:
+                folder.fill(record)
             return
+        assert folder is not None
         before = checkpoint.run
         record["resumed"] = [*before.get("resumed", []), start | {"started": record["started"]}]
         record["started"] = before["started"]
@@ -68,14 +73,16 @@ class Restart:
             record["branch"] = before["branch"]
         write_run_record(folder.path, record)
 
-    def open_events(self, events: Events, folder: Path, stop_time: float) -> None:
+    def open_events(self, events: Events, folder: Path | None, stop_time: float) -> None:
         """Open the events of the run, and note in them that it starts from the checkpoint."""
         start = {"checkpoint": str(self.checkpoint.path), "stop_time": stop_time}
         if self.same_run:
+            assert folder is not None
             events.open_again(folder, self.checkpoint.header["events"])
             events.add("resume", **start)
         else:
-            events.open(folder)
+            if folder is not None:
+                events.open(folder)
             events.add("branch", **start, reinitialised=list(self.reinitialised))
 
     def plan(

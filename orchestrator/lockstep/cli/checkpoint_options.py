@@ -118,5 +118,5 @@ def resume_run(
         with show_progress(title, begin=time, pacer=pacer) as progress:
             summary = resume(claimed, progress=progress, step_limit=step_limit, pace=pacer, watch=watch)
         print_summary(summary)
-        finish(summary.folder)
+        finish(claimed.path)
     return summary

@@ -169,8 +169,8 @@ def run_system(
             print(f"values of connected inputs, which count at initialization only: {compact(system.start_values)}")
         print_summary(summary)
         if any(component.shadow for component in system.components):
-            print("\n".join(residual_lines(summary.folder)))
-        finish(summary.folder)
+            print("\n".join(residual_lines(folder.path)))
+        finish(folder.path)
     return summary
 
 

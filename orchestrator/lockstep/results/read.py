@@ -3,8 +3,9 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -13,16 +14,18 @@ from numpy.typing import NDArray
 
 from lockstep.array_names import by_array, in_order
 from lockstep.errors import InputError, compact, suggestion
+from lockstep.results.lazy_columns import LazyColumns
 from lockstep.results.stream import STREAM, read_batches
 
 PARQUET = "signals.parquet"  # of a run that ended
 
 
-@dataclass(frozen=True, kw_only=True)
-class Signals:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Signals(Mapping[str, NDArray[Any]]):
     """Recorded signals by name `component.variable`, with the time [s] at which each row is true.
 
-    A column is float64; a 64-bit integer of FMI 3.0 is int64 or uint64, and a text an object.
+    A column is float64; a 64-bit integer of FMI 3.0 is int64 or uint64, and a text an object. As a mapping it goes
+    through the signals, each element of an array by itself; whole arrays are read by their names.
     """
 
     time: NDArray[np.float64]
@@ -37,16 +40,80 @@ class Signals:
         elements = self._elements.get(name)
         if not elements:
             raise InputError(f"{name}: not recorded; there are {compact(self.columns)}{suggestion(name, self.columns)}")
+        if isinstance(self.columns, LazyColumns):
+            self.columns.load(elements)
         return np.column_stack([self.columns[element] for element in elements])
 
-    def __contains__(self, name: str) -> bool:
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return a signal or an array of signals, or the default if it was not recorded."""
+        return self[name] if name in self else default  # noqa: SIM401 (this is `get`)
+
+    def __contains__(self, name: object) -> bool:
         """Return whether a signal, or an array of signals, was recorded."""
         return name in self.columns or name in self._elements
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the signals."""
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        """Return the number of signals."""
+        return len(self.columns)
+
+    def __repr__(self) -> str:
+        """Describe the signals in one line."""
+        span = f", {self.time[0]:.9g} to {self.time[-1]:.9g} s" if len(self.time) else ""
+        return f"<Signals: {len(self)} of {compact(self, 4)}; {len(self.time)} rows{span}>"
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Return what Tab offers between the brackets: arrays and signals."""
+        return [*self._elements, *self.columns]
 
     @cached_property
     def _elements(self) -> dict[str, list[str]]:
         """The elements of each array, in the order of their indices."""
         return _elements(self.columns)
+
+
+def signals_in_memory(blocks: Sequence[pa.RecordBatch], schema: pa.Schema) -> Signals:
+    """Return the signals of a run in memory; columns are joined when they are read."""
+    table = pa.Table.from_batches(blocks, schema)
+    names = _chosen(schema, None)
+    return _signals(table.column("time").to_numpy(), schema, names, LazyColumns(names, partial(_of_table, table)))
+
+
+def open_signals(folder: Path | str) -> Signals:
+    """Return the signals of a run, each of which is read from the folder when it is used first.
+
+    Raises InputError, now or then, as `read_signals` does.
+    """
+    folder = Path(folder).absolute()
+    if not (folder / PARQUET).exists():
+        return read_signals(folder)  # the stream of a run that goes on or was killed is read as a whole
+    with _open_parquet(folder / PARQUET) as file:
+        schema = file.schema_arrow
+    names = _chosen(schema, None)
+    return _signals(read_signals(folder, []).time, schema, names, LazyColumns(names, partial(_of_folder, folder)))
+
+
+def _of_table(table: pa.Table, names: Sequence[str]) -> Mapping[str, NDArray[np.float64]]:
+    return {name: table.column(name).to_numpy() for name in names}
+
+
+def _of_folder(folder: Path, names: Sequence[str]) -> Mapping[str, NDArray[np.float64]]:
+    return read_signals(folder, names).columns
+
+
+def _signals(
+    time: NDArray[np.float64], schema: pa.Schema, names: Sequence[str], columns: Mapping[str, NDArray[np.float64]]
+) -> Signals:
+    metadata = {name: schema.field(name).metadata or {} for name in names}
+    return Signals(
+        time=time,
+        columns=columns,
+        units={name: metadata[name].get(b"unit", b"").decode() for name in names},
+        descriptions={name: metadata[name].get(b"description", b"").decode() for name in names},
+    )
 
 
 def read_signals(folder: Path | str, columns: Sequence[str] | None = None) -> Signals:
@@ -76,13 +143,8 @@ def read_signals(folder: Path | str, columns: Sequence[str] | None = None) -> Si
             table = pa.Table.from_batches(picked, pa.schema([schema.field(name) for name in ("time", *names)]))
     else:
         raise InputError(f"{folder}: holds no {PARQUET} and no {STREAM}; give the folder of a run")
-    metadata = {name: schema.field(name).metadata or {} for name in names}
-    return Signals(
-        time=table.column("time").to_numpy(),
-        columns={name: table.column(name).to_numpy() for name in names},
-        units={name: metadata[name].get(b"unit", b"").decode() for name in names},
-        descriptions={name: metadata[name].get(b"description", b"").decode() for name in names},
-    )
+    read = _of_table(table, names)
+    return _signals(table.column("time").to_numpy(), schema, names, read)
 
 
 @contextmanager

@@ -37,15 +37,23 @@ class SavedRows:
     waiting: bytes
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeptRows:
+    """All rows that a run in memory had recorded at some time: whole blocks, and the rows of the block begun last."""
+
+    blocks: tuple[pa.RecordBatch, ...]
+    last: pa.RecordBatch
+
+
 class Recorder:
-    """Collect rows in blocks and write them out each simulated second.
+    """Collect rows in blocks and write them out each simulated second; without a folder the blocks stay in memory.
 
     A column is float64, unless the signal is a 64-bit integer or a text.
     """
 
     def __init__(
         self,
-        folder: Path,
+        folder: Path | None,
         signals: Sequence[Signal],
         rows_per_second: int,
         saved: SavedRows | None = None,
@@ -75,6 +83,9 @@ class Recorder:
         self._columns = [part[:, k] for part in parts for k in range(part.shape[1])]
         self._written = 0  # rows
         self._whole = True  # the stream: no write has failed
+        self._blocks: list[pa.RecordBatch] = []  # of a run in memory
+        if folder is None:
+            return
         path = folder / (STREAM if saved is None else _CONTINUED)
         self._file = pa.OSFile(str(path), "wb")  # unbuffered: survives a kill
         self._writer = pa.ipc.new_stream(self._file, self.schema)
@@ -83,14 +94,26 @@ class Recorder:
 
     def saved(self) -> SavedRows:
         """Return what has been recorded so far, with the file on disk for good."""
+        assert self._folder is not None
         waiting = pa.BufferOutputStream()
         with pa.ipc.new_stream(waiting, self.schema) as stream:
             stream.write_batch(self._batch(self._count))
         _write_through(self._folder / STREAM)
         return SavedRows(written=self._written, waiting=waiting.getvalue().to_pybytes())
 
+    def kept(self) -> KeptRows:
+        """Return all rows so far of a run in memory. They do not change any more."""
+        return KeptRows(blocks=tuple(self._blocks), last=self._batch(self._count))
+
+    def put_back(self, kept: KeptRows) -> None:
+        """Go back to the rows that a run in memory had at some time, in this branch of it or another."""
+        self._blocks = list(kept.blocks)
+        self._written = sum(map(len, kept.blocks))
+        self._fill(kept.last)
+
     def _continue(self, saved: SavedRows) -> None:
         """Copy rows of the earlier file in the batches that they came in, and put the new file in its place."""
+        assert self._folder is not None
         continued = self._folder / _CONTINUED
         try:
             waiting = _waiting_batch(saved, self.schema)
@@ -108,6 +131,10 @@ class Recorder:
             raise
         continued.replace(self._folder / STREAM)
         (self._folder / PARQUET).unlink(missing_ok=True)
+        self._fill(waiting)
+
+    def _fill(self, waiting: pa.RecordBatch) -> None:
+        """Begin the block with rows that had been recorded before."""
         self._count = len(waiting)
         self._times[: self._count] = waiting.column(0).to_numpy()
         for k, position in enumerate(self._order, 1):
@@ -125,8 +152,19 @@ class Recorder:
 
     def _flush(self) -> None:
         count, self._count = self._count, 0  # first of all: a failed write must not be repeated by close
-        end = self._file.tell()
         batch = self._batch(count)
+        if self._folder is None:
+            self._blocks.append(batch)
+        else:
+            self._write(batch)
+        self._written += count
+        if self._observed is not None:
+            self._observed.block(batch)
+
+    def _write(self, batch: pa.RecordBatch) -> None:
+        """Write a batch to the stream."""
+        assert self._folder is not None
+        end = self._file.tell()
         try:
             self._writer.write_batch(batch)
         except BaseException:
@@ -134,15 +172,13 @@ class Recorder:
             self._file.close()
             os.truncate(self._folder / STREAM, end)  # no part of a batch stays: readers would take it for a whole one
             raise
-        self._written += count
-        if self._observed is not None:
-            self._observed.block(batch)
 
     def _batch(self, count: int) -> pa.RecordBatch:
-        columns = list(np.ascontiguousarray(self._block[:count].T))
+        """Return the first rows of the block, copied: the block is filled again."""
+        columns = list(np.array(self._block[:count].T, order="C"))
         for block in self._others:
-            columns += list(np.ascontiguousarray(block[:count].T))
-        arrays = [_array(self._times[:count]), *(_array(columns[position]) for position in self._order)]
+            columns += list(np.array(block[:count].T, order="C"))
+        arrays = [_array(self._times[:count].copy()), *(_array(columns[position]) for position in self._order)]
         return pa.RecordBatch.from_arrays(arrays, schema=self.schema)
 
     def close(self) -> None:
@@ -150,6 +186,10 @@ class Recorder:
 
         Raises OSError, also for a stream that does not give back every row that was written.
         """
+        if self._folder is None:
+            if self._count and self._observed is not None:
+                self._flush()  # the rows that nothing has looked at
+            return
         try:
             if self._whole:
                 if self._count:

@@ -9,13 +9,14 @@ from functools import partial
 from pathlib import Path
 
 from lockstep.checkpoint.save import Saver
-from lockstep.errors import EndOfSimulation
+from lockstep.errors import EndOfSimulation, InputError
 from lockstep.faults.inject import Faults
 from lockstep.faults.resolve import resolve
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.interrupt import Interrupt
 from lockstep.plan.plan import Plan
 from lockstep.processes.start_slave import SharedProcess, limits_given
+from lockstep.results.read import Signals, signals_in_memory
 from lockstep.results.results_folder import ResultsFolder, held
 from lockstep.results.run_record import Events
 from lockstep.run.batched_steps import Batches
@@ -131,11 +132,18 @@ class OpenRun:
         if self.progress is not None:
             self.progress(stop, stop)
 
+    def signals(self) -> Signals:
+        """Return what a run in memory has recorded so far."""
+        recorder = self.run.recorder
+        assert recorder is not None
+        kept = recorder.kept()
+        return signals_in_memory([*kept.blocks, kept.last], recorder.schema)
+
     def _summary(self) -> RunSummary:
         run, plan = self.run, self.plan
-        assert run.folder is not None
         return RunSummary(
             folder=run.folder,
+            in_memory=self.signals() if run.folder is None else None,
             simulated_time=run.loop.time,
             wall_time=self.wall_time,
             ticks=run.loop.done,
@@ -148,9 +156,13 @@ class OpenRun:
 
 
 def open_run(
-    system: System, folder: Path | str | ResultsFolder, options: RunOptions, interrupt: Interrupt, stack: ExitStack
+    system: System,
+    folder: Path | str | ResultsFolder | None,
+    options: RunOptions,
+    interrupt: Interrupt,
+    stack: ExitStack,
 ) -> OpenRun:
-    """Check and plan a run, start and initialise its components, and open its files.
+    """Check and plan a run, start and initialise its components, and open its files; without a folder, none.
 
     `stack` closes what the run needs, once that has ended. Raises InputError, with nothing left on disk.
     """
@@ -168,7 +180,11 @@ def open_run(
         restart.check(plan)
     elif options.check is not None:  # a restart goes on with what its run was checked for
         options.check(plan)
-    results = stack.enter_context(held(folder, overwrite=options.overwrite))  # before anything that takes long
+    results = None
+    if folder is not None:
+        results = stack.enter_context(held(folder, overwrite=options.overwrite))  # before anything that takes long
+    elif saves:
+        raise InputError("checkpoints: are files of a results folder; give a folder, or use snapshots of the run")
     events = Events(seconds(plan.schedule.time(first)))
     temporary = stack.enter_context(temporary_folder("run"))
     stack.callback(events.close)
@@ -187,11 +203,12 @@ def open_run(
     record = describe(plan, overrides, options.faults)
     observed = observed_by(plan, options.watch, events)
     if restart is None:
-        results.fill(record)
+        if results is not None:
+            results.fill(record)
     else:
         restart.prepare_folder(results, record)
     run = RecordedRun(
-        folder=results.path,
+        folder=None if results is None else results.path,
         record=record,
         events=events,
         loop=Loop(tick=plan.system.tick, first=first, last=plan.ticks, clock=events, start=plan.system.start_time),
@@ -212,7 +229,7 @@ def open_run(
     )
     run.begin()
     try:
-        run.recorder = open_files(plan, events, results.path, restart, observed)
+        run.recorder = open_files(plan, events, run.folder, restart, observed)
         opened.begin()
     except BaseException as error:
         raised = run.abandon(error)

@@ -123,12 +123,13 @@ def observed_by(plan: Plan, watch: Watch | None, events: Events) -> Observed | N
 
 
 def open_files(
-    plan: Plan, events: Events, folder: Path, restart: Restart | None, observed: Observed | None
+    plan: Plan, events: Events, folder: Path | None, restart: Restart | None, observed: Observed | None
 ) -> Recorder:
-    """Open the events and the signals of the run."""
+    """Open the events and the signals of the run; without a folder they stay in memory."""
     stop = seconds(plan.stop_time)
     if restart is None:
-        events.open(folder)
+        if folder is not None:
+            events.open(folder)
         events.add("start", stop_time=stop)
     else:
         restart.open_events(events, folder, stop)

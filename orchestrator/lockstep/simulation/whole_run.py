@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Unpack
@@ -15,19 +16,36 @@ from lockstep.run.real_time_pacing import Pacer
 from lockstep.simulation.open_run import open_run
 from lockstep.simulation.options import NamedOptions, Progress, RunOptions, chosen_options
 from lockstep.simulation.summary import RunSummary
+from lockstep.simulation.system_of_fmus import Delays, Fmus, Pairs, Periods, as_system
+from lockstep.system.component import Kind
 from lockstep.system.system import System
 
 
 def simulate(
-    system: System, folder: Path | str | ResultsFolder, options: RunOptions | None = None, **named: Unpack[NamedOptions]
+    system: System | Path | str | Fmus,
+    folder: Path | str | ResultsFolder | None = None,
+    options: RunOptions | None = None,
+    *,
+    connections: Pairs = (),
+    periods: Periods | None = None,
+    delays: Delays | None = None,
+    kinds: Mapping[str, Kind] | None = None,
+    **named: Unpack[NamedOptions],
 ) -> RunSummary:
-    """Simulate a system from its start time, or from a checkpoint, to the stop time and leave a results folder.
+    """Simulate a system from its start time, or from a checkpoint, to the stop time, and return its signals.
+
+        simulate("loop.ssd", stop_time=10.0)["plant.rate"]
+        simulate({"plant": "plant.fmu", "controller": "controller.fmu"},
+                 connections=[("plant.rate", "controller.rate"), ("controller.torque", "plant.torque")],
+                 periods={"plant": 0.001, "controller": 0.01}, stop_time=10.0)
 
     Parameters
     ----------
-    system : what `load_system` returns
+    system : what `load_system` returns, the path of a system file or of an FMU, or FMUs by name
     folder : results folder to make or to fill; it must be empty, or hold a run and `overwrite` be given. Or what
-        `claim` of `lockstep.results.results_folder` returned, which the caller then holds beyond the end of the run
+        `claim` of `lockstep.results.results_folder` returned, which the caller then holds beyond the end of the run.
+        None: the recorded signals stay in memory
+    connections, periods, delays, kinds : see `lockstep.simulation.system_of_fmus.as_system`
     options : what the run is to do, see `RunOptions`
     named : fields of `RunOptions` by name, which replace those of `options`: `simulate(system, "out", stop_time=10.0)`
 
@@ -44,6 +62,7 @@ def simulate(
         After Ctrl-C, SIGTERM or SIGHUP, with the folder closed in the same way.
     """
     chosen = chosen_options(options, named)
+    system = as_system(system, connections, periods, delays, kinds)
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
         run = open_run(system, folder, chosen, interrupt, stack)
