@@ -26,9 +26,9 @@ FOLDERS = {
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),
-        *("checkpoint", "run", "ssp", "ssp/documents", "faults", "plan", "shadow", "adapter", "results", "processes"),
-        *("fmi", "system", "interrupt", "operating_system", "standard_streams", "data_text", "plain_values", "errors"),
-        *("arrays", "array_names", "whole_file"),
+        *("bundle", "checkpoint", "run", "ssp", "ssp/documents", "faults", "plan", "shadow", "adapter", "results"),
+        *("processes", "fmi", "system", "interrupt", "operating_system", "standard_streams", "data_text"),
+        *("plain_values", "errors", "arrays", "array_names", "whole_file"),
     ),
     "flexbench": (
         *("cli", "cli/options", "report", "report/sections", "figures", "adapt", "studies", "studies/layouts"),

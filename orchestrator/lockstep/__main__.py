@@ -12,6 +12,7 @@ PROGRAM = Program(
         "run": ("lockstep.cli.run", "simulate a system"),
         "show": ("lockstep.cli.show", "print components, step sizes, order and delays of a system"),
         "write-ssp": ("lockstep.cli.write_ssp", "write a system with a foreign FMU as standard SSP"),
+        "bundle": ("lockstep.cli.bundle", "write a system as one FMU"),
         "check": ("lockstep.cli.check", "accept or refuse FMUs"),
         "probe-latency": ("lockstep.cli.probe_latency", "measure the delay from each input of an FMU to each output"),
     },

@@ -43,6 +43,7 @@ PROGRAM = Program(
         "check-adapter": ("flexbench.cli.check_adapter", "check the conventions in a controller's adapter"),
         "probe-latency": ("lockstep.cli.probe_latency", "measure the delay from each input of an FMU to each output"),
         "write-ssp": ("lockstep.cli.write_ssp", "write a system with a foreign FMU as standard SSP"),
+        "bundle": ("lockstep.cli.bundle", "write a system as one FMU"),
         "timeline": ("flexbench.cli.timeline", "show the order of steps and transfers in a tick"),
     },
     label="flexsat",

@@ -121,6 +121,7 @@ class Description:
     saves_state: bool  # and restores it in another process
     sha256: str
     variables: Mapping[str, Variable]
+    keeps_state: bool = False  # and restores it in this process
     step_size: str | None = None  # of the default experiment [s], as the two below
     start_time: str | None = None
     stop_time: str | None = None
@@ -202,6 +203,7 @@ def read_description(component: Component) -> Description:
         raise InputError(f"{where} has {compact(ports)} twice; names must be unique")
     if twice:
         problems += (f"{compact(twice)}: there twice; the last one of a name is used",)
+    keeps_state = bool(getattr(model.coSimulation, "canGetAndSetFMUstate", False))
     if len(_read) >= _MOST_READ:
         del _read[next(iter(_read))]
     _read[digest] = Description(
@@ -209,10 +211,8 @@ def read_description(component: Component) -> Description:
         guid=model.guid,
         identifier=identifier,
         once_per_process=bool(model.coSimulation.canBeInstantiatedOnlyOncePerProcess),
-        saves_state=bool(
-            getattr(model.coSimulation, "canGetAndSetFMUstate", False)
-            and getattr(model.coSimulation, "canSerializeFMUstate", False)
-        ),
+        saves_state=keeps_state and bool(getattr(model.coSimulation, "canSerializeFMUstate", False)),
+        keeps_state=keeps_state,
         sha256=digest,
         variables={v.name: v for v in variables},
         version=version,

@@ -33,6 +33,7 @@ class Task:
     period: int
     offset: int = 0
     continuous: bool = False
+    after_row: bool = False  # sampled, and its step at a tick is made after the row of that tick is recorded
 
     def steps_at(self, tick: int) -> bool:
         """Return whether a step begins at this tick."""
@@ -52,7 +53,7 @@ class Task:
 
     def true_at(self, tick: int) -> int:
         """Return the version whose values are true at this tick's time: the one to record."""
-        return self.seen(tick, 1 if self.continuous else 0)
+        return self.seen(tick, 1 if self.continuous or self.after_row else 0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,141 @@
+/* A bundle: components, the bus between them, the ports of the bundle, and where in its life it is. */
+#ifndef BUNDLE_BUNDLE_H
+#define BUNDLE_BUNDLE_H
+
+#include <stdint.h>
+
+#include "fmi2.h"
+
+enum { REAL, INTEGER, BOOLEAN, STRING, ALL_TYPES, BUS_TYPES = STRING };
+enum { INPUT, OUTPUT, PARAMETER, TUNABLE };           /* kinds of ports */
+enum { CONTINUOUS = 1, EARLY = 2, SAVES_STATE = 4 };  /* flags of a component */
+
+typedef struct bundle bundle_t;
+
+typedef struct {
+    uint32_t count;
+    uint32_t *items;
+} counts_t;
+
+/* Values to set: each target gets gain * source + bias; without gains, the source. */
+typedef struct {
+    uint32_t type, count, producer;
+    uint32_t *targets, *sources;
+    double *gains, *biases;
+    void *buffer;
+} set_t;
+
+/* Values to fetch to successive places; `used` marks those that a connection reads. */
+typedef struct {
+    uint32_t type, count, start;
+    uint32_t *references, *used;
+} get_t;
+
+typedef struct {
+    uint32_t component, set_count, get_count;
+    set_t *sets;
+    get_t *gets;
+} step_t;
+
+typedef struct {
+    counts_t early, late;
+    uint32_t row; /* counts from 1; 0: none */
+} tick_t;
+
+typedef struct {
+    counts_t references;
+    void *values;
+} start_t;
+
+typedef struct {
+    void *library;
+    fmi2InstantiateFunction instantiate;
+    fmi2FreeInstanceFunction free_instance;
+    fmi2SetDebugLoggingFunction set_debug_logging;
+    fmi2SetupExperimentFunction setup_experiment;
+    fmi2PlainFunction enter_initialization, exit_initialization, terminate, reset;
+    fmi2DoStepFunction do_step;
+    fmi2GetFunction get[ALL_TYPES];
+    fmi2SetFunction set[ALL_TYPES];
+    fmi2GetStateFunction get_state, free_state;
+    fmi2SetStateFunction set_state;
+    fmi2StateSizeFunction state_size;
+    fmi2SerializeFunction serialize;
+    fmi2DeSerializeFunction deserialize;
+    fmi2GetRealStatusFunction real_status;
+    fmi2GetBooleanStatusFunction boolean_status;
+} functions_t;
+
+typedef struct {
+    bundle_t *bundle;
+    const char *name, *folder, *identifier, *guid;
+    uint32_t flags, period, offset;
+    double length, tolerance; /* of a step [s]; 0: no tolerance */
+    start_t starts[ALL_TYPES];
+    uint32_t initial_set_count, initial_get_count, initial_bus_count;
+    set_t *initial_sets;
+    get_t *initial_gets, *initial_bus;
+    int fetched; /* its initial outputs are among the initial values */
+    functions_t call;
+    fmi2CallbackFunctions callbacks;
+    fmi2Component instance;
+    fmi2Status worst;
+} component_t;
+
+typedef struct {
+    uint32_t component, reference;
+    double gain, bias;
+} target_t;
+
+typedef struct {
+    uint32_t kind, type, place, target_count;
+    target_t *targets;
+    int given; /* the host has set it since instantiation or reset */
+    double real_start;
+    int32_t whole_start;
+    const char *text_start;
+    double real;
+    int32_t whole;
+    char *text; /* owned */
+} port_t;
+
+typedef enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED, FAILED, FATAL } life_t;
+
+typedef struct saved saved_t;
+
+struct bundle {
+    char *name, *resources, *resources_uri;
+    fmi2CallbackFunctions host;
+    int logging;
+    life_t life;
+    const char *guid;
+    unsigned char *program;
+    void *blocks; /* all memory of the program, in a list */
+    int64_t tick_length, second; /* in units of which `second` are 1 s */
+    uint32_t step_ticks, component_count, port_count, step_count, row_count, cycle, most_values;
+    uint32_t bus_size[BUS_TYPES], slot_count[BUS_TYPES], row_size[BUS_TYPES];
+    component_t *components;
+    port_t *ports;
+    counts_t order;
+    step_t *steps;
+    counts_t (*rows)[BUS_TYPES];
+    tick_t *ticks;
+    void *bus[BUS_TYPES], *slots[BUS_TYPES], *row[BUS_TYPES];
+    /* scratch of one call from the host */
+    uint32_t *references;
+    void *values;
+    /* experiment */
+    double start, stop, tolerance;
+    int stop_defined, tolerance_defined;
+    int64_t origin, tick; /* start in units; ticks that are complete */
+    int propagated;       /* initial outputs are those of the inputs as they are */
+    int ended;            /* a component asked for the end */
+    saved_t *states;
+};
+
+extern const size_t sizes[ALL_TYPES];
+
+/* Return the time at which a tick begins [s]: the nearest double, never a sum of steps. */
+double time_of(const bundle_t *bundle, int64_t tick);
+
+#endif

@@ -1,0 +1,55 @@
+#include "resource_folder.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "memory.h"
+
+static int digit(char letter)
+{
+    if (letter >= '0' && letter <= '9')
+        return letter - '0';
+    letter = (char)(letter | 0x20);
+    return letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : -1;
+}
+
+static void decode(char *text)
+{
+    char *to = text;
+
+    for (const char *from = text; *from != '\0'; to++) {
+        int high = *from == '%' ? digit(from[1]) : -1, low = high < 0 ? -1 : digit(from[2]);
+        *to = low < 0 ? *from : (char)(16 * high + low);
+        from += low < 0 ? 1 : 3;
+    }
+    *to = '\0';
+}
+
+char *folder_of_uri(const char *uri)
+{
+    static const char scheme[] = "file:";
+    char *folder;
+    size_t length;
+
+    if (strncmp(uri, scheme, sizeof scheme - 1) != 0)
+        return NULL;
+    uri += sizeof scheme - 1;
+    if (uri[0] == '/' && uri[1] == '/') {
+        if (strncmp(uri + 2, "localhost/", sizeof "localhost/" - 1) == 0)
+            uri += sizeof "localhost" - 1;
+        if (uri[2] == '/')
+            uri += 2; /* without an authority; with one it is a share of Windows */
+    }
+#ifdef _WIN32
+    if (uri[0] == '/' && uri[1] != '\0' && (uri[2] == ':' || uri[2] == '|'))
+        uri++;
+#endif
+    folder = copy_text(uri);
+    if (folder == NULL)
+        return NULL;
+    decode(folder);
+    length = strlen(folder);
+    while (length > 1 && folder[length - 1] == '/')
+        folder[--length] = '\0';
+    return folder;
+}

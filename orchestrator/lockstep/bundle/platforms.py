@@ -1,0 +1,48 @@
+"""The platforms that bundles are built for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lockstep.errors import InputError, suggestion
+from lockstep.fmi.platforms import PLATFORM
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BundlePlatform:
+    """A platform: the folders below binaries/ that FMUs may have, the first that of the bundle, and the suffix.
+
+    `target` is how Zig names the oldest system that the library runs on.
+    """
+
+    folders: tuple[str, ...]
+    suffix: str
+    target: str
+
+
+PLATFORMS = {
+    "linux64": BundlePlatform(folders=("linux64",), suffix=".so", target="x86_64-linux-gnu.2.17"),
+    "win64": BundlePlatform(folders=("win64",), suffix=".dll", target="x86_64-windows-gnu"),
+    "aarch64-linux": BundlePlatform(
+        folders=("aarch64-linux", "linux64"), suffix=".so", target="aarch64-linux-gnu.2.17"
+    ),
+}
+
+
+def chosen_platforms(text: str | None) -> tuple[str, ...]:
+    """Return the platforms of a text such as `linux64,win64`, without repetitions; none for None, or InputError."""
+    names = [] if text is None else [name.strip() for name in text.split(",") if name.strip()]
+    for name in names:
+        if name not in PLATFORMS:
+            there = ", ".join(PLATFORMS)
+            raise InputError(f"--platforms {name}: no such platform; there are {there}{suggestion(name, PLATFORMS)}")
+    if text is not None and not names:
+        raise InputError(f"--platforms {text!r}: names no platform; write for example linux64,win64")
+    return tuple(dict.fromkeys(names))
+
+
+def here() -> str:
+    """Return this machine's platform, which its own C compiler builds for, or raise InputError."""
+    if PLATFORM not in PLATFORMS:
+        raise InputError(f"this machine is {PLATFORM}, for which no bundle can be built; use Linux on x86-64")
+    return PLATFORM

@@ -1,0 +1,188 @@
+"""Write the program of a bundle as the bytes of `resources/program.bin`, which `c/program_file.c` reads.
+
+All numbers are little-endian: 32 bits for counts, references and positions, 64 for times and Reals. A text, and each
+list, begins with its length; a text ends with a zero.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Mapping, Sequence
+from math import lcm
+
+from lockstep.bundle.contents import CARRIED, Contents
+from lockstep.bundle.ports import Port
+from lockstep.bundle.program import Get, Initial, Program, Step, step_length
+from lockstep.fmi.slave import SCALARS, Scalar
+from lockstep.system.component import Value
+
+PROGRAM = "program.bin"
+MAGIC = b"LOCKSTEP BUNDLE\x01"
+TYPES: tuple[Scalar, ...] = (*CARRIED, "String")
+_KINDS = ("input", "output", "parameter", "tunable")
+_CONTINUOUS, _EARLY, _SAVES_STATE = 1, 2, 4  # flags of a component
+
+
+class _Writer:
+    def __init__(self) -> None:
+        self._parts: list[bytes] = [MAGIC]
+
+    def count(self, value: int) -> None:
+        self._parts.append(struct.pack("<I", value))
+
+    def time(self, value: int) -> None:
+        self._parts.append(struct.pack("<q", value))
+
+    def real(self, value: float) -> None:
+        self._parts.append(struct.pack("<d", value))
+
+    def text(self, value: str) -> None:
+        content = value.encode()
+        self.count(len(content))
+        self._parts += (content, b"\0")
+
+    def counts(self, values: Sequence[int]) -> None:
+        self.count(len(values))
+        self._parts.append(struct.pack(f"<{len(values)}I", *values))
+
+    def reals(self, values: Sequence[float]) -> None:
+        self.count(len(values))
+        self._parts.append(struct.pack(f"<{len(values)}d", *values))
+
+    def flags(self, values: Iterable[bool]) -> None:
+        self.counts([int(value) for value in values])
+
+    def value(self, scalar: str, value: Value) -> None:
+        if scalar == "Real":
+            self.real(float(value))
+        elif scalar == "String":
+            self.text(str(value))
+        else:
+            self._parts.append(struct.pack("<i", int(value)))
+
+    def done(self) -> bytes:
+        return b"".join(self._parts)
+
+
+def program_bytes(contents: Contents, program: Program, guid: str, folders: Mapping[str, str]) -> bytes:
+    """Return the program file.
+
+    Parameters
+    ----------
+    contents, program : what to write
+    guid : of the bundle
+    folders : of each component's FMU below resources/
+    """
+    out = _Writer()
+    out.text(guid)
+    tick = contents.system.tick
+    parts = lcm(tick.denominator)
+    out.time(int(tick * parts))
+    out.time(10**9 * parts)
+    out.count(contents.step_ticks)
+    for sizes in (program.bus, program.slots, program.row_sizes):
+        for scalar in CARRIED:
+            out.count(sizes.get(scalar, 0))
+    _write_components(out, contents, folders)
+    _write_ports(out, contents)
+    out.counts(program.order)
+    for initial in program.initial:
+        _write_initial(out, initial)
+    out.count(len(program.steps))
+    for step in program.steps:
+        _write_step(out, step)
+    out.count(len(program.rows))
+    for row in program.rows:
+        for scalar in CARRIED:
+            out.counts(row.get(scalar, ()))
+    out.count(len(program.ticks))
+    for one in program.ticks:
+        out.counts(one.early)
+        out.counts(one.late)
+        out.count(one.row + 1)
+    return out.done()
+
+
+def _write_components(out: _Writer, contents: Contents, folders: Mapping[str, str]) -> None:
+    tasks = {task.name: task for task in contents.layout.schedule.tasks}
+    out.count(len(contents.system.components))
+    for component in contents.system.components:
+        description, task = contents.descriptions[component.name], tasks[component.name]
+        out.text(component.name)
+        out.text(folders[component.name])
+        out.text(description.identifier)
+        out.text(description.guid)
+        states = _SAVES_STATE if description.saves_state else 0
+        early = 0 if task.continuous or task.after_row else _EARLY
+        out.count((_CONTINUOUS if task.continuous else 0) | early | states)
+        out.count(task.period)
+        out.count(task.offset)
+        out.real(step_length(contents, task))
+        out.real(description.tolerance_of(component) or 0.0)
+        starts = contents.starts(component.name)
+        for scalar in TYPES:
+            values = sorted(starts.get(scalar, {}).items())
+            out.counts([reference for reference, _ in values])
+            for _, value in values:
+                out.value(scalar, value)
+
+
+def _write_ports(out: _Writer, contents: Contents) -> None:
+    numbers = {component.name: k for k, component in enumerate(contents.system.components)}
+    places = dict.fromkeys(SCALARS, 0)  # of outputs in a row
+    out.count(len(contents.ports))
+    for port in contents.ports:
+        scalar = port.variable.scalar
+        assert scalar is not None
+        out.count(_KINDS.index(_kind(port)))
+        out.count(TYPES.index(scalar))
+        if port.kind == "output":
+            out.count(places[scalar])
+            places[scalar] += 1
+        else:
+            assert port.start is not None
+            out.value(scalar, port.start)
+        out.count(len(port.ends))
+        for end in port.ends:
+            out.count(numbers[end.component])
+            out.count(end.variable.reference)
+            out.real(end.gain)
+            out.real(end.bias)
+
+
+def _kind(port: Port) -> str:
+    return "tunable" if port.kind == "parameter" and port.variable.variability == "tunable" else port.kind
+
+
+def _write_initial(out: _Writer, initial: Initial) -> None:
+    out.count(len(initial.sets))
+    for one in initial.sets:
+        out.count(one.producer)
+        out.count(TYPES.index(one.scalar))
+        out.counts(one.targets)
+        out.counts(one.slots)
+        out.reals(one.gains)
+        out.reals(one.biases)
+    _write_gets(out, initial.gets)
+    _write_gets(out, initial.bus)
+
+
+def _write_step(out: _Writer, step: Step) -> None:
+    out.count(step.component)
+    out.count(len(step.sets))
+    for one in step.sets:
+        out.count(TYPES.index(one.scalar))
+        out.counts(one.targets)
+        out.counts(one.positions)
+        out.reals(one.gains)
+        out.reals(one.biases)
+    _write_gets(out, step.gets)
+
+
+def _write_gets(out: _Writer, gets: Sequence[Get]) -> None:
+    out.count(len(gets))
+    for one in gets:
+        out.count(TYPES.index(one.scalar))
+        out.counts(one.references)
+        out.count(one.start)
+        out.flags(one.used)

@@ -1,0 +1,67 @@
+"""Pack a bundle: equal systems and FMUs give equal bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import uuid
+import zipfile
+from collections.abc import Mapping, Sequence
+
+from lockstep.bundle.compile import library
+from lockstep.bundle.contents import Contents
+from lockstep.bundle.documentation import documentation
+from lockstep.bundle.members import folders, members
+from lockstep.bundle.model_description import identifier, model_description
+from lockstep.bundle.platforms import PLATFORMS, here
+from lockstep.bundle.program import program
+from lockstep.bundle.program_file import PROGRAM, program_bytes
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip can hold
+_MODE = 0o100644 << 16  # a plain file, readable by all
+_UNIX = 3
+
+
+def bundle_bytes(contents: Contents, platforms: Sequence[str] = ()) -> bytes:
+    """Return the FMU of a system.
+
+    Parameters
+    ----------
+    contents : of the bundle
+    platforms : keys of PLATFORMS, which Zig compiles for; none for this machine's, with its own C compiler
+
+    Raises
+    ------
+    InputError
+        If an FMU cannot be read or lacks a binary, or the C compiler is missing or fails.
+    """
+    names = tuple(platforms) or (here(),)
+    files = members(contents, names)
+    places, operations = folders(contents), program(contents)
+    guid = _guid(program_bytes(contents, operations, "", places), model_description(contents, ""), contents)
+    name = identifier(contents.system.name)
+    for platform in names:
+        path = f"binaries/{PLATFORMS[platform].folders[0]}/{name}{PLATFORMS[platform].suffix}"
+        files[path] = library(platform if platforms else None)
+    files[f"resources/{PROGRAM}"] = program_bytes(contents, operations, guid, places)
+    files["modelDescription.xml"] = model_description(contents, guid)
+    files["documentation/index.html"] = documentation(contents, names)
+    return _packed(files)
+
+
+def _guid(program: bytes, description: bytes, contents: Contents) -> str:
+    digest = hashlib.sha256(program + description)
+    for component in contents.system.components:
+        digest.update(contents.descriptions[component.name].sha256.encode())
+    return f"{{{uuid.uuid5(uuid.NAMESPACE_URL, digest.hexdigest())}}}"
+
+
+def _packed(files: Mapping[str, bytes]) -> bytes:
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w") as archive:
+        # the model description first: tools read it without the rest
+        for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name)):
+            info = zipfile.ZipInfo(name, _EPOCH)
+            info.external_attr, info.create_system, info.compress_type = _MODE, _UNIX, zipfile.ZIP_DEFLATED
+            archive.writestr(info, files[name])
+    return memory.getvalue()
