@@ -1,7 +1,9 @@
 """Products of arranged matrices in C: numpy's, and the same bits however a processor adds."""
 
 import ctypes
+import re
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +13,15 @@ from fmus.native.twin import compile_library, sources_of
 
 PROGRAM = """
 #include <stdlib.h>
-#include "panels.h"
+#include "panel_products.h"
+#include "wide_registers.h"
 
-int multiply(int rows, int columns, const double *a, const double *x, double *dense, double *sparse);
+int wide_registers(void);
+int multiply(int quickest, int rows, int columns, const double *a, const double *x, double *dense, double *sparse);
 
-int multiply(int rows, int columns, const double *a, const double *x, double *dense, double *sparse)
+int wide_registers(void) { return has_wide_registers(); }
+
+int multiply(int quickest, int rows, int columns, const double *a, const double *x, double *dense, double *sparse)
 {
     Memory memory = {calloc, free, NULL, 0};
     Panels panels;
@@ -23,6 +29,8 @@ int multiply(int rows, int columns, const double *a, const double *x, double *de
 
     if (panels_take(&memory, rows, columns, &panels) || sparse_of(&memory, rows, columns, a, &elements))
         return 1;
+    if (!quickest)
+        panels.product = panel_product;
     panels_fill(a, &panels);
     panels_add_times(&panels, x, dense);
     sparse_times(&elements, x, sparse);
@@ -34,14 +42,14 @@ int multiply(int rows, int columns, const double *a, const double *x, double *de
 
 @pytest.fixture(scope="module")
 def libraries(once):
-    """Return the library with two sums at once, and that with one."""
+    """Return the library with two or four sums at once, and that with one."""
     if shutil.which("cc") is None:
         pytest.skip("no C compiler: `cc` is not on the path")
 
     def make(folder):
         folder.mkdir()
         (folder / "multiply.c").write_text(PROGRAM, encoding="utf-8")
-        sources = [*sources_of("panels"), folder / "multiply.c"]
+        sources = [*sources_of("panel_products"), folder / "multiply.c"]
         compile_library(sources, folder / "two.so")
         compile_library(sources, folder / "one.so", ["-U__SSE2__"])
 
@@ -57,11 +65,18 @@ def test_products(libraries, rows, columns):
     a[:, : columns // 3] = 0.0
     x, before = random.standard_normal(columns), random.standard_normal(rows)
     found = []
-    for library in libraries:
+    for library, quickest in ((libraries[0], True), (libraries[0], False), (libraries[1], False)):
         dense, sparse = before.copy(), before.copy()
         pointers = (ctypes.c_void_p(array.ctypes.data) for array in (a, x, dense, sparse))
-        assert library.multiply(rows, columns, *pointers) == 0
+        assert library.multiply(quickest, rows, columns, *pointers) == 0
         assert_allclose(dense, before + a @ x, rtol=1e-13, atol=1e-14)
         assert_allclose(sparse, a @ x, rtol=1e-13, atol=1e-14)
         found.append(dense)
     assert_array_equal(found[0], found[1])
+    assert_array_equal(found[0], found[2])
+
+
+def test_the_widest_registers_are_used_where_there_are_any(libraries):
+    flags = re.findall(r"^flags\s*:.*$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE)
+    assert libraries[0].wide_registers() == int(bool(flags) and "avx2" in flags[0].split())
+    assert libraries[1].wide_registers() == 0

@@ -175,6 +175,50 @@ def test_outputs_are_checked_and_those_on_demand_computed_when_read(one):
     assert one.library.logged[-1][3] == "doStep at t = 0.03 s: output angle = nan is not finite"
 
 
+def test_lists_of_references_in_any_order_are_read_and_written_as_one_by_one(one):
+    one.initialise()
+    library, random = one.library, np.random.default_rng(1)
+    inputs, known = library.references("Real", "input"), library.references("Real")
+    assert len(inputs) > 3
+    for length in range(1, 2 * len(known)):
+        begin = int(random.integers(len(known)))
+        chosen = {
+            "a run": known[begin : begin + length],
+            "backwards": known[::-1][:length],
+            "with gaps and twice": random.choice(known, length).tolist(),
+            "two runs": known[begin:] + known[:begin],
+        }
+        for name, references in chosen.items():
+            status, values = one.get("Real", references)
+            assert status == OK
+            assert values == [one.get("Real", [reference])[1][0] for reference in references], name
+        order = random.permutation(inputs).tolist() if length % 2 else inputs[begin % len(inputs) :]
+        values = random.standard_normal(len(order)).tolist()
+        assert one.set("Real", order, values) == OK
+        assert one.get("Real", order)[1] == values
+    assert library.logged == []
+
+
+@pytest.mark.parametrize("wrong", [0, 3])
+def test_the_first_wrong_value_of_a_run_is_named_and_none_is_written(one, wrong):
+    one.initialise()
+    inputs = one.library.references("Real", "input")
+    before = one.get("Real", inputs)[1]
+    values = [2.0 + value for value in before]
+    values[wrong] = math.nan
+    names = {reference: name for name, reference in one.library.reference.items()}
+    assert one.set("Real", inputs, values) == ERROR
+    assert one.library.logged[-1][3] == f"setReal: {names[inputs[wrong]]} must be finite, got nan"
+    assert one.get("Real", inputs)[1] == before
+
+
+def test_a_run_that_leaves_the_reals_is_refused_with_its_first_wrong_reference(one):
+    one.initialise()
+    reals = one.library.references("Real")
+    assert one.get("Real", [*reals[-2:], max(reals) + 1])[0] == ERROR
+    assert one.library.logged[-1][3].startswith(f"getReal: real value reference {max(reals) + 1}: no such variable")
+
+
 def test_inquiries_and_unknown_log_categories(one):
     in_phase(one, "complete")
     value = c_double()

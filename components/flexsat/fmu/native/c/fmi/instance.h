@@ -119,6 +119,9 @@ void poison_outputs(Component *component);
 Status begin_to_read(Instance *instance, const char *call, int flags);
 /* Refuse what may not be set, and values that are not accepted. */
 Status check_number(Instance *instance, const char *call, const Port *port, int place, double value);
+/* The same of reals that follow one on the other in a port, from `place` on. */
+Status check_numbers(Instance *instance, const char *call, const Port *port, int place, size_t n,
+                     const double values[]);
 Status check_boolean(Instance *instance, const char *call, const Port *port, int place, int value);
 /* `number`: of the value in its list, from 1 */
 Status check_text(Instance *instance, const char *call, const Port *port, int place, const char *value,

@@ -56,6 +56,31 @@ Status check_number(Instance *instance, const char *call, const Port *port, int 
     return CALL_OK;
 }
 
+/* Whether all values lie within the limits; not-a-number does not. */
+static int within(const Port *port, size_t n, const double values[])
+{
+    const double least = port->least, greatest = port->greatest;
+    int all = 1;
+    size_t k;
+
+    for (k = 0; k < n; k++)
+        all &= (values[k] >= least) & (values[k] <= greatest);
+    return all;
+}
+
+Status check_numbers(Instance *instance, const char *call, const Port *port, int place, size_t n,
+                     const double values[])
+{
+    size_t k;
+
+    if (may_be_set(instance, port) && within(port, n, values))
+        return CALL_OK;
+    for (k = 0; k < n; k++)
+        if (check_number(instance, call, port, place + (int)k, values[k]) != CALL_OK)
+            return CALL_ERROR;
+    return CALL_OK;
+}
+
 Status check_boolean(Instance *instance, const char *call, const Port *port, int place, int value)
 {
     if (!may_be_set(instance, port))

@@ -1,5 +1,5 @@
 /* Values of variables as FMI 2.0 has them: set and read by lists of value references, each that of a scalar. A list is
-examined before any of it is written. */
+examined before any of it is written. Most lists are runs of consecutive references, and are handled run by run. */
 #include "fmi2_instance.h"
 
 #include <stdio.h>
@@ -17,6 +17,28 @@ static fmi2ValueReference first_reference(Kind kind)
 }
 
 static const Port *port_of(fmi2ValueReference reference) { return &ports[port_of_reference[reference]]; }
+
+/* How many references at the beginning of a list follow one on the other. */
+static size_t run_of(const fmi2ValueReference vr[], size_t n)
+{
+    const fmi2ValueReference first = vr[0];
+    size_t k = 1;
+
+    while (k + 3 < n && !((vr[k] - first - k) | (vr[k + 1] - first - k - 1) | (vr[k + 2] - first - k - 2) |
+                          (vr[k + 3] - first - k - 3)))
+        k += 4;
+    while (k < n && vr[k] - first == k)
+        k++;
+    return k;
+}
+
+/* The same, but not beyond the port of the first; the references are those of variables. */
+static size_t run_of_port(const fmi2ValueReference vr[], size_t n, const Port *port, int place)
+{
+    const size_t left = (size_t)(port->first + port->size - place);
+
+    return run_of(vr, n < left ? n : left);
+}
 
 /* Refuse a reference that no variable of the kind has. */
 static Status refuse_reference(Instance *instance, const char *call, Kind kind, fmi2ValueReference reference)
@@ -42,7 +64,7 @@ static Status examine(Instance *instance, const char *call, Kind kind, const fmi
                       const void *values, int *flags)
 {
     const fmi2ValueReference first = first_reference(kind), count = (fmi2ValueReference)port_table.counts[kind];
-    size_t k;
+    size_t k, run;
 
     *flags = 0;
     if (instance == NULL)
@@ -51,11 +73,14 @@ static Status examine(Instance *instance, const char *call, Kind kind, const fmi
         return refuse_call(instance, call, "%lu value references in a NULL array", (unsigned long)n);
     if (n > 0 && values == NULL)
         return refuse_call(instance, call, "%lu values in a NULL array", (unsigned long)n);
-    for (k = 0; k < n; k++) {
+    for (k = 0; k < n; k += run) {
         const fmi2ValueReference place = vr[k] - first; /* of a smaller reference it is beyond all */
-        if (place >= count)
-            return refuse_reference(instance, call, kind, vr[k]);
-        *flags |= ports[port_of_reference[vr[k]]].flags;
+        const Port *port, *last;
+        run = run_of(vr + k, n - k);
+        if (place >= count || run > count - place)
+            return refuse_reference(instance, call, kind, place >= count ? vr[k] : first + count);
+        for (port = port_of(vr[k]), last = port_of(vr[k + run - 1]); port <= last; port++)
+            *flags |= port->flags;
     }
     return CALL_OK;
 }
@@ -89,12 +114,14 @@ fmi2Status FMI2(fmi2GetReal)(fmi2Component c, const fmi2ValueReference vr[], siz
 {
     const Instance *instance = c;
     const fmi2ValueReference first = first_reference(REAL);
-    size_t k;
+    size_t k, run;
 
     if (examine_to_read(c, "getReal", REAL, vr, n, values) != CALL_OK)
         return fmi2Error;
-    for (k = 0; k < n; k++)
-        values[k] = instance->component.real[vr[k] - first];
+    for (k = 0; k < n; k += run) {
+        run = run_of(vr + k, n - k);
+        memcpy(values + k, instance->component.real + (vr[k] - first), run * sizeof *values);
+    }
     return fmi2OK;
 }
 
@@ -102,12 +129,14 @@ fmi2Status FMI2(fmi2GetInteger)(fmi2Component c, const fmi2ValueReference vr[], 
 {
     const Instance *instance = c;
     const fmi2ValueReference first = first_reference(INTEGER);
-    size_t k;
+    size_t k, run;
 
     if (examine_to_read(c, "getInteger", INTEGER, vr, n, values) != CALL_OK)
         return fmi2Error;
-    for (k = 0; k < n; k++)
-        values[k] = instance->component.integer[vr[k] - first];
+    for (k = 0; k < n; k += run) {
+        run = run_of(vr + k, n - k);
+        memcpy(values + k, instance->component.integer + (vr[k] - first), run * sizeof *values);
+    }
     return fmi2OK;
 }
 
@@ -115,12 +144,14 @@ fmi2Status FMI2(fmi2GetBoolean)(fmi2Component c, const fmi2ValueReference vr[], 
 {
     const Instance *instance = c;
     const fmi2ValueReference first = first_reference(BOOLEAN);
-    size_t k;
+    size_t k, run;
 
     if (examine_to_read(c, "getBoolean", BOOLEAN, vr, n, values) != CALL_OK)
         return fmi2Error;
-    for (k = 0; k < n; k++)
-        values[k] = instance->component.boolean[vr[k] - first];
+    for (k = 0; k < n; k += run) {
+        run = run_of(vr + k, n - k);
+        memcpy(values + k, instance->component.boolean + (vr[k] - first), run * sizeof *values);
+    }
     return fmi2OK;
 }
 
@@ -143,15 +174,21 @@ fmi2Status FMI2(fmi2SetReal)(fmi2Component c, const fmi2ValueReference vr[], siz
     const fmi2ValueReference first = first_reference(REAL);
     Instance *instance = c;
     int flags;
-    size_t k;
+    size_t k, run;
 
     if (examine_to_write(instance, call, REAL, vr, n, values, &flags) != CALL_OK)
         return fmi2Error;
-    for (k = 0; k < n; k++)
-        if (check_number(instance, call, port_of(vr[k]), (int)(vr[k] - first), values[k]) != CALL_OK)
+    for (k = 0; k < n; k += run) {
+        const Port *port = port_of(vr[k]);
+        const int place = (int)(vr[k] - first);
+        run = run_of_port(vr + k, n - k, port, place);
+        if (check_numbers(instance, call, port, place, run, values + k) != CALL_OK)
             return fmi2Error;
-    for (k = 0; k < n; k++)
-        instance->component.real[vr[k] - first] = values[k];
+    }
+    for (k = 0; k < n; k += run) {
+        run = run_of(vr + k, n - k);
+        memcpy(instance->component.real + (vr[k] - first), values + k, run * sizeof *values);
+    }
     return finish(instance, call, n, flags);
 }
 

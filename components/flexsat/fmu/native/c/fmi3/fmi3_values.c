@@ -162,15 +162,17 @@ fmi3Status FMI3(fmi3SetFloat64)(fmi3Instance c, const fmi3ValueReference vr[], s
     static const char call[] = "setFloat64";
     Instance *instance = c;
     const double *value = values;
-    int flags, i;
+    int flags;
     size_t k;
 
     if (examine_to_write(instance, call, REAL, vr, n, values, size, &flags) != CALL_OK)
         return fmi3Error;
-    for (k = 0; k < n; k++)
-        for (i = 0; i < port_of(vr[k])->size; i++)
-            if (check_number(instance, call, port_of(vr[k]), port_of(vr[k])->first + i, *value++) != CALL_OK)
-                return fmi3Error;
+    for (k = 0; k < n; k++) {
+        const Port *port = port_of(vr[k]);
+        if (check_numbers(instance, call, port, port->first, (size_t)port->size, value) != CALL_OK)
+            return fmi3Error;
+        value += port->size;
+    }
     for (k = 0; k < n; k++) {
         const Port *port = port_of(vr[k]);
         memcpy(instance->component.real + port->first, values, (size_t)port->size * sizeof *values);

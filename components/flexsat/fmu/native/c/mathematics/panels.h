@@ -15,6 +15,7 @@ typedef struct Panels {
     int *from, *to;   /* (count) columns */
     size_t *place;    /* (count) of a panel's first value */
     Real *value;      /* column after column of a panel, eight values each */
+    void (*product)(const struct Panels *panels, const Real *x, Real *y); /* for this processor */
 } Panels;
 
 /* Take memory for any matrix of this size; returns 0, or 1 without memory. */

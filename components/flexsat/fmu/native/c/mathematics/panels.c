@@ -1,13 +1,15 @@
 #include "panels.h"
 
-#if !defined(FLEXSAT_FLOATS) && (defined(__SSE2__) || defined(_M_X64)) /* every x86-64 */
-#include <emmintrin.h>
-#define TWO_AT_ONCE
-#endif
+#include <stdint.h>
+
+#include "panel_products.h"
+
+enum { LINE = 64 }; /* bytes of a cache line: a register full of values lies in one */
 
 int panels_take(Memory *memory, int rows, int columns, Panels *panels)
 {
     const size_t most = ((size_t)rows + PANEL - 1) / PANEL;
+    unsigned char *value;
 
     panels->rows = rows;
     panels->columns = columns;
@@ -16,8 +18,12 @@ int panels_take(Memory *memory, int rows, int columns, Panels *panels)
     panels->from = memory_take(memory, most, sizeof(int));
     panels->to = memory_take(memory, most, sizeof(int));
     panels->place = memory_take(memory, most, sizeof(size_t));
-    panels->value = memory_take(memory, most * PANEL * (size_t)columns, sizeof(Real));
-    return memory->failed;
+    panels->product = quickest_panel_product();
+    value = memory_take(memory, most * PANEL * (size_t)columns * sizeof(Real) + LINE, 1);
+    if (memory->failed)
+        return 1;
+    panels->value = (Real *)(void *)(value + (LINE - (uintptr_t)value % LINE) % LINE);
+    return 0;
 }
 
 static int is_zero(int n, const double *row)
@@ -62,71 +68,7 @@ void panels_fill(const double *a, Panels *panels)
     }
 }
 
-/* sums (8) = the panel's columns, `count` of them, times x. Sixteen sums run at once, so that a processor need not wait
-for each: eight of the columns 0, 2, 4 and so on, and eight of the others, which are added at the end. That order is the
-same in both ways of writing it. */
-#ifdef TWO_AT_ONCE
-static void sum_columns(int count, const double *value, const double *x, double sums[PANEL])
-{
-    __m128d s0 = _mm_setzero_pd(), s1 = s0, s2 = s0, s3 = s0, t0 = s0, t1 = s0, t2 = s0, t3 = s0, factor;
-    int j;
-
-    for (j = 0; j + 1 < count; j += 2, value += 2 * PANEL) {
-        const __m128d other = _mm_set1_pd(x[j + 1]);
-        factor = _mm_set1_pd(x[j]);
-        s0 = _mm_add_pd(s0, _mm_mul_pd(_mm_loadu_pd(value), factor));
-        s1 = _mm_add_pd(s1, _mm_mul_pd(_mm_loadu_pd(value + 2), factor));
-        s2 = _mm_add_pd(s2, _mm_mul_pd(_mm_loadu_pd(value + 4), factor));
-        s3 = _mm_add_pd(s3, _mm_mul_pd(_mm_loadu_pd(value + 6), factor));
-        t0 = _mm_add_pd(t0, _mm_mul_pd(_mm_loadu_pd(value + 8), other));
-        t1 = _mm_add_pd(t1, _mm_mul_pd(_mm_loadu_pd(value + 10), other));
-        t2 = _mm_add_pd(t2, _mm_mul_pd(_mm_loadu_pd(value + 12), other));
-        t3 = _mm_add_pd(t3, _mm_mul_pd(_mm_loadu_pd(value + 14), other));
-    }
-    if (j < count) {
-        factor = _mm_set1_pd(x[j]);
-        s0 = _mm_add_pd(s0, _mm_mul_pd(_mm_loadu_pd(value), factor));
-        s1 = _mm_add_pd(s1, _mm_mul_pd(_mm_loadu_pd(value + 2), factor));
-        s2 = _mm_add_pd(s2, _mm_mul_pd(_mm_loadu_pd(value + 4), factor));
-        s3 = _mm_add_pd(s3, _mm_mul_pd(_mm_loadu_pd(value + 6), factor));
-    }
-    _mm_storeu_pd(sums, _mm_add_pd(s0, t0));
-    _mm_storeu_pd(sums + 2, _mm_add_pd(s1, t1));
-    _mm_storeu_pd(sums + 4, _mm_add_pd(s2, t2));
-    _mm_storeu_pd(sums + 6, _mm_add_pd(s3, t3));
-}
-#else
-static void sum_columns(int count, const Real *value, const Real *x, Real sums[PANEL])
-{
-    Real others[PANEL] = {0};
-    int j, k;
-
-    for (k = 0; k < PANEL; k++)
-        sums[k] = 0;
-    for (j = 0; j + 1 < count; j += 2, value += 2 * PANEL)
-        for (k = 0; k < PANEL; k++) {
-            sums[k] += value[k] * x[j];
-            others[k] += value[PANEL + k] * x[j + 1];
-        }
-    for (k = 0; k < PANEL && j < count; k++)
-        sums[k] += value[k] * x[j];
-    for (k = 0; k < PANEL; k++)
-        sums[k] += others[k];
-}
-#endif
-
-void panels_add_times(const Panels *panels, const Real *x, Real *y)
-{
-    int panel, k;
-
-    for (panel = 0; panel < panels->count; panel++) {
-        const int *row = panels->row + PANEL * panel, from = panels->from[panel];
-        Real sums[PANEL];
-        sum_columns(panels->to[panel] - from, panels->value + panels->place[panel], x + from, sums);
-        for (k = 0; k < PANEL; k++)
-            y[row[k]] += sums[k];
-    }
-}
+void panels_add_times(const Panels *panels, const Real *x, Real *y) { panels->product(panels, x, y); }
 
 void panels_add_times_exactly(const Panels *panels, const double *x, double *y)
 {
