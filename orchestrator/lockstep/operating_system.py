@@ -177,6 +177,33 @@ def anonymous_memory(size: int) -> int:
     return file
 
 
+def unnamed_file(folder: Path) -> int | None:
+    """Return the descriptor of a new file in a folder, which vanishes when it is closed; None where there are none.
+
+    It can be opened at its `descriptor_path`, and gets a name for good from `name_file`.
+    """
+    if sys.platform != "linux" or not Path("/proc/self/fd").is_dir():
+        return None
+    try:
+        return os.open(folder, os.O_TMPFILE | os.O_RDWR, 0o666)
+    except OSError:  # the file system has none
+        return None
+
+
+def descriptor_path(file: int) -> str:
+    """Return a path at which this process can open a file that has no name."""
+    return f"/proc/self/fd/{file}"
+
+
+def name_file(file: int, path: Path) -> None:
+    """Give an unnamed file a name, which nothing else may have."""
+    here = os.open("/", os.O_RDONLY)
+    try:
+        os.link(descriptor_path(file), path.absolute(), src_dir_fd=here)  # linkat, which follows the link
+    finally:
+        os.close(here)
+
+
 def hide_from_copies(memory: mmap.mmap) -> None:
     """Leave memory out of copies of this process: a copy that touches it crashes."""
     if hasattr(mmap, "MADV_DONTFORK"):

@@ -71,13 +71,24 @@ class _Lines:
         print(text, file=self._stream, flush=True)
 
 
+def in_bytes(size: int) -> str:
+    """Return a size with its unit, 12.3 MB for example."""
+    value, unit = float(size), "bytes"
+    for larger in ("kB", "MB", "GB", "TB"):
+        if value < 1000.0:
+            break
+        value, unit = value / 1000.0, larger
+    return f"{size} bytes" if size < 1000 else f"{value:.1f} {unit}"
+
+
 def print_summary(summary: RunSummary) -> None:
     """Print simulated time, speed and results folder of a run."""
     simulated = summary.simulated_time - summary.start_time
     speed = simulated / max(summary.wall_time, 1e-9)
     begun = f", from {summary.start_time:g} s on" if summary.start_time else ""
     took = f"{simulated:g} s simulated{begun} in {summary.wall_time:.1f} s ({speed:.1f} x real time)"
-    print(f"{took}: {summary.folder}")
+    recorded = f", {summary.rows} rows in {in_bytes(summary.size)}" if summary.rows and summary.folder else ""
+    print(f"{took}{recorded}: {summary.folder}")
     if summary.terminated:
         print(f"ended before the stop time: {summary.terminated}")
     if summary.pacer is not None:

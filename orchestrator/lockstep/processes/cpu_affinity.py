@@ -68,6 +68,11 @@ class CoreAssignment:
         self._last = self._next = self._settled = 0.0  # [s]
         self._pause = _INTERVAL
 
+    @property
+    def cores(self) -> set[int]:
+        """All cores that the program may run on: those of threads that are not stepping FMUs."""
+        return set(self._all)
+
     def release(self) -> None:
         """Release the thread and its workers to all cores. A process started now may run anywhere."""
         if self._core is not None:

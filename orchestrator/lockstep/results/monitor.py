@@ -49,7 +49,7 @@ class Observed:
 
     def block(self, batch: pa.RecordBatch, *, past: bool = False) -> None:
         """Look at a block that was written; what one of an earlier part of the run shows is among the events."""
-        found = list(self._monitor.rows(batch.column(0).to_numpy(), _Columns(batch)))
+        found = list(self._monitor.rows(batch.column(0).to_numpy().copy(), _Columns(batch)))
         if not past:
             self._note(found)
 
@@ -64,16 +64,15 @@ class Observed:
 
 
 class _Columns(Mapping[str, NDArray[Any]]):
-    """The columns of a block by name, each converted when it is read."""
+    """The columns of a block by name, each copied when it is read: the memory of the block is used again."""
 
     def __init__(self, batch: pa.RecordBatch) -> None:
         self._batch = batch
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        column: NDArray[Any] = self._batch.column(self._batch.schema.get_field_index(name)).to_numpy(
-            zero_copy_only=False
-        )
-        return column
+        column = self._batch.column(self._batch.schema.get_field_index(name))
+        values: NDArray[Any] = column.to_numpy(zero_copy_only=False).copy()
+        return values
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._batch.schema.names[1:])

@@ -33,6 +33,7 @@ class RecordedRun:
     observed: Observed | None = None
     recorder: Recorder | None = None  # once its files are open
     terminated: EndOfSimulation | None = None  # before the stop time, as a component asked for it
+    size: int = 0  # bytes of the recorded signals on disk, at the end
     _started: float = 0.0
 
     @property
@@ -54,8 +55,7 @@ class RecordedRun:
         """
         try:
             self.close_slaves.close()
-            if self.recorder is not None:
-                self.recorder.close()
+            self._close_recorder()
         except BaseException as error:
             raise self._ended_by(error) from None
         if self.terminated is None:
@@ -67,8 +67,7 @@ class RecordedRun:
         """Close everything after a failure, record it, and return what to raise: a RunError for one of the disk."""
         self.close_slaves.close()
         with suppress(OSError):  # the first failure is the one to report
-            if self.recorder is not None:
-                self.recorder.close()
+            self._close_recorder()
         return self._ended_by(error)
 
     def _ended_by(self, error: BaseException) -> BaseException:
@@ -85,6 +84,18 @@ class RecordedRun:
         reason = f"cannot write to {self.folder}: {os.strerror(error.errno)}, {done}"
         self._end("failed", reason)
         return RunError(f"{reason}; what was written before stays readable")
+
+    def _close_recorder(self) -> None:
+        """Close the recorder, and note in the record what is on disk."""
+        recorder = self.recorder
+        if recorder is None:
+            return
+        try:
+            recorder.close()
+        finally:
+            self.size = recorder.size_on_disk()
+            recorded = {"signals": len(recorder.schema) - 1, "rows": recorder.written, "size": self.size}
+            self.record["recorded"] = recorded
 
     def _end(self, status: str, reason: str | None) -> None:
         """Write how the run ended; on a full disk as far as possible."""

@@ -148,6 +148,7 @@ class OpenRun:
             wall_time=self.wall_time,
             ticks=run.loop.done,
             rows=_rows(plan, self.first, run.loop.done),
+            size=run.size,
             terminated=None if run.terminated is None else str(run.terminated),
             start_time=seconds(plan.schedule.time(self.first)),
             pacer=run.pacer,

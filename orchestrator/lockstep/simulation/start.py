@@ -133,5 +133,5 @@ def open_files(
         events.add("start", stop_time=stop)
     else:
         restart.open_events(events, folder, stop)
-    rows_per_second = max(1, 10**9 // (plan.layout.record_ticks * plan.system.tick))
-    return Recorder(folder, plan.signals, rows_per_second, restart.saved_rows if restart else None, observed)
+    half_a_second = max(1, 10**9 // (2 * plan.layout.record_ticks * plan.system.tick))  # rows
+    return Recorder(folder, plan.signals, half_a_second, restart.saved_rows if restart else None, observed)

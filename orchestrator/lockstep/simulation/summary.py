@@ -27,6 +27,7 @@ class RunSummary(Mapping[str, NDArray[Any]]):
     wall_time: float  # [s] of the loop, without start and end
     ticks: int
     rows: int  # recorded
+    size: int = 0  # bytes of the recorded signals on disk
     start_time: float = 0.0  # [s] simulated: that of the system, or of the checkpoint that it was started from
     pacer: Pacer | None = None  # how well real time was kept
     warnings: tuple[str, ...] = ()  # what was amended in the system file, and inputs that keep their start values

@@ -13,9 +13,10 @@ from lockstep import InputError, Unit, read_signals
 from lockstep.faults.windows import fault_windows
 from lockstep.fmi.model_description import Variable
 from lockstep.results import stream
+from lockstep.results.conversion import convert
 from lockstep.results.read import recorded_rows
 from lockstep.results.read_events import read_events
-from lockstep.results.recorder import Recorder, SavedRows, convert
+from lockstep.results.recorder import Recorder, SavedRows
 from lockstep.results.run_record import Events
 from lockstep.results.signal_patterns import Signal
 
@@ -36,6 +37,7 @@ def recorded(folder, rows=100, kinds=("Real", "Real")):
     for row in range(rows):
         for part in made.row(row / 10):
             part[:] = f"row {row}" if part.dtype == object else row
+    made.saved()  # waits for what is being written
     begins = []
     with pa.OSFile(str(folder / STREAM)) as source:
         reader = pa.ipc.open_stream(source)
@@ -104,7 +106,7 @@ def test_a_read_that_the_system_refuses_is_no_end_of_the_stream(tmp_path):
 
 def test_a_stream_that_grows_while_it_is_read_is_not_damaged(tmp_path, monkeypatch):
     made, begins = recorded(tmp_path)
-    made._file.close()
+    made._stream.close()
     whole = (tmp_path / STREAM).read_bytes()
     os.truncate(tmp_path / STREAM, begins[4] + 200)  # a batch is half on disk when the reader comes to it
     look = stream._another_follows
@@ -120,7 +122,7 @@ def test_a_stream_that_grows_while_it_is_read_is_not_damaged(tmp_path, monkeypat
 def test_a_resumed_run_leaves_the_earlier_rows_when_they_cannot_all_be_copied(tmp_path):
     made, begins = recorded(tmp_path)
     waiting = made.saved().waiting
-    made._file.close()
+    made._stream.close()
     os.truncate(tmp_path / STREAM, begins[5])
     with pytest.raises(OSError, match="50 of 80 rows of the earlier part could be read"):
         Recorder(tmp_path, signals(("Real", "Real")), 10, SavedRows(written=80, waiting=waiting))
@@ -136,12 +138,13 @@ def test_no_part_of_a_batch_stays_of_a_failed_write(tmp_path):
         """Write all of a batch but its last value, as a disk that is full and has space again."""
 
         def write_batch(self, batch):
-            made._file.write(batch.serialize().to_pybytes()[:-8])
+            made._stream._file.write(batch.serialize().to_pybytes()[:-8])
             raise OSError(28, "No space left on device")
 
-    made._writer = Full()
+    made._stream._writer = Full()
+    made.row(3.0)
     with pytest.raises(OSError, match="No space left"):
-        made.row(3.0)
+        made.saved()
     assert (tmp_path / STREAM).stat().st_size == begins[2]
     made.close()
     np.testing.assert_array_equal(read_signals(tmp_path)["c.x1"], np.arange(20))

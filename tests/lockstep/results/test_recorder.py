@@ -1,12 +1,14 @@
 """Streams, their conversion, and reading what was cut off."""
 
+from time import monotonic, sleep
+
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
 from lockstep import InputError, Unit, read_signals
 from lockstep.fmi.model_description import Variable
-from lockstep.results import recorder
+from lockstep.results import conversion
 from lockstep.results.recorder import Recorder
 from lockstep.results.signal_patterns import Signal
 
@@ -56,6 +58,9 @@ def test_units_and_descriptions_are_in_the_metadata(tmp_path):
 
 def test_a_batch_is_on_disk_as_soon_as_it_is_full(tmp_path):
     made = record(tmp_path, 31, close=False)
+    end = monotonic() + 60.0
+    while len(read_signals(tmp_path).time) < 30 and monotonic() < end:  # nobody waits for the thread that writes
+        sleep(0.001)
     assert read_signals(tmp_path).time.tolist() == [k / 10 for k in range(30)]  # read beside the writer
     made.close()
     assert len(read_signals(tmp_path).time) == 31
@@ -63,6 +68,7 @@ def test_a_batch_is_on_disk_as_soon_as_it_is_full(tmp_path):
 
 def test_a_stream_cut_off_at_any_length_is_readable(tmp_path):
     made = record(tmp_path, 31, close=False)  # a full batch is written when the next row comes
+    made.saved()  # waits for that
     whole = (tmp_path / "signals.arrows").read_bytes()
     made.close()
     (tmp_path / "signals.parquet").unlink()
@@ -80,7 +86,7 @@ def test_a_stream_cut_off_at_any_length_is_readable(tmp_path):
 
 
 def test_a_conversion_of_many_groups_is_the_same_table(tmp_path, monkeypatch):
-    monkeypatch.setattr(recorder, "_GROUP_BYTES", 8 * 5 * 40)
+    monkeypatch.setattr(conversion, "_GROUP_BYTES", 8 * 5 * 40)
     record(tmp_path, 257)
     assert pq.ParquetFile(tmp_path / "signals.parquet").num_row_groups == 7
     np.testing.assert_array_equal(read_signals(tmp_path)["c.n"], 2 * np.arange(257))
@@ -91,40 +97,79 @@ def test_a_failed_conversion_keeps_the_stream(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     made = record(tmp_path, 20, close=False)
-    monkeypatch.setattr(recorder.pq.ParquetWriter, "write_table", full)
+    monkeypatch.setattr(conversion.pq.ParquetWriter, "write_table", full)
     with pytest.raises(OSError, match="No space left"):
         made.close()
     assert [path.name for path in tmp_path.iterdir()] == ["signals.arrows"]
     assert len(read_signals(tmp_path).time) == 20
 
 
+class Full:
+    """The writer of a stream that fails to write the third batch, as a disk that is full for a moment."""
+
+    def __init__(self, writer):
+        self.writer, self.lengths = writer, []
+
+    def write_batch(self, batch):
+        self.lengths.append(len(batch))
+        if len(self.lengths) == 3:
+            raise OSError(28, "No space left on device")
+        self.writer.write_batch(batch)
+
+    def close(self):
+        self.writer.close()
+
+
 def test_a_batch_whose_write_failed_is_not_written_again(tmp_path):
     """What fits after the failure must not follow half a batch: the stream would end there for its readers."""
+    made = Recorder(tmp_path, SIGNALS, 10)
+    made._stream._writer = writer = Full(made._stream._writer)
+    for row in range(40):
+        made.row(row / 10)[1][:] = row
+    with pytest.raises(OSError, match="No space left"):
+        made.row(4.0)  # the fourth batch is full, and the third was not written
+    made.close()
+    assert writer.lengths == [10, 10, 10]
+    np.testing.assert_array_equal(read_signals(tmp_path)["c.n"], np.arange(20))
 
-    class Writer:
-        """Fail to write the third batch, as a disk that is full for a moment."""
 
+@pytest.mark.parametrize("rows", [30, 31, 39])
+@pytest.mark.parametrize("end", ["close", "saved"])
+def test_a_write_that_fails_beside_the_last_rows_is_reported_at_the_end(tmp_path, rows, end):
+    made = Recorder(tmp_path, SIGNALS, 10)
+    made._stream._writer = writer = Full(made._stream._writer)
+    for row in range(rows):
+        made.row(row / 10)[1][:] = row
+    if end == "saved" and rows == 30:
+        made.next_block()
+    with pytest.raises(OSError, match="No space left"):
+        getattr(made, end)()
+    if end == "saved":
+        made.close()
+    assert writer.lengths == [10, 10, 10]
+    np.testing.assert_array_equal(read_signals(tmp_path)["c.n"], np.arange(20))
+
+
+def test_a_block_is_not_filled_while_it_is_written(tmp_path):
+    """The next rows come while a slow disk still has those before: no row of the file is one of a later block."""
+
+    class Slow:
         def __init__(self, writer):
-            self.writer, self.lengths = writer, []
+            self.writer = writer
 
         def write_batch(self, batch):
-            self.lengths.append(len(batch))
-            if len(self.lengths) == 3:
-                raise OSError(28, "No space left on device")
+            sleep(0.002)
             self.writer.write_batch(batch)
 
         def close(self):
             self.writer.close()
 
     made = Recorder(tmp_path, SIGNALS, 10)
-    made._writer = writer = Writer(made._writer)
-    for row in range(30):
+    made._stream._writer = Slow(made._stream._writer)
+    for row in range(205):
         made.row(row / 10)[1][:] = row
-    with pytest.raises(OSError, match="No space left"):
-        made.row(3.0)  # the third batch is full
     made.close()
-    assert writer.lengths == [10, 10, 10]
-    np.testing.assert_array_equal(read_signals(tmp_path)["c.n"], np.arange(20))
+    np.testing.assert_array_equal(read_signals(tmp_path)["c.n"], np.arange(205))
 
 
 def test_a_signal_that_was_not_recorded_is_refused_by_name(tmp_path):

@@ -261,9 +261,9 @@ def test_a_full_disk_ends_the_run_with_one_line_and_readable_data(loop_ssd, tmp_
 
 MEMORY = """
 import resource, sys
-import lockstep.results.recorder
+import lockstep.results.conversion
 from lockstep import load_system, simulate
-lockstep.results.recorder._GROUP_BYTES = 400_000  # bounds the conversion's memory; here both runs fill it
+lockstep.results.conversion._GROUP_BYTES = 400_000  # bounds the conversion's memory; here both runs fill it
 simulate(load_system(sys.argv[1]), sys.argv[2], stop_time=sys.argv[3])
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """

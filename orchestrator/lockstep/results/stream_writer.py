@@ -1,0 +1,94 @@
+"""Write the batches of a run to its stream in a thread, so that the loop goes on meanwhile."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Collection
+from pathlib import Path
+from queue import SimpleQueue
+
+import pyarrow as pa
+
+from lockstep.operating_system import pin
+
+Make = Callable[[], pa.RecordBatch]
+
+
+class StreamWriter:
+    """The stream of a run. One batch at most is on its way to the disk; a failed one ends the stream before it."""
+
+    def __init__(self, path: Path, schema: pa.Schema, cores: Collection[int]) -> None:
+        """Make the file; the thread, which is started when it is needed, may run on these cores."""
+        self._path, self._cores = path, cores
+        self._file = pa.OSFile(str(path), "wb")  # unbuffered: survives a kill
+        self._writer = pa.ipc.new_stream(self._file, schema)
+        self.rows = 0  # that are on disk
+        self._failure: BaseException | None = None
+        self._due: SimpleQueue[Make | None] = SimpleQueue()
+        self._done: SimpleQueue[pa.RecordBatch | None] = SimpleQueue()
+        self._busy = False
+        self._thread: threading.Thread | None = None
+
+    def begin(self, make: Make) -> None:
+        """Make a batch and write it, in the thread; `wait` comes before the next one."""
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._work, name="write signals", daemon=True)
+            self._thread.start()
+        self._busy = True
+        self._due.put(make)
+
+    def wait(self) -> pa.RecordBatch | None:
+        """Wait for the batch that was begun, and return it, None without one; raise what its write raised."""
+        if not self._busy:
+            return None
+        batch = self._done.get()
+        self._busy = False
+        if batch is None and self._failure is not None:
+            raise self._failure
+        return batch
+
+    def write(self, batch: pa.RecordBatch) -> None:
+        """Write a batch in the calling thread."""
+        end = self._file.tell()
+        try:
+            self._writer.write_batch(batch)
+        except BaseException as error:
+            self._failure = error
+            self._file.close()
+            os.truncate(self._path, end)  # no part of a batch stays: readers would take it for a whole one
+            raise
+        self.rows += len(batch)
+
+    def moved(self, path: Path) -> None:
+        """Note that the file has another name."""
+        self._path = path
+
+    @property
+    def whole(self) -> bool:
+        """Whether no write has failed."""
+        return self._failure is None
+
+    def close(self) -> None:
+        """End the thread and the stream."""
+        if self._thread is not None:
+            self._due.put(None)
+            self._thread.join()
+            self._thread = None
+        try:
+            if self.whole:
+                self._writer.close()
+        finally:
+            self._file.close()
+
+    def _work(self) -> None:
+        """Write what is due until the end."""
+        pin(threading.get_native_id(), self._cores)  # the thread that steps FMUs may be pinned to one
+        while (make := self._due.get()) is not None:
+            batch = None
+            try:
+                batch = make()
+                self.write(batch)
+            except BaseException as error:
+                self._failure, batch = error, None
+            self._done.put(batch)
