@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lockstep.errors import InputError, RunError
     from lockstep.faults.read import read_scenario
     from lockstep.results.read import Signals, read_signals
-    from lockstep.simulation import RunOptions, RunSummary, resume, simulate
+    from lockstep.simulation import Run, RunOptions, RunSummary, Snapshot, open, resume, simulate
     from lockstep.ssp.load import load_system
     from lockstep.ssp.write import write_ssd
     from lockstep.system.component import Component, Connector
@@ -29,13 +29,16 @@ __all__ = [
     "Connector",
     "InputError",
     "Restart",
+    "Run",
     "RunError",
     "RunOptions",
     "RunSummary",
     "Signals",
+    "Snapshot",
     "System",
     "Unit",
     "load_system",
+    "open",
     "read_checkpoint",
     "read_scenario",
     "read_signals",
@@ -50,7 +53,7 @@ _HOMES = {
     "checkpoint.schedule": ("CheckpointSchedule",),
     "errors": ("InputError", "RunError"),
     "faults.read": ("read_scenario",),
-    "simulation": ("RunOptions", "RunSummary", "resume", "simulate"),
+    "simulation": ("Run", "RunOptions", "RunSummary", "Snapshot", "open", "resume", "simulate"),
     "results.read": ("Signals", "read_signals"),
     "ssp.load": ("load_system",),
     "ssp.write": ("write_ssd",),
@@ -65,3 +68,7 @@ def __getattr__(name: str) -> Any:
         if name in names:
             return getattr(import_module(f"lockstep.{module}"), name)
     raise AttributeError(f"module 'lockstep' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

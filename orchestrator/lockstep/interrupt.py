@@ -35,6 +35,7 @@ class Interrupt:
     """Whether the run is to end, and by which signal."""
 
     requested = False
+    stepping = False  # whether a run that is stepped is in a step
     ending = False  # whether the run is being closed for it
     number: int = signal.SIGINT
 
@@ -71,10 +72,45 @@ def deferred_interrupt() -> Iterator[Interrupt]:
         if threading.current_thread() is threading.main_thread():
             for number in ENDING:
                 before = signal.getsignal(number)
-                if before in (signal.default_int_handler, _raise) or (before == signal.SIG_DFL and number in _OTHERS):
+                if before in (signal.default_int_handler, _raise, _between_ticks) or (
+                    before == signal.SIG_DFL and number in _OTHERS
+                ):
                     signal.signal(number, request)
                     stack.callback(signal.signal, number, before)
         yield interrupt
+
+
+_stepped: list[Interrupt] = []  # of the runs that are stepped from the main thread
+
+
+def attend(interrupt: Interrupt) -> None:
+    """Have Ctrl-C end a run that is stepped between two ticks; outside its steps it acts as without the run.
+
+    Called again it does so anew, where another handler was installed meanwhile. It does nothing outside the main
+    thread, or where the program handles or ignores Ctrl-C.
+    """
+    if threading.current_thread() is threading.main_thread():
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, _between_ticks)
+        if interrupt not in _stepped:
+            _stepped.append(interrupt)
+
+
+def dismiss(interrupt: Interrupt) -> None:
+    """Have Ctrl-C act as before the run."""
+    if interrupt in _stepped:
+        _stepped.remove(interrupt)
+    here = threading.current_thread() is threading.main_thread()
+    if here and not _stepped and signal.getsignal(signal.SIGINT) is _between_ticks:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _between_ticks(number: int, _frame: FrameType | None) -> None:
+    inside = [interrupt for interrupt in _stepped if interrupt.stepping and not interrupt.requested]
+    if not inside:
+        raise _exception(number)
+    for interrupt in inside:
+        interrupt.requested, interrupt.number = True, number
 
 
 @contextmanager

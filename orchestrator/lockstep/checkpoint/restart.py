@@ -13,8 +13,9 @@ from lockstep.checkpoint.bus_values import restore_bus
 from lockstep.checkpoint.check_content import WAITING
 from lockstep.checkpoint.file import Checkpoint
 from lockstep.checkpoint.identity import changes, refuse_other
+from lockstep.checkpoint.states import restore_state
 from lockstep.errors import InputError
-from lockstep.fmi.slave import Scalar, Slave, Stateful
+from lockstep.fmi.slave import Scalar, Slave
 from lockstep.plan.input_files import Paths, unchanged
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
@@ -154,17 +155,9 @@ class Restart:
         """Bring the components to the checkpoint, all but the reinitialised ones, and the bus too."""
         checkpoint, time = self.checkpoint, seconds(self.checkpoint.time)
         old = [task.name for task in plan.schedule.tasks if task.name not in self.reinitialised]
-        for number, name in enumerate(old):
-            slave = slaves[name]
-            if not isinstance(slave, Stateful):
-                raise InputError(f"{name}: cannot restore a state; give --reinitialise {name}")
-            folder = temporary / f"state-{number}"
-            folder.mkdir()
-            for file, content in checkpoint.states[name].items():
-                (folder / file).write_bytes(content)
+        for name in old:
             with self._refusing_damage(f"the state of {name}"):
-                status = slave.restore_state(str(folder))
-            exchange.check(name, "SetFMUstate", time, status)
+                restore_state(name, slaves[name], checkpoint.states[name], exchange, time, temporary)
         restore_bus(checkpoint, plan, exchange, exchange.present, self.reinitialised)
         with self._refusing_damage("the memory of its faults"):
             self._restore_faults(slaves, exchange)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from lockstep.checkpoint.check_content import WAITING
 from lockstep.checkpoint.file import FOLDER, checkpoint_name, write_checkpoint
 from lockstep.checkpoint.identity import identity
 from lockstep.checkpoint.schedule import CheckpointSchedule
+from lockstep.checkpoint.states import saved_states
 from lockstep.errors import InputError
 from lockstep.fmi.slave import Slave, Stateful
 from lockstep.plan.plan import Plan
@@ -50,16 +50,9 @@ class Saver:
     ) -> Path:
         """Write the checkpoint before a tick; RunError if a component fails to save its state, OSError for the disk."""
         plan, time = self.plan, self.plan.schedule.time(tick)
-        states: dict[str, dict[str, bytes]] = {}
-        for name, slave in self.slaves.items():
-            if isinstance(slave, Stateful) and name not in self.schedule.without:
-                content = self.temporary / "state"
-                content.mkdir()
-                try:
-                    self.exchange.check(name, "GetFMUstate", seconds(time), slave.save_state(str(content)))
-                    states[name] = {file.name: file.read_bytes() for file in sorted(content.iterdir())}
-                finally:
-                    shutil.rmtree(content, ignore_errors=True)
+        able = (name for name, slave in self.slaves.items() if isinstance(slave, Stateful))
+        names = [name for name in able if name not in self.schedule.without]
+        states = saved_states(names, self.slaves, self.exchange, seconds(time), self.temporary)
         bus, outputs = saved_bus(plan, self.exchange, tick)
         path = folder / FOLDER / checkpoint_name(time)
         events.add("checkpoint", file=f"{FOLDER}/{path.name}")

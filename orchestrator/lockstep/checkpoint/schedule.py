@@ -55,7 +55,7 @@ class CheckpointSchedule:
     def _refuse_without_state(self, plan: Plan) -> None:
         for name in self.without:
             plan.system.component(name)
-        unable = [c.name for c in plan.system.components if not _saves_state(c, plan)]
+        unable = [c.name for c in plan.system.components if not saves_state(c, plan)]
         left = [name for name in unable if name not in self.without]
         if left:
             raise InputError(
@@ -64,7 +64,8 @@ class CheckpointSchedule:
             )
 
 
-def _saves_state(component: Component, plan: Plan) -> bool:
+def saves_state(component: Component, plan: Plan) -> bool:
+    """Return whether a component, its shadow included, can save its state."""
     shadow = component.shadow
     if shadow is not None and not plan.shadows[shadow.component.name].saves_state:
         return False

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
-from lockstep.faults.resolve import Group, Resolved
+from lockstep.faults.resolve import FaultEvent, Group, Resolved
 from lockstep.fmi.slave import DTYPES, Buffer, Scalar, Slave
 from lockstep.system.component import Value
 
@@ -22,6 +23,14 @@ class AddEvent(Protocol):
     def __call__(self, event: str, **details: object) -> None:
         """Record the event."""
         ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeptFaults:
+    """The memory of the faults of a run at some time, and the events that are still to come, the next one last."""
+
+    memory: Mapping[str, Any]
+    waiting: tuple[FaultEvent, ...]
 
 
 class Faults:
@@ -45,6 +54,11 @@ class Faults:
     def act_on(self, name: str) -> bool:
         """Return whether a component's inputs or parameters are altered at any time."""
         return any(group.component == name for group in (*self._resolved.transfers, *self._resolved.settings))
+
+    @property
+    def set_parameters(self) -> frozenset[tuple[str, Scalar, int]]:
+        """The parameters that faults set: component, type and reference."""
+        return frozenset((g.component, g.scalar, r) for g in self._resolved.settings for r in g.references)
 
     def finish(self) -> None:
         """Record the end of the faults that last to the end of the run."""
@@ -70,6 +84,21 @@ class Faults:
             group.effect.restore(memory)
         self._present = {(name, scalar): dict(items) for name, scalar, items in saved["present"]}
         self._waiting = [line for line in self._waiting if line.tick >= tick]
+
+    def kept(self) -> KeptFaults:
+        """Return the memory of the faults and the events to come, to go back to in the same run."""
+        return KeptFaults(memory=self.saved(), waiting=tuple(self._waiting))
+
+    def put_back(self, kept: KeptFaults) -> None:
+        """Go back to what `kept` returned, with all calls that are bound."""
+        groups = (*self._resolved.transfers, *self._resolved.settings)
+        for group, memory in zip(groups, kept.memory["memory"], strict=True):
+            group.effect.restore(memory)
+        for name, scalar, items in kept.memory["present"]:
+            present = self._present[name, scalar]  # which the calls hold
+            present.clear()
+            present.update(items)
+        self._waiting = list(kept.waiting)
 
     def begin_at(self, tick: int) -> None:
         """Begin at a tick: faults that ended before it are not recorded, and those that act there begin there."""

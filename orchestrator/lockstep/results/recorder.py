@@ -80,11 +80,29 @@ class Recorder:
         """Return what has been recorded so far, with the file on disk for good."""
         assert self._folder is not None
         self._complete_write()
+        _write_through(self._folder / STREAM)
+        return SavedRows(written=self._stream.rows, waiting=self._streamed(self.count))
+
+    def nothing(self) -> SavedRows | KeptRows:
+        """Return what a run has recorded that begins at the present time, to go back to."""
+        if self._folder is None:
+            return KeptRows(blocks=(), last=self._columns.copy(self.block, 0))
+        return SavedRows(written=0, waiting=self._streamed(0))
+
+    def _streamed(self, count: int) -> bytes:
+        """Return the first rows of the block as an Arrow stream."""
         waiting = pa.BufferOutputStream()
         with pa.ipc.new_stream(waiting, self.schema) as stream:
-            stream.write_batch(self._columns.batch(self.block, self.count))
-        _write_through(self._folder / STREAM)
-        return SavedRows(written=self._stream.rows, waiting=waiting.getvalue().to_pybytes())
+            stream.write_batch(self._columns.batch(self.block, count))
+        found: bytes = waiting.getvalue().to_pybytes()
+        return found
+
+    def abandon(self) -> None:
+        """Close the file as it is, before another recorder continues it."""
+        if self._folder is not None:
+            self._complete_write()
+            self._stream.close()
+            self._conversion.discard()
 
     def kept(self) -> KeptRows:
         """Return all rows so far of a run in memory. They do not change any more."""
@@ -183,6 +201,10 @@ class Recorder:
 
         Raises OSError, also for a stream that does not give back every row that was written.
         """
+        if self._folder is None:
+            if self.count:
+                self.next_block()
+            return
         try:
             try:
                 self._complete_write()

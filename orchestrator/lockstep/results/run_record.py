@@ -5,8 +5,10 @@ import os
 import platform
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -197,6 +199,14 @@ def _literal(value: object) -> str:
     return _text(str(value))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeptEvents:
+    """The events of a run at some time, a line each, and how many messages each component had logged."""
+
+    lines: tuple[str, ...]
+    counts: Mapping[str, int]
+
+
 class Events:
     """Append events, one JSON object a line, each with its simulated time; before `open` they wait."""
 
@@ -204,10 +214,12 @@ class Events:
         self.time = time  # [s] simulated; the master keeps it
         self._waiting: list[str] = []
         self._file: int | None = None
+        self._path: Path | None = None
         self._counts: Counter[str] = Counter()
 
     def open(self, folder: Path, keep: int = 0) -> None:
         """Create events.jsonl, or keep so many bytes of it, and write the waiting events."""
+        self._path = folder / EVENTS
         self._file = os.open(folder / EVENTS, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
         os.ftruncate(self._file, keep)
         waiting, self._waiting = self._waiting, []
@@ -223,6 +235,24 @@ class Events:
         """Continue the events of the same run after those that it had when it was saved; write the waiting ones."""
         self._counts.update(Counter(saved["counts"]))
         self.open(folder, int(saved["size"]))
+
+    def kept(self) -> KeptEvents:
+        """Return the events so far."""
+        lines = tuple(self._waiting)
+        if self._path is not None:
+            lines = tuple(f"{line}\n" for line in self._path.read_text(encoding="utf-8").split("\n")[:-1])
+        return KeptEvents(lines=lines, counts=dict(self._counts))
+
+    def put_back(self, kept: KeptEvents) -> None:
+        """Go back to the events that the run had at some time, in this branch of it or another."""
+        self._counts = Counter(kept.counts)
+        if self._file is None:
+            self._waiting = list(kept.lines)
+            return
+        equal = takewhile(lambda pair: pair[0] == pair[1], zip(self.kept().lines, kept.lines, strict=False))
+        size = sum(len(line.encode()) for line, _ in equal)
+        os.ftruncate(self._file, size)
+        _write_whole(self._file, "".join(kept.lines).encode()[size:])
 
     def add(self, event: str, **details: object) -> None:
         """Write an event at the present simulated time."""

@@ -61,6 +61,7 @@ class Exchange:
 
     def phases(self, row: NextRow, look: Callable[[], None] = lambda: None) -> list[tuple[Action, ...]]:
         """Return the actions of every tick of the cycle, in order; `look` is called before each is bound."""
+        self._steps = {key: step for key, step in self._steps.items() if not _captures(key)}  # into another recorder
         return [self._phase(tick, row, look) for tick in range(self._layout.cycle)]
 
     def _phase(self, tick: int, row: NextRow, look: Callable[[], None]) -> tuple[Action, ...]:
@@ -397,3 +398,7 @@ class Exchange:
                 parts[k][:] = take_other(places)
 
         return capture
+
+
+def _captures(key: object) -> bool:
+    return isinstance(key, tuple) and key[0] == "capture"

@@ -44,6 +44,11 @@ class Loop:
         """End the loop when the present tick is complete."""
         self._ending = True
 
+    def go_back(self, tick: int) -> None:
+        """Continue at a tick, as if no later one had been run, and none had ended the loop."""
+        self.done, self._ending = tick, False
+        self._clock.time = self.time
+
     def run(self, phases: Sequence[tuple[Action, ...]], pauses: Iterable[Pause], look: Action) -> None:
         """Run all ticks.
 

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import NoReturn
 
 from lockstep.checkpoint.save import Saver
 from lockstep.errors import EndOfSimulation, InputError
@@ -17,6 +18,7 @@ from lockstep.interrupt import Interrupt
 from lockstep.plan.plan import Plan
 from lockstep.processes.start_slave import SharedProcess, limits_given
 from lockstep.results.read import Signals, signals_in_memory
+from lockstep.results.recorder import Recorder, SavedRows
 from lockstep.results.results_folder import ResultsFolder, held
 from lockstep.results.run_record import Events
 from lockstep.run.batched_steps import Batches
@@ -28,7 +30,15 @@ from lockstep.run.real_time_pacing import pacer_given
 from lockstep.run.recorded_run import RecordedRun
 from lockstep.shadow.component import with_tolerances
 from lockstep.simulation.options import Progress, RunOptions
-from lockstep.simulation.start import describe, initialise_all, observed_by, open_files, plan_of, start_slaves
+from lockstep.simulation.start import (
+    describe,
+    initialise_all,
+    observed_by,
+    open_files,
+    plan_of,
+    rows_per_block,
+    start_slaves,
+)
 from lockstep.simulation.summary import RunSummary
 from lockstep.system.clock import seconds
 from lockstep.system.system import System
@@ -49,6 +59,14 @@ class OpenRun:
     pauses: list[Pause] = field(default_factory=list)  # those to come
     stepped: set[str] = field(default_factory=set)  # in the tick in which a component ended the run
     wall_time: float = 0.0  # [s] of the loop, when it is complete
+    between_ticks: bool = False  # whether the newest Ctrl-C ended `advance` between two ticks
+    recorded_last: bool = False
+
+    @property
+    def recorder(self) -> Recorder:
+        """What records the rows."""
+        assert self.run.recorder is not None
+        return self.run.recorder
 
     @property
     def ended(self) -> bool:
@@ -57,71 +75,91 @@ class OpenRun:
 
     def begin(self) -> None:
         """Bind all calls of the ticks, and start the clocks."""
-        run, recorder, exchange, pacer = self.run, self.run.recorder, self.exchange, self.run.pacer
-        assert recorder is not None
-        self.phases = exchange.phases(recorder.row, self.interrupt.check)
+        self._bind()
+        self.pauses = [(tick, partial(self._save, tick)) for tick in self.saver.ticks]
+
+    def _bind(self) -> None:
+        run, exchange, pacer = self.run, self.exchange, self.run.pacer
+        self.phases = exchange.phases(self.recorder.row, self.interrupt.check)
         if pacer is not None:
             pacer.begin(run.loop.time, self.interrupt)
             self.phases = [(pacer, *phase) for phase in self.phases]
         exchange.on_end = run.loop.end_after_tick
-        self.pauses = [(tick, partial(self._save, tick)) for tick in self.saver.ticks]
 
     def _save(self, tick: int) -> None:
         run = self.run
-        assert run.recorder is not None
         assert run.folder is not None
-        self.saver.save(tick, run.folder, run.recorder, run.events, run.record, run.wall_time)
+        self.pauses.pop(0)
+        self.saver.save(tick, run.folder, self.recorder, run.events, run.record, run.wall_time)
 
     def _look(self, time: float) -> None:
+        self.between_ticks = self.interrupt.requested
         self.interrupt.check()
         if self.progress is not None:
             self.progress(time, seconds(self.plan.stop_time))
 
+    def go_back(self, tick: int) -> None:
+        """Continue at a tick; what the components and the bus hold there has been restored."""
+        run = self.run
+        run.loop.go_back(tick)
+        run.terminated = self.exchange.end = None
+        self.stepped, self.recorded_last = set(), False
+        self.pauses = [(later, partial(self._save, later)) for later in self.saver.ticks if later > tick]
+        if run.pacer is not None:
+            run.pacer.begin(run.loop.time, self.interrupt)
+
+    def replace_recorder(self, saved: SavedRows) -> None:
+        """Continue the file of the signals after these rows of it."""
+        run, plan = self.run, self.plan
+        assert run.folder is not None
+        self.recorder.abandon()
+        run.recorder = Recorder(run.folder, plan.signals, rows_per_block(plan), saved)
+        self._bind()
+
+    def fail(self, error: BaseException) -> NoReturn:
+        """Close everything after a failure, with what was recorded readable, and raise it."""
+        raised = self.run.abandon(error)
+        if raised is error:
+            raise error
+        raise raised from None
+
     def advance(self, tick: int) -> None:
         """Run until so many ticks of the whole run are complete, or a component ends the run before.
 
-        After a failure everything is closed and what was recorded is readable.
+        A failure leaves the run open; `fail` closes it.
         """
-        try:
-            self._advance(tick)
-        except BaseException as error:
-            raised = self.run.abandon(error)
-            if raised is error:
-                raise
-            raise raised from None
-
-    def _advance(self, tick: int) -> None:
         run, exchange = self.run, self.exchange
         loop = run.loop
         due = [pause for pause in self.pauses if pause[0] <= tick]
         loop.first, loop.last = loop.done, tick
+        self.between_ticks = False
         try:
             loop.run(self.phases, due, self._look)
         except EndOfSimulation as end:
             self.stepped = components_before(exchange, end.component)
-        self.pauses = self.pauses[len(due) :]
         if exchange.end is not None:
             run.terminated = exchange.end
 
     def complete(self) -> RunSummary:
-        """Record the last row, close the components and the files, and return the summary; failures as `advance`."""
+        """Record the last row, close the components and the files, and return the summary.
+
+        After a failure everything is closed too, with what was recorded readable.
+        """
         try:
-            self._record_last()
+            self.record_last()
             self.wall_time = self.run.wall_time - self.run.wall_time_before
         except BaseException as error:
-            raised = self.run.abandon(error)
-            if raised is error:
-                raise
-            raise raised from None
+            self.fail(error)
         self.run.complete()
-        return self._summary()
+        return self.summary()
 
-    def _record_last(self) -> None:
-        run, exchange, stop = self.run, self.exchange, seconds(self.plan.stop_time)
-        loop, recorder = run.loop, run.recorder
-        assert recorder is not None
-        if run.terminated is not None:
-            stop = loop.time
+    def record_last(self) -> None:
+        """Record the last row, at the time that the run has reached; once."""
+        if self.recorded_last:
+            return
+        self.recorded_last = True
+        run, exchange = self.run, self.exchange
+        loop, recorder, stop = run.loop, self.recorder, run.loop.time
         if run.pacer is not None:
             run.pacer(stop)
         if run.terminated is None:
@@ -134,12 +172,10 @@ class OpenRun:
 
     def signals(self) -> Signals:
         """Return what a run in memory has recorded so far."""
-        recorder = self.run.recorder
-        assert recorder is not None
-        kept = recorder.kept()
-        return signals_in_memory([*kept.blocks, kept.last], recorder.schema)
+        kept = self.recorder.kept()
+        return signals_in_memory([*kept.blocks, kept.last], self.recorder.schema)
 
-    def _summary(self) -> RunSummary:
+    def summary(self) -> RunSummary:
         run, plan = self.run, self.plan
         return RunSummary(
             folder=run.folder,
@@ -233,10 +269,7 @@ def open_run(
         run.recorder = open_files(plan, events, run.folder, restart, observed)
         opened.begin()
     except BaseException as error:
-        raised = run.abandon(error)
-        if raised is error:
-            raise
-        raise raised from None
+        opened.fail(error)
     return opened
 
 

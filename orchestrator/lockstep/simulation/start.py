@@ -133,5 +133,9 @@ def open_files(
         events.add("start", stop_time=stop)
     else:
         restart.open_events(events, folder, stop)
-    half_a_second = max(1, 10**9 // (2 * plan.layout.record_ticks * plan.system.tick))  # rows
-    return Recorder(folder, plan.signals, half_a_second, restart.saved_rows if restart else None, observed)
+    return Recorder(folder, plan.signals, rows_per_block(plan), restart.saved_rows if restart else None, observed)
+
+
+def rows_per_block(plan: Plan) -> int:
+    """Return how many rows are recorded in half a simulated second, at least one."""
+    return max(1, int(10**9 // (2 * plan.layout.record_ticks * plan.system.tick)))

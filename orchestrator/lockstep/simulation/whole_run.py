@@ -66,7 +66,10 @@ def simulate(
     with ExitStack() as stack:
         interrupt = stack.enter_context(deferred_interrupt())
         run = open_run(system, folder, chosen, interrupt, stack)
-        run.advance(run.plan.ticks)
+        try:
+            run.advance(run.plan.ticks)
+        except BaseException as error:
+            run.fail(error)
         return run.complete()
 
 
