@@ -85,9 +85,8 @@ def check_snapshot(run: OpenRun, snapshot: Snapshot, branch: Branch) -> None:
     here = _must_be(run)
     differing = [what for what, value in snapshot.of.items() if value != here[what]]
     if differing:
-        raise InputError(
-            f"{snapshot!r}: its run had another {', another '.join(differing)}; restore it in a run that is opened alike"
-        )
+        found = ", another ".join(differing)
+        raise InputError(f"{snapshot!r}: its run had another {found}; restore it in a run that is opened alike")
     if isinstance(snapshot.rows, SavedRows) and snapshot.branch[0] == branch[0]:
         depth = len(snapshot.branch)
         later = branch[depth][1] if len(branch) > depth else snapshot.tick

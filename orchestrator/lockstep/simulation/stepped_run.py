@@ -86,7 +86,7 @@ class Run:
 
     @property
     def signals(self) -> Signals:
-        """The rows recorded so far; that of the stop time is recorded when it is reached and this is read, or at the end.
+        """The rows recorded so far; that of the stop time is recorded when this is read there, or at the end.
 
         Those of a run with a folder are there once it is closed. Raises InputError before.
         """
@@ -197,7 +197,7 @@ class Run:
         if self._why:
             self._refuse_use(f"{name}: cannot be set")
         time = self._loop.time
-        if self._guarded(self._values.set, name, value, time) or self._sets[name] < _MOST_SETS:
+        if self._guarded(self._values.set, name, value, time) or self._sets.get(name, 0) < _MOST_SETS:
             self._sets[name] = self._sets.get(name, 0) + 1
             events = self._opened.run.events
             events.time = time
@@ -323,7 +323,7 @@ class Run:
         raise InputError(f"{what}: the run {self._why}; open another one with lockstep.open")
 
 
-def open(  # noqa: A001 (as `lockstep.open`)
+def open(
     system: System | Path | str | Fmus,
     folder: Path | str | ResultsFolder | None = None,
     options: RunOptions | None = None,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lockstep.array_names import array_of, elements_of, grid_axes, split_element
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Variable
+from lockstep.fmi.parameter_values import parse_value
 from lockstep.fmi.slave import DTYPES, Buffer, Scalar, Slave
 from lockstep.plan.overrides import Override, resolve_overrides
 from lockstep.plan.plan import Plan
@@ -29,7 +30,7 @@ class Values:
         self._plan, self._slaves, self._exchange = plan, slaves, exchange
         self._readers: dict[str, Read] = {}
         self._quick: dict[str, _QuickSet | None] = {}
-        self._given: dict[tuple[str, Scalar, int], Value] = {}  # parameters of adapted components
+        self._given: dict[str, Value] = {}  # by `component.variable`
         links = plan.layout.links
         self._connected = {(k.consumer, k.target_scalar or k.scalar, target) for k in links for target in k.targets}
         self._fed = {(p.component, p.scalar, reference) for p in plan.inputs for reference in p.references}
@@ -81,15 +82,15 @@ class Values:
 
     def _parameters(self, component: str, variables: Sequence[Variable], single: bool) -> Any:
         """Return parameters behind an adapter, through which no value comes back, as they were given."""
-        found = []
+        found: list[Value] = []
         for variable in variables:
-            key = (component, variable.scalar, variable.reference)
-            given = self._plan.wiring.parameters[component].get(variable.name, variable.start)
-            found.append(self._given.get(key, given))  # type: ignore[call-overload]
-        if any(value is None for value in found):
-            raise InputError(f"{component}.{variables[0].name}: has no start value, and its component an adapter")
-        typed = np.array([float(v) if variables[0].scalar == "Real" else v for v in found])
-        return typed[0].item() if single else typed.reshape(_shape(variables))
+            name, given = f"{component}.{variable.name}", self._plan.wiring.parameters[component]
+            value = given.get(variable.name, variable.start)
+            if value is None:
+                raise InputError(f"{name}: has no start value, and no value comes back through an adapter")
+            found.append(self._given.get(name, parse_value(value, variable, name)))
+        values = np.array(found)
+        return values[0].item() if single else values.reshape(_shape(variables))
 
     def _found(self, name: str) -> tuple[Component, list[Variable], bool]:
         """Return the component, its variables of a name, and whether that is the name of a single one."""
@@ -124,13 +125,15 @@ class Values:
                 self._exchange.check(quick.component, "SetReal", time, status)
             return new
         by_call: dict[tuple[str, Scalar], dict[int, Value]] = {}
+        given: dict[str, Value] = {}
         for component, variable, item in resolve_overrides(name, value, self._plan.system, self._plan.descriptions):
             scalar = self._settable(component, variable)
             by_call.setdefault((component, scalar), {})[variable.reference] = item
+            given[f"{component}.{variable.name}"] = item
         for (component, scalar), values in by_call.items():
             status = self._slaves[component].set_start(values, scalar)
             self._exchange.check(component, f"Set{scalar}", time, status)
-            self._given |= {(component, scalar, reference): item for reference, item in values.items()}
+        self._given |= given
         return new
 
     def _settable(self, component: str, variable: Variable) -> Scalar:
