@@ -45,8 +45,7 @@ class Exchange:
         """Bind nothing yet. `batches` joins steps of FMUs that share a process, where there are some."""
         self._layout, self._faults, self._inputs = layout, faults, inputs or InputSignals((), 0.0)
         self.not_finite = NotFinite(layout.used, names, add_event)
-        self._slaves = slaves
-        self._names = names
+        self._slaves, self._names = slaves, names
         self._start = seconds(layout.schedule.start)
         make: Callable[[Scalar, int], Buffer] = batches.bus if batches else lambda s, size: np.zeros(size, DTYPES[s])
         self._bus: dict[Scalar, Buffer] = {s: make(s, layout.bus_size(s)) for s in SCALARS}
@@ -55,13 +54,14 @@ class Exchange:
             self._joined = batches.members(layout, faults, self._inputs)
             batches.report_to(self._check_finite, self._refuse_overflow, self._end)
         self._steps: dict[object, Action] = {}  # equal phases share one action
+        self._captures: dict[object, Action] = {}
         self._initial: dict[tuple[str, Scalar], dict[int, Any]] = {}
         self.end: EndOfSimulation | None = None  # the first that a component asked for
         self.on_end: Callable[[], None] = lambda: None  # called when a complete step asks for the end
 
     def phases(self, row: NextRow, look: Callable[[], None] = lambda: None) -> list[tuple[Action, ...]]:
         """Return the actions of every tick of the cycle, in order; `look` is called before each is bound."""
-        self._steps = {key: step for key, step in self._steps.items() if not _captures(key)}  # into another recorder
+        self._captures.clear()  # they are bound to the row of a recorder
         return [self._phase(tick, row, look) for tick in range(self._layout.cycle)]
 
     def _phase(self, tick: int, row: NextRow, look: Callable[[], None]) -> tuple[Action, ...]:
@@ -377,15 +377,15 @@ class Exchange:
         layout, task = self._layout, self._layout.schedule.task
         parts = [(name, task(name).true_at(tick), by_scalar(refs)) for name, refs in layout.recorded.items()]
         parts += [(name, task(name).begun(tick), by_scalar(refs)) for name, refs in layout.held.items()]
-        key = ("capture", *(layout.place(name, s, version) for name, version, refs in parts for s in refs))
-        if key not in self._steps:
+        key = tuple(layout.place(name, s, version) for name, version, refs in parts for s in refs)
+        if key not in self._captures:
             index: dict[Scalar, NDArray[np.intp]] = {}
             for scalar in SCALARS:
                 of_type = [(n, refs[scalar], version) for n, version, refs in parts if scalar in refs]
                 places = [place for n, refs, version in of_type for place in layout.positions(n, scalar, refs, version)]
                 index[scalar] = np.array(places, np.intp)
-            self._steps[key] = self._bind_capture(index, row)
-        return self._steps[key]
+            self._captures[key] = self._bind_capture(index, row)
+        return self._captures[key]
 
     def _bind_capture(self, index: Mapping[Scalar, NDArray[np.intp]], row: NextRow) -> Action:
         reals, take = index["Real"], self._bus["Real"].take
@@ -398,7 +398,3 @@ class Exchange:
                 parts[k][:] = take_other(places)
 
         return capture
-
-
-def _captures(key: object) -> bool:
-    return isinstance(key, tuple) and key[0] == "capture"
