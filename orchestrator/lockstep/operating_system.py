@@ -7,6 +7,7 @@ No other module imports `fcntl` or `resource`, reads `/proc`, or calls `os.memfd
 from __future__ import annotations
 
 import ctypes
+import errno
 import mmap
 import os
 import signal
@@ -125,6 +126,42 @@ def pin(thread: int, to: Collection[int]) -> None:
     if hasattr(os, "sched_setaffinity"):
         with suppress(OSError):
             os.sched_setaffinity(thread, to)
+
+
+def use_core(core: int) -> Release:
+    """Keep the calling thread on one core until the returned function is called.
+
+    Raises OSError where there is no such core for this program, or none can be chosen.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        raise OSError(errno.ENOSYS, "this system does not let a program choose")
+    before = os.sched_getaffinity(0)
+    if core not in before:
+        raise OSError(errno.EINVAL, f"this program may use {', '.join(map(str, sorted(before)))}")
+    os.sched_setaffinity(0, {core})
+    return lambda: os.sched_setaffinity(0, before)
+
+
+def use_priority(priority: int) -> Release:
+    """Give the calling thread a real-time priority (SCHED_FIFO) until the returned function is called.
+
+    Threads and processes that it starts do not inherit it. Raises OSError where that is not there or not permitted.
+    """
+    if not hasattr(os, "sched_setscheduler"):
+        raise OSError(errno.ENOSYS, "this system has none")
+    least, most = os.sched_get_priority_min(os.SCHED_FIFO), os.sched_get_priority_max(os.SCHED_FIFO)
+    if not least <= priority <= most:
+        raise OSError(errno.EINVAL, f"this system has {least} to {most}")
+    policy, parameter = os.sched_getscheduler(0), os.sched_getparam(0)
+    os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
+
+    def release() -> None:
+        with suppress(OSError):  # who may not clear the flag keeps it
+            os.sched_setscheduler(0, policy, parameter)
+            return
+        os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, parameter)
+
+    return release
 
 
 def current_core() -> int:

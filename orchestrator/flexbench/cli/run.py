@@ -72,7 +72,15 @@ def run(
 
     resumed = request.checkpoints.resume
     if resumed is not None:
-        resume_run(resumed, pace=request.pace, step_limit=request.step_limit, finish=finish, watch=watch_loop)
+        resume_run(
+            resumed,
+            pace=request.pace,
+            step_limit=request.step_limit,
+            realtime_priority=request.realtime_priority,
+            core=request.core,
+            finish=finish,
+            watch=watch_loop,
+        )
     else:
         _run_new(request, seed, as_published, accept_infeasible, native, finish)
     return 0

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lockstep.simulation import RunSummary
     from lockstep.system.system import System
 
-_WITH_RESUME = {"resume", "pace", "step_limit", "traceback"}  # all else is as it was
+_WITH_RESUME = {"resume", "pace", "realtime_priority", "core", "step_limit", "traceback"}  # all else is as it was
 
 _READS_A_FILE = {"within", "tick", "continuous", "sampled"}
 
@@ -93,6 +93,8 @@ def resume_run(
     *,
     pace: str | None,
     step_limit: str | None,
+    realtime_priority: int | None = None,
+    core: int | None = None,
     finish: Callable[[Path], None] = lambda _: None,
     watch: Watch | None = None,
 ) -> RunSummary:
@@ -101,7 +103,7 @@ def resume_run(
     `finish` is called with the folder at the end, while no other run can use that; `watch` as in `RunOptions`.
     """
     from lockstep.checkpoint.resume import resumable
-    from lockstep.cli.progress import print_summary, show_progress
+    from lockstep.cli.progress import print_summary, print_warnings, show_progress
     from lockstep.results.results_folder import claim_earlier
     from lockstep.run.real_time_pacing import pacer_given
     from lockstep.simulation import resume
@@ -116,7 +118,16 @@ def resume_run(
         checkpoint = resumable(folder)
         title, time = str(checkpoint.run["system"]["name"]), seconds(checkpoint.time)
         with show_progress(title, begin=time, pacer=pacer) as progress:
-            summary = resume(claimed, progress=progress, step_limit=step_limit, pace=pacer, watch=watch)
+            summary = resume(
+                claimed,
+                progress=progress,
+                step_limit=step_limit,
+                pace=pacer,
+                watch=watch,
+                realtime_priority=realtime_priority,
+                core=core,
+            )
+        print_warnings(summary.warnings)
         print_summary(summary)
         finish(claimed.path)
     return summary

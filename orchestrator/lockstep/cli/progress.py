@@ -93,6 +93,7 @@ def print_summary(summary: RunSummary) -> None:
         print(f"ended before the stop time: {summary.terminated}")
     if summary.pacer is not None:
         print(summary.pacer)
+        print("\n".join(summary.pacer.histogram()))
 
 
 def print_warnings(warnings: Sequence[str], most: int = 10) -> None:

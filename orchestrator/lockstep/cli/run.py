@@ -46,7 +46,13 @@ def run(request: RunRequest) -> int:
     from lockstep.ssp.load import load_system
 
     if request.checkpoints.resume is not None:
-        resume_run(request.checkpoints.resume, pace=request.pace, step_limit=request.step_limit)
+        resume_run(
+            request.checkpoints.resume,
+            pace=request.pace,
+            step_limit=request.step_limit,
+            realtime_priority=request.realtime_priority,
+            core=request.core,
+        )
     else:
         load = partial(load_system, timing=request.timing.timing(), within=request.within)
         run_system(request, request.checkpoints.system(request.system, load))

@@ -57,6 +57,8 @@ class RunRequest:
     overwrite: bool
     checkpoints: CheckpointOptions
     pace: str | None
+    realtime_priority: int | None
+    core: int | None
     strict_inputs: bool
     strict: bool
     within: Path | None
@@ -90,6 +92,9 @@ run_options = option_group(
     click.option("--overwrite", is_flag=True, help="replace an earlier run in the results folder"),
     checkpoint_options,
     click.option("--pace", metavar="X", help="at most X times real time (default: as fast as possible)"),
+    click.option("--realtime-priority", type=click.IntRange(1), metavar="N",
+                 help="SCHED_FIFO priority of the thread that steps, 1 to 99, where that is permitted"),
+    click.option("--core", type=click.IntRange(0), metavar="N", help="keep the thread that steps on this core"),
     click.option("--strict-inputs", is_flag=True, help="refuse inputs without connection and value"),
     click.option("--strict", is_flag=True, help="refuse system files and FMUs with offences that give warnings"),
     click.option("--within", type=PATH, metavar="DIR",
@@ -154,6 +159,8 @@ def run_system(
                 tolerance=_tolerances(request.tolerance, system),
                 faults=[read_scenario(path) for path in request.faults],
                 pace=pacer,
+                realtime_priority=request.realtime_priority,
+                core=request.core,
                 checkpoints=request.checkpoints.schedule(),
                 restart=restart,
                 strict_inputs=request.strict_inputs,

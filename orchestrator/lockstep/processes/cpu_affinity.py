@@ -73,6 +73,11 @@ class CoreAssignment:
         """All cores that the program may run on: those of threads that are not stepping FMUs."""
         return set(self._all)
 
+    def leave_thread(self) -> None:
+        """Leave the thread alone from here on: it is given a core, to which its workers follow it."""
+        self.release()
+        self._pins_thread = False
+
     def release(self) -> None:
         """Release the thread and its workers to all cores. A process started now may run anywhere."""
         if self._core is not None:

@@ -7,14 +7,24 @@ neither a long sleep nor a late tick shifts the later ones: a run that is late c
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable
 from time import perf_counter, sleep
+
+import numpy as np
+from numpy.typing import NDArray
 
 from lockstep.errors import InputError
 from lockstep.interrupt import Interrupt
 
 _POLLING = 2e-4  # [s] before a deadline in which the clock is polled: a sleep ends some 0.1 ms late
 _SLICE = 0.05  # [s] of sleep between two checks for Ctrl-C
+EDGES = (*(float(f"{digit}e{power}") for power in range(-6, 0) for digit in (1, 2, 5)), 1.0)  # [s] of the histogram
+_BAR = 40  # letters of the longest bar
+_UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
+
+# places in `Pacer.numbers`, which the tick in C reads and counts in too
+ORIGIN, FIRST, PACE, POLLING, OVERRUNS, WORST, WORST_AT = range(7)
 
 
 class Pacer:
@@ -23,44 +33,68 @@ class Pacer:
     def __init__(
         self, pace: float, clock: Callable[[], float] = perf_counter, wait: Callable[[float], None] = sleep
     ) -> None:
-        self.pace = pace
-        self.overruns = 0  # ticks whose work was not done when the next one was due
-        self.worst = 0.0  # [s] of wall time by which the work of a tick ended late
-        self.worst_at = 0.0  # [s] simulated, the start of the tick after it
+        self.numbers: NDArray[np.float64] = np.zeros(7)
+        self.numbers[PACE], self.numbers[POLLING] = pace, _POLLING
+        self.counts: NDArray[np.int64] = np.zeros(len(EDGES) + 1, np.int64)  # ticks, by how late they began
         self._clock, self._wait = clock, wait
         self._interrupt = Interrupt()
         self._origin = self._first = 0.0
+        self.pace = pace
+
+    @property
+    def overruns(self) -> int:
+        """Ticks whose work was not done when the next one was due."""
+        return int(self.numbers[OVERRUNS])
+
+    @property
+    def worst(self) -> float:
+        """The wall time by which the work of a tick ended late at most [s]."""
+        return float(self.numbers[WORST])
+
+    @property
+    def worst_at(self) -> float:
+        """The start of the tick after that [s] simulated."""
+        return float(self.numbers[WORST_AT])
+
+    @property
+    def on_real_clock(self) -> bool:
+        """Whether the clock is the system's, which the tick in C reads too."""
+        return self._clock is perf_counter
 
     def begin(self, first: float, interrupt: Interrupt) -> None:
         """Start the clock: simulated time `first` is due now."""
         self._interrupt = interrupt
         self._first, self._origin = first, self._clock()
+        self.numbers[FIRST], self.numbers[ORIGIN] = first, self._origin
 
     def __call__(self, time: float) -> None:
         """Wait until this simulated time is due, or count an overrun; raise KeyboardInterrupt after Ctrl-C."""
-        clock = self._clock
+        clock, numbers = self._clock, self.numbers
         due = self._origin + (time - self._first) / self.pace
-        left = due - clock()
-        if left < 0.0:
+        now = clock()
+        if now > due:
             if time > self._first:
-                self.overruns += 1
-                if -left > self.worst:
-                    self.worst, self.worst_at = -left, time
-            return
-        while left > _POLLING:
-            self._wait(min(left - _POLLING, _SLICE))
-            self._interrupt.check()
-            left = due - clock()
-        while clock() < due:
-            pass
+                numbers[OVERRUNS] += 1
+                if now - due > numbers[WORST]:
+                    numbers[WORST], numbers[WORST_AT] = now - due, time
+        else:
+            while due - now > _POLLING:
+                self._wait(min(due - now - _POLLING, _SLICE))
+                self._interrupt.check()
+                now = clock()
+            while now < due:
+                now = clock()
+        self.counts[bisect_right(EDGES, now - due)] += 1
 
     def summary(self) -> dict[str, object]:
-        """Return the numbers for run.toml and events."""
+        """Return the numbers for run.toml and events; `lateness_counts` has one more than there are edges [s]."""
         return {
             "factor": self.pace,
             "overruns": self.overruns,
             "worst_lateness": round(self.worst, 9),
             "worst_at": self.worst_at,
+            "lateness_edges": list(EDGES),
+            "lateness_counts": self.counts.tolist(),
         }
 
     def __str__(self) -> str:
@@ -70,6 +104,30 @@ class Pacer:
         many = "s" if self.overruns > 1 else ""
         worst = f"worst {1e3 * self.worst:.3g} ms late at {self.worst_at:.9g} s"
         return f"paced at {self.pace:g} x real time, {self.overruns} overrun{many}, {worst}"
+
+    def histogram(self) -> list[str]:
+        """Return lines that show how late the ticks began, between the least and the worst; none without ticks."""
+        found = np.flatnonzero(self.counts)
+        if not len(found):
+            return []
+        most, lines = int(self.counts.max()), ["ticks by how late they began:"]
+        for k in range(found[0], found[-1] + 1):
+            count = int(self.counts[k])
+            if k == 0:
+                span = f"up to {_with_unit(EDGES[0])}"
+            elif k == len(EDGES):
+                span = f"over {_with_unit(EDGES[-1])}"
+            else:
+                span = f"{_with_unit(EDGES[k - 1])} to {_with_unit(EDGES[k])}"
+            bar = "#" * math.ceil(_BAR * count / most)
+            lines.append(f"{span:>18} {count:>9} {bar}".rstrip())
+        return lines
+
+
+def _with_unit(time: float) -> str:
+    """Return a time [s] of the histogram, 50 us for example."""
+    size, unit = next((size, unit) for size, unit in _UNITS if time >= 0.99 * size)
+    return f"{time / size:.0f} {unit}"
 
 
 def pacer_given(pace: float | str | Pacer | None) -> Pacer | None:

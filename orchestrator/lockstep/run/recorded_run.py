@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 
@@ -33,6 +33,7 @@ class RecordedRun:
     observed: Observed | None = None
     recorder: Recorder | None = None  # once its files are open
     terminated: EndOfSimulation | None = None  # before the stop time, as a component asked for it
+    warnings: list[str] = field(default_factory=list)  # of the run itself, not of its system
     size: int = 0  # bytes of the recorded signals on disk, at the end
     _started: float = 0.0
 
@@ -101,9 +102,9 @@ class RecordedRun:
         """Write how the run ended; on a full disk as far as possible."""
         ended = {"status": status, "simulated_time": self.loop.time, "wall_time": round(self.wall_time, 3)}
         self.record |= ended | ({} if reason is None else {"reason": reason})
-        if self.not_finite.warnings:
+        if warnings := [*self.warnings, *self.not_finite.warnings]:
             before = self.record.get("warnings")
-            self.record["warnings"] = [*(before if isinstance(before, list) else []), *self.not_finite.warnings]
+            self.record["warnings"] = [*(before if isinstance(before, list) else []), *warnings]
         if self.observed is not None:
             with suppress(OSError):
                 self.record["found"] = self.observed.end()

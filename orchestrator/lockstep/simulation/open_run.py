@@ -27,6 +27,7 @@ from lockstep.run.final_row import components_before, record_end, record_stop
 from lockstep.run.input_signals import InputSignals
 from lockstep.run.loop import Action, Loop, Pause
 from lockstep.run.real_time_pacing import pacer_given
+from lockstep.run.real_time_thread import real_time_thread, thread_given
 from lockstep.run.recorded_run import RecordedRun
 from lockstep.shadow.component import with_tolerances
 from lockstep.simulation.options import Progress, RunOptions
@@ -188,7 +189,7 @@ class OpenRun:
             terminated=None if run.terminated is None else str(run.terminated),
             start_time=seconds(plan.schedule.time(self.first)),
             pacer=run.pacer,
-            warnings=(*plan.warnings, *self.exchange.not_finite.warnings),
+            warnings=(*plan.warnings, *run.warnings, *self.exchange.not_finite.warnings),
         )
 
 
@@ -205,6 +206,7 @@ def open_run(
     """
     restart = options.restart
     limits, pacer = limits_given(options.step_limit), pacer_given(options.pace)
+    wanted = thread_given(options.realtime_priority, options.core)
     if options.tolerance is not None:
         system = with_tolerances(system, options.tolerance)
     if restart is not None:
@@ -266,7 +268,11 @@ def open_run(
     )
     run.begin()
     try:
-        run.recorder = open_files(plan, events, run.folder, restart, observed)
+        run.recorder = open_files(plan, events, run.folder, restart, observed)  # its threads are not raised
+        if wanted != (None, None):
+            thread = stack.enter_context(real_time_thread(*wanted))
+            record["real_time"] = thread.record
+            run.warnings += thread.warnings
         opened.begin()
     except BaseException as error:
         opened.fail(error)

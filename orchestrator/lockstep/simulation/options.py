@@ -32,6 +32,8 @@ class RunOptions:
     step_limit: float | str | None = None  # wall time of one call of an isolated FMU [s]; None: 60
     faults: Sequence[Scenario] = ()  # to inject: `lockstep.faults`
     pace: float | str | Pacer | None = None  # most times real time; None or 0: as fast as possible
+    realtime_priority: int | str | None = None  # SCHED_FIFO of the thread that steps, where that is permitted
+    core: int | str | None = None  # that it is kept on, where that is possible
     checkpoints: CheckpointSchedule = field(default_factory=CheckpointSchedule)  # when to save, in the results folder
     restart: Restart | None = None  # checkpoint to start from, instead of the start time
     tolerance: Tolerances | None = None  # of the FMUs' integration, for all or by component; None: what they declare
@@ -54,6 +56,8 @@ class NamedOptions(TypedDict, total=False):
     step_limit: float | str | None
     faults: Sequence[Scenario]
     pace: float | str | Pacer | None
+    realtime_priority: int | str | None
+    core: int | str | None
     checkpoints: CheckpointSchedule
     restart: Restart | None
     tolerance: Tolerances | None

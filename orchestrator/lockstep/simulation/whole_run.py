@@ -80,6 +80,8 @@ def resume(
     step_limit: float | str | None = None,
     pace: float | str | Pacer | None = None,
     watch: Watch | None = None,
+    realtime_priority: int | str | None = None,
+    core: int | str | None = None,
 ) -> RunSummary:
     """Resume a run from its newest checkpoint: what was simulated after that is cut off and simulated again.
 
@@ -89,7 +91,7 @@ def resume(
     ----------
     folder : results folder of a run that did not complete, or what `claim_earlier` returned for it
     system : None: loaded from where the run had it
-    progress, step_limit, pace, watch : as in `RunOptions`
+    progress, step_limit, pace, watch, realtime_priority, core : as in `RunOptions`
 
     Raises
     ------
@@ -100,10 +102,16 @@ def resume(
     """
     if not isinstance(folder, ResultsFolder):
         with claim_earlier(folder) as claimed:
-            return resume(claimed, system, progress, step_limit, pace, watch)
+            return resume(claimed, system, progress, step_limit, pace, watch, realtime_priority, core)
     checkpoint = resumable(folder.path)
     refuse_missing_rows(folder.path, checkpoint)
     options = RunOptions(
-        progress=progress, step_limit=step_limit, pace=pace, watch=watch, **earlier_options(checkpoint)
+        progress=progress,
+        step_limit=step_limit,
+        pace=pace,
+        watch=watch,
+        realtime_priority=realtime_priority,
+        core=core,
+        **earlier_options(checkpoint),
     )
     return simulate(system or system_of(checkpoint.run), folder, options)

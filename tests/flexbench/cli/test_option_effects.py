@@ -83,6 +83,7 @@ RUN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--samp
     "--restart-from": _BRANCH,
     "--reinitialise": _LEFT_OUT,
     "--pace": f"{HERE}::test_a_paced_run_says_so",
+    **dict.fromkeys(("--realtime-priority", "--core"), f"{HERE}::test_a_paced_run_says_so"),
 }
 WRITE_SSP = dict.fromkeys(("--replace", "--adapter", "--source", "--out"), _SSP) | {
     "--delay": f"{HERE}::test_a_written_package_has_the_delay_and_the_step",
@@ -364,10 +365,17 @@ def test_the_process_of_a_component_is_recorded(pair, tmp_path, capsys, option, 
 
 def test_a_paced_run_says_so(pair, tmp_path, capsys):
     words = ["run", str(pair), "--set", "a.u=1", "--pace", "0.25", "--out", str(tmp_path / "out")]
+    words += ["--core", "4095", "--realtime-priority", "1000"]  # which no system has
     assert LOCKSTEP.run(words) == 0
     record = tomllib.loads((tmp_path / "out" / "run.toml").read_text(encoding="utf-8"))
 
-    assert "paced at 0.25 x real time" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "paced at 0.25 x real time" in said.out
+    assert "\nticks by how late they began:\n" in said.out
+    assert "warning: core 4095: the run goes on without it" in said.err
+    assert "warning: real-time priority 1000: the run goes on without it" in said.err
+    assert record["real_time"] == {"core": 4095, "core_used": False, "priority": 1000, "priority_used": False}
+    assert sum(record["pace"]["lateness_counts"]) == 5
     assert record["wall_time"] > 0.9 * 0.02 / 0.25
 
 

@@ -69,6 +69,27 @@ def test_a_late_tick_is_counted_and_shifts_none_after_it():
     assert str(pacer) == "paced at 1 x real time, 2 overruns, worst 15 ms late at 0.08 s"
 
 
+def test_ticks_are_counted_by_how_late_they_began():
+    works = [1e-3] * 20
+    works[7] = 0.025
+    pacer, _, _ = paced(1.0, works)
+    counts = dict(zip(pacer.summary()["lateness_edges"], pacer.counts.tolist(), strict=False))  # by their upper edge
+    assert pacer.counts.sum() == 21  # of 20 ticks, and of the end
+    assert counts[0.02] == 1  # the eighth began 15 ms late
+    assert counts[0.01] == 1  # the ninth 6 ms
+    assert sum(count for edge, count in counts.items() if edge <= 5e-6) == 19
+    assert pacer.summary()["lateness_counts"] == pacer.counts.tolist()
+    lines = pacer.histogram()
+    assert lines[0] == "ticks by how late they began:"
+    assert lines[-1].split() == ["10", "ms", "to", "20", "ms", "1", "###"]
+    assert any(line.split()[:5] == ["100", "us", "to", "200", "us"] and line.split()[5] == "0" for line in lines)
+    assert max(line.count("#") for line in lines) == 40
+
+
+def test_a_pacer_without_ticks_has_no_histogram():
+    assert Pacer(1.0).histogram() == []
+
+
 def test_the_last_tick_has_to_be_done_in_time_too():
     pacer, _, _ = paced(1.0, [1e-3, 1e-3, 0.012])
     assert (pacer.overruns, pacer.worst_at) == (1, 0.03)
