@@ -61,7 +61,7 @@ def _co_simulation(root: ET.Element, contents: Contents) -> None:
     inner = [contents.descriptions[component.name] for component in contents.system.components]
     flags = {
         "needsExecutionTool": any(one.needs_tool for one in inner),
-        "canHandleVariableCommunicationStepSize": True,
+        "canHandleVariableCommunicationStepSize": False,
         "canInterpolateInputs": False,
         "canRunAsynchronuously": False,
         "canBeInstantiatedOnlyOncePerProcess": any(one.once_per_process for one in inner),
