@@ -26,7 +26,8 @@ FOLDERS = {
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),
-        *("bundle", "checkpoint", "run", "ssp", "ssp/documents", "faults", "plan", "shadow", "adapter", "results"),
+        *("bundle", "checkpoint", "run", "ssp", "ssp/documents", "faults", "tick", "plan", "shadow", "adapter"),
+        *("results",),
         *("processes", "fmi", "system", "interrupt", "operating_system", "standard_streams", "data_text"),
         *("plain_values", "errors", "arrays", "array_names", "whole_file"),
     ),

@@ -17,6 +17,7 @@ from lockstep.plan.wiring import Link
 from lockstep.results.recorder import Recorder
 from lockstep.results.signal_patterns import Signal
 from lockstep.run.exchange import Exchange
+from lockstep.tick.python_tick import actions
 
 MS = 1_000_000
 TICKS = 20_000
@@ -76,7 +77,7 @@ def main():
     for _ in range(3):
         with tempfile.TemporaryDirectory() as folder:
             recorder = Recorder(Path(folder), signals, 200)
-            phases = Exchange(layout, {name: Silent() for name in OUTPUTS}, {}).phases(recorder.row)
+            phases = actions(Exchange(layout, {name: Silent() for name in OUTPUTS}, {}).program(recorder.row))
             start = process_time()
             for tick, phase in zip(range(TICKS), cycle(phases), strict=False):
                 time = tick * MS / 1e9

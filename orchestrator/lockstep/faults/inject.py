@@ -11,8 +11,8 @@ import numpy as np
 from lockstep.faults.resolve import FaultEvent, Group, Resolved
 from lockstep.fmi.slave import DTYPES, Buffer, Scalar, Slave
 from lockstep.system.component import Value
+from lockstep.tick.operations import Operation, Python
 
-StatusCall = Callable[[], int]
 SetParameters = Callable[[float], None]  # at a simulated time [s]
 CheckStatus = Callable[[str, str, float, int], None]  # component, call, time, status
 
@@ -40,6 +40,7 @@ class Faults:
         self._resolved, self._add_event = resolved, add_event
         self._waiting = list(reversed(resolved.events))  # the next one last
         self._tick = 0
+        self.begin = Python(call=self.begin_tick)  # the first operation of each tick
         self._start, self._length = float(resolved.start), float(resolved.tick)  # [ns]
         self._settings: dict[str, list[SetParameters]] = {}
         self._present: dict[tuple[str, Scalar], dict[int, Value]] = {}  # parameters, by reference
@@ -108,12 +109,10 @@ class Faults:
             line for line in self._waiting if (line.details["name"], line.details["component"]) not in keys
         ]
 
-    def on_transfer(
-        self, name: str, scalar: Scalar, targets: Sequence[int], buffer: Buffer, call: StatusCall
-    ) -> StatusCall:
-        """Return a call that alters a component's inputs in the buffer, then sets them by `call`.
+    def on_transfer(self, name: str, scalar: Scalar, targets: Sequence[int], buffer: Buffer) -> list[Operation]:
+        """Return what alters a component's inputs in the buffer before they are set.
 
-        Without a fault it is `call` itself. `targets` are the inputs' references, in the order of the buffer.
+        `targets` are the inputs' references, in the order of the buffer.
         """
         position = {target: k for k, target in enumerate(targets)}
         acting = [
@@ -122,9 +121,9 @@ class Faults:
             if (group.component, group.scalar) == (name, scalar) and group.references[0] in position
         ]
         if not acting:
-            return call
+            return []
 
-        def altered() -> int:
+        def alter(_time: float) -> None:
             tick = self._tick
             for group, positions in acting:
                 if tick < group.end:
@@ -132,9 +131,8 @@ class Faults:
                     group.effect.observe(tick, values)
                     if tick >= group.begin:
                         buffer[positions] = group.effect.act(tick, values)
-            return call()
 
-        return altered
+        return [Python(call=alter)]
 
     def on_step(self, name: str, slave: Slave, check: CheckStatus) -> list[SetParameters]:
         """Return the calls before each step of a component that set its parameters; the same calls each time."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lockstep.fmi.instance import Hooks, Instance
 from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
+from lockstep.fmi.native_call import described
 from lockstep.fmi.scalar_calls import Scalars
 from lockstep.fmi.slave import ERROR, OK, WARNING, Buffer, Scalar, returned
 from lockstep.system.component import Value
@@ -34,7 +35,8 @@ class Fmi1Slave:
         self._span: tuple[float, float | None] = (0.0, 0.0)
         self.instance = Instance(fmu, "fmi", hooks, self._instantiate)
         self._values = Scalars(self.instance)
-        self.do_step: Callable[[float, float, int], int] = self.instance.bind("DoStep")
+        step = self.instance.native("DoStep", "step_1")
+        self.do_step: Callable[[float, float, int], int] = described(self.instance.bind("DoStep"), step)
 
     def _instantiate(self, library: Library, _: Messages) -> int | None:
         self._callbacks = callbacks = fmi1.fmi1CallbackFunctions()

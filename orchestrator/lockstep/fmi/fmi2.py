@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lockstep.fmi.instance import Hooks, Instance
 from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
+from lockstep.fmi.native_call import described
 from lockstep.fmi.saved_state import restore_state, save_state
 from lockstep.fmi.scalar_calls import Scalars
 from lockstep.fmi.slave import DISCARD, ERROR, OK, WARNING, Buffer, Scalar, asked_for_end, returned
@@ -30,7 +31,8 @@ class Fmi2Slave:
         self._fmu = fmu
         self.instance = Instance(fmu, "fmi2", hooks, self._instantiate)
         self._values = Scalars(self.instance)
-        self.do_step: Callable[[float, float, int], int] = self.instance.bind("DoStep")
+        step = self.instance.native("DoStep", "step_2")
+        self.do_step: Callable[[float, float, int], int] = described(self.instance.bind("DoStep"), step)
 
     def _instantiate(self, library: Library, messages: Messages) -> int | None:
         self._callbacks = callbacks = fmi2.fmi2CallbackFunctions()

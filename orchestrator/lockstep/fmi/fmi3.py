@@ -1,10 +1,9 @@
 """Running instances of FMI 3.0 co-simulation FMUs, without event mode, early return and intermediate update."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping
-from ctypes import addressof, byref, c_bool, c_char_p, c_double, c_size_t, c_void_p
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from ctypes import c_bool, c_char_p, c_size_t, c_void_p
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from fmpy import fmi3
@@ -16,6 +15,7 @@ from lockstep.fmi.instance import Hooks, Instance
 from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
 from lockstep.fmi.model_description import Variable
+from lockstep.fmi.native_call import described
 from lockstep.fmi.saved_state import restore_state, save_state
 from lockstep.fmi.slave import DISCARD, ERROR, OK, WARNING, Buffer, Scalar, asked_for_end, returned
 from lockstep.system.component import Value
@@ -60,20 +60,24 @@ class Fmi3Slave:
 
     def _stepper(self) -> Callable[[float, float, int], int]:
         function = self.instance.bind("DoStep")
-        marks = bytearray(3)
-        flags, reached = (c_bool * 3).from_buffer(marks), c_double()
-        addresses = [c_void_p(addressof(flags) + k) for k in range(3)]
-        last = byref(reached)
+        flags, reached = bytearray(3), np.zeros(1)
+        marks = np.frombuffer(flags, np.uint8)
+        addresses = [c_void_p(marks.ctypes.data + k) for k in range(3)]
+        last = c_void_p(reached.ctypes.data)
 
         def do_step(time: float, step: float, no_set_state: int) -> int:
             status = function(time, step, no_set_state, *addresses, last)
-            if any(marks) and status <= WARNING:
-                return self._unsupported(flags, reached.value)
+            if any(flags) and status <= WARNING:
+                return self._unsupported(flags, float(reached[0]))
             return status
 
-        return do_step
+        def note(status: int) -> None:
+            if status == DISCARD and any(flags):
+                self._unsupported(flags, float(reached[0]))
 
-    def _unsupported(self, flags: Any, reached: float) -> int:
+        return described(do_step, self.instance.native("DoStep", "step_3", buffer=reached, flags=marks, note=note))
+
+    def _unsupported(self, flags: Sequence[int], reached: float) -> int:
         """Note what the master does not support in a step, or that it ends the run; return DISCARD."""
         if flags[_EARLY]:
             self._problem = f"fmi3DoStep returned early, having reached {reached:.9g} s, which is not allowed,"

@@ -2,13 +2,18 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from ctypes import c_void_p
+from ctypes import c_void_p, cast
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from lockstep.errors import RunError
 from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Listener, Log, Messages
+from lockstep.fmi.native_call import Kind, NativeCall
 from lockstep.fmi.signatures import ENDINGS, OPTIONAL, SIGNATURES
 from lockstep.fmi.slave import ERROR, FATAL, OK, WARNING, returned
 
@@ -64,6 +69,29 @@ class Instance:
         signature = (SIGNATURES[self.prefix] | OPTIONAL[self.prefix])[name]
         function = self.library.function(f"{self.library.begin}{name}", c_void_p, *signature)
         return partial(function, self._handle, *arguments)
+
+    def native(
+        self,
+        name: str,
+        kind: Kind,
+        references: NDArray[np.uint32] | None = None,
+        buffer: NDArray[Any] | None = None,
+        flags: NDArray[np.uint8] | None = None,
+        note: Callable[[int], None] = lambda _: None,
+    ) -> NativeCall:
+        """Describe a call of a function with the instance, for C; the arguments are those of `NativeCall`."""
+        function = cast(self.bind(name).func, c_void_p).value  # type: ignore[attr-defined]
+        assert function is not None
+        assert self._handle.value is not None
+        return NativeCall(
+            kind=kind,
+            function=function,
+            instance=self._handle.value,
+            references=references,
+            buffer=buffer,
+            flags=flags,
+            note=note,
+        )
 
     def call(self, name: str, *arguments: object) -> int:
         """Call a function and return its status."""

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.fmi.instance import BoundCall, Instance
+from lockstep.fmi.native_call import described
 from lockstep.fmi.slave import DTYPES, WARNING, Buffer, Scalar
 from lockstep.system.component import Value
 
@@ -64,7 +65,9 @@ class Scalars:
         if not (buffer.flags.c_contiguous and len(references) == len(buffer)):
             raise ValueError(f"{self._instance.prefix}{name} needs a contiguous buffer of {len(references)} values")
         self._kept.append(buffer)
-        return self._bound(name, references, c_void_p(buffer.ctypes.data))
+        references = np.ascontiguousarray(references)
+        call = self._bound(name, references, c_void_p(buffer.ctypes.data))
+        return described(call, self._instance.native(name, "values", references, buffer))
 
     def _bound(self, name: str, references: NDArray[np.uint32], *more: object) -> BoundCall:
         references = np.ascontiguousarray(references)

@@ -28,7 +28,8 @@ class Block:
     times: NDArray[np.float64]  # (size,) [s]
     numbers: NDArray[np.float64]  # (size, n): the Reals, Integers and Booleans, in this order
     others: tuple[NDArray[Any], ...]  # (size, k) of each type that float64 does not hold, in the order of SCALARS
-    rows: list[Rows]  # views of each row, one for each type, in the order of SCALARS
+    parts: Rows  # (size, k) views of each type, in the order of SCALARS
+    rows: list[Rows]  # the same of each row
 
     @property
     def size(self) -> int:
@@ -67,9 +68,9 @@ class Columns:
         size = self.size
         numbers = np.zeros((size, self._ends[-1]))
         others: tuple[NDArray[Any], ...] = tuple(_empty((size, self._widths[scalar]), scalar) for scalar in _OTHERS)
-        parts = [numbers[:, start:end] for start, end in pairwise(self._ends)] + list(others)
+        parts = (*(numbers[:, start:end] for start, end in pairwise(self._ends)), *others)
         rows = [tuple(part[k] for part in parts) for k in range(size)]
-        return Block(times=np.zeros(size), numbers=numbers, others=others, rows=rows)
+        return Block(times=np.zeros(size), numbers=numbers, others=others, parts=parts, rows=rows)
 
     def batch(self, block: Block, count: int) -> pa.RecordBatch:
         """Return the first rows of a block as Arrow's, valid until the next call.

@@ -4,7 +4,7 @@ import json
 import os
 import platform
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -212,10 +212,15 @@ class Events:
 
     def __init__(self, time: float = 0.0) -> None:
         self.time = time  # [s] simulated; the master keeps it
+        self._source: Callable[[], float] | None = None
         self._waiting: list[str] = []
         self._file: int | None = None
         self._path: Path | None = None
         self._counts: Counter[str] = Counter()
+
+    def follow(self, source: Callable[[], float] | None) -> None:
+        """Read the present simulated time from elsewhere while ticks run; None: from `time` again."""
+        self._source = source
 
     def open(self, folder: Path, keep: int = 0) -> None:
         """Create events.jsonl, or keep so many bytes of it, and write the waiting events."""
@@ -256,7 +261,7 @@ class Events:
 
     def add(self, event: str, **details: object) -> None:
         """Write an event at the present simulated time."""
-        entry = {"time": self.time, "event": event, **details}
+        entry = {"time": self.time if self._source is None else self._source(), "event": event, **details}
         line = json.dumps(entry, ensure_ascii=False, default=_plain)
         # an FMU's message must not control the terminal of whoever prints the file
         self._write((line if line.isprintable() else json.dumps(entry, default=_plain)) + "\n")

@@ -17,14 +17,15 @@ from lockstep.processes.connection import Connection
 from lockstep.processes.remote_batch import BatchedStep, Inputs, Outputs, RemoteBatch
 from lockstep.processes.remote_slave import RemoteSlave
 from lockstep.run.input_signals import InputSignals
-from lockstep.run.overlapped_steps import Action, StartedStep
 from lockstep.system.clock import seconds
+from lockstep.tick.operations import Block, Python, StartedStep
 
 MOST_JOINED = 20_000  # steps in all batches, which take time and memory to bind: a cycle may have as many ticks
 
 CheckFinite = Callable[[str, Sequence[int], Buffer, float], None]  # component, references, values, time when true [s]
 Sets = Mapping[Scalar, Sequence[SetValue]]  # by type
 End = Callable[[EndOfSimulation], None]
+Bound = Block | StartedStep
 
 
 class Batches:
@@ -94,7 +95,7 @@ class Batches:
             )
         return self._described[key]
 
-    def joined(self, steps: Iterable[tuple[Task, Action | BatchedStep]]) -> Iterator[tuple[tuple[Task, ...], Action]]:
+    def joined(self, steps: Iterable[tuple[Task, Bound | BatchedStep]]) -> Iterator[tuple[tuple[Task, ...], Bound]]:
         """Yield the steps of one tick, those that follow each other joined."""
         waiting: list[tuple[Task, BatchedStep]] = []
         for task, step in steps:
@@ -106,7 +107,7 @@ class Batches:
             yield (task,), step
         yield from self._batch(waiting)
 
-    def _batch(self, waiting: Sequence[tuple[Task, BatchedStep]]) -> Iterator[tuple[tuple[Task, ...], Action]]:
+    def _batch(self, waiting: Sequence[tuple[Task, BatchedStep]]) -> Iterator[tuple[tuple[Task, ...], Bound]]:
         if len(waiting) > 1 and tuple(id(step) for _, step in waiting) not in self._made:
             self._count += len(waiting)
             if self._count > MOST_JOINED:
@@ -124,7 +125,8 @@ class Batches:
             parts = [(self._slaves[step.name], step) for step in steps]
             batch = RemoteBatch(self._connection, self._places, parts, self)
             read = frozenset[str]().union(*(step.read for step in steps))
-            self._made[key] = StartedStep(batch.begin, batch.complete, (), reads=read)
+            begin, finish = Python(call=batch.begin), Python(call=lambda _: batch.complete())
+            self._made[key] = StartedStep(begin=(begin,), finish=(finish,), reads=read)
         yield tasks, self._made[key]
 
     def step_failed(self, step: BatchedStep, outcome: str, time: float, *, ended: bool) -> None:

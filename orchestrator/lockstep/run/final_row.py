@@ -5,7 +5,9 @@ from collections.abc import Collection
 from lockstep.errors import EndOfSimulation
 from lockstep.fmi.slave import SCALARS
 from lockstep.plan.schedule import Task
-from lockstep.run.exchange import Exchange, NextRow
+from lockstep.run.exchange import Exchange
+from lockstep.tick.operations import NextRow
+from lockstep.tick.python_tick import action
 
 
 def record_stop(exchange: Exchange, tick: int, time: float, row: NextRow) -> None:
@@ -21,12 +23,12 @@ def record_stop(exchange: Exchange, tick: int, time: float, row: NextRow) -> Non
     if exchange.faults is not None:
         exchange.faults.begin_tick(time)
     try:
-        for action in exchange.in_order(tick, steps):
-            action(time)
+        for block in exchange.in_order(tick, steps):
+            action(block)(time)
     except EndOfSimulation as end:
         record_end(exchange, tick, time, row, components_before(exchange, end.component))
     else:
-        exchange.capture(tick, row)(time)
+        action(exchange.capture(tick, row))(time)
 
 
 def record_end(exchange: Exchange, tick: int, time: float, row: NextRow, stepped: Collection[str] = ()) -> None:
@@ -41,7 +43,7 @@ def record_end(exchange: Exchange, tick: int, time: float, row: NextRow, stepped
     for task in due:
         if task.name not in stepped:
             _hold(exchange, task, tick, time)
-    exchange.capture(tick, row)(time)
+    action(exchange.capture(tick, row))(time)
 
 
 def components_before(exchange: Exchange, name: str) -> set[str]:
@@ -69,4 +71,4 @@ def _hold(exchange: Exchange, task: Task, tick: int, time: float) -> None:
             places = layout.positions(name, scalar, references, version - 1)
             exchange.bus[scalar][start : start + len(references)] = exchange.bus[scalar][places]
         else:  # nobody read all of them then
-            exchange.bound_get(name, scalar, start, references, 0.0)(time)
+            action(tuple(exchange.operations.get(name, scalar, start, references, 0.0)))(time)

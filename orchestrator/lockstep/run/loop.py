@@ -1,27 +1,13 @@
-"""The loop of ticks: the actions of each tick, actions between two ticks, and a look around now and then."""
+"""The loop of ticks: a program's ticks, and actions between two of them, such as checkpoints."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from itertools import cycle, islice
-from math import lcm
-from time import perf_counter
-from typing import Protocol
-
-import numpy as np
+from collections.abc import Callable
 
 from lockstep.system.clock import Time, seconds
+from lockstep.tick.operations import Action, Clock, Ticking
 
-Action = Callable[[float], None]  # called with the simulated time [s]
 Pause = tuple[int, Callable[[], None]]  # after so many ticks of the whole run, what is called then
-
-_LOOK_INTERVAL = 0.1  # [s] of wall time between two looks around
-
-
-class Clock(Protocol):
-    """What others read the present simulated time from."""
-
-    time: float  # [s]
 
 
 class Loop:
@@ -30,10 +16,17 @@ class Loop:
     def __init__(self, *, tick: Time, first: int, last: int, clock: Clock, start: Time = 0) -> None:
         """Prepare the loop of the ticks `first` to `last` (exclusive) of `tick` ns each; tick 0 begins at `start`."""
         self.tick, self.first, self.last, self.start = tick, first, last, start
-        self.done = first
+        self.ended = False  # whether a component ended the run
         self._clock = clock
-        self._ending = False
+        self._ticking: Ticking | None = None
+        self.pauses: list[Pause] = []  # those to come, in the order of their ticks
+        self._look: Action = lambda _: None
         clock.time = self.time
+
+    @property
+    def done(self) -> int:
+        """How many ticks of the whole run are complete."""
+        return self.first if self._ticking is None else self._ticking.done
 
     @property
     def time(self) -> float:
@@ -42,51 +35,51 @@ class Loop:
 
     def end_after_tick(self) -> None:
         """End the loop when the present tick is complete."""
-        self._ending = True
+        self.ended = True
+        if self._ticking is not None:
+            self._ticking.end_after_tick()
+
+    def bind(self, ticking: Ticking, look: Action) -> None:
+        """Set what executes ticks, from `done` on.
+
+        `look` is called about ten times in a second of wall time, with the time at which the present tick began [s].
+        """
+        self.close()
+        self._ticking, self._look = ticking, look
+
+    def close(self) -> None:
+        """End what executes ticks."""
+        if self._ticking is not None:
+            self.first = self._ticking.done
+            self._ticking.close()
+            self._ticking = None
 
     def go_back(self, tick: int) -> None:
         """Continue at a tick, as if no later one had been run, and none had ended the loop."""
-        self.done, self._ending = tick, False
+        assert self._ticking is not None
+        self._ticking.go_back(tick)
+        self.ended = False
         self._clock.time = self.time
 
-    def run(self, phases: Sequence[tuple[Action, ...]], pauses: Iterable[Pause], look: Action) -> None:
-        """Run all ticks.
+    @property
+    def in_tick(self) -> bool:
+        """Whether a tick has begun and is not complete."""
+        return self._ticking is not None and self._ticking.in_tick
 
-        Parameters
-        ----------
-        phases : actions of each tick of a cycle, in order; the cycle begins at tick 0 of the whole run
-        pauses : in the order of their ticks: when to stop between two ticks, or after the last one, for an action
-        look : called at most ten times in a second of wall time, after a tick, with the time at which that began [s]
+    def run_until(self, tick: int) -> None:
+        """Run on until so many ticks of the whole run are complete; can be called again, with a later one.
+
+        Pauses at that tick are included. It returns earlier if a component ends the run: `ended`.
         """
-        due = perf_counter() + _LOOK_INTERVAL
-        first = self.first
-        with np.errstate(over="ignore"):  # a value that overflows ends the run by name, without a warning before
-            for end, act in [*pauses, (self.last, None)]:
-                due = self._ticks(phases, range(first, end), due, look)
-                if self._ending:
-                    self._clock.time = self.time
-                    return
-                self.done = first = end
-                self._clock.time = self.time
-                if act is not None:
-                    act()
-
-    def _ticks(self, phases: Sequence[tuple[Action, ...]], ticks: range, due: float, look: Action) -> float:
-        """Run these ticks; return when the next look is due, on the wall clock."""
-        events, clock = self._clock, perf_counter
-        parts = lcm(self.tick.denominator, self.start.denominator)  # of a nanosecond, in which all times are whole
-        length, origin = int(self.tick * parts), int(self.start * parts)
-        second = 1e9 if parts == 1 else parts * 10**9
-        for tick, phase in zip(ticks, islice(cycle(phases), ticks.start % len(phases), None), strict=False):
-            self.done = tick
-            events.time = time = (origin + tick * length) / second  # the nearest double, never a sum of steps
-            for action in phase:
-                action(time)
-            if self._ending:
-                self.done = tick + 1
-                break
-            if clock() >= due:
-                self.done = tick + 1  # the tick is complete: every recorded row lies before the simulated time
-                look(time)
-                due = clock() + _LOOK_INTERVAL
-        return due
+        ticking = self._ticking
+        assert ticking is not None
+        while self.pauses and self.pauses[0][0] <= tick and not self.ended:
+            end, act = self.pauses[0]
+            ticking.run(end, self._look)
+            self._clock.time = self.time
+            if not self.ended:
+                self.pauses.pop(0)
+                act()
+        if not self.ended:
+            ticking.run(tick, self._look)
+        self._clock.time = self.time

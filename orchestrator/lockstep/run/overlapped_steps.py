@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 from lockstep.plan.bus_layout import Layout
 from lockstep.plan.schedule import Task
-
-Action = Callable[[float], None]
+from lockstep.tick.operations import Block, StartedStep
 
 
 @runtime_checkable
@@ -22,36 +21,10 @@ class Overlapping(Protocol):
         ...
 
 
-class StartedStep:
-    """A step in two parts: a call starts it; `finish` completes it and fetches the outputs.
-
-    Or several steps, which take their inputs after they have begun: `reads` are the components that those are of.
-    """
-
-    def __init__(
-        self,
-        begin: Action,
-        complete: Callable[[], None],
-        fetch: Iterable[Action],
-        *,
-        reads: frozenset[str] = frozenset(),
-    ) -> None:
-        self._begin, self._complete, self._fetch = begin, complete, tuple(fetch)
-        self.reads = reads
-
-    def __call__(self, time: float) -> None:
-        """Start the step."""
-        self._begin(time)
-
-    def finish(self, time: float) -> None:
-        """Complete the step and fetch the outputs."""
-        self._complete()
-        for call in self._fetch:
-            call(time)
-
-
-def interleaved(layout: Layout, tick: int, steps: Iterable[tuple[Sequence[Task], Action]]) -> Iterator[Action]:
-    """Yield the actions of one tick, each of one component's step or of several.
+def interleaved(
+    layout: Layout, tick: int, steps: Iterable[tuple[Sequence[Task], Block | StartedStep]]
+) -> Iterator[Block]:
+    """Yield the blocks of one tick, each of one component's step or of several.
 
     A step is finished before another component reads its new outputs, or replaces outputs that it still has to read.
     """
@@ -64,9 +37,11 @@ def interleaved(layout: Layout, tick: int, steps: Iterable[tuple[Sequence[Task],
             for other in dict.fromkeys(ending):
                 open_ = {name: each for name, each in open_.items() if each is not other}
                 yield other.finish
-        yield step
         if isinstance(step, StartedStep):
+            yield step.begin
             open_ |= {task.name: step for task in tasks}
+        else:
+            yield step
     for other in dict.fromkeys(open_.values()):
         yield other.finish
 
@@ -79,7 +54,7 @@ def _read(layout: Layout, tick: int, tasks: Iterable[Task]) -> Iterator[str]:
                 yield link.producer
 
 
-def alone(steps: Iterable[tuple[Task, Any]]) -> Iterator[tuple[tuple[Task, ...], Action]]:
+def alone(steps: Iterable[tuple[Task, Any]]) -> Iterator[tuple[tuple[Task, ...], Block | StartedStep]]:
     """Yield steps, none of which is joined with others."""
     for task, step in steps:
         yield (task,), step

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -22,10 +21,11 @@ from lockstep.results.recorder import Recorder, SavedRows
 from lockstep.results.results_folder import ResultsFolder, held
 from lockstep.results.run_record import Events
 from lockstep.run.batched_steps import Batches
+from lockstep.run.choose_tick import TickChoice, choose_tick
 from lockstep.run.exchange import Exchange
 from lockstep.run.final_row import components_before, record_end, record_stop
 from lockstep.run.input_signals import InputSignals
-from lockstep.run.loop import Action, Loop, Pause
+from lockstep.run.loop import Loop
 from lockstep.run.real_time_pacing import pacer_given
 from lockstep.run.real_time_thread import real_time_thread, thread_given
 from lockstep.run.recorded_run import RecordedRun
@@ -43,6 +43,7 @@ from lockstep.simulation.start import (
 from lockstep.simulation.summary import RunSummary
 from lockstep.system.clock import seconds
 from lockstep.system.system import System
+from lockstep.tick.operations import Python
 
 
 @dataclass(slots=True, kw_only=True)
@@ -56,8 +57,7 @@ class OpenRun:
     interrupt: Interrupt
     progress: Progress | None
     first: int  # the tick that it started at
-    phases: Sequence[tuple[Action, ...]] = ()
-    pauses: list[Pause] = field(default_factory=list)  # those to come
+    choice: TickChoice  # what executes ticks
     stepped: set[str] = field(default_factory=set)  # in the tick in which a component ended the run
     wall_time: float = 0.0  # [s] of the loop, when it is complete
     between_ticks: bool = False  # whether the newest Ctrl-C ended `advance` between two ticks
@@ -77,24 +77,26 @@ class OpenRun:
     def begin(self) -> None:
         """Bind all calls of the ticks, and start the clocks."""
         self._bind()
-        self.pauses = [(tick, partial(self._save, tick)) for tick in self.saver.ticks]
+        self.run.loop.pauses = [(tick, partial(self._save, tick)) for tick in self.saver.ticks]
 
     def _bind(self) -> None:
         run, exchange, pacer = self.run, self.exchange, self.run.pacer
-        self.phases = exchange.phases(self.recorder.row, self.interrupt.check)
+        program = exchange.program(self.recorder.row, self.interrupt.check)
+        if pacer is not None:
+            program = program.with_first((Python(call=pacer),))
+        run.loop.bind(self.choice.start(program, run.loop.done, run.events, self.recorder), self._look)
+        run.close_slaves.callback(run.loop.close)
         if pacer is not None:
             pacer.begin(run.loop.time, self.interrupt)
-            self.phases = [(pacer, *phase) for phase in self.phases]
         exchange.on_end = run.loop.end_after_tick
 
     def _save(self, tick: int) -> None:
         run = self.run
         assert run.folder is not None
-        self.pauses.pop(0)
         self.saver.save(tick, run.folder, self.recorder, run.events, run.record, run.wall_time)
 
     def _look(self, time: float) -> None:
-        self.between_ticks = self.interrupt.requested
+        self.between_ticks = self.interrupt.requested and not self.run.loop.in_tick
         self.interrupt.check()
         if self.progress is not None:
             self.progress(time, seconds(self.plan.stop_time))
@@ -105,7 +107,7 @@ class OpenRun:
         run.loop.go_back(tick)
         run.terminated = self.exchange.end = None
         self.stepped, self.recorded_last = set(), False
-        self.pauses = [(later, partial(self._save, later)) for later in self.saver.ticks if later > tick]
+        run.loop.pauses = [(later, partial(self._save, later)) for later in self.saver.ticks if later > tick]
         if run.pacer is not None:
             run.pacer.begin(run.loop.time, self.interrupt)
 
@@ -131,11 +133,9 @@ class OpenRun:
         """
         run, exchange = self.run, self.exchange
         loop = run.loop
-        due = [pause for pause in self.pauses if pause[0] <= tick]
-        loop.first, loop.last = loop.done, tick
         self.between_ticks = False
         try:
-            loop.run(self.phases, due, self._look)
+            loop.run_until(tick)
         except EndOfSimulation as end:
             self.stepped = components_before(exchange, end.component)
         if exchange.end is not None:
@@ -219,6 +219,7 @@ def open_run(
         restart.check(plan)
     elif options.check is not None:  # a restart goes on with what its run was checked for
         options.check(plan)
+    choice = choose_tick(options.tick, plan.system.tick, plan.system.start_time, plan.ticks)
     results = None
     if folder is not None:
         results = stack.enter_context(held(folder, overwrite=options.overwrite))  # before anything that takes long
@@ -239,7 +240,7 @@ def open_run(
     )
     initialise_all(plan, slaves, exchange, interrupt, restart, temporary)
     interrupt.check()
-    record = describe(plan, overrides, options.faults)
+    record = describe(plan, overrides, options.faults) | choice.record
     observed = observed_by(plan, options.watch, events)
     if restart is None:
         if results is not None:
@@ -265,6 +266,7 @@ def open_run(
         interrupt=interrupt,
         progress=options.progress,
         first=first,
+        choice=choice,
     )
     run.begin()
     try:

@@ -42,6 +42,7 @@ class RunOptions:
     strict: bool = False  # refuse system files and model descriptions with offences that are else amended
     watch: Watch | None = None  # returns what looks at the recorded rows: `lockstep.results.monitor`
     check: Callable[[Plan], None] | None = None  # called before any FMU is started; it may raise InputError
+    tick: str = "auto"  # what executes ticks: "python", "c", or C where it can be had; the results are equal
 
 
 class NamedOptions(TypedDict, total=False):
@@ -66,6 +67,7 @@ class NamedOptions(TypedDict, total=False):
     strict: bool
     watch: Watch | None
     check: Callable[[Plan], None] | None
+    tick: str
 
 
 def chosen_options(options: RunOptions | None, named: NamedOptions) -> RunOptions:

@@ -17,6 +17,7 @@ from lockstep.plan.schedule import build_schedule
 from lockstep.plan.wiring import Link
 from lockstep.run.exchange import Exchange
 from lockstep.run.final_row import record_stop
+from lockstep.tick.python_tick import actions
 
 MS = 1_000_000
 WIDTH = 3  # outputs of a toy
@@ -128,7 +129,7 @@ def simulate_toys(periods, offsets, continuous, wires, record_ticks, ticks, pois
 
     for toy in toys.values():
         toy.gets = toy.sets = 0
-    phases = exchange.phases(row)
+    phases = actions(exchange.program(row))
     for tick in range(ticks):
         for step in phases[tick % len(phases)]:
             step(tick * MS / 1e9)
@@ -224,7 +225,7 @@ def test_a_value_that_overflows_in_its_conversion_is_refused_with_the_input_and_
     def run():
         exchange.fetch_initial("c0")
         exchange.set_initial("c1")
-        phases = exchange.phases(lambda _: ())
+        phases = actions(exchange.program(lambda _: ()))
         for tick in range(1000):
             for step in phases[tick % len(phases)]:
                 step(tick / 1e3)

@@ -1,0 +1,194 @@
+/* The loop of ticks: see tick.h. Compile without fused multiplication and addition: results are those of two. */
+#include "tick.h"
+
+#include <string.h>
+
+typedef unsigned (*values_function)(void *, const uint32_t *, size_t, void *);
+typedef unsigned (*arrays_function)(void *, const uint32_t *, size_t, void *, size_t);
+typedef unsigned (*step_1_function)(void *, double, double, char);
+typedef unsigned (*step_2_function)(void *, double, double, int);
+typedef unsigned (*step_3_function)(void *, double, double, _Bool, unsigned char *, unsigned char *, unsigned char *,
+                                    double *);
+
+enum { WARNING = 1, DISCARD = 2 };
+
+static int is_finite(double value)
+{
+    const uint64_t exponent = 0x7ff0000000000000u;
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return (bits & exponent) != exponent;
+}
+
+static int convert(const tick_operation *op)
+{
+    double *values = op->buffer;
+    int finite = 1;
+    for (size_t k = 0; k < op->count; k++) {
+        const double scaled = values[k] * op->first[k];
+        values[k] = scaled + op->second[k];
+        finite &= is_finite(values[k]);
+    }
+    return finite;
+}
+
+static int all_finite(const tick_operation *op)
+{
+    const double *values = op->buffer;
+    int finite = 1;
+    for (size_t k = 0; k < op->count; k++)
+        finite &= is_finite(values[k]);
+    for (size_t k = 0; !finite && k < op->count; k++)
+        if (!is_finite(values[k]) && !op->marks[k])
+            return 0;
+    return 1;
+}
+
+/* Values of any type are moved as bytes: they are written as one type and read as another. */
+static void gather_4(const tick_operation *op)
+{
+    const char *source = op->source;
+    char *buffer = op->buffer;
+    for (size_t k = 0; k < op->count; k++)
+        memcpy(buffer + 4 * k, source + 4 * op->index[k], 4);
+}
+
+static void gather_8(const tick_operation *op, char *buffer)
+{
+    const char *source = op->source;
+    for (size_t k = 0; k < op->count; k++)
+        memcpy(buffer + 8 * k, source + 8 * op->index[k], 8);
+}
+
+static void scatter_4(const tick_operation *op)
+{
+    const char *source = op->source;
+    char *buffer = op->buffer;
+    for (size_t k = 0; k < op->count; k++)
+        memcpy(buffer + 4 * op->index[k], source + 4 * k, 4);
+}
+
+static void scatter_8(const tick_operation *op)
+{
+    const char *source = op->source;
+    char *buffer = op->buffer;
+    for (size_t k = 0; k < op->count; k++)
+        memcpy(buffer + 8 * op->index[k], source + 8 * k, 8);
+}
+
+static void integers_as_reals(const tick_operation *op, double *row)
+{
+    const int32_t *source = op->source;
+    for (size_t k = 0; k < op->count; k++)
+        row[k] = source[op->index[k]];
+}
+
+/* Where the part of an operation begins in the newest row, whose elements have 8 bytes. */
+static void *row_of(const tick_operation *op, const tick_rows *rows)
+{
+    return (char *)rows->parts[op->part] + 8 * (rows->count - 1) * rows->strides[op->part];
+}
+
+static unsigned step_3(const tick_operation *op, double time)
+{
+    unsigned char *flags = op->marks; /* event handling needed, terminate simulation, early return */
+    const unsigned status = ((step_3_function)op->function)(op->instance, time, op->length, 1, flags, flags + 1,
+                                                            flags + 2, op->buffer);
+    return status <= WARNING && (flags[0] | flags[1] | flags[2]) ? DISCARD : status;
+}
+
+static int takes_long(uint32_t kind)
+{
+    return kind == TICK_CALLER || (kind >= TICK_STEP_1 && kind <= TICK_STEP_3);
+}
+
+/* Execute the operations of the present tick from `position` on; return TICK_DONE after the last. */
+static int run_tick(tick_state *state)
+{
+    const tick_operation *const operations = state->operations;
+    const uint32_t *const order = state->order;
+    const uint64_t end = state->ends[(uint64_t)state->tick % state->cycle];
+    const double time = state->time;
+    tick_rows *const rows = &state->rows;
+    for (uint64_t position = state->position; position < end; position++) {
+        const tick_operation *op = operations + order[position];
+        unsigned status = 0;
+        int reason = TICK_DONE;
+        if (takes_long(op->kind) && state->look) { /* not within a row, which would be left half filled */
+            state->position = position;
+            return TICK_LOOK;
+        }
+        switch ((enum tick_kind)op->kind) {
+        case TICK_CALLER:
+            if (op->from <= state->tick && state->tick < op->until)
+                reason = TICK_CALLER_ACTS;
+            break;
+        case TICK_GATHER_4: gather_4(op); break;
+        case TICK_GATHER_8: gather_8(op, op->buffer); break;
+        case TICK_SCATTER_4: scatter_4(op); break;
+        case TICK_SCATTER_8: scatter_8(op); break;
+        case TICK_CONVERT:
+            if (!convert(op))
+                reason = TICK_NOT_FINITE;
+            break;
+        case TICK_FINITE:
+            if (!all_finite(op))
+                reason = TICK_NOT_FINITE;
+            break;
+        case TICK_VALUES:
+            status = ((values_function)op->function)(op->instance, op->references, op->count, op->buffer);
+            break;
+        case TICK_ARRAYS:
+            status = ((arrays_function)op->function)(op->instance, op->references, op->count, op->buffer, op->values);
+            break;
+        case TICK_STEP_1: status = ((step_1_function)op->function)(op->instance, time, op->length, 1); break;
+        case TICK_STEP_2: status = ((step_2_function)op->function)(op->instance, time, op->length, 1); break;
+        case TICK_STEP_3: status = step_3(op, time); break;
+        case TICK_ROW:
+            if (rows->count < rows->size)
+                rows->times[rows->count++] = time;
+            else
+                reason = TICK_ROWS_FULL;
+            break;
+        case TICK_RECORD_REALS:
+        case TICK_RECORD_WIDE: gather_8(op, row_of(op, rows)); break;
+        case TICK_RECORD_INTEGERS: integers_as_reals(op, row_of(op, rows)); break;
+        }
+        if (status) {
+            state->status = status;
+            reason = TICK_STATUS;
+        }
+        if (reason != TICK_DONE) {
+            state->position = position;
+            return reason;
+        }
+    }
+    return TICK_DONE;
+}
+
+int tick_run(tick_state *state)
+{
+    for (;;) {
+        if (!state->begun) {
+            if (state->tick >= state->until)
+                return TICK_DONE;
+            state->time = (double)(state->origin + state->tick * state->length) / state->second;
+            state->position = state->begins[(uint64_t)state->tick % state->cycle];
+            state->begun = 1;
+        }
+        const int reason = run_tick(state);
+        if (reason != TICK_DONE)
+            return reason;
+        state->begun = 0;
+        state->tick++;
+        if (state->look)
+            return TICK_LOOK;
+    }
+}
+
+void tick_layout(size_t sizes[3])
+{
+    sizes[0] = TICK_LAYOUT;
+    sizes[1] = sizeof(tick_operation);
+    sizes[2] = sizeof(tick_state);
+}

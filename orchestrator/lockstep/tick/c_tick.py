@@ -1,0 +1,150 @@
+"""Execute a program in C, and in Python where that returns: calls of its own, failures, full rows, looks around."""
+
+from __future__ import annotations
+
+from ctypes import addressof
+from threading import Event, Thread
+from typing import Any
+
+import numpy as np
+
+from lockstep.tick.compiled import load
+from lockstep.tick.operations import Action, Clock, Program, Rows, Times
+from lockstep.tick.pack import Table, address, pack
+from lockstep.tick.python_tick import LOOK_INTERVAL
+from lockstep.tick.structures import PARTS, Reason, TickState
+
+
+class CTick:
+    """Execute a program by the library; raises NoLibrary where there is none."""
+
+    def __init__(self, program: Program, times: Times, first: int, clock: Clock, rows: Rows | None) -> None:
+        """Pack the program; `rows` is the recorder that its captures fill in."""
+        self._run_library = load().tick_run
+        self._table, self._program = pack(program), program
+        self._clock, self._rows = clock, rows
+        self._state = state = _state(self._table, times, first)
+        self._address = addressof(state)
+        self._kept = [] if rows is None else _set_rows(state, rows)
+        self._watch: Watch | None = None
+
+    @property
+    def done(self) -> int:
+        """The first tick that is not complete."""
+        return int(self._state.tick)
+
+    def _now(self) -> float:
+        return float(self._state.time)
+
+    def run(self, until: int, look: Action) -> None:
+        """Execute ticks."""
+        state, rows, run, place = self._state, self._rows, self._run_library, self._address
+        if self._watch is None:
+            self._watch = Watch(state)
+        state.until = until
+        if rows is not None:
+            state.rows.count = rows.count
+        self._clock.follow(self._now)
+        try:
+            reason = run(place)
+            if reason != Reason.DONE:
+                with np.errstate(over="ignore"):  # as in Python: a value that overflows ends the run by name
+                    while reason != Reason.DONE:
+                        self._handle(reason, look)
+                        reason = run(place)
+        finally:
+            self._clock.time = state.time
+            self._clock.follow(None)
+            if rows is not None:
+                rows.count = state.rows.count
+
+    def _handle(self, reason: int, look: Action) -> None:
+        """Do what C returned for."""
+        state = self._state
+        self._clock.time = time = state.time
+        if reason == Reason.LOOK:
+            state.look = 0
+            look(time)
+            return
+        number = self._table.order[state.position]
+        entry, rows = self._table.entries[number], self._rows
+        if reason == Reason.ROWS_FULL:
+            assert rows is not None
+            rows.count = state.rows.count
+            try:
+                rows.next_block()
+            finally:
+                self._kept = _set_rows(state, rows)
+            return
+        if reason == Reason.STATUS:
+            assert entry.judge is not None
+            entry.judge(time, state.status)
+        else:
+            assert entry.act is not None
+            if entry.records and rows is not None:
+                rows.count = state.rows.count
+                try:
+                    entry.act(time)
+                finally:
+                    state.rows.count = rows.count
+            else:
+                entry.act(time)
+            if entry.after is not None:
+                self._table.operations[number].from_ = entry.after()
+        state.position += 1
+
+    @property
+    def in_tick(self) -> bool:
+        """Whether a tick has begun and is not complete."""
+        return bool(self._state.begun)
+
+    def go_back(self, tick: int) -> None:
+        """Continue at a tick."""
+        self._state.tick, self._state.begun = tick, 0
+
+    def end_after_tick(self) -> None:
+        """End the run when the present tick is complete."""
+        self._state.until = self._state.tick + 1
+
+    def close(self) -> None:
+        """Stop what looks at the clock."""
+        if self._watch is not None:
+            self._watch.stop()
+
+
+class Watch:
+    """Ask C to return about ten times in a second: a thread, as reading a clock at each operation would cost more."""
+
+    def __init__(self, state: TickState) -> None:
+        self._state, self._stopped = state, Event()
+        self._thread = Thread(target=self._ask, name="tick-watch", daemon=True)
+        self._thread.start()
+
+    def _ask(self) -> None:
+        while not self._stopped.wait(LOOK_INTERVAL):
+            self._state.look = 1
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._stopped.set()
+        self._thread.join()
+
+
+def _state(table: Table, times: Times, first: int) -> TickState:
+    state = TickState()
+    state.operations = addressof(table.operations)
+    state.order, state.begins, state.ends = (address(a) for a in (table.order, table.begins, table.ends))
+    state.cycle = len(table.begins)
+    state.origin, state.length, state.second = times.origin, times.length, float(times.second)
+    state.tick = first
+    return state
+
+
+def _set_rows(state: TickState, rows: Rows) -> list[Any]:
+    """Set the memory of the recorder's rows, and return it: it has to stay."""
+    times, parts = rows.block.times, rows.block.parts
+    state.rows.times, state.rows.size, state.rows.count = address(times), len(times), rows.count
+    for number, part in enumerate(parts[:PARTS]):
+        state.rows.parts[number] = part.ctypes.data
+        state.rows.strides[number] = part.strides[0] // part.itemsize if part.size else 0
+    return [times, *parts]

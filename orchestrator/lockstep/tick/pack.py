@@ -1,0 +1,216 @@
+"""Pack blocks of operations into the structures of C. What C cannot do becomes an operation of its caller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from ctypes import c_void_p
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockstep.fmi.native_call import Move, NativeCall, native
+from lockstep.fmi.slave import SCALARS
+from lockstep.tick.operations import (
+    Action,
+    Block,
+    Capture,
+    Convert,
+    Finite,
+    Gather,
+    Judge,
+    Operation,
+    Program,
+    Python,
+    Step,
+    Transfer,
+)
+from lockstep.tick.python_tick import Segment, action, segments
+from lockstep.tick.structures import Kind, TickOperation
+
+_CALLS = {"values": Kind.VALUES, "arrays": Kind.ARRAYS, "step_1": Kind.STEP_1, "step_2": Kind.STEP_2,
+          "step_3": Kind.STEP_3}  # fmt: skip
+_RECORDS = {"Real": Kind.RECORD_REALS, "Integer": Kind.RECORD_INTEGERS, "Boolean": Kind.RECORD_INTEGERS,
+            "Int64": Kind.RECORD_WIDE, "UInt64": Kind.RECORD_WIDE}  # fmt: skip
+
+
+@dataclass(slots=True, kw_only=True)
+class Packed:
+    """One operation of C: the values of its fields, and what Python does where C returns at it."""
+
+    kind: Kind
+    fields: dict[str, Any] = field(default_factory=dict)  # arrays stand for their addresses
+    act: Action | None = None  # of a CALLER, or at a value that is not finite
+    judge: Judge | None = None  # of a call
+    after: Callable[[], int] | None = None  # of a CALLER: the next tick in which it acts
+    records: bool = False  # a CALLER that adds a row of the recorder
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """A whole program for C. It keeps all memory alive that C uses."""
+
+    entries: list[Packed]
+    operations: Any  # array of TickOperation
+    order: NDArray[np.uint32]
+    begins: NDArray[np.uint64]
+    ends: NDArray[np.uint64]
+
+
+def pack(program: Program) -> Table:
+    """Return the table of a program; equal ticks share their part of it."""
+    entries: list[Packed] = []
+    numbers: dict[int, list[int]] = {}  # of the operations of each block, by identity: the program keeps them alive
+    order: list[int] = []
+    spans: dict[tuple[int, ...], tuple[int, int]] = {}
+    places = []
+    for blocks in program.ticks:
+        key = tuple(map(id, blocks))
+        if key not in spans:
+            begin = len(order)
+            for block in blocks:
+                if id(block) not in numbers:
+                    made = list(packed_block(block))
+                    numbers[id(block)] = list(range(len(entries), len(entries) + len(made)))
+                    entries += made
+                order += numbers[id(block)]
+            spans[key] = (begin, len(order))
+        places.append(spans[key])
+    return Table(
+        entries=entries,
+        operations=_structures(entries),
+        order=np.array(order or [0], np.uint32),
+        begins=np.array([begin for begin, _ in places], np.uint64),
+        ends=np.array([end for _, end in places], np.uint64),
+    )
+
+
+def packed_block(block: Block) -> Iterator[Packed]:
+    """Yield the operations of a block; neighbours that are the caller's are one."""
+    waiting: list[Operation] = []
+    for part in segments(block):
+        made = _segment(part)
+        if made is None:
+            waiting += part
+            continue
+        if waiting:
+            yield _caller(waiting)
+            waiting = []
+        yield from made
+    if waiting:
+        yield _caller(waiting)
+
+
+def _caller(operations: Sequence[Operation]) -> Packed:
+    records = any(isinstance(operation, Capture) for operation in operations)
+    return Packed(kind=Kind.CALLER, act=action(tuple(operations)), records=records)
+
+
+def _segment(part: Segment) -> list[Packed] | None:
+    """Return the operations of C for a segment, None if the caller has to do it."""
+    found: list[Packed] = []
+    for operation in part:
+        made = _operation(operation)
+        if made is None:
+            return None
+        found += made
+    return found
+
+
+def _operation(operation: Operation) -> list[Packed] | None:
+    fields: dict[str, Any]
+    match operation:
+        case Gather():
+            width = operation.buffer.dtype.itemsize
+            if operation.buffer.dtype == object:
+                return None
+            return [_moved(operation.source, operation.index, operation.buffer, _GATHERS[width])]
+        case Convert():
+            count = len(operation.buffer)
+            fields = {"buffer": operation.buffer, "first": operation.gain, "second": operation.bias, "count": count}
+            return [Packed(kind=Kind.CONVERT, fields=fields, act=operation.refuse)]
+        case Finite():
+            fields = {"buffer": operation.buffer, "marks": operation.reported, "count": len(operation.buffer)}
+            return [Packed(kind=Kind.FINITE, fields=fields, act=operation.report)]
+        case Transfer() | Step():
+            return _calls(operation)
+        case Capture():
+            return _capture(operation)
+        case Python():
+            if (operation.first, operation.following) == (0, None):
+                return None  # joined with its neighbours
+            fields = {"from_": operation.first, "until": operation.last}
+            return [Packed(kind=Kind.CALLER, fields=fields, act=operation.call, after=operation.following)]
+    return None
+
+
+_GATHERS = {4: Kind.GATHER_4, 8: Kind.GATHER_8}
+_SCATTERS = {4: Kind.SCATTER_4, 8: Kind.SCATTER_8}
+
+
+def _moved(source: NDArray[Any], index: NDArray[np.intp], buffer: NDArray[Any], kind: Kind) -> Packed:
+    fields = {"source": source, "index": index.astype(np.int64), "buffer": buffer, "count": len(index)}
+    return Packed(kind=kind, fields=fields)
+
+
+def _calls(operation: Transfer | Step) -> list[Packed] | None:
+    """Return the calls and moves that make a bound call, if it has a description."""
+    parts = native(operation.call)
+    if parts is None:
+        return None
+    length = operation.length if isinstance(operation, Step) else 0.0
+    found = []
+    for part in parts:
+        if isinstance(part, Move):
+            widths = _SCATTERS if part.scatter else _GATHERS
+            found.append(_moved(part.source, part.index, part.buffer, widths[part.buffer.dtype.itemsize]))
+            continue
+        found.append(Packed(kind=_CALLS[part.kind], fields=_call(part, length), judge=_judged(part, operation.judge)))
+    return found
+
+
+def _call(call: NativeCall, length: float) -> dict[str, Any]:
+    fields: dict[str, Any] = {"function": call.function, "instance": call.instance, "length": length}
+    if call.references is not None:
+        fields |= {"references": call.references, "count": len(call.references)}
+    if call.buffer is not None:
+        fields |= {"buffer": call.buffer, "values": len(call.buffer)}
+    return fields | ({} if call.flags is None else {"marks": call.flags})
+
+
+def _judged(call: NativeCall, judge: Judge) -> Judge:
+    def judged(time: float, status: int) -> None:
+        call.note(status)
+        judge(time, status)
+
+    return judged
+
+
+def _capture(capture: Capture) -> list[Packed] | None:
+    if len(capture.index["String"]):
+        return None
+    found = [Packed(kind=Kind.ROW)]
+    for part, scalar in enumerate(SCALARS[:-1]):
+        index = capture.index[scalar].astype(np.int64)
+        if len(index):
+            fields = {"part": part, "source": capture.sources[scalar], "index": index, "count": len(index)}
+            found.append(Packed(kind=_RECORDS[scalar], fields=fields))
+    return found
+
+
+def _structures(entries: Sequence[Packed]) -> Any:
+    made = (TickOperation * max(1, len(entries)))()
+    for structure, entry in zip(made, entries, strict=False):
+        structure.kind = entry.kind
+        structure.until = 2**62
+        for name, value in entry.fields.items():
+            setattr(structure, name, address(value) if isinstance(value, np.ndarray) else value)
+    return made
+
+
+def address(array: NDArray[Any]) -> c_void_p | int:
+    """Return where an array begins in memory."""
+    if not array.flags.c_contiguous:
+        raise ValueError("C needs contiguous memory")
+    return array.ctypes.data
