@@ -177,6 +177,7 @@ class OpenRun:
         return signals_in_memory([*kept.blocks, kept.last], self.recorder.schema)
 
     def summary(self) -> RunSummary:
+        """Return the key figures."""
         run, plan = self.run, self.plan
         return RunSummary(
             folder=run.folder,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TypedDict
 
 from lockstep.checkpoint.restart import Restart
@@ -19,7 +19,7 @@ from lockstep.shadow.component import Tolerances
 Progress = Callable[[float, float], None]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class RunOptions:
     """What a run is to do. All may be left out."""
 
@@ -43,6 +43,13 @@ class RunOptions:
     watch: Watch | None = None  # returns what looks at the recorded rows: `lockstep.results.monitor`
     check: Callable[[Plan], None] | None = None  # called before any FMU is started; it may raise InputError
     tick: str = "auto"  # what executes ticks: "python", "c", or C where it can be had; the results are equal
+
+    def __repr__(self) -> str:
+        """Show what is given."""
+        unset = RunOptions()
+        given = {f.name: getattr(self, f.name) for f in fields(self)}
+        shown = (f"{name}={value!r}" for name, value in given.items() if value != getattr(unset, name))
+        return f"RunOptions({', '.join(shown)})"
 
 
 class NamedOptions(TypedDict, total=False):

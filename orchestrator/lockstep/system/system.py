@@ -79,7 +79,7 @@ class SystemPort:
     variable: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class System:
     """A whole system. Times are exact nanoseconds; `record` holds patterns on `component.variable`.
 
@@ -134,12 +134,31 @@ class System:
                 source = f"{first.from_component}.{first.output}"
                 raise InputError(f"{connection}: the input is already connected to {source}; remove one of them")
 
+    def __repr__(self) -> str:
+        """Describe the system in one line."""
+        names = compact([component.name for component in self.components], 4)
+        return f"<System {self.name}: {names}; {len(self.connections)} connections, tick {seconds_text(self.tick)} s>"
+
     def component(self, name: str) -> Component:
         """Return the component of that name, or raise InputError."""
         for component in self.components:
             if component.name == name:
                 return component
         raise InputError(_no_component(name, [component.name for component in self.components]))
+
+    def without(self, component: str) -> "System":
+        """Return the system without a component and its connections: the inputs that it fed can be set then."""
+        self.component(component)
+        start = f"{component}."
+        return replace(
+            self,
+            components=tuple(c for c in self.components if c.name != component),
+            connections=tuple(c for c in self.connections if component not in (c.from_component, c.to_component)),
+            record=tuple(p for p in self.record if not p.rpartition(":")[2].startswith(start)) or ("all",),
+            inputs=tuple(one for one in self.inputs if all(feed.component != component for feed in one.feeds)),
+            start_values=tuple(name for name in self.start_values if not name.startswith(start)),
+            ports=tuple(port for port in self.ports if port.component != component),
+        )
 
     def with_delay(self, from_component: str, to_component: str, ticks: int) -> "System":
         """Return the system with this delay on every connection between two components."""
