@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 from lockstep.bundle.ports import Choice, Port, choose, components_of
-from lockstep.errors import InputError
+from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.slave import Scalar
 from lockstep.plan.bus_layout import Layout, Reference
@@ -37,6 +37,7 @@ class Contents:
     initial: Schedule
     layout: Layout
     step_ticks: int  # steps of the bundle are multiples of so many ticks
+    notes: tuple[str, ...]  # what is different from the system
 
     @property
     def early(self) -> Collection[str]:
@@ -80,8 +81,7 @@ def contents(system: System, overrides: Mapping[str, Override], choice: Choice, 
     if system.strict_inputs:
         _refuse_unfed(system, wiring, ports)
     schedule = build_schedule(system)
-    for port in ports:
-        _refuse_text(port, schedule)
+    ports, notes = _without_future_texts(ports, schedule, choice)
     arranged = _arranged(schedule, system, components_of(ports, "input"))
     ticks = 1 if step is None else whole_ticks(step, system.tick, "step size of the bundle")
     layout = Layout(schedule=arranged, links=wiring.links, recorded=_recorded(ports), record_ticks=ticks)
@@ -94,7 +94,13 @@ def contents(system: System, overrides: Mapping[str, Override], choice: Choice, 
         initial=schedule,
         layout=layout,
         step_ticks=ticks,
+        notes=(*notes, *_notes(system)),
     )
+
+
+def _notes(system: System) -> tuple[str, ...]:
+    isolated = [component.name for component in system.components if component.isolated]
+    return (f"{compact(isolated)}: isolated in the system; in a bundle all FMUs are in one process",) if isolated else ()
 
 
 def _arranged(schedule: Schedule, system: System, fed: Collection[str]) -> Schedule:
@@ -176,12 +182,22 @@ def _refuse_unfed(system: System, wiring: Wiring, ports: tuple[Port, ...]) -> No
                              f"{name}.{rest[0]}")  # fmt: skip
 
 
-def _refuse_text(port: Port, schedule: Schedule) -> None:
-    """Refuse a String of a continuous component with a step longer than the tick: it would be one of the future."""
-    if port.kind == "output" and port.variable.scalar == "String":
-        task = schedule.task(port.ends[0].component)
-        if task.continuous and task.period > 1:
-            raise InputError(
-                f"--output {port.name}: a bundle shows Strings of components that step at each tick, or are sampled; "
-                "choose other outputs"
-            )
+def _without_future_texts(
+    ports: tuple[Port, ...], schedule: Schedule, choice: Choice
+) -> tuple[tuple[Port, ...], tuple[str, ...]]:
+    """Leave out Strings of continuous components whose step is longer than the tick, and return what to say of them.
+
+    Strings are read from the FMU itself, which has those of the end of the step. One that is chosen by its name is
+    refused.
+    """
+    late = []
+    for port in ports:
+        if port.kind == "output" and port.variable.scalar == "String":
+            task = schedule.task(port.ends[0].component)
+            late += [port.name] if task.continuous and task.period > 1 else []
+    reason = "a bundle shows Strings of components that step at each tick, or are sampled"
+    for name in late:
+        if name in (choice.outputs or ()):
+            raise InputError(f"--output {name}: {reason}; choose other outputs")
+    notes = (f"left out: {compact(late)}: {reason}",) if late else ()
+    return tuple(port for port in ports if port.name not in late), notes

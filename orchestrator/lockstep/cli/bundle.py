@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
@@ -82,10 +83,13 @@ def bundle(
     loaded = with_delays(load_system(system, timing.timing()), timing.delay)
     choice = Choice(inputs=inputs or None, outputs=outputs or None, parameters=parameters or None)
     step = None if multiple_of is None else positive_nanoseconds(multiple_of, "--multiple-of")
-    content = bundle_bytes(contents(loaded, assignments(settings), choice, step), chosen)
+    made = contents(loaded, assignments(settings), choice, step)
+    content = bundle_bytes(made, chosen)
     try:
         write_whole(out, content)
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
+    for note in made.notes:
+        print(f"note: {note}", file=sys.stderr)
     print(out)
     return 0
