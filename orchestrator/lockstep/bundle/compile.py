@@ -15,18 +15,21 @@ from pathlib import Path
 
 from lockstep.bundle.platforms import PLATFORMS
 from lockstep.errors import InputError
+from lockstep.tick.compiled import HEADERS as TICK_HEADERS
+from lockstep.tick.compiled import SOURCES as TICK_SOURCES
 
 _SOURCES = Path(__file__).parent / "c"
 _WINDOWS = Path(__file__).parent / "windows"
 # -ffp-contract=off: no fused operations, so that conversions are those of the master on every processor
-_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-s")
+_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-s", "-DTICK_EXPORT=")
 _UNIVERSAL = ("string", "stdio", "heap", "convert", "private", "utility", "runtime")  # parts of Windows' C library
 _TIME_LIMIT = 600  # [s]
 
 
 def sources() -> dict[str, bytes]:
     """Return the C files of the library, by name."""
-    return {path.name: path.read_bytes() for path in sorted(_SOURCES.iterdir()) if path.suffix in (".c", ".h")}
+    own = (path for path in sorted(_SOURCES.iterdir()) if path.suffix in (".c", ".h"))
+    return {path.name: path.read_bytes() for path in (*own, *TICK_SOURCES, *TICK_HEADERS)}
 
 
 @cache

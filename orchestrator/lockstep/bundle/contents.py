@@ -100,7 +100,9 @@ def contents(system: System, overrides: Mapping[str, Override], choice: Choice, 
 
 def _notes(system: System) -> tuple[str, ...]:
     isolated = [component.name for component in system.components if component.isolated]
-    return (f"{compact(isolated)}: isolated in the system; in a bundle all FMUs are in one process",) if isolated else ()
+    return (
+        (f"{compact(isolated)}: isolated in the system; in a bundle all FMUs are in one process",) if isolated else ()
+    )
 
 
 def _arranged(schedule: Schedule, system: System, fed: Collection[str]) -> Schedule:

@@ -4,8 +4,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from fmus.cell.cell_fmu import cell_fmu
 
+from fmus.cell.cell_fmu import cell_fmu
 from lockstep import Component, Connection, System
 from lockstep.system.system import SystemPort
 

@@ -1,7 +1,5 @@
 """A bundle gives the outputs of the master bit by bit, whatever the periods, offsets, kinds, delays and conversions."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 

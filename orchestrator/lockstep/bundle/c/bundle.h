@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "fmi2.h"
+#include "tick.h"
 
 enum { REAL, INTEGER, BOOLEAN, STRING, ALL_TYPES, BUS_TYPES = STRING };
 enum { INPUT, OUTPUT, PARAMETER, TUNABLE };           /* kinds of ports */
@@ -20,15 +21,18 @@ typedef struct {
 /* Values to set: each target gets gain * source + bias; without gains, the source. */
 typedef struct {
     uint32_t type, count, producer;
-    uint32_t *targets, *sources;
+    uint32_t *targets;
+    int64_t *sources;
     double *gains, *biases;
     void *buffer;
 } set_t;
 
-/* Values to fetch to successive places; `used` marks those that a connection reads. */
+/* Values to fetch to successive places. */
 typedef struct {
     uint32_t type, count, start;
-    uint32_t *references, *used;
+    uint32_t *references;
+    unsigned char *unused; /* by connections: such a value need not be finite */
+    int checked;           /* whether one is used */
 } get_t;
 
 typedef struct {
@@ -41,6 +45,13 @@ typedef struct {
     counts_t early, late;
     uint32_t row; /* counts from 1; 0: none */
 } tick_t;
+
+/* What an operation of the tick belongs to. */
+typedef struct {
+    uint32_t component;
+    const set_t *set;
+    const get_t *get;
+} origin_t;
 
 typedef struct {
     counts_t references;
@@ -111,7 +122,7 @@ struct bundle {
     const char *guid;
     unsigned char *program;
     void *blocks; /* all memory of the program, in a list */
-    int64_t tick_length, second; /* in units of which `second` are 1 s */
+    int64_t second; /* units of time in 1 s */
     uint32_t step_ticks, component_count, port_count, step_count, row_count, cycle, most_values;
     uint32_t bus_size[BUS_TYPES], slot_count[BUS_TYPES], row_size[BUS_TYPES];
     component_t *components;
@@ -127,7 +138,10 @@ struct bundle {
     /* experiment */
     double start, stop, tolerance;
     int stop_defined, tolerance_defined;
-    int64_t origin, tick; /* start in units; ticks that are complete */
+    tick_state state;         /* at a communication point it is at the mark of a tick */
+    tick_operation *mark;     /* between what comes before and after the row of a tick */
+    uint64_t *mark_positions; /* in the order of operations, by tick of the cycle */
+    origin_t *origins;        /* by operation */
     int propagated;       /* initial outputs are those of the inputs as they are */
     int ended;            /* a component asked for the end */
     saved_t *states;
@@ -137,5 +151,6 @@ extern const size_t sizes[ALL_TYPES];
 
 /* Return the time at which a tick begins [s]: the nearest double, never a sum of steps. */
 double time_of(const bundle_t *bundle, int64_t tick);
+double time_now(const bundle_t *bundle); /* of the present tick */
 
 #endif

@@ -6,6 +6,7 @@
 
 #include "library.h"
 #include "messages.h"
+#include "operations.h"
 
 typedef struct {
     const char *name;
@@ -116,6 +117,8 @@ fmi2Status load_components(bundle_t *bundle)
         if (status == fmi2OK)
             status = instantiate(&bundle->components[k]);
     }
+    if (status == fmi2OK)
+        bind_operations(bundle);
     return status;
 }
 

@@ -9,7 +9,9 @@ static inline int is_finite(double value)
     return value - value == 0.0; /* without the functions behind isfinite() of some C libraries */
 }
 
-/* Refuse fetched values that a connection reads and that are not finite; they are true at the end of a tick. */
+/* Refuse values that are not finite: converted ones, and fetched ones that a connection reads, which are true at the
+beginning of a tick. */
+fmi2Status check_converted(const component_t *component, const set_t *set, const double *values);
 fmi2Status check_finite(const component_t *component, const get_t *get, const double *values, int64_t tick);
 
 #endif

@@ -211,7 +211,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component instance, fmi2StatusKind kind, fmi2Re
 
     if (bundle == NULL || kind != fmi2LastSuccessfulTime || value == NULL)
         return no_status(bundle, "fmi2GetRealStatus");
-    *value = time_of(bundle, bundle->tick);
+    *value = time_now(bundle);
     return fmi2OK;
 }
 

@@ -10,7 +10,7 @@
 /* Return how many ticks there are up to the stop time, the last one whole or not. */
 static int64_t ticks_to_stop(const bundle_t *bundle)
 {
-    double ticks = (bundle->stop - bundle->start) * (double)bundle->second / (double)bundle->tick_length;
+    double ticks = (bundle->stop - bundle->start) * (double)bundle->second / (double)bundle->state.length;
     int64_t whole;
 
     if (!(ticks >= 0.0 && ticks < 9e15))
@@ -55,7 +55,8 @@ fmi2Status begin_initialization(bundle_t *bundle)
 {
     fmi2Status status = fmi2OK;
 
-    bundle->tick = 0;
+    bundle->state.tick = 0;
+    bundle->state.begun = 0;
     for (uint32_t k = 0; k < bundle->order.count && status <= fmi2Warning; k++) {
         component_t *component = &bundle->components[bundle->order.items[k]];
         component->fetched = 0;
@@ -92,7 +93,8 @@ static fmi2Status set_initial_of(component_t *component, uint32_t type)
                     value = set->gains[n] * value + set->biases[n];
                 if (!is_finite(value))
                     return refuse(bundle, "%s: the input of reference %u is %g at %.9g s after the conversion of its "
-                                  "connection", component->name, set->targets[n], value, time_of(bundle, 0));
+                                  "connection; every exchanged value must be finite", component->name,
+                                  set->targets[n], value, time_of(bundle, 0));
                 ((double *)bundle->values)[count] = value;
             } else
                 ((int32_t *)bundle->values)[count] = ((int32_t *)bundle->slots[type])[set->sources[n]];

@@ -125,7 +125,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component instance, fmi2Boolean tolerance_def
     if (tolerance_defined && !(tolerance > 0.0 && is_finite(tolerance)))
         return refuse(bundle, "fmi2SetupExperiment: tolerance %g must be > 0", tolerance);
     bundle->start = start;
-    bundle->origin = (int64_t)(origin < 0.0 ? origin - 0.5 : origin + 0.5);
+    bundle->state.origin = (int64_t)(origin < 0.0 ? origin - 0.5 : origin + 0.5);
     bundle->stop = stop_defined ? stop : 0.0;
     bundle->stop_defined = stop_defined ? fmi2True : fmi2False;
     bundle->tolerance = tolerance_defined ? tolerance : 0.0;
@@ -174,7 +174,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component instance)
 /* Return how many ticks a step takes; 0 and a message if it cannot be made. */
 static int64_t ticks_of(const bundle_t *bundle, double time, double step)
 {
-    double unit = (double)bundle->tick_length / (double)bundle->second, now = time_of(bundle, bundle->tick);
+    double unit = (double)bundle->state.length / bundle->state.second, now = time_now(bundle);
     double late = time - now, ticks = step / unit, most = step + (time < 0.0 ? -time : time);
     double rounding = 1e-6 + 2e-15 * most / unit; /* hosts add up times */
     int64_t whole = ticks > 0.0 && ticks < 1e15 ? (int64_t)(ticks + 0.5) : 0;
@@ -243,7 +243,8 @@ fmi2Status fmi2Reset(fmi2Component instance)
     }
     bundle->start = bundle->stop = bundle->tolerance = 0.0;
     bundle->stop_defined = bundle->tolerance_defined = 0;
-    bundle->origin = bundle->tick = 0;
+    bundle->state.origin = bundle->state.tick = 0;
+    bundle->state.begun = 0;
     bundle->ended = bundle->propagated = 0;
     for (int type = 0; type < BUS_TYPES; type++) {
         memset(bundle->bus[type], 0, bundle->bus_size[type] * sizes[type]);

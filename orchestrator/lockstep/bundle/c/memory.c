@@ -45,5 +45,10 @@ char *copy_text(const char *text)
 
 double time_of(const bundle_t *bundle, int64_t tick)
 {
-    return (double)(bundle->origin + tick * bundle->tick_length) / (double)bundle->second;
+    return (double)(bundle->state.origin + tick * bundle->state.length) / bundle->state.second;
+}
+
+double time_now(const bundle_t *bundle)
+{
+    return time_of(bundle, bundle->state.tick);
 }

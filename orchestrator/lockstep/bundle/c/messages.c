@@ -58,10 +58,10 @@ fmi2Status judge(component_t *component, const char *call, fmi2Status status)
         return status;
     if (number > fmi2Pending)
         snprintf(text, sizeof text, "%s returned the unknown status %d at %.9g s", call, (int)status,
-                 time_of(bundle, bundle->tick));
+                 time_now(bundle));
     else
         snprintf(text, sizeof text, "%s returned %s at %.9g s", call, status_names[number],
-                 time_of(bundle, bundle->tick));
+                 time_now(bundle));
     if (number > fmi2Fatal)
         status = fmi2Error;
     pass_on(bundle, status, status == fmi2Discard ? "logStatusDiscard" : "logStatusError", component->name, text);

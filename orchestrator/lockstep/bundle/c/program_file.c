@@ -6,6 +6,7 @@
 
 #include "library.h"
 #include "memory.h"
+#include "operations.h"
 
 static const char magic[] = "LOCKSTEP BUNDLE\1";
 
@@ -85,6 +86,21 @@ static counts_t counts(reader_t *in)
     return found;
 }
 
+/* As counts, for positions of 64 bits. */
+static int64_t *positions(reader_t *in, uint32_t expected)
+{
+    counts_t found = counts(in);
+    int64_t *wide = in->bad ? NULL : keep(in->bundle, found.count, sizeof *wide);
+
+    if (wide == NULL || found.count != expected) {
+        in->bad = 1;
+        return NULL;
+    }
+    for (uint32_t k = 0; k < found.count; k++)
+        wide[k] = (int64_t)found.items[k];
+    return wide;
+}
+
 static double *reals(reader_t *in, uint32_t expected)
 {
     uint32_t number = count(in);
@@ -121,26 +137,25 @@ static set_t *settings(reader_t *in, uint32_t *number, int initial)
     found = memory(in, *number, sizeof *found);
     for (uint32_t k = 0; !in->bad && k < *number; k++) {
         set_t *set = &found[k];
-        counts_t targets, sources;
+        counts_t targets;
         if (initial)
             set->producer = count(in);
         limit(in, set->producer, in->bundle->component_count);
         set->type = count(in);
         limit(in, set->type, BUS_TYPES);
         targets = counts(in);
-        sources = counts(in);
         set->count = targets.count;
         set->targets = targets.items;
-        set->sources = sources.items;
+        set->sources = positions(in, set->count);
         set->gains = reals(in, set->count);
         set->biases = reals(in, set->count);
-        if (in->bad || sources.count != set->count || (set->gains == NULL) != (set->biases == NULL)
+        if (in->bad || (set->gains == NULL) != (set->biases == NULL)
             || (set->gains != NULL && set->type != REAL)) {
             in->bad = 1;
             break;
         }
         for (uint32_t n = 0; n < set->count; n++)
-            limit(in, set->sources[n], initial ? in->bundle->slot_count[set->type] : in->bundle->bus_size[set->type]);
+            limit(in, (uint32_t)set->sources[n], initial ? in->bundle->slot_count[set->type] : in->bundle->bus_size[set->type]);
         set->buffer = keep(in->bundle, set->count, sizes[set->type]);
         if (set->buffer == NULL)
             in->bad = 1;
@@ -170,7 +185,13 @@ static get_t *fetches(reader_t *in, uint32_t *number, int initial)
         }
         get->count = references.count;
         get->references = references.items;
-        get->used = used.items;
+        get->unused = keep(in->bundle, get->count, sizeof *get->unused);
+        for (uint32_t n = 0; get->unused != NULL && n < get->count; n++) {
+            get->unused[n] = used.items[n] == 0;
+            get->checked |= used.items[n] != 0;
+        }
+        if (get->unused == NULL)
+            in->bad = 1;
         room = initial ? in->bundle->slot_count[get->type] : in->bundle->bus_size[get->type];
         if (get->start > room || get->count > room - get->start)
             in->bad = 1;
@@ -378,18 +399,21 @@ const char *read_program(bundle_t *bundle)
     if (size < sizeof magic - 1 || memcmp(bytes(&in, sizeof magic - 1), magic, sizeof magic - 1) != 0)
         return "resources/program.bin is not what the library needs";
     bundle->guid = text(&in);
-    bundle->tick_length = whole(&in);
+    bundle->state.length = whole(&in);
     bundle->second = whole(&in);
+    bundle->state.second = (double)bundle->second;
     bundle->step_ticks = count(&in);
     sized(&in, bundle->bus_size);
     sized(&in, bundle->slot_count);
     sized(&in, bundle->row_size);
-    if (bundle->tick_length <= 0 || bundle->second <= 0 || bundle->step_ticks == 0)
+    if (bundle->state.length <= 0 || bundle->second <= 0 || bundle->step_ticks == 0)
         in.bad = 1;
     components(&in);
     ports(&in);
     operations(&in);
     ticks(&in);
     buffers(&in);
+    if (!in.bad && !make_operations(bundle))
+        in.bad = 1;
     return in.bad ? "resources/program.bin is damaged, or there is no memory" : NULL;
 }

@@ -5,33 +5,11 @@
 #include "components.h"
 #include "finite.h"
 #include "messages.h"
+#include "operations.h"
 #include "values.h"
 
-static fmi2Status set_inputs(component_t *component, const set_t *set)
-{
-    const bundle_t *bundle = component->bundle;
-
-    if (set->type == REAL) {
-        const double *bus = bundle->bus[REAL];
-        double *values = set->buffer;
-        for (uint32_t k = 0; k < set->count; k++)
-            values[k] = bus[set->sources[k]];
-        if (set->gains != NULL)
-            for (uint32_t k = 0; k < set->count; k++) {
-                values[k] = set->gains[k] * values[k] + set->biases[k];
-                if (!is_finite(values[k]))
-                    return refuse(bundle, "%s: the input of reference %u is %g at %.9g s after the conversion of its "
-                                  "connection", component->name, set->targets[k], values[k],
-                                  time_of(bundle, bundle->tick));
-            }
-    } else {
-        const int32_t *bus = bundle->bus[set->type];
-        int32_t *values = set->buffer;
-        for (uint32_t k = 0; k < set->count; k++)
-            values[k] = bus[set->sources[k]];
-    }
-    return set_values(component, (int)set->type, set->targets, set->count, set->buffer);
-}
+static const char *const set_names[BUS_TYPES] = {"fmi2SetReal", "fmi2SetInteger", "fmi2SetBoolean"};
+static const char *const get_names[BUS_TYPES] = {"fmi2GetReal", "fmi2GetInteger", "fmi2GetBoolean"};
 
 /* Judge a step that was discarded: a component may ask for a regular end of the simulation. */
 static fmi2Status discarded(component_t *component, double time)
@@ -44,58 +22,60 @@ static fmi2Status discarded(component_t *component, double time)
     if (component->call.boolean_status(component->instance, fmi2Terminated, &asked) > fmi2Warning || !asked)
         return judge(component, "fmi2DoStep", fmi2Error); /* half a tick cannot be taken back */
     bundle->ended = 1;
+    bundle->state.until = bundle->state.tick + 1;
     judge(component, "fmi2DoStep", fmi2Discard);
     if (component->call.real_status(component->instance, fmi2LastSuccessfulTime, &reached) > fmi2Warning)
         return fmi2Discard;
     return reached >= end - 1e-9 * (end > 1.0 ? end : 1.0) ? fmi2OK : fmi2Discard;
 }
 
-static fmi2Status step(bundle_t *bundle, const step_t *step, double time)
+/* Judge why the tick in C returned at the operation where it is. */
+static fmi2Status judge_operation(bundle_t *bundle, int reason)
 {
-    component_t *component = &bundle->components[step->component];
-    fmi2Status status, worst = fmi2OK;
+    const tick_operation *at = &bundle->state.operations[bundle->state.order[bundle->state.position]];
+    const origin_t *origin = &bundle->origins[at - bundle->state.operations];
+    component_t *component = &bundle->components[origin->component];
+    fmi2Status status = (fmi2Status)bundle->state.status;
 
-    for (uint32_t k = 0; k < step->set_count; k++) {
-        worst = worse(worst, set_inputs(component, &step->sets[k]));
-        if (worst > fmi2Warning)
-            return worst;
-    }
-    status = component->call.do_step(component->instance, time, component->length, fmi2True);
-    if (status != fmi2OK) {
-        status = status == fmi2Discard ? discarded(component, time) : judge(component, "fmi2DoStep", status);
-        worst = worse(worst, status);
-        if (worst > fmi2Warning)
-            return worst;
-    }
-    for (uint32_t k = 0; k < step->get_count; k++) {
-        const get_t *get = &step->gets[k];
-        char *place = (char *)bundle->bus[get->type] + get->start * sizes[get->type];
-        worst = worse(worst, get_values(component, (int)get->type, get->references, get->count, place));
-        if (worst <= fmi2Warning && get->type == REAL)
-            worst = worse(worst, check_finite(component, get, (const double *)(const void *)place,
-                                              bundle->tick + (component->flags & CONTINUOUS ? component->period : 0)));
-        if (worst > fmi2Warning)
-            return worst;
-    }
-    return worst;
+    if (reason == TICK_NOT_FINITE && origin->set != NULL)
+        return check_converted(component, origin->set, at->buffer);
+    if (reason == TICK_NOT_FINITE)
+        return check_finite(component, origin->get, at->buffer, bundle->state.tick
+                            + (component->flags & CONTINUOUS ? (int64_t)component->period : 0));
+    if (at->kind == TICK_STEP_2)
+        return status == fmi2Discard ? discarded(component, bundle->state.time)
+                                     : judge(component, "fmi2DoStep", status);
+    return judge(component, origin->set != NULL ? set_names[origin->set->type] : get_names[origin->get->type], status);
 }
 
-static fmi2Status steps(bundle_t *bundle, const counts_t *numbers)
+/* Run to the mark of a tick, or to the end that a component asked for. */
+static fmi2Status run_to(bundle_t *bundle, int64_t tick)
 {
-    double time = time_of(bundle, bundle->tick);
+    tick_state *state = &bundle->state;
     fmi2Status worst = fmi2OK;
 
-    for (uint32_t k = 0; k < numbers->count && worst <= fmi2Warning; k++)
-        worst = worse(worst, step(bundle, &bundle->steps[numbers->items[k]], time));
-    return worst;
+    bundle->mark->from = tick;
+    state->until = tick + 1;
+    for (;;) {
+        int reason = tick_run(state);
+        if (reason == TICK_CALLER_ACTS || reason == TICK_DONE)
+            return worst;
+        worst = worse(worst, judge_operation(bundle, reason));
+        if (worst > fmi2Warning)
+            return worst;
+        state->position++;
+    }
 }
 
 fmi2Status run_to_start(bundle_t *bundle)
 {
     fmi2Status status;
 
-    memset(bundle->row[REAL], 0, bundle->row_size[REAL] * sizes[REAL]);
-    status = steps(bundle, &bundle->ticks[0].early);
+    for (int type = 0; type < BUS_TYPES; type++)
+        memset(bundle->row[type], 0, bundle->row_size[type] * sizes[type]);
+    bundle->state.tick = 0;
+    bundle->state.begun = 0;
+    status = run_to(bundle, 0);
     if (status <= fmi2Warning)
         take_row(bundle);
     return status;
@@ -103,22 +83,16 @@ fmi2Status run_to_start(bundle_t *bundle)
 
 fmi2Status run_ticks(bundle_t *bundle, int64_t count)
 {
-    fmi2Status worst = fmi2OK;
+    int64_t end = bundle->state.tick + count;
+    fmi2Status worst;
 
-    for (int64_t done = 0; done < count && worst <= fmi2Warning && !bundle->ended; done++) {
-        worst = worse(worst, steps(bundle, &bundle->ticks[bundle->tick % bundle->cycle].late));
-        if (worst > fmi2Warning)
-            break;
-        bundle->tick++;
-        if (!bundle->ended)
-            worst = worse(worst, steps(bundle, &bundle->ticks[bundle->tick % bundle->cycle].early));
-    }
+    bundle->state.position++; /* behind the mark */
+    worst = run_to(bundle, end);
     if (worst > fmi2Warning)
         return worst;
-    if (!bundle->ended) {
+    if (bundle->state.tick == end && bundle->state.begun)
         take_row(bundle);
-        return worst;
-    }
-    take_last_row(bundle);
-    return fmi2Discard;
+    else
+        take_last_row(bundle);
+    return bundle->ended ? fmi2Discard : worst;
 }

@@ -6,6 +6,7 @@
 #include "components.h"
 #include "memory.h"
 #include "messages.h"
+#include "operations.h"
 
 static const char magic[8] = "LSSTATE";
 
@@ -74,8 +75,8 @@ static void transfer(bundle_t *bundle, stream_t *stream)
     pass(stream, &bundle->tolerance, sizeof bundle->tolerance);
     pass(stream, &bundle->stop_defined, sizeof bundle->stop_defined);
     pass(stream, &bundle->tolerance_defined, sizeof bundle->tolerance_defined);
-    pass(stream, &bundle->origin, sizeof bundle->origin);
-    pass(stream, &bundle->tick, sizeof bundle->tick);
+    pass(stream, &bundle->state.origin, sizeof bundle->state.origin);
+    pass(stream, &bundle->state.tick, sizeof bundle->state.tick);
     pass(stream, &bundle->ended, sizeof bundle->ended);
     for (int type = 0; type < BUS_TYPES; type++) {
         pass(stream, bundle->bus[type], bundle->bus_size[type] * sizes[type]);
@@ -199,10 +200,12 @@ fmi2Status set_state(bundle_t *bundle, fmi2FMUstate state)
     stream.end = given->content + given->size;
     transfer(bundle, &stream);
     bundle->propagated = 0;
-    if (!stream.bad && bundle->life >= INSTANTIATED && bundle->life < FATAL && bundle->tick >= 0)
+    if (!stream.bad && bundle->life >= INSTANTIATED && bundle->life < FATAL && bundle->state.tick >= 0) {
+        go_to_mark(bundle);
         return status;
+    }
     bundle->life = FAILED;
-    bundle->tick = 0;
+    bundle->state.tick = 0;
     return refuse(bundle, "fmi2SetFMUstate: the state is damaged, or there is no memory");
 }
 

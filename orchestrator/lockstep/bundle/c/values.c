@@ -164,7 +164,7 @@ void free_ports(bundle_t *bundle)
 static int waits(const bundle_t *bundle, const port_t *port)
 {
     const component_t *component = &bundle->components[port->targets[0].component];
-    int64_t since = bundle->tick - (int64_t)component->offset;
+    int64_t since = bundle->state.tick - (int64_t)component->offset;
 
     return port->kind == OUTPUT && port->type != STRING && (component->flags & EARLY) != 0
            && since % (int64_t)component->period == 0;
@@ -187,7 +187,7 @@ void take_last_row(bundle_t *bundle)
 
 void take_row(bundle_t *bundle)
 {
-    const tick_t *tick = &bundle->ticks[bundle->tick % bundle->cycle];
+    const tick_t *tick = &bundle->ticks[bundle->state.tick % bundle->cycle];
     const counts_t *row = tick->row == 0 ? NULL : bundle->rows[tick->row - 1];
     const double *reals = bundle->bus[REAL];
 

@@ -10,7 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32)
+#if defined(TICK_EXPORT) /* by the command line: a library that has the tick inside exports nothing of it */
+#elif defined(_WIN32)
 #define TICK_EXPORT __declspec(dllexport)
 #else
 #define TICK_EXPORT __attribute__((visibility("default")))
