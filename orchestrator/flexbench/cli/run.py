@@ -14,6 +14,7 @@ from lockstep.cli.command import command
 from lockstep.cli.options import assignments
 from lockstep.cli.parameter_types import Number
 from lockstep.cli.run_options import RunRequest, run_options, run_system
+from lockstep.cli.timing_options import implementation
 from lockstep.errors import InputError
 from lockstep.faults import HELP
 
@@ -78,6 +79,7 @@ def run(
             step_limit=request.step_limit,
             realtime_priority=request.realtime_priority,
             core=request.core,
+            tick=implementation(request.timing.tick),
             finish=finish,
             watch=watch_loop,
         )

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lockstep.cli.given_options import given_options, refuse_given
+from lockstep.cli.given_options import given_options, only_words, refuse_given
 from lockstep.cli.options import option_group, reinitialise_option
 from lockstep.cli.parameter_types import PATH
 from lockstep.cli.usage_errors import option_name
 from lockstep.errors import InputError
+from lockstep.tick import IMPLEMENTATIONS
 
 if TYPE_CHECKING:
     from lockstep.checkpoint.restart import Restart
@@ -67,7 +68,8 @@ class CheckpointOptions:
             return load(path)
         if self.restart_from is None:
             raise InputError("name a system file; or give --restart-from CHECKPOINT, or --resume RESULTS; see --help")
-        refuse_given(_READS_A_FILE, "counts where a system file is read; name SYSTEM as well, or leave it out")
+        names = _READS_A_FILE - ({"tick"} if only_words("tick", IMPLEMENTATIONS) else set())
+        refuse_given(names, "counts where a system file is read; name SYSTEM as well, or leave it out")
         return system_of(read_checkpoint(self.restart_from).run)
 
 
@@ -95,6 +97,7 @@ def resume_run(
     step_limit: str | None,
     realtime_priority: int | None = None,
     core: int | None = None,
+    tick: str = "auto",
     finish: Callable[[Path], None] = lambda _: None,
     watch: Watch | None = None,
 ) -> RunSummary:
@@ -110,7 +113,9 @@ def resume_run(
     from lockstep.system.clock import seconds
 
     for parameter in given_options():
-        if parameter.name not in _WITH_RESUME:
+        if parameter.name not in _WITH_RESUME and not (
+            parameter.name == "tick" and only_words("tick", IMPLEMENTATIONS)
+        ):
             remedy = "leave it out, or branch with --restart-from"
             raise InputError(f"{option_name(parameter)}: a resumed run continues unchanged; {remedy}")
     pacer = pacer_given(pace)
@@ -126,6 +131,7 @@ def resume_run(
                 watch=watch,
                 realtime_priority=realtime_priority,
                 core=core,
+                tick=tick,
             )
         print_warnings(summary.warnings)
         print_summary(summary)

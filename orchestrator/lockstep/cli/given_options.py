@@ -19,6 +19,12 @@ def given_options() -> Iterator[click.Parameter]:
             yield parameter
 
 
+def only_words(name: str, words: Container[str]) -> bool:
+    """Return whether all values of an option that can be given several times are among these words."""
+    values = click.get_current_context().params.get(name) or ()
+    return all(value in words for value in values)
+
+
 def refuse_given(names: Container[str], reason: str) -> None:
     """Raise InputError if an option or argument of one of these names is given; `reason` follows its name."""
     for parameter in given_options():

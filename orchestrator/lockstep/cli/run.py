@@ -6,6 +6,7 @@ from functools import partial
 
 from lockstep.cli.command import command
 from lockstep.cli.run_options import RunRequest, run_options
+from lockstep.cli.timing_options import implementation
 from lockstep.faults import HELP
 
 _EXAMPLES = f"""
@@ -52,6 +53,7 @@ def run(request: RunRequest) -> int:
             step_limit=request.step_limit,
             realtime_priority=request.realtime_priority,
             core=request.core,
+            tick=implementation(request.timing.tick),
         )
     else:
         load = partial(load_system, timing=request.timing.timing(), within=request.within)

@@ -22,7 +22,7 @@ from lockstep.cli.options import (
 )
 from lockstep.cli.parameter_types import PATH
 from lockstep.cli.shadow_options import ShadowOptions, shadow_options
-from lockstep.cli.timing_options import TimingOptions, timing_options, with_delays, with_step_sizes
+from lockstep.cli.timing_options import TimingOptions, implementation, timing_options, with_delays, with_step_sizes
 from lockstep.errors import InputError
 
 if TYPE_CHECKING:
@@ -161,6 +161,7 @@ def run_system(
                 pace=pacer,
                 realtime_priority=request.realtime_priority,
                 core=request.core,
+                tick=implementation(request.timing.tick),
                 checkpoints=request.checkpoints.schedule(),
                 restart=restart,
                 strict_inputs=request.strict_inputs,

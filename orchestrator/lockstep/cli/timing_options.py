@@ -10,6 +10,7 @@ import click
 
 from lockstep.cli.options import option_group, refuse_repeated
 from lockstep.errors import InputError
+from lockstep.tick import IMPLEMENTATIONS
 
 if TYPE_CHECKING:
     from lockstep.ssp.step_times import Timing
@@ -24,7 +25,7 @@ class TimingOptions:
 
     delay: tuple[str, ...]
     step_size: tuple[str, ...]
-    tick: str | None
+    tick: tuple[str, ...]  # of the base tick, and of what executes ticks
     continuous: tuple[str, ...]
     sampled: tuple[str, ...]
 
@@ -41,16 +42,27 @@ class TimingOptions:
             raise InputError(f"--sampled {both[0]}: --continuous names it too; choose one")
         kinds |= dict.fromkeys(self.sampled, "sampled")
         general = [size for name, _, size in sizes if not name]
+        ticks = [text for text in self.tick if text not in IMPLEMENTATIONS]
+        if len(ticks) > 1:
+            raise InputError(f"--tick {ticks[-1]}: given already, as {ticks[0]}; give one base tick")
         for option, texts in (("--step-size", general), ("--delay", delays)):
             if len(texts) > 1:
                 raise InputError(f"{option} {texts[-1]}: given for all already, as {texts[0]}; name a component")
         return Timing(
-            tick=_positive(self.tick, "--tick") if self.tick is not None else None,
+            tick=_positive(ticks[0], "--tick") if ticks else None,
             period=_positive(general[0], "--step-size") if general else None,
             periods={name: _positive(size, f"--step-size {name}") for name, _, size in sizes if name},
             kinds=kinds,
             delay=_ticks(delays[0]) if delays else None,
         )
+
+
+def implementation(texts: Sequence[str]) -> str:
+    """Return what is to execute ticks, of the values of --tick: auto, python or c; or raise InputError."""
+    words = [text for text in texts if text in IMPLEMENTATIONS]
+    if len(set(words)) > 1:
+        raise InputError(f"--tick {words[-1]}: given already, as {words[0]}; choose one")
+    return words[0] if words else "auto"
 
 
 timing_options = option_group(
@@ -60,7 +72,9 @@ timing_options = option_group(
                  help="delay of the connections from A to B, or of all connections, in ticks"),
     click.option("--step-size", multiple=True, metavar="[C=]S",
                  help="co-simulation step of component C, or a pattern, or of all, in seconds, or as a fraction: 1/60"),
-    click.option("--tick", metavar="S", help="base tick in seconds, for system files without one"),
+    click.option("--tick", multiple=True, metavar="S|python|c",
+                 help="base tick in seconds, for system files without one; or what executes the ticks of a run, with "
+                      "the same results (default: auto, which is C where there is a compiler)"),
     click.option("--continuous", multiple=True, metavar="C", help="outputs of C are true at the end of its step"),
     click.option("--sampled", multiple=True, metavar="C", help="outputs of C hold from the start of its step"),
 )  # fmt: skip

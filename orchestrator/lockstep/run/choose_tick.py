@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 from lockstep.errors import InputError
 from lockstep.system.clock import Time
+from lockstep.tick import IMPLEMENTATIONS
 from lockstep.tick.c_tick import CTick
 from lockstep.tick.compiled import NoLibrary, load
 from lockstep.tick.operations import Clock, Program, Rows, Ticking, Times
 from lockstep.tick.python_tick import PythonTick
-
-CHOICES = ("auto", "python", "c")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,8 +39,8 @@ def choose_tick(wanted: str, tick: Time, start: Time, last: int) -> TickChoice:
 
     `wanted` is `auto`, `python` or `c`. Raises InputError for another word, and if C is wanted and cannot be had.
     """
-    if wanted not in CHOICES:
-        raise InputError(f"tick {wanted!r}: no such implementation; choose {', '.join(CHOICES)}")
+    if wanted not in IMPLEMENTATIONS:
+        raise InputError(f"tick {wanted!r}: no such implementation; choose {', '.join(IMPLEMENTATIONS)}")
     times = Times.of(tick, start)
     reason = "" if wanted == "python" else _obstacle(times, last)
     if reason and wanted == "c":

@@ -82,6 +82,7 @@ def resume(
     watch: Watch | None = None,
     realtime_priority: int | str | None = None,
     core: int | str | None = None,
+    tick: str = "auto",
 ) -> RunSummary:
     """Resume a run from its newest checkpoint: what was simulated after that is cut off and simulated again.
 
@@ -91,7 +92,7 @@ def resume(
     ----------
     folder : results folder of a run that did not complete, or what `claim_earlier` returned for it
     system : None: loaded from where the run had it
-    progress, step_limit, pace, watch, realtime_priority, core : as in `RunOptions`
+    progress, step_limit, pace, watch, realtime_priority, core, tick : as in `RunOptions`
 
     Raises
     ------
@@ -102,7 +103,7 @@ def resume(
     """
     if not isinstance(folder, ResultsFolder):
         with claim_earlier(folder) as claimed:
-            return resume(claimed, system, progress, step_limit, pace, watch, realtime_priority, core)
+            return resume(claimed, system, progress, step_limit, pace, watch, realtime_priority, core, tick)
     checkpoint = resumable(folder.path)
     refuse_missing_rows(folder.path, checkpoint)
     options = RunOptions(
@@ -112,6 +113,7 @@ def resume(
         watch=watch,
         realtime_priority=realtime_priority,
         core=core,
+        tick=tick,
         **earlier_options(checkpoint),
     )
     return simulate(system or system_of(checkpoint.run), folder, options)
