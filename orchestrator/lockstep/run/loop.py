@@ -19,6 +19,7 @@ class Loop:
         self.ended = False  # whether a component ended the run
         self._clock = clock
         self._ticking: Ticking | None = None
+        self._stopped = False  # before the tick that was asked for
         self.pauses: list[Pause] = []  # those to come, in the order of their ticks
         self._look: Action = lambda _: None
         clock.time = self.time
@@ -61,6 +62,29 @@ class Loop:
         self.ended = False
         self._clock.time = self.time
 
+    def stepper(self, last: int) -> Callable[[], int]:
+        """Return a quick function that executes one tick, without the pauses: see `Ticking`."""
+        assert self._ticking is not None
+        return self._ticking.stepper(last)
+
+    def go_on(self, reason: int) -> None:
+        """Complete the tick at which the function of `stepper` returned a reason."""
+        assert self._ticking is not None
+        self._ticking.go_on(reason, self._look)
+        self._clock.time = self.time
+
+    def settle(self) -> None:
+        """Take over what the function of `stepper` has done."""
+        if self._ticking is not None:
+            self._ticking.settle()
+        self._clock.time = self.time
+
+    def stop_after_tick(self) -> None:
+        """Have `run_until` return when the present tick is complete."""
+        assert self._ticking is not None
+        self._stopped = True
+        self._ticking.end_after_tick()
+
     @property
     def in_tick(self) -> bool:
         """Whether a tick has begun and is not complete."""
@@ -73,13 +97,14 @@ class Loop:
         """
         ticking = self._ticking
         assert ticking is not None
-        while self.pauses and self.pauses[0][0] <= tick and not self.ended:
+        self._stopped = False
+        while self.pauses and self.pauses[0][0] <= tick and not (self.ended or self._stopped):
             end, act = self.pauses[0]
             ticking.run(end, self._look)
             self._clock.time = self.time
-            if not self.ended:
+            if not (self.ended or self._stopped):
                 self.pauses.pop(0)
                 act()
-        if not self.ended:
+        if not (self.ended or self._stopped):
             ticking.run(tick, self._look)
         self._clock.time = self.time

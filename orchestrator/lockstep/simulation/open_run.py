@@ -60,7 +60,7 @@ class OpenRun:
     choice: TickChoice  # what executes ticks
     stepped: set[str] = field(default_factory=set)  # in the tick in which a component ended the run
     wall_time: float = 0.0  # [s] of the loop, when it is complete
-    between_ticks: bool = False  # whether the newest Ctrl-C ended `advance` between two ticks
+    stops_between_ticks: bool = False  # after Ctrl-C `advance` returns there, in place of raising KeyboardInterrupt
     recorded_last: bool = False
 
     @property
@@ -87,8 +87,13 @@ class OpenRun:
         run.loop.bind(self.choice.start(program, run.loop.done, run.events, self.recorder), self._look)
         run.close_slaves.callback(run.loop.close)
         if pacer is not None:
-            pacer.begin(run.loop.time, self.interrupt)
+            pacer.begin(run.loop.time, self._pacer_interrupt)
         exchange.on_end = run.loop.end_after_tick
+
+    @property
+    def _pacer_interrupt(self) -> Interrupt:
+        """What ends a wait for a tick, which must not end within it where the run goes on after Ctrl-C."""
+        return Interrupt() if self.stops_between_ticks else self.interrupt
 
     def _save(self, tick: int) -> None:
         run = self.run
@@ -96,8 +101,10 @@ class OpenRun:
         self.saver.save(tick, run.folder, self.recorder, run.events, run.record, run.wall_time)
 
     def _look(self, time: float) -> None:
-        self.between_ticks = self.interrupt.requested and not self.run.loop.in_tick
-        self.interrupt.check()
+        if self.interrupt.requested and self.stops_between_ticks:
+            self.run.loop.stop_after_tick()
+        else:
+            self.interrupt.check()
         if self.progress is not None:
             self.progress(time, seconds(self.plan.stop_time))
 
@@ -109,7 +116,7 @@ class OpenRun:
         self.stepped, self.recorded_last = set(), False
         run.loop.pauses = [(later, partial(self._save, later)) for later in self.saver.ticks if later > tick]
         if run.pacer is not None:
-            run.pacer.begin(run.loop.time, self.interrupt)
+            run.pacer.begin(run.loop.time, self._pacer_interrupt)
 
     def replace_recorder(self, saved: SavedRows) -> None:
         """Continue the file of the signals after these rows of it."""
@@ -126,16 +133,19 @@ class OpenRun:
             raise error
         raise raised from None
 
-    def advance(self, tick: int) -> None:
+    def advance(self, tick: int, reason: int | None = None) -> None:
         """Run until so many ticks of the whole run are complete, or a component ends the run before.
 
-        A failure leaves the run open; `fail` closes it.
+        `reason` is what the function of `Loop.stepper` returned, if that has begun the tick. A failure leaves the run
+        open; `fail` closes it.
         """
         run, exchange = self.run, self.exchange
         loop = run.loop
-        self.between_ticks = False
         try:
-            loop.run_until(tick)
+            if reason is None:
+                loop.run_until(tick)
+            else:
+                loop.go_on(reason)
         except EndOfSimulation as end:
             self.stepped = components_before(exchange, end.component)
         if exchange.end is not None:

@@ -107,7 +107,6 @@ def restore_snapshot(run: OpenRun, snapshot: Snapshot, branch: Branch) -> None:
         exchange.bus[scalar][:] = values
     if exchange.faults is not None and snapshot.faults is not None:
         exchange.faults.put_back(snapshot.faults)
-    run.go_back(snapshot.tick)
     if snapshot.events is not None and same_run:
         run.run.events.put_back(snapshot.events)
     else:
@@ -117,7 +116,9 @@ def restore_snapshot(run: OpenRun, snapshot: Snapshot, branch: Branch) -> None:
         rows = run.recorder.nothing()  # the rows are in another folder, or were pickled
     if isinstance(rows, KeptRows):
         run.recorder.put_back(rows)
+        run.go_back(snapshot.tick)
     else:
+        run.go_back(snapshot.tick)
         run.replace_recorder(rows)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from fractions import Fraction
 from itertools import count
@@ -26,9 +26,11 @@ from lockstep.simulation.values import Values
 from lockstep.system.clock import nanoseconds, seconds, seconds_text
 from lockstep.system.component import Kind
 from lockstep.system.system import System
+from lockstep.tick.structures import Reason
 
 _MOST_SETS = 1000  # of one name that are events: a value that is set at each step must not fill the disk
 _NEAR = Fraction(1, 10**6)  # [ticks] by which a time of the user may miss a tick: a sum of floats does
+_NOT_QUICK = -1  # there is something to do between the ticks, or nothing more to step
 _branches = count()
 
 
@@ -41,10 +43,11 @@ class Run:
 
     def __init__(self, opened: OpenRun, interrupt: Interrupt, stack: ExitStack) -> None:
         self._opened, self._interrupt, self._stack = opened, interrupt, stack
-        self._loop, self._advance = opened.run.loop, opened.advance
-        self._values = Values(opened.plan, opened.saver.slaves, opened.exchange)
-        self._last = opened.plan.ticks  # the tick up to which it can be stepped; -1: not at all
+        self._loop = loop = opened.run.loop
+        self._values = Values(opened.plan, opened.saver.slaves, opened.exchange, lambda: loop.time)
         self._why = ""  # it cannot be stepped
+        self._quick: Callable[[], int]  # makes a step
+        self._set_quick()
         self._summary: RunSummary | None = None
         self._branch: Branch = ((next(_branches), opened.first),)
         self._sets: dict[str, int] = {}  # events of each name
@@ -90,6 +93,7 @@ class Run:
 
         Those of a run with a folder are there once it is closed. Raises InputError before.
         """
+        self._settle()
         if self.folder is not None:
             if self._summary is None and not self._why:
                 raise InputError(f"signals: are in {self.folder} when the run is closed; or open it without a folder")
@@ -101,6 +105,7 @@ class Run:
     @property
     def events(self) -> list[dict[str, Any]]:
         """The events of the run so far: faults, messages of FMUs, values that were set."""
+        self._settle()
         return [json.loads(line) for line in self._opened.run.events.kept().lines]
 
     @property
@@ -128,22 +133,58 @@ class Run:
         """
         if n != 1:
             attend(self._interrupt)
-        self._to(self._loop.done + (n if n.__class__ is int and n > 0 else _whole(n)))
+            self._to(self._loop.done + _whole(n))
+            return
+        interrupt = self._interrupt
+        interrupt.stepping = True
+        reason = self._quick()
+        interrupt.stepping = False
+        if reason or interrupt.requested:
+            self._complete_step(reason)
 
-    def _to(self, tick: int) -> None:
-        if tick > self._last:
+    def _complete_step(self, reason: int) -> None:
+        """Complete a step that the quick function has only begun, or refused."""
+        if reason == _NOT_QUICK or self._why:
+            self._to(self._loop.done + 1)
+        elif reason == Reason.AT_LAST:
+            self._refuse(self._loop.done + 1)
+        elif reason:
+            self._to(self._loop.done + 1, reason)
+        self._raise_interrupt()
+
+    def _to(self, tick: int, reason: int | None = None) -> None:
+        if self._why or self._opened.ended or tick > self._opened.plan.ticks:
             self._refuse(tick)
+        self._settle()
         interrupt = self._interrupt
         interrupt.stepping = True
         try:
-            self._advance(tick)
+            self._opened.advance(tick, reason)
         except BaseException as error:
             self._fail(error)
         finally:
             interrupt.stepping = False
-        if interrupt.requested:
-            interrupt.requested = False
-            raise interrupt.end()
+        if self._opened.ended or (self._pausing and not self._loop.pauses):
+            self._set_quick()
+        self._raise_interrupt()
+
+    def _raise_interrupt(self) -> None:
+        if self._interrupt.requested:
+            self._interrupt.requested = False
+            raise KeyboardInterrupt
+
+    def _set_quick(self) -> None:
+        """Set what makes a step: a quick function if there is nothing to do between the ticks."""
+        self._pausing = bool(self._loop.pauses)
+        if self._pausing or self._why or self._opened.ended:
+            self._quick = lambda: _NOT_QUICK
+        else:
+            self._quick = self._loop.stepper(self._opened.plan.ticks)
+
+    def _settle(self) -> None:
+        """Bring the recorder and the clock to where the quick steps have led."""
+        if not self._why:
+            self._loop.settle()
 
     def run_until(self, time: float | str) -> None:
         """Simulate up to a time [s], which is a whole number of ticks; raise as `step` does."""
@@ -185,7 +226,7 @@ class Run:
         """
         if self._why:
             self._refuse_use(f"{name}: cannot be read")
-        return self._guarded(self._values.read, name, self._loop.time)
+        return self._guarded(self._values.read, name)
 
     def set(self, name: str, value: Override) -> None:
         """Set free inputs or tunable parameters from the next step on, in the FMU's unit or with one: `"3 deg"`.
@@ -196,12 +237,11 @@ class Run:
         """
         if self._why:
             self._refuse_use(f"{name}: cannot be set")
-        time = self._loop.time
-        if self._guarded(self._values.set, name, value, time) or self._sets.get(name, 0) < _MOST_SETS:
-            self._sets[name] = self._sets.get(name, 0) + 1
-            events = self._opened.run.events
-            events.time = time
-            self._guarded(_add_set, events, name, value)
+        self._guarded(self._values.set, name, value)
+        if (count := self._sets.get(name, 0)) < _MOST_SETS:
+            self._sets[name] = count + 1
+            self._settle()
+            self._guarded(_add_set, self._opened.run.events, name, value)
 
     def __setitem__(self, name: str, value: Override) -> None:
         """Set as `set` does."""
@@ -211,6 +251,7 @@ class Run:
         """Return the state of the whole run, to go back to or to branch from. Raises InputError if an FMU has none."""
         if self._why:
             self._refuse_use("snapshot: cannot be taken")
+        self._settle()
         if self._opened.ended:
             raise InputError(f"snapshot: cannot be taken, as the run has ended: {self.ended}")
         snapshot: Snapshot = self._guarded(take_snapshot, self._opened, self._branch)
@@ -230,16 +271,19 @@ class Run:
             self._refuse_use("restore: is not possible")
         if not isinstance(snapshot, Snapshot):
             raise InputError(f"restore: {snapshot!r} is no snapshot; give what snapshot() returned")
+        self._settle()
         check_snapshot(self._opened, snapshot, self._branch)
         self._guarded(restore_snapshot, self._opened, snapshot, self._branch)
         same_run = snapshot.branch[0] == self._branch[0]
         before = snapshot.branch if same_run else ()
         self._branch = (*before, (next(_branches), snapshot.tick))
+        self._set_quick()
 
     def close(self) -> None:
         """Record the last row, close the FMUs and the folder. It may be called twice."""
         if self._why:
             return
+        self._settle()
         opened = self._opened
         if not self._at_end:
             opened.run.record["stop_time"] = self.time  # as for a run that was to end here
@@ -259,6 +303,7 @@ class Run:
         if error is None or isinstance(error, GeneratorExit):
             self.close()
         elif not self._why:
+            self._settle()
             text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
             self._opened.run.abandon(error if isinstance(error, KeyboardInterrupt) else RunError(text))
             self._over(f"was ended by {text}")
@@ -293,11 +338,7 @@ class Run:
             self._fail(error)
 
     def _fail(self, error: BaseException) -> NoReturn:
-        """Close the run and raise what ended it; after Ctrl-C between two ticks it stays open."""
-        interrupted = isinstance(error, KeyboardInterrupt) and self._opened.between_ticks
-        if interrupted:
-            self._interrupt.requested = self._interrupt.ending = False
-            raise error
+        """Close the run and raise what ended it."""
         raised = self._opened.run.abandon(error)
         self._over("was interrupted" if isinstance(error, KeyboardInterrupt) else f"failed: {raised}")
         if raised is error:
@@ -306,13 +347,16 @@ class Run:
 
     def _over(self, why: str) -> None:
         """Note why nothing can be done any more, and release everything."""
-        self._why, self._last = why, -1
+        self._why = why
+        self._set_quick()
         dismiss(self._interrupt)
         self._stack.close()
 
     def _refuse(self, tick: int) -> NoReturn:
         if self._why:
             self._refuse_use("cannot be stepped")
+        if self._opened.ended:
+            raise InputError(f"a step is not possible, as the run has ended: {self.ended}")
         plan = self._opened.plan
         wanted, stop = (seconds_text(time) for time in (plan.schedule.time(tick), plan.stop_time))
         raise InputError(
@@ -348,7 +392,7 @@ def open(
     with ExitStack() as stack:
         with deferred_interrupt() as opening:
             opened = open_run(as_system(system, connections, periods, delays, kinds), folder, chosen, opening, stack)
-        opened.interrupt = interrupt
+        opened.interrupt, opened.stops_between_ticks = interrupt, True
         attend(interrupt)
         return Run(opened, interrupt, stack.pop_all())
 
@@ -358,7 +402,7 @@ def _whole(n: object) -> int:
         ticks = operator.index(n)  # type: ignore[arg-type]
     except TypeError:
         ticks = 0
-    if ticks < 1 or isinstance(n, bool):
+    if ticks < 1:
         raise InputError(f"step: {n!r} must be a whole number of ticks, 1 or more; run_until goes to a time")
     return ticks
 

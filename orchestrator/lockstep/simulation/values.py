@@ -20,13 +20,15 @@ from lockstep.run.exchange import Exchange
 from lockstep.run.overlapped_steps import Overlapping
 from lockstep.system.component import Component, Value
 
-Read = Callable[[float], Any]  # at a time [s]
+Read = Callable[[], Any]
 
 
 class Values:
     """The variables of all components by `component.variable`, an array of them by its name."""
 
-    def __init__(self, plan: Plan, slaves: Mapping[str, Slave], exchange: Exchange) -> None:
+    def __init__(self, plan: Plan, slaves: Mapping[str, Slave], exchange: Exchange, now: Callable[[], float]) -> None:
+        """Read and set nothing yet; `now` returns the simulated time [s]."""
+        self._now = now
         self._plan, self._slaves, self._exchange = plan, slaves, exchange
         self._readers: dict[str, Read] = {}
         self._quick: dict[str, _QuickSet | None] = {}
@@ -47,12 +49,12 @@ class Values:
                     found.setdefault(f"{component}.{name}")
         return list(found)
 
-    def read(self, name: str, time: float) -> Any:
+    def read(self, name: str) -> Any:
         """Return the present value: a number, a bool, a text, or a numpy array of them; raise InputError."""
         reader = self._readers.get(name)
         if reader is None:
             reader = self._readers[name] = self._reader(name)
-        return reader(time)
+        return reader()
 
     def _reader(self, name: str) -> Read:
         component, variables, single = self._found(name)
@@ -60,25 +62,25 @@ class Values:
         if scalar is None or any(variable.scalar != scalar for variable in variables):
             raise InputError(f"{name}: values of type {variables[0].type} cannot be read")
         if component.adapter is not None and variables[0].causality == "parameter":
-            return lambda _: self._parameters(component.name, variables, single)
+            return lambda: self._parameters(component.name, variables, single)
         references = [variable.reference for variable in variables]
         buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
         get = self._slaves[component.name].getter(scalar, np.array(references, np.uint32), buffer)
         check, call, shape = self._exchange.check, f"Get{scalar}", _shape(variables)
 
-        def fetched(time: float) -> Buffer:
+        def fetched() -> Buffer:
             status = get()
             if status:
-                check(component.name, call, time, status)
+                check(component.name, call, self._now(), status)
             return buffer
 
         if single and scalar == "Boolean":
-            return lambda time: bool(fetched(time)[0])
+            return lambda: bool(fetched()[0])
         if single:
-            return lambda time: fetched(time).item()
+            return lambda: fetched().item()
         if scalar == "Boolean":
-            return lambda time: (fetched(time) != 0).reshape(shape)
-        return lambda time: fetched(time).copy().reshape(shape)
+            return lambda: (fetched() != 0).reshape(shape)
+        return lambda: fetched().reshape(shape).copy()
 
     def _parameters(self, component: str, variables: Sequence[Variable], single: bool) -> Any:
         """Return parameters behind an adapter, through which no value comes back, as they were given."""
@@ -108,22 +110,19 @@ class Values:
         variables = [description.variables[element] for element in elements]
         return self._plan.system.component(part), variables, elements == [rest]
 
-    def set(self, name: str, value: Override, time: float) -> bool:
-        """Set free inputs or tunable parameters, as `--set` does; raise InputError. Return whether anything was new.
+    def set(self, name: str, value: Override) -> None:
+        """Set free inputs or tunable parameters, as `--set` does; raise InputError.
 
         An input keeps its value until it is set again.
         """
         if name not in self._quick:
             self._quick[name] = self._quick_set(name)
-            new = True
-        else:
-            new = False
         quick = self._quick[name]
         if quick is not None and quick.fits(value):
             status = quick.call()
             if status:
-                self._exchange.check(quick.component, "SetReal", time, status)
-            return new
+                self._exchange.check(quick.component, "SetReal", self._now(), status)
+            return
         by_call: dict[tuple[str, Scalar], dict[int, Value]] = {}
         given: dict[str, Value] = {}
         for component, variable, item in resolve_overrides(name, value, self._plan.system, self._plan.descriptions):
@@ -132,9 +131,8 @@ class Values:
             given[f"{component}.{variable.name}"] = item
         for (component, scalar), values in by_call.items():
             status = self._slaves[component].set_start(values, scalar)
-            self._exchange.check(component, f"Set{scalar}", time, status)
+            self._exchange.check(component, f"Set{scalar}", self._now(), status)
         self._given |= given
-        return new
 
     def _settable(self, component: str, variable: Variable) -> Scalar:
         """Return the type of a variable that can be set while the FMU runs, or raise InputError."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from ctypes import addressof
+from collections.abc import Callable
+from ctypes import addressof, c_int64, c_void_p
+from functools import partial
 from threading import Event, Thread
 from typing import Any
 
@@ -20,12 +22,14 @@ class CTick:
 
     def __init__(self, program: Program, times: Times, first: int, clock: Clock, rows: Rows | None) -> None:
         """Pack the program; `rows` is the recorder that its captures fill in."""
-        self._run_library = load().tick_run
+        library = load()
+        self._run_library, self._step_library = library.tick_run, library.tick_step
         self._table, self._program = pack(program), program
         self._clock, self._rows = clock, rows
         self._state = state = _state(self._table, times, first)
         self._address = addressof(state)
         self._kept = [] if rows is None else _set_rows(state, rows)
+        self._settled = first  # the tick to which the rows are counted in Python too
         self._watch: Watch | None = None
 
     @property
@@ -38,15 +42,32 @@ class CTick:
 
     def run(self, until: int, look: Action) -> None:
         """Execute ticks."""
-        state, rows, run, place = self._state, self._rows, self._run_library, self._address
         if self._watch is None:
-            self._watch = Watch(state)
-        state.until = until
-        if rows is not None:
-            state.rows.count = rows.count
+            self._watch = Watch(self._state)
+        self._state.until = until
+        self._run(None, look)
+
+    def stepper(self, last: int) -> Callable[[], int]:
+        """Return a quick function that executes one tick; see `Ticking`."""
+        return partial(self._step_library, c_void_p(self._address), c_int64(last))
+
+    def go_on(self, reason: int, look: Action) -> None:
+        """Complete the tick at which the function of `stepper` returned this."""
+        self._run(reason, look)
+
+    def settle(self) -> None:
+        """Count the rows of the ticks that the function of `stepper` has executed."""
+        state = self._state
+        if self._rows is not None and state.tick != self._settled:
+            self._rows.count = state.rows.count
+        self._settled = state.tick
+
+    def _run(self, reason: int | None, look: Action) -> None:
+        state, rows, run, place = self._state, self._rows, self._run_library, self._address
         self._clock.follow(self._now)
         try:
-            reason = run(place)
+            if reason is None:
+                reason = run(place)
             if reason != Reason.DONE:
                 with np.errstate(over="ignore"):  # as in Python: a value that overflows ends the run by name
                     while reason != Reason.DONE:
@@ -57,6 +78,7 @@ class CTick:
             self._clock.follow(None)
             if rows is not None:
                 rows.count = state.rows.count
+            self._settled = state.tick
 
     def _handle(self, reason: int, look: Action) -> None:
         """Do what C returned for."""
@@ -101,6 +123,9 @@ class CTick:
     def go_back(self, tick: int) -> None:
         """Continue at a tick."""
         self._state.tick, self._state.begun = tick, 0
+        self._settled = tick
+        if self._rows is not None:
+            self._state.rows.count = self._rows.count
 
     def end_after_tick(self) -> None:
         """End the run when the present tick is complete."""

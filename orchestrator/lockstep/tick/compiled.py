@@ -145,6 +145,7 @@ def opened(path: Path) -> ctypes.CDLL:
         library.tick_layout.restype = None
         library.tick_layout(sizes)
         library.tick_run.argtypes, library.tick_run.restype = (ctypes.c_void_p,), ctypes.c_int
+        library.tick_step.argtypes, library.tick_step.restype = (ctypes.c_void_p, ctypes.c_int64), ctypes.c_int
     except AttributeError as error:
         raise NoLibrary(f"{path}: {error}") from None
     wanted = [LAYOUT, ctypes.sizeof(TickOperation), ctypes.sizeof(TickState)]

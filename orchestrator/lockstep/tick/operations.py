@@ -197,6 +197,21 @@ class Ticking(Protocol):
         """
         ...
 
+    def stepper(self, last: int) -> Callable[[], int]:
+        """Return a quick function that executes one tick, unless `last` of them are complete: it returns a Reason.
+
+        After another one than DONE and AT_LAST, `go_on` has to be called; before anything else, `settle`.
+        """
+        ...
+
+    def go_on(self, reason: int, look: Action) -> None:
+        """Complete the tick at which the function of `stepper` returned this."""
+        ...
+
+    def settle(self) -> None:
+        """Count the rows of the ticks that the function of `stepper` has executed."""
+        ...
+
     @property
     def in_tick(self) -> bool:
         """Whether a tick has begun and is not complete."""

@@ -25,6 +25,7 @@ from lockstep.tick.operations import (
     Times,
     Transfer,
 )
+from lockstep.tick.structures import Reason
 
 LOOK_INTERVAL = 0.1  # [s] of wall time between two looks around
 Segment = tuple[Operation, ...]  # of one bound function
@@ -42,6 +43,7 @@ class PythonTick:
 
     def run(self, until: int, look: Action) -> None:
         """Execute ticks."""
+        self._ending = False
         with np.errstate(over="ignore"):  # a value that overflows ends the run by name, without a warning before
             self._run(until, look)
 
@@ -51,7 +53,9 @@ class PythonTick:
         self._due = self._due or clock() + LOOK_INTERVAL
         due = self._due
         first = self.done
-        for tick, phase in zip(range(first, until), islice(cycle(phases), first % len(phases), None), strict=False):
+        start = first % len(phases)
+        following = islice(cycle(phases), start, None) if until > first + 1 else phases[start : start + 1]
+        for tick, phase in zip(range(first, until), following, strict=False):
             self.done = tick
             events.time = time = (origin + tick * length) / second
             for call in phase:
@@ -62,6 +66,17 @@ class PythonTick:
             if clock() >= due:
                 look(time)
                 self._due = due = clock() + LOOK_INTERVAL
+
+    def stepper(self, last: int) -> Callable[[], int]:
+        """Return a function that leaves the step to `go_on`."""
+        return lambda: Reason.AT_LAST if self.done >= last else Reason.LOOK
+
+    def go_on(self, _reason: int, look: Action) -> None:
+        """Execute one tick."""
+        self.run(self.done + 1, look)
+
+    def settle(self) -> None:
+        """Do nothing."""
 
     @property
     def in_tick(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ctypes import Structure, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from enum import IntEnum
 
-LAYOUT = 1
+LAYOUT = 2
 PARTS = 5  # of a row: all but texts
 
 
@@ -39,6 +39,7 @@ class Reason(IntEnum):
     NOT_FINITE = 3
     ROWS_FULL = 4
     LOOK = 5
+    AT_LAST = 6
 
 
 class TickOperation(Structure):

@@ -85,7 +85,6 @@ def test_a_sum_of_floats_is_the_tick_beside_it(triple):
     [
         (lambda run: run.step(0), r"step: 0 must be a whole number of ticks, 1 or more; run_until goes to a time"),
         (lambda run: run.step(0.5), r"step: 0\.5 must be a whole number of ticks"),
-        (lambda run: run.step(True), r"step: True must be"),
         (lambda run: run.step(60), r"a step to 0\.061 s would pass the stop time, 0\.06 s; open the run with a later"),
         (lambda run: run.run_until(0.0105), r"run_until: 0\.0105 s lies between two ticks; choose 0\.01 s or 0\.011 s"),
         (lambda run: run.run_until(0.0), r"run_until: 0\.0 s is before the present time, 0\.001 s; restore a snapshot"),

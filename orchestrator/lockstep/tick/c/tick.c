@@ -186,6 +186,14 @@ int tick_run(tick_state *state)
     }
 }
 
+int tick_step(tick_state *state, int64_t last)
+{
+    if (state->tick >= last)
+        return TICK_AT_LAST;
+    state->until = state->tick + 1;
+    return tick_run(state);
+}
+
 void tick_layout(size_t sizes[3])
 {
     sizes[0] = TICK_LAYOUT;

@@ -17,7 +17,7 @@
 #define TICK_EXPORT __attribute__((visibility("default")))
 #endif
 
-#define TICK_LAYOUT 1 /* of the structures below; grows with each change */
+#define TICK_LAYOUT 2 /* of the structures and functions below; grows with each change */
 
 /* What an operation does. The fields of `tick_operation` that it uses are named behind it. */
 enum tick_kind {
@@ -47,7 +47,8 @@ enum tick_reason {
     TICK_STATUS,      /* a call returned `status` above 0 (OK): judge it, then continue behind it */
     TICK_NOT_FINITE,  /* a value is not finite: judge it, then continue behind it */
     TICK_ROWS_FULL,   /* write the rows and set rows.count to 0, then continue at the same operation */
-    TICK_LOOK         /* `look` was set: set it to 0, then continue at the same operation */
+    TICK_LOOK,        /* `look` was set: set it to 0, then continue at the same operation */
+    TICK_AT_LAST      /* by tick_step: all ticks that it may execute are complete */
 };
 
 typedef void (*tick_function)(void); /* of FMI; called with its own type, which `kind` names */
@@ -100,6 +101,9 @@ typedef struct tick_state {
 
 /* Execute ticks; return a tick_reason. To continue behind the operation at `position`, add 1 to it before. */
 TICK_EXPORT int tick_run(tick_state *state);
+
+/* Execute one tick unless `last` of them are complete. After another reason than these two, continue by tick_run. */
+TICK_EXPORT int tick_step(tick_state *state, int64_t last);
 
 /* TICK_LAYOUT, and the sizes of an operation and of a state: what a caller compares with its own. */
 TICK_EXPORT void tick_layout(size_t sizes[3]);
