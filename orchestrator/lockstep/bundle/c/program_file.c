@@ -174,6 +174,12 @@ static void operations(reader_t *in)
         component_t *component = &bundle->components[k];
         read_limit(in, bundle->order.items[k], bundle->component_count);
         component->initial_sets = settings(in, &component->initial_set_count, 1);
+        for (uint32_t type = 0; !in->bad && type < BUS_TYPES; type++) {
+            uint32_t total = 0; /* all of a type are set in one call */
+            for (uint32_t n = 0; n < component->initial_set_count; n++)
+                total += component->initial_sets[n].type == type ? component->initial_sets[n].count : 0;
+            read_largest(in, total);
+        }
         component->initial_gets = fetches(in, &component->initial_get_count, 1);
         component->initial_bus = fetches(in, &component->initial_bus_count, 0);
     }
