@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from lockstep.arrays import Array
 
 GroupValues = NDArray[Any]  # one value for each variable of a group, in the type in which they are exchanged
 Function = Callable[[int, Array], Array]  # of a tick and the values
+Linear = Literal["add", "multiply"]
 Limits = tuple[Array, Array]  # the smallest and largest values that fit
 
 
@@ -38,61 +38,129 @@ class Effect(Protocol):
 
 
 class Stuck:
-    """Hold given values, or those of the last transfer before the window; without one, those of the first."""
+    """Hold given values, or those of the last transfer before the window; without one, those of the first.
+
+    The memory does not move, as the tick in C shares it: `values`, and `history`, which is 0 while nothing is held, 1
+    afterwards, and 2 for given values.
+    """
 
     def __init__(self, begin: int, value: GroupValues | None = None) -> None:
-        self._begin, self._held, self._given = begin, value, value is not None
+        self._begin, self._given = begin, value is not None
+        self.values = value
+        self.history = np.array([2 * self._given], np.int64)
+
+    def prepare(self, like: GroupValues) -> GroupValues:
+        """Return the memory, for values of this type and number."""
+        if self.values is None or self.values.dtype != like.dtype:
+            self.values = np.zeros_like(like) if self.values is None else self.values.astype(like.dtype)
+        return self.values
 
     def observe(self, tick: int, values: GroupValues) -> None:
         """Keep the last values before the window."""
-        if not self._given and (tick < self._begin or self._held is None):
-            self._held = values.copy()
+        if not self._given and (tick < self._begin or not self.history[0]):
+            self.prepare(values)[:] = values
+            self.history[0] = 1
 
     def act(self, _tick: int, values: GroupValues) -> GroupValues:
         """Return the held values."""
-        return values if self._held is None else self._held.astype(values.dtype)
+        return self.prepare(values).copy() if self.history[0] else values
 
     def saved(self) -> Any:
         """Return the held values."""
-        return None if self._held is None else _packed(self._held)
+        return _packed(self.values) if self.history[0] and self.values is not None else None
 
     def restore(self, saved: Any) -> None:
         """Restore the held values."""
-        self._held = None if saved is None else _unpacked(saved)
+        if saved is None:
+            self.history[0] = 0
+            return
+        values = _unpacked(saved)
+        self.prepare(values)[:] = values
+        self.history[0] = 1 + self._given
+
+
+_FIRST, _COUNT, _CAPACITY, _DELAY, _TICKS = range(5)  # of the history of a delay: the last is where ticks begin
 
 
 class Delay:
-    """Return the values transferred at least some ticks earlier; before that, those of the first transfer."""
+    """Return the values transferred at least some ticks earlier; before that, those of the first transfer.
+
+    `values` (n, k) is a ring of transfers, and `history` says which of them there are and of which ticks they are. The
+    tick in C shares both, and they do not move once they are large enough.
+    """
 
     def __init__(self, ticks: int) -> None:
-        self._ticks = ticks
-        self._history: deque[tuple[int, GroupValues]] = deque()
+        self.ticks = ticks
+        self.values: GroupValues | None = None
+        self.history = np.zeros(_TICKS, np.int64)
+
+    def prepare(self, like: GroupValues, room: int) -> GroupValues:
+        """Return the memory, for values of this type and number, with room for so many transfers at least."""
+        if self.values is None or len(self.values) < room:
+            entries = self._entries()
+            self.values = np.zeros((room, len(like)), like.dtype)
+            self.history = np.zeros(_TICKS + room, np.int64)
+            self.history[_CAPACITY], self.history[_DELAY] = room, self.ticks
+            for tick, values in entries:
+                self._append(tick, values)
+        return self.values
+
+    def _entries(self) -> list[tuple[int, GroupValues]]:
+        """Return the transfers, the oldest first."""
+        if self.values is None:
+            return []
+        first, count, room = self.history[:_DELAY].tolist()
+        places = [(first + k) % room for k in range(count)]
+        return [(int(self.history[_TICKS + place]), self.values[place].copy()) for place in places]
+
+    def _append(self, tick: int, values: GroupValues) -> None:
+        assert self.values is not None
+        history = self.history
+        place = int((history[_FIRST] + history[_COUNT]) % history[_CAPACITY])
+        self.values[place], history[_TICKS + place] = values, tick
+        history[_COUNT] += 1
 
     def observe(self, tick: int, values: GroupValues) -> None:
         """Keep the history that can still be needed."""
-        history = self._history
-        history.append((tick, values.copy()))
-        while len(history) > 1 and history[1][0] <= tick - self._ticks:
-            history.popleft()
+        if self.values is None or self.history[_COUNT] == len(self.values):
+            self.prepare(values, 2 * int(self.history[_COUNT]) + 8)
+        self._append(tick, values)
+        history = self.history
+        first, count, room = history[:_DELAY].tolist()
+        while count > 1 and history[_TICKS + (first + 1) % room] <= tick - self.ticks:
+            first, count = (first + 1) % room, count - 1
+        history[_FIRST], history[_COUNT] = first, count
 
     def act(self, _tick: int, _values: GroupValues) -> GroupValues:
         """Return the oldest values kept."""
-        return self._history[0][1]
+        assert self.values is not None
+        oldest: GroupValues = self.values[self.history[_FIRST]].copy()
+        return oldest
 
     def saved(self) -> Any:
         """Return the history."""
-        return [[tick, _packed(values)] for tick, values in self._history]
+        return [[tick, _packed(values)] for tick, values in self._entries()]
 
     def restore(self, saved: Any) -> None:
         """Restore the history."""
-        self._history = deque((tick, _unpacked(values)) for tick, values in saved)
+        self.history[: _COUNT + 1] = 0
+        for tick, packed in saved:
+            values = _unpacked(packed)
+            if self.values is None or self.history[_COUNT] == len(self.values):
+                self.prepare(values, 2 * int(self.history[_COUNT]) + 8)
+            self._append(tick, values)
 
 
 class Change:
-    """Apply a function of time and values; whole numbers are rounded to the nearest in the range of their type."""
+    """Apply a function of time and values; whole numbers are rounded to the nearest in the range of their type.
 
-    def __init__(self, function: Function, limits: Limits | None = None) -> None:
-        self._function = function
+    `linear` is what it does to Reals, if it adds or multiplies: `add` or `multiply`, and the amounts.
+    """
+
+    def __init__(
+        self, function: Function, limits: Limits | None = None, linear: tuple[Linear, Array] | None = None
+    ) -> None:
+        self._function, self.linear = function, linear
         self._low, self._high = limits or (np.empty(0), np.empty(0))  # Reals are not clipped
 
     def observe(self, tick: int, values: GroupValues) -> None:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lockstep.faults.effects import Change, Delay, Stuck
 from lockstep.faults.resolve import FaultEvent, Group, Resolved
 from lockstep.fmi.slave import DTYPES, Buffer, Scalar, Slave
 from lockstep.system.component import Value
-from lockstep.tick.operations import Operation, Python
+from lockstep.tick.operations import ALWAYS, Alter, Operation, Python
 
-SetParameters = Callable[[float], None]  # at a simulated time [s]
 CheckStatus = Callable[[str, str, float, int], None]  # component, call, time, status
 
 
@@ -39,18 +41,28 @@ class Faults:
     def __init__(self, resolved: Resolved, add_event: AddEvent) -> None:
         self._resolved, self._add_event = resolved, add_event
         self._waiting = list(reversed(resolved.events))  # the next one last
-        self._tick = 0
-        self.begin = Python(call=self.begin_tick)  # the first operation of each tick
+        self._time, self._tick = math.nan, 0  # the newest time, and its tick
+        # the first operation of each tick: it acts where an event is due
+        self.begin = Python(call=self.begin_tick, following=self._next_event)
         self._start, self._length = float(resolved.start), float(resolved.tick)  # [ns]
-        self._settings: dict[str, list[SetParameters]] = {}
+        self._settings: dict[str, list[Operation]] = {}
         self._present: dict[tuple[str, Scalar], dict[int, Value]] = {}  # parameters, by reference
 
     def begin_tick(self, time: float) -> None:
         """Record the events of a tick. Called first in each tick."""
-        self._tick = tick = round((time * 1e9 - self._start) / self._length)
+        tick = self._at(time)
         waiting = self._waiting
         while waiting and waiting[-1].tick <= tick:
             self._add_event("fault", **waiting.pop().details)
+
+    def _next_event(self) -> int:
+        return self._waiting[-1].tick if self._waiting else ALWAYS
+
+    def _at(self, time: float) -> int:
+        """Return the tick of a time."""
+        if time != self._time:
+            self._time, self._tick = time, round((time * 1e9 - self._start) / self._length)
+        return self._tick
 
     def act_on(self, name: str) -> bool:
         """Return whether a component's inputs or parameters are altered at any time."""
@@ -115,27 +127,41 @@ class Faults:
         `targets` are the inputs' references, in the order of the buffer.
         """
         position = {target: k for k, target in enumerate(targets)}
-        acting = [
-            (group, np.array([position[reference] for reference in group.references], np.intp))
+        return [
+            self._altered(group, np.array([position[reference] for reference in group.references], np.intp), buffer)
             for group in self._resolved.transfers
             if (group.component, group.scalar) == (name, scalar) and group.references[0] in position
         ]
-        if not acting:
-            return []
 
-        def alter(_time: float) -> None:
-            tick = self._tick
-            for group, positions in acting:
-                if tick < group.end:
-                    values = buffer[positions]
-                    group.effect.observe(tick, values)
-                    if tick >= group.begin:
-                        buffer[positions] = group.effect.act(tick, values)
+    def _altered(self, group: Group, index: NDArray[np.intp], buffer: Buffer) -> Operation:
+        """Return the operation of a group of values that are transferred together."""
+        effect, begin, end = group.effect, group.begin, group.end
 
-        return [Python(call=alter)]
+        def alter(time: float) -> None:
+            tick = self._at(time)
+            if tick < end:
+                values = buffer[index]
+                effect.observe(tick, values)
+                if tick >= begin:
+                    buffer[index] = effect.act(tick, values)
 
-    def on_step(self, name: str, slave: Slave, check: CheckStatus) -> list[SetParameters]:
-        """Return the calls before each step of a component that set its parameters; the same calls each time."""
+        if isinstance(effect, Change) and effect.linear is not None:
+            kind, amounts = effect.linear
+            return Alter(call=alter, kind=kind, buffer=buffer, index=index, first=begin, last=end, amounts=amounts)
+        if buffer.dtype != object and isinstance(effect, Stuck):
+            held = effect.prepare(buffer[index])
+            return Alter(call=alter, kind="hold", buffer=buffer, index=index, first=begin, last=end, values=held,
+                         history=effect.history)  # fmt: skip
+        if buffer.dtype != object and isinstance(effect, Delay):
+            transfers = effect.prepare(buffer[index], min(effect.ticks, end) + 2)  # at most one a tick
+            return Alter(call=alter, kind="delay", buffer=buffer, index=index, first=begin, last=end, values=transfers,
+                         history=effect.history)  # fmt: skip
+        if isinstance(effect, Stuck | Delay):  # texts, which are observed before the window too
+            return Python(call=alter, last=end)
+        return Python(call=alter, first=begin, last=end)
+
+    def on_step(self, name: str, slave: Slave, check: CheckStatus) -> list[Operation]:
+        """Return what sets a component's parameters before each of its steps; the same operations each time."""
         if name not in self._settings:
             groups = [group for group in self._resolved.settings if group.component == name]
             self._settings[name] = [
@@ -146,13 +172,13 @@ class Faults:
 
     def _setting(
         self, name: str, scalar: Scalar, groups: Sequence[Group], slave: Slave, check: CheckStatus
-    ) -> SetParameters:
+    ) -> Operation:
         originals = {r: v for group in groups for r, v in zip(group.references, group.originals, strict=True)}
         present = self._present.setdefault((name, scalar), dict(originals))
         last = max(group.end for group in groups)
 
         def setting(time: float) -> None:
-            tick = self._tick
+            tick = self._at(time)
             if tick >= last and present == originals:
                 return
             wanted = _altered(tick, groups, originals)
@@ -161,7 +187,11 @@ class Faults:
                 present.update(changed)
                 check(name, f"Set{scalar}", time, slave.set_start(changed, scalar))
 
-        return setting
+        def following() -> int:  # what was altered is restored at the first step after all windows
+            return ALWAYS if self._tick >= last and present == originals else 0
+
+        first = min(group.begin for group in groups)
+        return Python(call=setting, first=0 if present != originals else first, following=following)
 
 
 def _altered(tick: int, groups: Sequence[Group], originals: Mapping[int, Value]) -> dict[int, Value]:

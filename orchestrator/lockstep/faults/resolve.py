@@ -204,7 +204,9 @@ def _effect(fault: Fault, targets: Sequence[Target], amounts: Sequence[Value], b
     if scalar != "Real":
         limits = effects.limits_of(*zip(*(target.variable.limits for target in targets), strict=True))
     numbers = np.array(amounts, np.float64)
-    change = effects.Change(_function(fault, numbers, [target.name for target in targets]), limits)
+    kinds: dict[str, effects.Linear] = {"bias": "add", "scale": "multiply"}
+    linear = (kinds[fault.kind], numbers) if fault.kind in kinds and limits is None else None
+    change = effects.Change(_function(fault, numbers, [target.name for target in targets]), limits, linear)
     return effects.SingleSpike(begin, change) if _once(fault) else change
 
 

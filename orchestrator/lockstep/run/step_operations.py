@@ -57,7 +57,7 @@ class StepOperations:
         for scalar, entries in sets.items():
             found += self._set(name, scalar, entries)
         if self._faults is not None:
-            found += [Python(call=put) for put in self._faults.on_step(name, slave, self.check)]
+            found += self._faults.on_step(name, slave, self.check)
         return found
 
     def after(self, name: str, gets: Gets, end: float) -> list[Operation]:

@@ -123,6 +123,9 @@ class CTick:
     def go_back(self, tick: int) -> None:
         """Continue at a tick."""
         self._state.tick, self._state.begun = tick, 0
+        for number, entry in enumerate(self._table.entries):
+            if entry.after is not None:  # it may act again
+                self._table.operations[number].from_ = entry.fields["from_"]
         self._settled = tick
         if self._rows is not None:
             self._state.rows.count = self._rows.count

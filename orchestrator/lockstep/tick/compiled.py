@@ -21,8 +21,8 @@ from pathlib import Path
 from lockstep.tick.structures import LAYOUT, TickOperation, TickState
 
 FOLDER = Path(__file__).parent
-SOURCES = (FOLDER / "c" / "tick.c",)
-HEADERS = (FOLDER / "c" / "tick.h",)
+SOURCES = tuple(FOLDER / "c" / name for name in ("tick.c", "alter.c"))
+HEADERS = tuple(FOLDER / "c" / name for name in ("tick.h", "alter.h"))
 OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
 COMPILERS = ("cc", "gcc", "clang")
 _ENDINGS = {"win32": "dll", "darwin": "dylib"}

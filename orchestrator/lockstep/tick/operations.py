@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import lcm
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,7 +95,26 @@ class Python:
     following: Callable[[], int] | None = None
 
 
-Operation = Gather | Convert | Transfer | Step | Finite | Capture | Python
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Alter:
+    """Alter values in a buffer, at the positions `index`, by a fault in the ticks from `first` to `last` (exclusive).
+
+    `call` does it in Python. `kind` says how C does it: `add` and `multiply` with `amounts`, `hold` and `delay` with
+    the memory of the effect, which both share. `lockstep.faults.effects` describes `values` and `history`.
+    """
+
+    call: Action
+    kind: Literal["add", "multiply", "hold", "delay"]
+    buffer: Buffer
+    index: NDArray[np.intp]
+    first: int
+    last: int
+    amounts: NDArray[np.float64] | None = None
+    values: NDArray[Any] | None = None
+    history: NDArray[np.int64] | None = None
+
+
+Operation = Gather | Convert | Alter | Transfer | Step | Finite | Capture | Python
 Block = tuple[Operation, ...]
 
 

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from lockstep.fmi.native_call import Move, NativeCall, native
 from lockstep.fmi.slave import SCALARS
 from lockstep.tick.operations import (
+    ALWAYS,
     Action,
+    Alter,
     Block,
     Capture,
     Convert,
@@ -133,12 +135,14 @@ def _operation(operation: Operation) -> list[Packed] | None:
         case Finite():
             fields = {"buffer": operation.buffer, "marks": operation.reported, "count": len(operation.buffer)}
             return [Packed(kind=Kind.FINITE, fields=fields, act=operation.report)]
+        case Alter():
+            return [_altered(operation)]
         case Transfer() | Step():
             return _calls(operation)
         case Capture():
             return _capture(operation)
         case Python():
-            if (operation.first, operation.following) == (0, None):
+            if (operation.first, operation.last, operation.following) == (0, ALWAYS, None):
                 return None  # joined with its neighbours
             fields = {"from_": operation.first, "until": operation.last}
             return [Packed(kind=Kind.CALLER, fields=fields, act=operation.call, after=operation.following)]
@@ -152,6 +156,17 @@ _SCATTERS = {4: Kind.SCATTER_4, 8: Kind.SCATTER_8}
 def _moved(source: NDArray[Any], index: NDArray[np.intp], buffer: NDArray[Any], kind: Kind) -> Packed:
     fields = {"source": source, "index": index.astype(np.int64), "buffer": buffer, "count": len(index)}
     return Packed(kind=kind, fields=fields)
+
+
+def _altered(alter: Alter) -> Packed:
+    fields: dict[str, Any] = {"buffer": alter.buffer, "index": alter.index.astype(np.int64), "count": len(alter.index)}
+    fields |= {"from_": alter.first, "until": alter.last}
+    if alter.amounts is not None:
+        kind = Kind.ADD if alter.kind == "add" else Kind.MULTIPLY
+        return Packed(kind=kind, fields=fields | {"first": alter.amounts})
+    wide = alter.buffer.dtype.itemsize == 8
+    kinds = {"hold": (Kind.HOLD_4, Kind.HOLD_8), "delay": (Kind.DELAY_4, Kind.DELAY_8)}[alter.kind]
+    return Packed(kind=kinds[wide], fields=fields | {"memory": alter.values, "history": alter.history})
 
 
 def _calls(operation: Transfer | Step) -> list[Packed] | None:
@@ -203,7 +218,7 @@ def _structures(entries: Sequence[Packed]) -> Any:
     made = (TickOperation * max(1, len(entries)))()
     for structure, entry in zip(made, entries, strict=False):
         structure.kind = entry.kind
-        structure.until = 2**62
+        structure.until = ALWAYS
         for name, value in entry.fields.items():
             setattr(structure, name, address(value) if isinstance(value, np.ndarray) else value)
     return made

@@ -12,6 +12,7 @@ import numpy as np
 from lockstep.fmi.slave import SCALARS
 from lockstep.tick.operations import (
     Action,
+    Alter,
     Block,
     Capture,
     Clock,
@@ -160,8 +161,8 @@ def in_turn(calls: Sequence[Action]) -> Action:
 def _bound(part: Segment) -> Action:
     """Return the function of a segment."""
     match part:
-        case (Python() as python,):
-            return python.call
+        case (Python() | Alter() as called,):
+            return called.call
         case (Gather() as gather, Transfer() as transfer):
             return _set(gather, transfer)
         case (Gather() as gather, Convert() as convert, Transfer() as transfer):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ctypes import Structure, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from enum import IntEnum
 
-LAYOUT = 2
+LAYOUT = 3
 PARTS = 5  # of a row: all but texts
 
 
@@ -28,6 +28,12 @@ class Kind(IntEnum):
     RECORD_REALS = 13
     RECORD_INTEGERS = 14
     RECORD_WIDE = 15
+    ADD = 16
+    MULTIPLY = 17
+    HOLD_4 = 18
+    HOLD_8 = 19
+    DELAY_4 = 20
+    DELAY_8 = 21
 
 
 class Reason(IntEnum):
@@ -62,6 +68,8 @@ class TickOperation(Structure):
         ("length", c_double),
         ("from_", c_int64),
         ("until", c_int64),
+        ("memory", c_void_p),
+        ("history", c_void_p),
     ]
 
 

@@ -1,6 +1,8 @@
 /* The loop of ticks: see tick.h. Compile without fused multiplication and addition: results are those of two. */
 #include "tick.h"
 
+#include "alter.h"
+
 #include <string.h>
 
 typedef unsigned (*values_function)(void *, const uint32_t *, size_t, void *);
@@ -153,6 +155,12 @@ static int run_tick(tick_state *state)
         case TICK_RECORD_REALS:
         case TICK_RECORD_WIDE: gather_8(op, row_of(op, rows)); break;
         case TICK_RECORD_INTEGERS: integers_as_reals(op, row_of(op, rows)); break;
+        case TICK_ADD:
+        case TICK_MULTIPLY:
+        case TICK_HOLD_4:
+        case TICK_HOLD_8:
+        case TICK_DELAY_4:
+        case TICK_DELAY_8: tick_alter(op, state->tick); break;
         }
         if (status) {
             state->status = status;

@@ -17,7 +17,7 @@
 #define TICK_EXPORT __attribute__((visibility("default")))
 #endif
 
-#define TICK_LAYOUT 2 /* of the structures and functions below; grows with each change */
+#define TICK_LAYOUT 3 /* of the structures and functions below; grows with each change */
 
 /* What an operation does. The fields of `tick_operation` that it uses are named behind it. */
 enum tick_kind {
@@ -37,7 +37,14 @@ enum tick_kind {
     TICK_ROW,      /* begins a row of the recorder at the present time; TICK_ROWS_FULL if there is no room */
     TICK_RECORD_REALS,    /* the row's column[k] = source[index[k]]; count, part */
     TICK_RECORD_INTEGERS, /* the same from int32_t to double */
-    TICK_RECORD_WIDE      /* the same of 8 bytes unchanged */
+    TICK_RECORD_WIDE,     /* the same of 8 bytes unchanged */
+    /* Faults, which alter buffer[index[k]] in ticks from `from` to `until` (exclusive); count */
+    TICK_ADD,      /* adds first[k] */
+    TICK_MULTIPLY, /* multiplies by first[k] */
+    TICK_HOLD_4,   /* holds the last values before the window, or the first ever, of 4 bytes: memory, history */
+    TICK_HOLD_8,   /* the same of 8 bytes */
+    TICK_DELAY_4,  /* gives the values of so many ticks ago, of 4 bytes: memory, history */
+    TICK_DELAY_8   /* the same of 8 bytes */
 };
 
 /* Why `tick_run` returned. */
@@ -68,6 +75,8 @@ typedef struct tick_operation {
     unsigned char *marks;
     double length; /* [s] of a step */
     int64_t from, until;
+    void *memory;     /* of a fault: values held, or those of a ring of transfers */
+    int64_t *history; /* of a hold: {0: none, 1: held, 2: given}; of a delay: {oldest, number, room, delay, ticks ...} */
 } tick_operation;
 
 #define TICK_PARTS 5 /* Reals, Integers, Booleans, Int64s, UInt64s */
