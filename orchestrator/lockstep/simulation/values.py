@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
@@ -19,6 +20,8 @@ from lockstep.plan.plan import Plan
 from lockstep.run.exchange import Exchange
 from lockstep.run.overlapped_steps import Overlapping
 from lockstep.system.component import Component, Value
+
+_LARGEST = sys.float_info.max
 
 Read = Callable[[], Any]
 
@@ -178,14 +181,17 @@ class Values:
             return None
         for variable in variables:
             self._settable(component.name, variable)
-        low, high = ([getattr(v, limit) for v in variables] for limit in ("minimum", "maximum"))
+        lower = [-_LARGEST if v.minimum is None else v.minimum for v in variables]
+        upper = [_LARGEST if v.maximum is None else v.maximum for v in variables]
         buffer = np.zeros(len(variables))
         references = np.array([variable.reference for variable in variables], np.uint32)
         return _QuickSet(
             component=component.name,
             buffer=buffer,
-            lower=np.array([-np.inf if limit is None else limit for limit in low]),
-            upper=np.array([np.inf if limit is None else limit for limit in high]),
+            lower=np.array(lower),
+            upper=np.array(upper),
+            low=max(lower),
+            high=min(upper),
             call=slave.setter("Real", references, buffer),
             shape=_shape(variables),
         )
@@ -199,18 +205,26 @@ class _QuickSet:
     buffer: NDArray[np.float64]
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
+    low: float  # one value for all lies between this
+    high: float  # and this
     call: Callable[[], int]
     shape: tuple[int, ...]
 
     def fits(self, value: object) -> bool:
         """Fill the buffer with numbers that fit; False for anything else, which is then judged with its name."""
-        if isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype == np.float64):
-            if isinstance(value, np.ndarray) and value.shape not in ((), self.buffer.shape, self.shape):
-                return False
-            given = np.asarray(value).reshape(-1)
-            if np.isfinite(given).all() and (given >= self.lower).all() and (given <= self.upper).all():
-                self.buffer[:] = given
+        if isinstance(value, float):  # those of numpy too
+            if self.low <= value <= self.high:  # not for what is no number, or infinite
+                self.buffer[:] = value
                 return True
+            return False
+        if not (isinstance(value, np.ndarray) and value.dtype == np.float64):
+            return False
+        if value.shape != self.shape and value.shape != self.buffer.shape:
+            return False
+        given = value.reshape(-1)
+        if ((given >= self.lower) & (given <= self.upper)).all():
+            self.buffer[:] = given
+            return True
         return False
 
 
