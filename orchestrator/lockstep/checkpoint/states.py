@@ -5,8 +5,10 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Protocol, TypeGuard
 
 from lockstep.errors import InputError
+from lockstep.fmi.saved_state import FILE
 from lockstep.fmi.slave import ERROR, Slave, Stateful
 from lockstep.run.exchange import Exchange
 
@@ -21,7 +23,27 @@ def saved_states(
     return {name: _saved(name, slaves[name], exchange, time, temporary / _FOLDER) for name in names}
 
 
+class OneFile(Protocol):
+    """A slave whose saved state is one file, which it returns and takes as bytes too."""
+
+    def state_bytes(self) -> tuple[int, bytes]:
+        """Return a status of FMI and the content of the file."""
+        ...
+
+    def restore_bytes(self, content: bytes) -> int:
+        """Restore it."""
+        ...
+
+
+def _has_one_file(slave: object) -> TypeGuard[OneFile]:
+    return hasattr(slave, "state_bytes")  # ten times quicker than a protocol that is checked
+
+
 def _saved(name: str, slave: Slave, exchange: Exchange, time: float, folder: Path) -> State:
+    if _has_one_file(slave):
+        status, content = slave.state_bytes()
+        exchange.check(name, "GetFMUstate", time, status)
+        return {FILE: content}
     folder.mkdir()
     try:
         status = slave.save_state(str(folder)) if isinstance(slave, Stateful) else ERROR
@@ -35,6 +57,9 @@ def restore_state(name: str, slave: Slave, state: State, exchange: Exchange, tim
     """Put a component into a state at a time [s]; RunError if it fails, InputError if it cannot restore states."""
     if not isinstance(slave, Stateful):
         raise InputError(f"{name}: cannot restore a state; give --reinitialise {name}")
+    if _has_one_file(slave):
+        exchange.check(name, "SetFMUstate", time, slave.restore_bytes(state[FILE]))
+        return
     folder = temporary / _FOLDER
     folder.mkdir()
     try:

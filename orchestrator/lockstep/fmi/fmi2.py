@@ -13,7 +13,7 @@ from lockstep.fmi.instance import Hooks, Instance
 from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Messages, take_message
 from lockstep.fmi.native_call import described
-from lockstep.fmi.saved_state import restore_state, save_state
+from lockstep.fmi.saved_state import restore_bytes, restore_state, save_state, state_bytes
 from lockstep.fmi.scalar_calls import Scalars
 from lockstep.fmi.slave import DISCARD, ERROR, OK, WARNING, Buffer, Scalar, asked_for_end, returned
 from lockstep.system.component import Value
@@ -90,6 +90,14 @@ class Fmi2Slave:
     def restore_state(self, folder: str) -> int:
         """Set the state that a folder holds."""
         return restore_state(self.instance, folder)
+
+    def state_bytes(self) -> tuple[int, bytes]:
+        """Return a status and the state that `save_state` would write to its file."""
+        return state_bytes(self.instance)
+
+    def restore_bytes(self, content: bytes) -> int:
+        """Set the state that `state_bytes` returned."""
+        return restore_bytes(self.instance, content)
 
     def failed(self, status: int) -> None:
         """Note the status that ended the run."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from lockstep.fmi.instance import Instance
 from lockstep.fmi.slave import ERROR, WARNING
 
-_FILE = "fmu"
+FILE = "fmu"
 
 
 def spelled(instance: Instance) -> tuple[str, str]:
@@ -36,26 +36,37 @@ def deserialise_state(instance: Instance, content: bytes) -> tuple[int, c_void_p
     return status, state
 
 
-def save_state(instance: Instance, folder: str) -> int:
-    """Serialise the instance's state into a folder; return the worst status."""
+def state_bytes(instance: Instance) -> tuple[int, bytes]:
+    """Return the worst status and the instance's state, without bytes if it is above WARNING."""
     name, _ = spelled(instance)
     state = c_void_p()
     status = instance.call(f"Get{name}", byref(state))
     if status > WARNING:
-        return status
+        return status, b""
     serialised, content = serialise_state(instance, state)
     status = max(status, serialised)
-    if status <= WARNING:
-        Path(folder, _FILE).write_bytes(content)
     if status <= ERROR:
         status = max(status, instance.call(f"Free{name}", byref(state)))
+    return status, content
+
+
+def save_state(instance: Instance, folder: str) -> int:
+    """Serialise the instance's state into a folder; return the worst status."""
+    status, content = state_bytes(instance)
+    if status <= WARNING:
+        Path(folder, FILE).write_bytes(content)
     return status
 
 
 def restore_state(instance: Instance, folder: str) -> int:
     """Put the instance into the state that a folder holds; return the worst status."""
+    return restore_bytes(instance, Path(folder, FILE).read_bytes())
+
+
+def restore_bytes(instance: Instance, content: bytes) -> int:
+    """Put the instance into a state that `state_bytes` returned; return the worst status."""
     name, _ = spelled(instance)
-    status, state = deserialise_state(instance, Path(folder, _FILE).read_bytes())
+    status, state = deserialise_state(instance, content)
     if status > WARNING:
         return status
     status = max(status, instance.call(f"Set{name}", state))

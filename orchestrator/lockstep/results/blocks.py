@@ -19,6 +19,7 @@ _OTHERS = tuple(scalar for scalar in SCALARS if scalar not in _NUMBERS)
 _COLUMNS = {"Int64": pa.int64(), "UInt64": pa.uint64(), "String": pa.string()}
 
 Rows = tuple[NDArray[Any], ...]
+Copied = tuple[NDArray[Any], ...]  # rows of a block: times, numbers and the others
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +96,15 @@ class Columns:
         columns = [column for part in (block.numbers, *block.others) for column in np.array(part[:count].T, order="C")]
         arrays = [_array(block.times[:count].copy()), *(_array(columns[place]) for place in self._order)]
         return pa.RecordBatch.from_arrays(arrays, schema=self.schema)
+
+    def rows(self, block: Block, count: int) -> Copied:
+        """Return a copy of the first rows of a block, for `put_rows`."""
+        return tuple(part[:count].copy() for part in (block.times, block.numbers, *block.others))
+
+    def put_rows(self, block: Block, rows: Copied) -> None:
+        """Set the first rows of a block to copied ones."""
+        for part, copied in zip((block.times, block.numbers, *block.others), rows, strict=True):
+            part[: len(copied)] = copied
 
     def fill(self, block: Block, batch: pa.RecordBatch) -> None:
         """Set the first rows of a block to those of a batch."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import pyarrow as pa
 
 from lockstep.processes.cpu_affinity import core_assignment
-from lockstep.results.blocks import Block, Columns, Rows, schema_of
+from lockstep.results.blocks import Block, Columns, Copied, Rows, schema_of
 from lockstep.results.conversion import Conversion
 from lockstep.results.monitor import Observed
 from lockstep.results.read import PARQUET, open_batches
@@ -34,7 +34,7 @@ class KeptRows:
     """All rows that a run in memory had recorded at some time: whole blocks, and the rows of the block begun last."""
 
     blocks: tuple[pa.RecordBatch, ...]
-    last: pa.RecordBatch
+    last: Copied
 
 
 class Recorder:
@@ -86,7 +86,7 @@ class Recorder:
     def nothing(self) -> SavedRows | KeptRows:
         """Return what a run has recorded that begins at the present time, to go back to."""
         if self._folder is None:
-            return KeptRows(blocks=(), last=self._columns.copy(self.block, 0))
+            return KeptRows(blocks=(), last=self._columns.rows(self.block, 0))
         return SavedRows(written=0, waiting=self._streamed(0))
 
     def _streamed(self, count: int) -> bytes:
@@ -106,13 +106,18 @@ class Recorder:
 
     def kept(self) -> KeptRows:
         """Return all rows so far of a run in memory. They do not change any more."""
-        return KeptRows(blocks=tuple(self._blocks), last=self._columns.copy(self.block, self.count))
+        return KeptRows(blocks=tuple(self._blocks), last=self._columns.rows(self.block, self.count))
+
+    def in_memory(self) -> list[pa.RecordBatch]:
+        """Return all rows so far of a run in memory as Arrow's."""
+        return [*self._blocks, self._columns.copy(self.block, self.count)]
 
     def put_back(self, kept: KeptRows) -> None:
         """Go back to the rows that a run in memory had at some time, in this branch of it or another."""
         self._blocks = list(kept.blocks)
         self._kept = sum(map(len, kept.blocks))
-        self._fill(kept.last)
+        self._columns.put_rows(self.block, kept.last)
+        self.count = len(kept.last[0])
 
     def _fill(self, rows: pa.RecordBatch) -> None:
         """Begin the block with rows that had been recorded before."""

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from lockstep.checkpoint.save import Saver
 from lockstep.errors import EndOfSimulation, InputError
@@ -62,6 +62,7 @@ class OpenRun:
     wall_time: float = 0.0  # [s] of the loop, when it is complete
     stops_between_ticks: bool = False  # after Ctrl-C `advance` returns there, in place of raising KeyboardInterrupt
     recorded_last: bool = False
+    identity: dict[str, Any] = field(default_factory=dict)  # of its snapshots, once one is taken
 
     @property
     def recorder(self) -> Recorder:
@@ -183,8 +184,7 @@ class OpenRun:
 
     def signals(self) -> Signals:
         """Return what a run in memory has recorded so far."""
-        kept = self.recorder.kept()
-        return signals_in_memory([*kept.blocks, kept.last], self.recorder.schema)
+        return signals_in_memory(self.recorder.in_memory(), self.recorder.schema)
 
     def summary(self) -> RunSummary:
         """Return the key figures."""

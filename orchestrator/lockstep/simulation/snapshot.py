@@ -124,6 +124,8 @@ def restore_snapshot(run: OpenRun, snapshot: Snapshot, branch: Branch) -> None:
 
 def _must_be(run: OpenRun) -> dict[str, Any]:
     """Return by name what has to be equal in a run that restores the snapshot."""
+    if run.identity:
+        return run.identity
     plan = run.plan
     faults = run.run.record.get("faults", [])
     same = identity(plan)
@@ -135,8 +137,9 @@ def _must_be(run: OpenRun) -> dict[str, Any]:
             for key, value in part["parameters"].items()
             if key in variables and (variables[key].causality, variables[key].variability) == ("parameter", "fixed")
         }
-    return {
+    run.identity = {
         "system": same,
         "recording": ([signal.name for signal in plan.signals], plan.layout.record_ticks),
         "faults": [scenario["sha256"] for scenario in faults] if isinstance(faults, list) else [],
     }
+    return run.identity
