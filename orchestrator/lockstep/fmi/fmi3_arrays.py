@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lockstep.fmi.instance import BoundCall, Instance
 from lockstep.fmi.model_description import Variable
+from lockstep.fmi.native_call import Move, described, native
 from lockstep.fmi.slave import DTYPES, ERROR, WARNING, Buffer, Scalar
 from lockstep.system.component import Value
 
@@ -59,9 +60,12 @@ class Arrays:
         for variable in self._variables.values():
             self._sizes[variable.array] = max(self._sizes.get(variable.array, 0), variable.element + 1)
         self._kept: list[object] = []  # what the library holds addresses of
+        self._places: dict[int, int] = {}  # where each array that can be set begins in the memory of its type
+        self._memory = self._settable_memory()
         self.present: dict[int, NDArray[Any]] = {  # what the arrays that can be set hold now, by value reference
-            handle: np.array([_start(v) for v in members], _NATIVE[_function_type(members[0])])
+            handle: self._memory[_function_type(members[0])][place : place + len(members)]
             for handle, members in self._settable().items()
+            for place in (self._places[handle],)
         }
         self.problem = ""
         self.last = ""  # the name of the function that failed last
@@ -73,15 +77,22 @@ class Arrays:
                 found.setdefault(variable.array, {})[variable.element] = variable
         return {handle: [members[k] for k in sorted(members)] for handle, members in found.items()}
 
+    def _settable_memory(self) -> dict[str, NDArray[Any]]:
+        """Return the start values of all arrays of a type that can be set, one after the other."""
+        values: dict[str, list[Value]] = {}
+        for handle, members in self._settable().items():
+            part = values.setdefault(_function_type(members[0]), [])
+            self._places[handle] = len(part)
+            part += [_start(variable) for variable in members]
+        return {kind: np.array(part, _NATIVE[kind]) for kind, part in values.items()}
+
     def getter(self, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return a call that fills the buffer with elements."""
-        calls = [self._get(part, buffer) for part in self._parts(references)]
-        return calls[0] if len(calls) == 1 else _in_turn(calls)
+        return _in_turn([self._get(part, buffer) for part in self._parts(references)])
 
     def setter(self, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return a call that sets elements; the others of their arrays stay what they are."""
-        calls = [self._set(part, references, buffer) for part in self._parts(references)]
-        return calls[0] if len(calls) == 1 else _in_turn(calls)
+        return _in_turn([self._set(part, references, buffer) for part in self._parts(references)])
 
     def set(self, values: Mapping[int, Value], scalar: Scalar) -> int:
         """Set elements of one type by reference, once."""
@@ -124,48 +135,55 @@ class Arrays:
             return get_texts
         straight = isinstance(positions, slice) and isinstance(elements, slice) and len(buffer) == part.size
         if straight and buffer.dtype == _NATIVE[part.kind] and buffer.flags.c_contiguous:
-            return self._with(function, buffer)  # already in the order and type of the FMU
+            return self._with(function, buffer, f"Get{part.kind}", part)  # already in the order and type of the FMU
         values: NDArray[Any] = np.zeros(part.size, _NATIVE[part.kind])
-        call = self._with(function, values)
+        call = self._with(function, values, f"Get{part.kind}", part)
 
         def get() -> int:
             status = call()
             buffer[positions] = values[elements]
             return status
 
-        return get
+        if not (isinstance(positions, slice) and _movable(buffer, part.kind)):
+            return get
+        move = Move(source=values, index=part.elements, buffer=buffer[positions])
+        return described(get, *(native(call) or ()), move)
 
     def _set(self, part: _Part, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         function = self._bound("Set", part.kind, part.handles)
-        # one array for all of them, of which each keeps its piece: what one call sets, the next one sees
-        values: NDArray[Any] = np.concatenate([self.present[handle] for handle in part.handles.tolist()])
-        pieces: list[tuple[NDArray[Any], NDArray[Any]]] = []
-        begin = 0
-        for handle in part.handles.tolist():
-            end = begin + self._sizes[handle]
-            if end > begin + 1:  # what is no array is always set as a whole
-                pieces.append((self.present[handle], values[begin:end]))
-            begin = end
-        positions, elements = part.positions, _positions(part.elements.tolist())
+        memory, handles = self._memory[part.kind], part.handles.tolist()
+        # where the elements of the call lie in the memory of the type, and from there those that are set
+        every = np.concatenate([self._places[handle] + np.arange(self._sizes[handle]) for handle in handles])
+        target, positions = every[part.elements], part.positions
         names = [self._variables[r].name for r in references[positions].tolist()]
-        complete = len(set(part.elements.tolist())) == part.size
         fit = self._fitting(part.kind, names)
-        send = self._text_sender(function, values) if part.kind == "String" else self._with(function, values)
+        together = _positions(every.tolist())  # of one array or several neighbours: sent as they lie in the memory
+        values: NDArray[Any] = memory[together]
+        copied = not isinstance(together, slice)
+        send = (
+            self._text_sender(function, values)
+            if part.kind == "String"
+            else self._with(function, values, f"Set{part.kind}", part)
+        )
 
         def put() -> int:
             given = fit(buffer[positions])
             if given is None:
                 return ERROR
-            if not complete:
-                for present, piece in pieces:
-                    piece[:] = present
-            values[elements] = given
-            status = send()
-            for present, piece in pieces:
-                present[:] = piece
-            return status
+            memory[target] = given
+            if copied:
+                values[:] = memory[every]
+            return send()
 
-        return put
+        parts = native(send)
+        if parts is None or not (isinstance(positions, slice) and _movable(buffer, part.kind)):
+            return put
+        scatter = Move(source=buffer[positions], index=target, buffer=memory, scatter=True)
+        if not copied:
+            return described(put, scatter, *parts)
+        if memory.dtype.itemsize == 1:  # there is no such move
+            return put
+        return described(put, scatter, Move(source=memory, index=every, buffer=values), *parts)
 
     def _fitting(self, kind: str, names: Sequence[str]) -> Callable[[NDArray[Any]], NDArray[Any] | None]:
         """Return a function that converts values to a type, or notes the problem: no number is changed to fit."""
@@ -190,10 +208,16 @@ class Arrays:
     def _text_sender(self, function: BoundCall, values: NDArray[Any]) -> Callable[[], int]:
         return lambda: function(byref((c_char_p * len(values))(*(str(text).encode() for text in values))), len(values))
 
-    def _with(self, function: BoundCall, values: NDArray[Any]) -> Callable[[], int]:
+    def _with(self, function: BoundCall, values: NDArray[Any], name: str, part: _Part) -> Callable[[], int]:
         self._kept.append(values)
         address, count = c_void_p(values.ctypes.data), c_size_t(len(values))
-        return lambda: function(address, count)
+
+        def note(status: int) -> None:
+            if status > WARNING:
+                self.last = name
+
+        call = self._instance.native(name, "arrays", part.handles, values, note=note)
+        return described(lambda: function(address, count), call)
 
     def _bound(self, verb: str, kind: str, handles: NDArray[np.uint32]) -> BoundCall:
         """Return fmi3Get<kind> or fmi3Set<kind> of these arrays, which then takes address and number of values."""
@@ -232,7 +256,15 @@ def _positions(indices: Sequence[int]) -> Positions:
     return np.array(indices, np.intp)
 
 
+def _movable(buffer: Buffer, kind: str) -> bool:
+    """Return whether C can copy values between a buffer of the master and one of this type."""
+    return bool(buffer.flags.c_contiguous and (buffer.dtype == _NATIVE[kind] or kind == "Boolean"))
+
+
 def _in_turn(calls: Sequence[Callable[[], int]]) -> Callable[[], int]:
+    if len(calls) == 1:
+        return calls[0]
+
     def all_of_them() -> int:
         worst = 0
         for call in calls:
@@ -241,4 +273,7 @@ def _in_turn(calls: Sequence[Callable[[], int]]) -> Callable[[], int]:
                 break
         return worst
 
-    return all_of_them
+    parts = [native(call) for call in calls]
+    if None in parts:
+        return all_of_them
+    return described(all_of_them, *(each for part in parts for each in part or ()))

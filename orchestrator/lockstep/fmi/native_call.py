@@ -37,7 +37,11 @@ class NativeCall:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Move:
-    """Copy values in memory before or after a call: buffer[k] = source[index[k]], or buffer[index[k]] = source[k]."""
+    """Copy values in memory before or after a call: buffer[k] = source[index[k]], or buffer[index[k]] = source[k].
+
+    Source and buffer are of one type, or one has Booleans of a byte and the other int32: such are gathered
+    from bytes or scattered to them.
+    """
 
     source: NDArray[Any]
     index: NDArray[np.intp]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.fmi.instance import BoundCall, Instance
-from lockstep.fmi.native_call import described
+from lockstep.fmi.native_call import Move, described
 from lockstep.fmi.slave import DTYPES, WARNING, Buffer, Scalar
 from lockstep.system.component import Value
 
@@ -42,7 +42,9 @@ class Scalars:
                 buffer[:] = letters
                 return status
 
-            return get_letters
+            every = np.arange(len(letters))
+            fetch = self._instance.native(name, "values", np.ascontiguousarray(references), letters)
+            return described(get_letters, fetch, Move(source=letters, index=every, buffer=buffer))
         return self._in_place(name, references, buffer)
 
     def setter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
@@ -52,7 +54,15 @@ class Scalars:
         if scalar == "String":
             return lambda: call(byref((c_char_p * len(references))(*(str(text).encode() for text in buffer))))
         if scalar == "Boolean" and self._letters:
-            return lambda: call((buffer != 0).astype(np.uint8).ctypes.data)
+            letters = np.zeros(len(references), np.uint8)
+
+            def set_letters() -> int:
+                letters[:] = buffer != 0
+                return call(letters.ctypes.data)
+
+            every = np.arange(len(letters))
+            send = self._instance.native(name, "values", np.ascontiguousarray(references), letters)
+            return described(set_letters, Move(source=buffer, index=every, buffer=letters, scatter=True), send)
         return self._in_place(name, references, buffer)
 
     def set(self, values: Mapping[int, Value], scalar: Scalar) -> int:

@@ -149,6 +149,13 @@ def _operation(operation: Operation) -> list[Packed] | None:
     return None
 
 
+def _move_kind(move: Move) -> Kind:
+    widths = (move.source.dtype.itemsize, move.buffer.dtype.itemsize)
+    if widths[0] != widths[1]:
+        return Kind.NARROW if move.scatter else Kind.WIDEN
+    return (_SCATTERS if move.scatter else _GATHERS)[widths[0]]
+
+
 _GATHERS = {4: Kind.GATHER_4, 8: Kind.GATHER_8}
 _SCATTERS = {4: Kind.SCATTER_4, 8: Kind.SCATTER_8}
 
@@ -178,8 +185,7 @@ def _calls(operation: Transfer | Step) -> list[Packed] | None:
     found = []
     for part in parts:
         if isinstance(part, Move):
-            widths = _SCATTERS if part.scatter else _GATHERS
-            found.append(_moved(part.source, part.index, part.buffer, widths[part.buffer.dtype.itemsize]))
+            found.append(_moved(part.source, part.index, part.buffer, _move_kind(part)))
             continue
         found.append(Packed(kind=_CALLS[part.kind], fields=_call(part, length), judge=_judged(part, operation.judge)))
     return found

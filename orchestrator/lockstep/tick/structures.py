@@ -5,7 +5,7 @@ from __future__ import annotations
 from ctypes import Structure, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from enum import IntEnum
 
-LAYOUT = 3
+LAYOUT = 4
 PARTS = 5  # of a row: all but texts
 
 
@@ -34,6 +34,8 @@ class Kind(IntEnum):
     HOLD_8 = 19
     DELAY_4 = 20
     DELAY_8 = 21
+    WIDEN = 22
+    NARROW = 23
 
 
 class Reason(IntEnum):

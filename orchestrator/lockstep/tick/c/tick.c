@@ -78,6 +78,22 @@ static void scatter_8(const tick_operation *op)
         memcpy(buffer + 8 * op->index[k], source + 8 * k, 8);
 }
 
+static void widen(const tick_operation *op)
+{
+    const unsigned char *source = op->source;
+    int32_t *buffer = op->buffer;
+    for (size_t k = 0; k < op->count; k++)
+        buffer[k] = source[op->index[k]];
+}
+
+static void narrow(const tick_operation *op)
+{
+    const int32_t *source = op->source;
+    unsigned char *buffer = op->buffer;
+    for (size_t k = 0; k < op->count; k++)
+        buffer[op->index[k]] = source[k] != 0;
+}
+
 static void integers_as_reals(const tick_operation *op, double *row)
 {
     const int32_t *source = op->source;
@@ -129,6 +145,8 @@ static int run_tick(tick_state *state)
         case TICK_GATHER_8: gather_8(op, op->buffer); break;
         case TICK_SCATTER_4: scatter_4(op); break;
         case TICK_SCATTER_8: scatter_8(op); break;
+        case TICK_WIDEN: widen(op); break;
+        case TICK_NARROW: narrow(op); break;
         case TICK_CONVERT:
             if (!convert(op))
                 reason = TICK_NOT_FINITE;

@@ -17,7 +17,7 @@
 #define TICK_EXPORT __attribute__((visibility("default")))
 #endif
 
-#define TICK_LAYOUT 3 /* of the structures and functions below; grows with each change */
+#define TICK_LAYOUT 4 /* of the structures and functions below; grows with each change */
 
 /* What an operation does. The fields of `tick_operation` that it uses are named behind it. */
 enum tick_kind {
@@ -44,7 +44,10 @@ enum tick_kind {
     TICK_HOLD_4,   /* holds the last values before the window, or the first ever, of 4 bytes: memory, history */
     TICK_HOLD_8,   /* the same of 8 bytes */
     TICK_DELAY_4,  /* gives the values of so many ticks ago, of 4 bytes: memory, history */
-    TICK_DELAY_8   /* the same of 8 bytes */
+    TICK_DELAY_8,  /* the same of 8 bytes */
+    /* Booleans of one byte */
+    TICK_WIDEN, /* int32_t buffer[k] = byte source[index[k]]; count */
+    TICK_NARROW /* byte buffer[index[k]] = int32_t source[k] != 0; count */
 };
 
 /* Why `tick_run` returned. */
