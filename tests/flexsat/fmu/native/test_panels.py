@@ -29,10 +29,13 @@ int multiply(int quickest, int rows, int columns, const double *a, const double 
 
     if (panels_take(&memory, rows, columns, &panels) || sparse_of(&memory, rows, columns, a, &elements))
         return 1;
-    if (!quickest)
+    if (!quickest) {
         panels.product = panel_product;
+        panels.products = panel_products;
+    }
     panels_fill(a, &panels);
     panels_add_times(&panels, x, dense);
+    panels.products(&panels, x + columns, x, dense + rows, dense + 2 * rows);
     sparse_times(&elements, x, sparse);
     memory_release(&memory);
     return 0;
@@ -57,20 +60,22 @@ def libraries(once):
     return [ctypes.CDLL(str(folder / name)) for name in ("two.so", "one.so")]
 
 
-@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (7, 3), (8, 8), (20, 33), (65, 40)])
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (7, 3), (8, 8), (20, 33), (65, 40), (24, 90)])
 def test_products(libraries, rows, columns):
     random = np.random.default_rng(rows)
     a = random.standard_normal((rows, columns)) * (random.uniform(size=(rows, columns)) < 0.3)
     a[rows // 2 : rows // 2 + 3] = 0.0
     a[:, : columns // 3] = 0.0
-    x, before = random.standard_normal(columns), random.standard_normal(rows)
+    a[:8, columns // 2 : columns // 2 + 6] = 0.0  # a gap between two runs
+    x, before = random.standard_normal((2, columns)), random.standard_normal(rows)
     found = []
     for library, quickest in ((libraries[0], True), (libraries[0], False), (libraries[1], False)):
-        dense, sparse = before.copy(), before.copy()
+        dense, sparse = np.tile(before, (3, 1)), before.copy()
         pointers = (ctypes.c_void_p(array.ctypes.data) for array in (a, x, dense, sparse))
         assert library.multiply(quickest, rows, columns, *pointers) == 0
-        assert_allclose(dense, before + a @ x, rtol=1e-13, atol=1e-14)
-        assert_allclose(sparse, a @ x, rtol=1e-13, atol=1e-14)
+        assert_allclose(dense[:2], before + x @ a.T, rtol=1e-13, atol=1e-14)
+        assert_array_equal(dense[2], dense[0])
+        assert_allclose(sparse, a @ x[0], rtol=1e-13, atol=1e-14)
         found.append(dense)
     assert_array_equal(found[0], found[1])
     assert_array_equal(found[0], found[2])

@@ -56,13 +56,18 @@ static void panels_times(const Panels *a, const Real *x, Real *y)
 times speed squared. */
 static void jitter_after(const PreparedController *prepared, const Measurements *measured, double ahead, Real *jitter)
 {
+    double middle[WHEELS], sine[WHEELS], cosine[WHEELS];
     int k;
 
     for (k = 0; k < WHEELS; k++) {
+        const double speed = measured->encoder_speed[k];
+        middle[k] = measured->encoder_angle[k] + ahead * speed + 0.5 * prepared->period * speed;
+    }
+    prepared->sines(WHEELS, middle, sine, cosine);
+    for (k = 0; k < WHEELS; k++) {
         const double speed = measured->encoder_speed[k], square = speed * speed;
-        const double middle = measured->encoder_angle[k] + ahead * speed + 0.5 * prepared->period * speed;
-        jitter[k] = (Real)(sin(middle) * square);
-        jitter[WHEELS + k] = (Real)(cos(middle) * square);
+        jitter[k] = (Real)(sine[k] * square);
+        jitter[WHEELS + k] = (Real)(cosine[k] * square);
     }
 }
 
@@ -180,6 +185,16 @@ static void smooth_reference(const PreparedController *prepared, const Motion *p
         speed[k] /= prepared->wheel_inertia;
 }
 
+static int any(int count, const double *values)
+{
+    int k;
+
+    for (k = 0; k < count; k++)
+        if (values[k] != 0.0)
+            return 1;
+    return 0;
+}
+
 /* Write the reference at `time` and the feed-forward torque from then on; propagate the reference by a period. The
 reference attitude is body from inertial. */
 static void refer(const PreparedController *prepared, ControllerState *state, double time,
@@ -200,8 +215,10 @@ static void refer(const PreparedController *prepared, ControllerState *state, do
     } else {
         memcpy(reference, commanded->reference, sizeof reference);
         memset(commanded->reference, 0, sizeof commanded->reference);
-        panels_add_times_exactly(&prepared->reference_a, reference, commanded->reference);
-        panels_add_times_exactly(&prepared->reference_b, torque, commanded->reference);
+        if (any(CONTROLLED, reference)) /* between slews there is nothing to propagate */
+            panels_add_times_exactly(&prepared->reference_a, reference, commanded->reference);
+        if (any(WHEELS, torque))
+            panels_add_times_exactly(&prepared->reference_b, torque, commanded->reference);
     }
     reference_attitude(commanded->origin, profile->axis, reference, attitude);
     if (prepared->parameters.linear_attitude) {

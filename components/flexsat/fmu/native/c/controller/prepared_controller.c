@@ -207,6 +207,7 @@ int prepare_controller(Component *component, const ControllerData *matrices, con
     if (part < 1e-9)
         part = 0.0;
     prepared->parameters = *parameters;
+    prepared->sines = quickest_sines();
     prepared->period = period;
     prepared->phases = parameters->fine_sensor ? matrices->gain_fine_rows : matrices->gain_coarse_rows;
     prepared->whole_delay = (int)whole;

@@ -8,6 +8,7 @@ runtime/prepared_controller.py, which documents it. */
 #include "controller_parameters.h"
 #include "controller_sizes.h"
 #include "panels.h"
+#include "sines.h"
 #include "slew_guidance.h"
 #include "slew_motion.h"
 
@@ -42,6 +43,7 @@ typedef struct PreparedController {
     Panels ahead_history;  /* (r, (q + 2) n): and from the torques commanded */
     Panels reference_a;    /* (r, r) */
     Panels reference_b;    /* (r, n) */
+    Sines *sines;          /* for this processor */
 } PreparedController;
 
 /* Sample the models of a design for the delays of a run. Returns 0, or 1 without memory or with the reason. */

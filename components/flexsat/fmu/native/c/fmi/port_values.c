@@ -65,24 +65,22 @@ int output_not_finite(const Component *component)
 {
     const double *outputs = component->real + port_table.first_real_output;
     const int count = port_table.real_outputs;
-    double first = 0.0, second = 0.0, third = 0.0, fourth = 0.0;
-    int k;
+    double sums[8] = {0.0}, sum = 0.0; /* so many run at once, as none waits for the others */
+    int k, i;
 
-    /* not-a-number times zero, and infinity times zero, are not-a-number; four sums, as no one waits for the others */
-    for (k = 0; k + 3 < count; k += 4) {
-        first += 0.0 * outputs[k];
-        second += 0.0 * outputs[k + 1];
-        third += 0.0 * outputs[k + 2];
-        fourth += 0.0 * outputs[k + 3];
-    }
+    for (k = 0; k + 7 < count; k += 8)
+        for (i = 0; i < 8; i++)
+            sums[i] += outputs[k + i];
+    for (i = 0; i < 8; i++)
+        sum += sums[i];
     for (; k < count; k++)
-        first += 0.0 * outputs[k];
-    if ((first + second) + (third + fourth) == 0.0)
+        sum += outputs[k];
+    if (sum - sum == 0.0) /* it is not finite if one of them is not */
         return -1;
     for (k = 0; k < count; k++)
         if (!(fabs(outputs[k]) <= DBL_MAX))
-            break;
-    return port_table.first_real_output + k;
+            return port_table.first_real_output + k;
+    return -1; /* only their sum is not */
 }
 
 void poison_outputs(Component *component)

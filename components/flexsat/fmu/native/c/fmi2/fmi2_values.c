@@ -18,26 +18,31 @@ static fmi2ValueReference first_reference(Kind kind)
 
 static const Port *port_of(fmi2ValueReference reference) { return &ports[port_of_reference[reference]]; }
 
+/* What `examine` finds of a list: the flags of all its variables, and the length of its first run. */
+typedef struct List {
+    int flags;
+    size_t run;
+} List;
+
+enum { AT_ONCE = 8 };
+
 /* How many references at the beginning of a list follow one on the other. */
 static size_t run_of(const fmi2ValueReference vr[], size_t n)
 {
     const fmi2ValueReference first = vr[0];
-    size_t k = 1;
+    size_t k = 0;
 
-    while (k + 3 < n && !((vr[k] - first - k) | (vr[k + 1] - first - k - 1) | (vr[k + 2] - first - k - 2) |
-                          (vr[k + 3] - first - k - 3)))
-        k += 4;
+    while (k + AT_ONCE <= n) {
+        fmi2ValueReference off = 0, i;
+        for (i = 0; i < AT_ONCE; i++)
+            off |= (vr[k + i] - i) ^ (first + (fmi2ValueReference)k);
+        if (off)
+            break;
+        k += AT_ONCE;
+    }
     while (k < n && vr[k] - first == k)
         k++;
     return k;
-}
-
-/* The same, but not beyond the port of the first; the references are those of variables. */
-static size_t run_of_port(const fmi2ValueReference vr[], size_t n, const Port *port, int place)
-{
-    const size_t left = (size_t)(port->first + port->size - place);
-
-    return run_of(vr, n < left ? n : left);
 }
 
 /* Refuse a reference that no variable of the kind has. */
@@ -59,14 +64,14 @@ static Status refuse_reference(Instance *instance, const char *call, Kind kind, 
                        reason);
 }
 
-/* Refuse lists that are NULL, and wrong references; `flags` become those of all variables in the list. */
+/* Refuse lists that are NULL, and wrong references; `list` becomes what is found. */
 static Status examine(Instance *instance, const char *call, Kind kind, const fmi2ValueReference vr[], size_t n,
-                      const void *values, int *flags)
+                      const void *values, List *list)
 {
     const fmi2ValueReference first = first_reference(kind), count = (fmi2ValueReference)port_table.counts[kind];
     size_t k, run;
 
-    *flags = 0;
+    list->flags = 0;
     if (instance == NULL)
         return CALL_ERROR;
     if (n > 0 && vr == NULL)
@@ -80,46 +85,62 @@ static Status examine(Instance *instance, const char *call, Kind kind, const fmi
         if (place >= count || run > count - place)
             return refuse_reference(instance, call, kind, place >= count ? vr[k] : first + count);
         for (port = port_of(vr[k]), last = port_of(vr[k + run - 1]); port <= last; port++)
-            *flags |= port->flags;
+            list->flags |= port->flags;
+        if (k == 0)
+            list->run = run;
     }
     return CALL_OK;
 }
 
 /* Examine a list that is to be read, and compute what has to be computed first. */
 static Status examine_to_read(Instance *instance, const char *call, Kind kind, const fmi2ValueReference vr[],
-                              size_t n, const void *values)
+                              size_t n, const void *values, List *list)
 {
-    int flags;
-
-    if (examine(instance, call, kind, vr, n, values, &flags) != CALL_OK)
+    if (examine(instance, call, kind, vr, n, values, list) != CALL_OK)
         return CALL_ERROR;
-    return begin_to_read(instance, call, flags);
+    return begin_to_read(instance, call, list->flags);
 }
 
 /* Examine a list that is to be written; the values are examined later. */
 static Status examine_to_write(Instance *instance, const char *call, Kind kind, const fmi2ValueReference vr[],
-                               size_t n, const void *values, int *flags)
+                               size_t n, const void *values, List *list)
 {
-    if (examine(instance, call, kind, vr, n, values, flags) != CALL_OK)
+    if (examine(instance, call, kind, vr, n, values, list) != CALL_OK)
         return CALL_ERROR;
     return check_order(instance, SET, call);
 }
 
-static fmi2Status finish(Instance *instance, const char *call, size_t n, int flags)
+/* Refuse reals that are not accepted, of variables that follow one on the other from `place` on. */
+static Status check_run(Instance *instance, const char *call, const Port *port, int place, size_t n,
+                        const fmi2Real values[])
 {
-    return n == 0 ? fmi2OK : (fmi2Status)finish_writing(instance, call, flags);
+    for (; n > 0; port++) {
+        const size_t left = (size_t)(port->first + port->size - place), here = n < left ? n : left;
+        if (check_numbers(instance, call, port, place, here, values) != CALL_OK)
+            return CALL_ERROR;
+        place += (int)here;
+        values += here;
+        n -= here;
+    }
+    return CALL_OK;
+}
+
+static fmi2Status finish(Instance *instance, const char *call, size_t n, const List *list)
+{
+    return n == 0 ? fmi2OK : (fmi2Status)finish_writing(instance, call, list->flags);
 }
 
 fmi2Status FMI2(fmi2GetReal)(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[])
 {
     const Instance *instance = c;
     const fmi2ValueReference first = first_reference(REAL);
+    List list;
     size_t k, run;
 
-    if (examine_to_read(c, "getReal", REAL, vr, n, values) != CALL_OK)
+    if (examine_to_read(c, "getReal", REAL, vr, n, values, &list) != CALL_OK)
         return fmi2Error;
     for (k = 0; k < n; k += run) {
-        run = run_of(vr + k, n - k);
+        run = k == 0 ? list.run : run_of(vr + k, n - k);
         memcpy(values + k, instance->component.real + (vr[k] - first), run * sizeof *values);
     }
     return fmi2OK;
@@ -129,12 +150,13 @@ fmi2Status FMI2(fmi2GetInteger)(fmi2Component c, const fmi2ValueReference vr[], 
 {
     const Instance *instance = c;
     const fmi2ValueReference first = first_reference(INTEGER);
+    List list;
     size_t k, run;
 
-    if (examine_to_read(c, "getInteger", INTEGER, vr, n, values) != CALL_OK)
+    if (examine_to_read(c, "getInteger", INTEGER, vr, n, values, &list) != CALL_OK)
         return fmi2Error;
     for (k = 0; k < n; k += run) {
-        run = run_of(vr + k, n - k);
+        run = k == 0 ? list.run : run_of(vr + k, n - k);
         memcpy(values + k, instance->component.integer + (vr[k] - first), run * sizeof *values);
     }
     return fmi2OK;
@@ -144,12 +166,13 @@ fmi2Status FMI2(fmi2GetBoolean)(fmi2Component c, const fmi2ValueReference vr[], 
 {
     const Instance *instance = c;
     const fmi2ValueReference first = first_reference(BOOLEAN);
+    List list;
     size_t k, run;
 
-    if (examine_to_read(c, "getBoolean", BOOLEAN, vr, n, values) != CALL_OK)
+    if (examine_to_read(c, "getBoolean", BOOLEAN, vr, n, values, &list) != CALL_OK)
         return fmi2Error;
     for (k = 0; k < n; k += run) {
-        run = run_of(vr + k, n - k);
+        run = k == 0 ? list.run : run_of(vr + k, n - k);
         memcpy(values + k, instance->component.boolean + (vr[k] - first), run * sizeof *values);
     }
     return fmi2OK;
@@ -159,9 +182,10 @@ fmi2Status FMI2(fmi2GetString)(fmi2Component c, const fmi2ValueReference vr[], s
 {
     const Instance *instance = c;
     const fmi2ValueReference first = first_reference(STRING);
+    List list;
     size_t k;
 
-    if (examine_to_read(c, "getString", STRING, vr, n, values) != CALL_OK)
+    if (examine_to_read(c, "getString", STRING, vr, n, values, &list) != CALL_OK)
         return fmi2Error;
     for (k = 0; k < n; k++)
         values[k] = instance->component.string[vr[k] - first];
@@ -173,23 +197,21 @@ fmi2Status FMI2(fmi2SetReal)(fmi2Component c, const fmi2ValueReference vr[], siz
     static const char call[] = "setReal";
     const fmi2ValueReference first = first_reference(REAL);
     Instance *instance = c;
-    int flags;
+    List list;
     size_t k, run;
 
-    if (examine_to_write(instance, call, REAL, vr, n, values, &flags) != CALL_OK)
+    if (examine_to_write(instance, call, REAL, vr, n, values, &list) != CALL_OK)
         return fmi2Error;
     for (k = 0; k < n; k += run) {
-        const Port *port = port_of(vr[k]);
-        const int place = (int)(vr[k] - first);
-        run = run_of_port(vr + k, n - k, port, place);
-        if (check_numbers(instance, call, port, place, run, values + k) != CALL_OK)
+        run = k == 0 ? list.run : run_of(vr + k, n - k);
+        if (check_run(instance, call, port_of(vr[k]), (int)(vr[k] - first), run, values + k) != CALL_OK)
             return fmi2Error;
     }
     for (k = 0; k < n; k += run) {
-        run = run_of(vr + k, n - k);
+        run = k == 0 ? list.run : run_of(vr + k, n - k);
         memcpy(instance->component.real + (vr[k] - first), values + k, run * sizeof *values);
     }
-    return finish(instance, call, n, flags);
+    return finish(instance, call, n, &list);
 }
 
 fmi2Status FMI2(fmi2SetInteger)(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer values[])
@@ -197,17 +219,17 @@ fmi2Status FMI2(fmi2SetInteger)(fmi2Component c, const fmi2ValueReference vr[], 
     static const char call[] = "setInteger";
     const fmi2ValueReference first = first_reference(INTEGER);
     Instance *instance = c;
-    int flags;
+    List list;
     size_t k;
 
-    if (examine_to_write(instance, call, INTEGER, vr, n, values, &flags) != CALL_OK)
+    if (examine_to_write(instance, call, INTEGER, vr, n, values, &list) != CALL_OK)
         return fmi2Error;
     for (k = 0; k < n; k++)
         if (check_number(instance, call, port_of(vr[k]), (int)(vr[k] - first), values[k]) != CALL_OK)
             return fmi2Error;
     for (k = 0; k < n; k++)
         instance->component.integer[vr[k] - first] = values[k];
-    return finish(instance, call, n, flags);
+    return finish(instance, call, n, &list);
 }
 
 fmi2Status FMI2(fmi2SetBoolean)(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean values[])
@@ -215,17 +237,17 @@ fmi2Status FMI2(fmi2SetBoolean)(fmi2Component c, const fmi2ValueReference vr[], 
     static const char call[] = "setBoolean";
     const fmi2ValueReference first = first_reference(BOOLEAN);
     Instance *instance = c;
-    int flags;
+    List list;
     size_t k;
 
-    if (examine_to_write(instance, call, BOOLEAN, vr, n, values, &flags) != CALL_OK)
+    if (examine_to_write(instance, call, BOOLEAN, vr, n, values, &list) != CALL_OK)
         return fmi2Error;
     for (k = 0; k < n; k++)
         if (check_boolean(instance, call, port_of(vr[k]), (int)(vr[k] - first), values[k]) != CALL_OK)
             return fmi2Error;
     for (k = 0; k < n; k++)
         instance->component.boolean[vr[k] - first] = values[k] != 0;
-    return finish(instance, call, n, flags);
+    return finish(instance, call, n, &list);
 }
 
 fmi2Status FMI2(fmi2SetString)(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String values[])
@@ -233,15 +255,15 @@ fmi2Status FMI2(fmi2SetString)(fmi2Component c, const fmi2ValueReference vr[], s
     static const char call[] = "setString";
     const fmi2ValueReference first = first_reference(STRING);
     Instance *instance = c;
-    int flags;
+    List list;
     size_t k;
 
-    if (examine_to_write(instance, call, STRING, vr, n, values, &flags) != CALL_OK)
+    if (examine_to_write(instance, call, STRING, vr, n, values, &list) != CALL_OK)
         return fmi2Error;
     for (k = 0; k < n; k++)
         if (check_text(instance, call, port_of(vr[k]), (int)(vr[k] - first), values[k], k + 1) != CALL_OK)
             return fmi2Error;
     for (k = 0; k < n; k++)
         strcpy(instance->component.string[vr[k] - first], values[k]);
-    return finish(instance, call, n, flags);
+    return finish(instance, call, n, &list);
 }

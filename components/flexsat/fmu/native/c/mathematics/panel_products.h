@@ -4,13 +4,11 @@
 
 #include "panels.h"
 
-/* y (rows) += a x (columns) */
-typedef void PanelProduct(const Panels *panels, const Real *x, Real *y);
-
 /* For any processor. */
 PanelProduct panel_product;
+PanelProducts panel_products;
 
 /* The quickest on this processor. */
-PanelProduct *quickest_panel_product(void);
+void choose_products(Panels *panels);
 
 #endif

@@ -4,21 +4,24 @@
 
 #include "panel_products.h"
 
-enum { LINE = 64 }; /* bytes of a cache line: a register full of values lies in one */
+enum {
+    LINE = 64, /* bytes of a cache line: a register full of values lies in one */
+    GAP = 4    /* columns of zeros that end a run: less are quicker multiplied than left out */
+};
 
 int panels_take(Memory *memory, int rows, int columns, Panels *panels)
 {
-    const size_t most = ((size_t)rows + PANEL - 1) / PANEL;
+    const size_t most = ((size_t)rows + PANEL - 1) / PANEL, runs = most * ((size_t)columns / (GAP + 1) + 1);
     unsigned char *value;
 
     panels->rows = rows;
     panels->columns = columns;
     panels->count = 0;
     panels->row = memory_take(memory, most * PANEL, sizeof(int));
-    panels->from = memory_take(memory, most, sizeof(int));
-    panels->to = memory_take(memory, most, sizeof(int));
-    panels->place = memory_take(memory, most, sizeof(size_t));
-    panels->product = quickest_panel_product();
+    panels->first = memory_take(memory, most + 1, sizeof(int));
+    panels->from = memory_take(memory, runs, sizeof(int));
+    panels->width = memory_take(memory, runs, sizeof(int));
+    choose_products(panels);
     value = memory_take(memory, most * PANEL * (size_t)columns * sizeof(Real) + LINE, 1);
     if (memory->failed)
         return 1;
@@ -36,35 +39,55 @@ static int is_zero(int n, const double *row)
     return 1;
 }
 
+/* Whether a column of some rows is 0. */
+static int is_zero_column(const double *a, size_t columns, int count, const int *row, int column)
+{
+    int k;
+
+    for (k = 0; k < count; k++)
+        if (a[(size_t)row[k] * columns + (size_t)column] != 0.0)
+            return 0;
+    return 1;
+}
+
+/* Divide the columns of a panel into runs, `last` of them before; returns how many there are after. */
+static int find_runs(const double *a, int count, const int *row, int last, Panels *panels)
+{
+    const int first = last;
+    int j;
+
+    for (j = 0; j < panels->columns; j++) {
+        if (is_zero_column(a, (size_t)panels->columns, count, row, j))
+            continue;
+        if (last == first || j - (panels->from[last - 1] + panels->width[last - 1]) >= GAP)
+            panels->from[last++] = j;
+        panels->width[last - 1] = j + 1 - panels->from[last - 1];
+    }
+    return last;
+}
+
 void panels_fill(const double *a, Panels *panels)
 {
     const size_t columns = (size_t)panels->columns;
-    size_t place = 0;
-    int kept = 0, i, j, k, panel;
+    Real *value = panels->value;
+    int kept = 0, i, j, k, panel, run;
 
     for (i = 0; i < panels->rows; i++)
         if (!is_zero(panels->columns, a + (size_t)i * columns))
             panels->row[kept++] = i;
     panels->count = (kept + PANEL - 1) / PANEL;
+    panels->first[0] = 0;
     for (panel = 0; panel < panels->count; panel++) {
         int *row = panels->row + PANEL * panel, filled = kept - PANEL * panel;
-        int from = panels->columns, to = 0;
         if (filled > PANEL)
             filled = PANEL;
         for (k = filled; k < PANEL; k++)
             row[k] = row[0];
-        for (k = 0; k < filled; k++)
-            for (j = 0; j < panels->columns; j++)
-                if (a[(size_t)row[k] * columns + (size_t)j] != 0.0) {
-                    from = j < from ? j : from;
-                    to = j >= to ? j + 1 : to;
-                }
-        panels->from[panel] = from;
-        panels->to[panel] = to;
-        panels->place[panel] = place;
-        for (j = from; j < to; j++)
-            for (k = 0; k < PANEL; k++)
-                panels->value[place++] = (Real)(k < filled ? a[(size_t)row[k] * columns + (size_t)j] : 0.0);
+        panels->first[panel + 1] = find_runs(a, filled, row, panels->first[panel], panels);
+        for (run = panels->first[panel]; run < panels->first[panel + 1]; run++)
+            for (j = panels->from[run]; j < panels->from[run] + panels->width[run]; j++)
+                for (k = 0; k < PANEL; k++)
+                    *value++ = (Real)(k < filled ? a[(size_t)row[k] * columns + (size_t)j] : 0.0);
     }
 }
 
@@ -73,15 +96,16 @@ void panels_add_times(const Panels *panels, const Real *x, Real *y) { panels->pr
 void panels_add_times_exactly(const Panels *panels, const double *x, double *y)
 {
 #ifdef FLEXSAT_FLOATS
-    int panel, j, k;
+    const Real *value = panels->value;
+    int panel, run, j, k;
 
     for (panel = 0; panel < panels->count; panel++) {
         const int *row = panels->row + PANEL * panel;
-        const Real *value = panels->value + panels->place[panel];
         double sums[PANEL] = {0.0};
-        for (j = panels->from[panel]; j < panels->to[panel]; j++, value += PANEL)
-            for (k = 0; k < PANEL; k++)
-                sums[k] += value[k] * x[j];
+        for (run = panels->first[panel]; run < panels->first[panel + 1]; run++)
+            for (j = panels->from[run]; j < panels->from[run] + panels->width[run]; j++, value += PANEL)
+                for (k = 0; k < PANEL; k++)
+                    sums[k] += value[k] * x[j];
         for (k = 0; k < PANEL; k++)
             y[row[k]] += sums[k];
     }

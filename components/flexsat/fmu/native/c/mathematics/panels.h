@@ -7,15 +7,25 @@
 
 enum { PANEL = 8 }; /* rows whose sums run at once */
 
-/* The rows of a matrix that are not 0, eight at a time; a panel lacks the columns before and behind its elements. */
+struct Panels;
+
+/* y (rows) += a x (columns) */
+typedef void PanelProduct(const struct Panels *panels, const Real *x, Real *y);
+
+/* The same with two vectors at once, which reads the matrix once. */
+typedef void PanelProducts(const struct Panels *panels, const Real *x, const Real *other_x, Real *y, Real *other_y);
+
+/* The rows of a matrix that are not 0, eight at a time; of its columns a panel has runs, without zeros between them. */
 typedef struct Panels {
     int rows, columns; /* of the matrix */
     int count;
-    int *row;         /* (8 count) of the matrix; those that fill the last panel up are its first row, times 0 */
-    int *from, *to;   /* (count) columns */
-    size_t *place;    /* (count) of a panel's first value */
-    Real *value;      /* column after column of a panel, eight values each */
-    void (*product)(const struct Panels *panels, const Real *x, Real *y); /* for this processor */
+    int *row;    /* (8 count) of the matrix; those that fill the last panel up are its first row, times 0 */
+    int *first;  /* (count + 1) run of columns */
+    int *from;   /* (runs) its first column */
+    int *width;  /* (runs) and how many it has */
+    Real *value; /* run after run of a panel, column after column, eight values each */
+    PanelProduct *product; /* those for this processor */
+    PanelProducts *products;
 } Panels;
 
 /* Take memory for any matrix of this size; returns 0, or 1 without memory. */

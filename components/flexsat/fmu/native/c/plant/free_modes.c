@@ -220,6 +220,7 @@ int find_free_modes(Component *component, int modes, const double *effective, co
     size_t elements;
 
     free->modes = modes;
+    free->two_products = quickest_two_products();
     free->clamped_parts = 0;
     free->first = memory_take(memory, m + 1, sizeof(int));
     free->mode = memory_take(memory, m, sizeof(int));

@@ -8,6 +8,7 @@ coordinates of that part are eta and eta' themselves. */
 #define FLEXSAT_FREE_MODES_H
 
 #include "component.h"
+#include "element_products.h"
 
 /* The vector of coordinates, z (2 m), holds a pair (p, q) for each place from 0 to m - 1. First stand the parts of one
 mode: they move at the speed eta' = velocity p, without q. Their q stand last in z, so that what depends on speeds reads
@@ -31,6 +32,7 @@ typedef struct FreeModes {
     double *of_structure; /* (2 k, 2 k): p and q, from eta and eta' */
     double *matrix;       /* (2 k, 2 k): z' = matrix z, of the clamped parts */
     double *work;         /* for `free_transition` */
+    TwoProducts *two_products; /* for this processor */
 } FreeModes;
 
 /* Find the coordinates. `effective` (m, m) is the inverse of the modes' mass with the body free; stiffness (m) [1/s2],

@@ -79,16 +79,11 @@ void free_transition(const FreeModes *free, double time, Map *power, Map *integr
     }
 }
 
-static void map_places(int count, int from, const Map *map, const double *p, const double *q, double *new_p,
-                       double *new_q)
+static void map_places(const FreeModes *free, int count, int from, const Map *map, const double *p, const double *q,
+                       double *new_p, double *new_q)
 {
-    const double *pp = map->pp + from, *pq = map->pq + from, *qp = map->qp + from, *qq = map->qq + from;
-    int i;
-
-    for (i = 0; i < count; i++) {
-        new_p[i] = pp[i] * p[i] + pq[i] * q[i];
-        new_q[i] = qp[i] * p[i] + qq[i] * q[i];
-    }
+    free->two_products(count, map->pp + from, p, map->pq + from, q, new_p);
+    free->two_products(count, map->qp + from, p, map->qq + from, q, new_q);
 }
 
 /* Apply the block of a clamped part to `columns` columns of rows. */
@@ -116,8 +111,8 @@ void map_vector(const FreeModes *free, const Map *map, const double *z, double *
     const int m = free->modes, alone = free->alone;
     int part;
 
-    map_places(alone, 0, map, z, z + free->read, result, result + free->read);
-    map_places(m - alone, alone, map, z + alone, z + m, result + alone, result + m);
+    map_places(free, alone, 0, map, z, z + free->read, result, result + free->read);
+    map_places(free, m - alone, alone, map, z + alone, z + m, result + alone, result + m);
     for (part = 0; part < free->parts && free->clamped_parts > 0; part++)
         if (free->clamped[part])
             map_clamped(free, map, part, 1, z, result);

@@ -41,6 +41,7 @@ static int take_work(Memory *memory, const Motion *motion, PlantWork *work)
     work->held = memory_doubles(memory, 2 * n + 6);
     work->speeds = memory_doubles(memory, speeds);
     work->middle = memory_doubles(memory, 2 * m);
+    work->ahead = memory_doubles(memory, speeds);
     work->end = memory_doubles(memory, 2 * m);
     work->folded = memory_doubles(memory, 2 * m);
     work->pushed = memory_doubles(memory, m);
@@ -160,6 +161,7 @@ int component_restored(Component *component)
 
     if (!(length > 0.0 && length <= DBL_MAX))
         return refuse(component, "the saved state has a step of %g s, which is none", length);
+    plant->work.ahead_length = 0.0;
     use_step(component, plant, length);
     return component_tuned(component);
 }

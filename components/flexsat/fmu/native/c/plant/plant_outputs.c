@@ -83,23 +83,6 @@ static void wheel_slopes(const Motion *motion, int wheel, int slope[3])
         slope[axis] = motion->loads.mount_slope[axis * s + mount];
 }
 
-/* The rows of `speed` that gyroscopic and momentum terms need: the first ones, of body and mounts. */
-static void choose_middle(Motion *motion)
-{
-    const PlantMatrices *matrices = &motion->matrices;
-    int needed = 6, wheel, axis, slope[3];
-
-    for (wheel = 0; wheel < matrices->wheels && motion->parameters.gyroscopics; wheel++) {
-        wheel_slopes(motion, wheel, slope);
-        for (axis = 0; axis < 3; axis++)
-            if (6 + slope[axis] >= needed)
-                needed = 6 + slope[axis] + 1;
-    }
-    motion->middle_speed = motion->speed;
-    while (motion->middle_speed.count > 0 && motion->speed.row[PANEL * (motion->middle_speed.count - 1)] >= needed)
-        motion->middle_speed.count--;
-}
-
 /* Add to a row of the speeds what a vector at a mount or gyro picks: of the body's rate, and of the slope rates. */
 static void pick(const int slope[3], const double *vector, double factor, int first, double *row)
 {
@@ -233,7 +216,6 @@ int prepare_outputs(Component *component, Motion *motion)
             return refuse(component, "there is not enough memory");
         speeds_of_z(motion, work, turn);
         panels_fill(motion->speed_of_z, &motion->speed);
-        choose_middle(motion);
         accelerations_of_force(motion, of_force, work);
         restoring(motion, of_force, rows, work, work + k * m, work + 2 * k * m);
         panels_fill(rows, &motion->restoring);

@@ -41,28 +41,40 @@ static void add(int count, const double *a, const double *b, double *sum)
         sum[i] = a[i] + b[i];
 }
 
-/* Velocity, rate and slope rates, (6 + u), from z and momenta; `rows` may lack the last of them. */
-static void find_speeds(const Panels *rows, const Motion *motion, const double *z, const double *momenta,
-                        double *speeds)
+/* Velocity, rate and slope rates, (6 + u), from z and momenta. */
+static void find_speeds(const Motion *motion, const double *z, const double *momenta, double *speeds)
 {
     memset(speeds, 0, (size_t)motion->speeds * sizeof(double));
-    panels_add_times(rows, z, speeds);
+    panels_add_times(&motion->speed, z, speeds);
     add_times_vector(6, 6, motion->compliance, momenta, speeds);
 }
 
-/* See the present state: speeds, accelerations without products and loads, turn due to eta. */
+/* The same at the present time, and without momenta at the middle of the next step, from the z of both: one pass. */
+static void find_both_speeds(Plant *plant)
+{
+    const Motion *motion = &plant->motion;
+    PlantWork *work = &plant->work;
+    const double *z = plant->state.z;
+
+    map_vector(&motion->free, &plant->step->half, z, work->middle);
+    memset(work->seen, 0, (size_t)motion->speeds * sizeof(double));
+    memset(work->ahead, 0, (size_t)motion->speeds * sizeof(double));
+    motion->speed.products(&motion->speed, z, work->middle, work->seen, work->ahead);
+    add_times_vector(6, 6, motion->compliance, plant->state.momentum, work->seen);
+    work->ahead_length = plant->step->length;
+}
+
+/* See the present state beyond the speeds: accelerations without products and loads, turn due to eta. */
 static void look(Plant *plant)
 {
     const Motion *motion = &plant->motion;
     const FreeModes *free = &motion->free;
     const double *z = plant->state.z, *seconds = z + free->read;
     double *folded = plant->work.folded, *acceleration = plant->work.seen + motion->speeds;
-    int i;
+    const int alone = free->alone;
 
-    find_speeds(&motion->speed, motion, z, plant->state.momentum, plant->work.seen);
-    for (i = 0; i < free->alone; i++)
-        folded[i] = motion->fold_p[i] * z[i] + motion->fold_q[i] * seconds[i];
-    memcpy(folded + i, z + i, (size_t)(free->read - i) * sizeof(double));
+    free->two_products(alone, motion->fold_p, z, motion->fold_q, seconds, folded);
+    memcpy(folded + alone, z + alone, (size_t)(free->read - alone) * sizeof(double));
     memset(acceleration, 0, (size_t)motion->matrices.accelerometers * sizeof(double));
     panels_add_times(&motion->restoring, folded, acceleration);
     sparse_times(&motion->turn, z, plant->work.turn);
@@ -145,10 +157,16 @@ static void act(Plant *plant)
     double momenta[6], *speeds = plant->work.speeds;
     int i;
 
-    map_vector(&motion->free, &plant->step->half, state->z, plant->work.middle);
+    if (plant->work.ahead_length == plant->step->length) {
+        memcpy(speeds, plant->work.ahead, (size_t)motion->speeds * sizeof(double));
+    } else { /* the first step, or one after steps of another length */
+        map_vector(&motion->free, &plant->step->half, state->z, plant->work.middle);
+        memset(speeds, 0, (size_t)motion->speeds * sizeof(double));
+        panels_add_times(&motion->speed, plant->work.middle, speeds);
+    }
     for (i = 0; i < 6; i++)
         momenta[i] = state->momentum[i] + half * state->load[i];
-    find_speeds(&motion->middle_speed, motion, plant->work.middle, momenta, speeds);
+    add_times_vector(6, 6, motion->compliance, momenta, speeds);
     panels_add_times(&plant->step->middle_of_load, state->load, speeds);
     for (i = 0; i < n; i++)
         state->axial[i] += half * torque[i];
@@ -181,6 +199,7 @@ int plant_step(Component *component, Plant *plant)
     }
     for (i = 0; i < 6; i++)
         state->momentum[i] += length * state->load[i];
+    find_both_speeds(plant);
     look(plant);
     for (i = 0; i < 3; i++) {
         turned[i] += plant->work.turn[i] - state->turn[i];
@@ -201,9 +220,12 @@ int plant_step(Component *component, Plant *plant)
 
 void plant_feed_through(Component *component, Plant *plant)
 {
+    const Motion *motion = &plant->motion;
+
     if (plant->step->braked > 0)
-        map_vector(&plant->motion.free, &plant->step->whole, plant->state.z, plant->work.end);
+        map_vector(&motion->free, &plant->step->whole, plant->state.z, plant->work.end);
     hold(component, plant, plant->work.end);
+    find_speeds(motion, plant->state.z, plant->state.momentum, plant->work.seen);
     look(plant);
     write_outputs(component, plant);
 }
@@ -223,7 +245,7 @@ static void place(Plant *plant, const double *body)
         for (j = 0; j < size; j++)
             state->momentum[i] += motion->mass[i * size + j] * (j < 6 ? body[j] : given->modal_velocity[j - 6]);
     }
-    find_speeds(&motion->speed, motion, state->z, state->momentum, plant->work.speeds);
+    find_speeds(motion, state->z, state->momentum, plant->work.speeds);
     set_internal(plant, state->momentum, plant->work.speeds);
     memcpy(state->load, state->internal, (size_t)motion->loads.count * sizeof(double));
 }
@@ -256,6 +278,8 @@ void plant_begin(Component *component, Plant *plant)
     memcpy(body, given->velocity, 3 * sizeof(double));
     memcpy(body + 3, given->rate, 3 * sizeof(double));
     place(plant, body);
+    plant->work.ahead_length = 0.0;
+    find_speeds(motion, state->z, state->momentum, plant->work.seen);
     look(plant);
     memcpy(state->turn, plant->work.turn, 3 * sizeof(double));
     write_outputs(component, plant);

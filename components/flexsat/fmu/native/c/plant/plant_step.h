@@ -27,6 +27,8 @@ typedef struct PlantWork {
     double *held;       /* (2 n + 6) gyroscopic torques and momentum terms */
     double *speeds;     /* (6 + u) at mid-step */
     double *middle;     /* (2 m) z of mid-step, without the loads */
+    double *ahead;      /* (6 + u) at the middle of the next step, without momenta and loads */
+    double ahead_length; /* s, of the step that they are for; 0: they are not known */
     double *end;        /* (2 m) z of the end */
     double *folded;     /* (2 m) z with the restoring forces of parts alone */
     double *pushed;     /* (m) accelerations of parts alone */

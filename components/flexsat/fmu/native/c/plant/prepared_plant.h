@@ -26,7 +26,6 @@ typedef struct Motion {
     double *drive;       /* (2 m, r): z' = A z + drive loads */
     double *speed_of_z;  /* (6 + u, 2 m): without what is due to momenta */
     Panels speed;        /* the same, to multiply by */
-    Panels middle_speed; /* those of its rows that gyroscopic and momentum terms need */
     Panels restoring;    /* (k, 2 m): accelerations without products, from z folded */
     Panels acceleration; /* (k, r): accelerations due to loads */
     Panels push;         /* (m, r): acceleration of the modes that are parts alone, by their places, from the loads */

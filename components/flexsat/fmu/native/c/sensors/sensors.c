@@ -133,7 +133,7 @@ static void write_jitter(Component *component, const PreparedSensors *prepared, 
     double jitter[4 * WHEELS];
     int k;
 
-    harmonic_jitter(WHEELS, component->real + PORT_WHEEL_SPEED, component->real + PORT_WHEEL_ANGLE, parameters->step,
+    harmonic_jitter(prepared->sines, WHEELS, component->real + PORT_WHEEL_SPEED, component->real + PORT_WHEEL_ANGLE, parameters->step,
                     parameters->imbalance_force, parameters->imbalance_torque, jitter);
     for (k = 0; k < 4 * WHEELS; k++)
         jitter[k] += state->broadband[k];
@@ -149,6 +149,7 @@ int component_start(Component *component)
     if (component->memory.failed ||
         sparse_of(&component->memory, WRENCHES, 4 * WHEELS, matrices->wrench_of_jitter, &prepared->wrench_of_jitter))
         return refuse(component, "the host gives no memory");
+    prepared->sines = quickest_sines();
     component->own = prepared;
     component->state = (unsigned char *)state;
     component->state_size = sizeof *state;

@@ -8,6 +8,7 @@
 #include "ports.h"
 #include "random.h"
 #include "sensor_parameters.h"
+#include "sines.h"
 
 #define WHEELS PORT_WHEEL_SPEED_SIZE
 #define GYROS PORT_GYRO_RATE_SIZE
@@ -21,6 +22,7 @@ typedef struct PreparedSensors {
     double deviation[GYROS + ACCELEROMETERS + WHEELS];
     double broadband_deviation[4 * WHEELS];
     Sparse wrench_of_jitter; /* a wheel acts on its own mount alone */
+    Sines *sines;            /* for this processor */
 } PreparedSensors;
 
 /* What the sensors remember between steps beside their outputs, which the ports hold. */
