@@ -1,30 +1,34 @@
-"""Time of a tick over the number of signals and of components, in lockstep, libcosim and ecos on the same systems.
+"""Time of a tick over the number of signals and of components, in lockstep and in other masters on the same systems.
 
 `make bench`, or `python tests/bench/scaling.py [ROUNDS]`. The components are rings of small compiled FMUs, whose own
 cost is next to nothing: two of them that exchange 10 to 10,000 signals, and 2 to 100 that give ten each to the next
-one. The masters take turns on each system, and the quickest round counts. Printed are the time on the clock and, in
-brackets, the processor time of all threads, which what else the machine does disturbs less. Below each table stands a
-line through the processor times, at which each size counts alike, and the exponent by which they grow over the larger
-sizes: 1 is linear. One signal is recorded. `setup` is what a run in lockstep does before its first tick and after its
-last. nan: the master did not get that far within half a minute and 6 GB. Nothing passes or fails here.
+one. The masters take turns on each system, and the quickest round counts. Printed are the time on the clock in the
+quickest part of a run and, in brackets, the processor time of all threads on average, which what else the machine does
+disturbs less. In lockstep one signal is recorded at each tick, 50 at each fifth, or none; the others record nothing.
+Ratios are of times on the clock: lockstep's with one signal to the quicker of libcosim and ecos, and without recording
+to the runner of fmu-manipulation-toolbox. Below each table stands a line through the processor times, at which each
+size counts alike, and the exponent by which they grow over the larger sizes: 1 is linear. `setup` is what a run in
+lockstep does before its first tick and after its last. nan: the master did not get that far within half a minute and
+6 GB. Nothing passes or fails here.
 """
 
 from __future__ import annotations
 
 import math
 import os
-import resource
 import shutil
-import subprocess
 import sys
 import tempfile
 import zipfile
+from itertools import pairwise
 from pathlib import Path
 from time import perf_counter, process_time
+from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from other_masters import SCRIPTS, TOOLBOX, in_other
 
 from lockstep import Component, Connection, System, load_system, simulate, write_ssd
 from lockstep.ssp.package_members import package_entries
@@ -38,38 +42,12 @@ TICK = 1_000_000  # [ns]
 SIGNALS = (10, 100, 1000, 3000, 10_000)  # of two components together
 COMPONENTS = (2, 5, 10, 20, 50, 100)
 WIDTH = 10  # signals from each component to the next, where the number of components varies
-LONGEST, MEMORY = 30, 6 * 2**30  # [s], bytes for another master
-
-OTHERS = {
-    "libcosim": """
-import os, sys
-from time import perf_counter, process_time
-from libcosimpy.CosimExecution import CosimExecution
-from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
-log_output_level(CosimLogLevel.ERROR)
-execution = CosimExecution.from_ssp_file(ssp_path=sys.argv[1], step_size=1_000_000)
-execution.step()  # initialises, which is not counted
-started, worked = perf_counter(), process_time()
-for _ in range(int(sys.argv[2])):
-    assert execution.step()
-print(perf_counter() - started, process_time() - worked)
-sys.stdout.flush()
-os._exit(0)  # libcosim frees the FMUs after the interpreter is gone
-""",
-    "ecos": """
-import sys
-from time import perf_counter, process_time
-from ecospy.EcosSimulation import EcosSimulation
-with EcosSimulation(step_size=1e-3, ssp_path=sys.argv[1]) as simulation:
-    assert simulation.init()
-    started, worked = perf_counter(), process_time()
-    for _ in range(int(sys.argv[2])):
-        simulation.step()
-    spent = perf_counter() - started, process_time() - worked
-    simulation.terminate()
-print(*spent)
-""",
+WAYS: dict[str, dict[str, Any]] = {  # in lockstep
+    "lockstep": {},
+    "50 each fifth": {"record_period": 5e-3},
+    "none recorded": {"record": ()},
 }
+AIM, RUNNER_AIM = 0.5, 2.0  # of libcosim's and ecos' time, of the toolbox' runner's
 
 
 def wide_fmu(folder: Path, width: int) -> Path:
@@ -117,7 +95,7 @@ def write_ring(folder: Path, count: int, width: int) -> Path:
     return folder / "ring.ssp"
 
 
-def in_lockstep(package: Path, ticks: int) -> tuple[float, float, float]:
+def in_lockstep(package: Path, ticks: int, way: str) -> tuple[float, float, float]:
     """Return what a tick takes on the clock and of the processor, and all the rest of a run on the clock [s]."""
     marks: list[tuple[float, float, float]] = []
 
@@ -125,58 +103,49 @@ def in_lockstep(package: Path, ticks: int) -> tuple[float, float, float]:
         marks.append((time, perf_counter(), process_time()))
 
     started, system = perf_counter(), load_system(package)
-    summary = simulate(system, package.parent / "run", stop_time=ticks * TICK / 1e9, overwrite=True, progress=mark)
+    options = dict(WAYS[way])
+    if "record_period" in options:
+        options["record"] = [f"{wire.from_component}.{wire.output}" for wire in system.connections[:50]]
+    summary = simulate(system, package.parent / "run", stop_time=ticks * TICK / 1e9, overwrite=True, progress=mark,
+                       **options)  # fmt: skip
     rest = perf_counter() - started - summary.wall_time
-    if len(marks) < 4:  # every 0.1 s there is one, and one at the end
-        return in_lockstep(package, 4 * ticks)
-    (first, clock, work), (last, clock_last, work_last) = marks[0], marks[-1]
-    done = (last - first) / TICK * 1e9
-    return (clock_last - clock) / done, (work_last - work) / done, rest
-
-
-def other(name: str, package: Path, ticks: int) -> tuple[float, float]:
-    """Return the same two of another master, NaN if it cannot run the system within the limits."""
-    command = [sys.executable, "-c", OTHERS[name], str(package), str(ticks)]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=LONGEST, preexec_fn=_limit)
-    except subprocess.TimeoutExpired:
-        return math.nan, math.nan
-    if done.returncode != 0:
-        return math.nan, math.nan
-    clock, work = done.stdout.split()[-2:]
-    return float(clock) / ticks, float(work) / ticks
-
-
-def _limit() -> None:
-    """Before libcosim takes all memory of the machine: for 10,000 signals it wants 19 GB."""
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    if len(marks) < 6:  # every 0.1 s there is one, and one at the end
+        return in_lockstep(package, 4 * ticks, way)
+    quickest = min((b[1] - a[1]) / (b[0] - a[0]) for a, b in pairwise(marks[:-1]) if b[0] > a[0])
+    (first, _, work), (last, _, work_last) = marks[0], marks[-2]
+    return quickest * TICK / 1e9, (work_last - work) / (last - first) * TICK / 1e9, rest
 
 
 def measured(package: Path, ticks: int, rounds: int) -> dict[str, tuple[float, float]]:
     """Return the quickest round of each master: on the clock and of the processor [s]."""
-    times: dict[str, list[tuple[float, float]]] = {name: [] for name in ("setup", "lockstep", *OTHERS)}
+    times: dict[str, list[tuple[float, float]]] = {name: [] for name in ("setup", *WAYS, *SCRIPTS)}
     for _ in range(rounds):
-        clock, work, setup = in_lockstep(package, ticks)
-        times["lockstep"].append((clock, work))
-        times["setup"].append((setup, setup))
-        for name in OTHERS:
+        for way in WAYS:
+            clock, work, setup = in_lockstep(package, ticks, way)
+            times[way].append((clock, work))
+            times["setup"].append((setup, setup))
+        for name in SCRIPTS:
             gone = times[name] and math.isnan(times[name][-1][0])
-            times[name].append((math.nan, math.nan) if gone else other(name, package, max(100, ticks // 10)))
+            fewer = ticks if name == TOOLBOX else max(100, ticks // 10)
+            times[name].append((math.nan, math.nan) if gone else in_other(name, package, fewer))
     return {name: (min(clock for clock, _ in found), min(work for _, work in found)) for name, found in times.items()}
 
 
 def table(title: str, sizes: tuple[int, ...], found: list[dict[str, tuple[float, float]]]) -> None:
     """Print one series, and how it grows."""
-    masters = ("lockstep", *OTHERS)
+    masters = (*WAYS, *SCRIPTS)
     print(f"\n{title}, us a tick")
-    print(
-        f"{'':>8}" + "".join(f"{name:>20}" for name in masters) + f"{'of libcosim':>14}{'of ecos':>9}{'setup, s':>10}"
-    )
+    heads = "".join(f"{name:>18}" for name in masters)
+    print(f"{'':>8}{heads}{'of the quicker':>16}{'of the runner':>15}{'setup, s':>10}")
     for size, row in zip(sizes, found, strict=True):
-        cells = (f"{row[name][0] * 1e6:.1f} ({row[name][1] * 1e6:.1f})" for name in masters)
-        ratios = [row["lockstep"][0] / row[name][0] for name in OTHERS]
-        print(f"{size:8}" + "".join(f"{cell:>20}" for cell in cells)
-              + f"{ratios[0]:14.2f}{ratios[1]:9.2f}{row['setup'][0]:10.2f}")  # fmt: skip
+        cells = (f"{row[name][0] * 1e6:.2f} ({row[name][1] * 1e6:.2f})" for name in masters)
+        quicker = row["lockstep"][0] / float(np.nanmin([row[name][0] for name in SCRIPTS if name != TOOLBOX]))
+        runner = row["none recorded"][0] / row[TOOLBOX][0]
+        print(f"{size:8}" + "".join(f"{cell:>18}" for cell in cells)
+              + f"{quicker:16.3f}{runner:15.2f}{row['setup'][0]:10.2f}")  # fmt: skip
+    print(
+        f"aims: at most {AIM:g} of the quicker of libcosim and ecos, {RUNNER_AIM:g} of the runner from 10 components on"
+    )
     for name in (*masters, "setup"):
         y = np.array([row[name][1] for row in found])
         there = np.isfinite(y)

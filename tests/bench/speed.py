@@ -1,11 +1,14 @@
-"""Ratios of speed, each of two things in one run: co-simulation, monolith, libcosim; memory over duration.
+"""Ratios of speed, each of two things in one run: co-simulation, monolith, libcosim; native FMUs against real time.
 
-`make bench`, or `python tests/bench/speed.py [SECONDS]`. Each ratio is the median over rounds in which both took turns,
-so that a shared machine disturbs both alike. Nothing here passes or fails: the table is the result.
+`make bench`, or `python tests/bench/speed.py [SECONDS] [--fmus FMUS]`. Each ratio is the median over rounds in which
+both took turns, so that a shared machine disturbs both alike. Native FMUs fly fine pointing for 300 s on one core,
+recorded as by default; the quickest round counts, on the clock and, in brackets, by the processor time of all threads.
+Printed too is the memory over the duration. Nothing here passes or fails: the tables are the result.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import subprocess
@@ -13,12 +16,23 @@ import sys
 import tempfile
 from pathlib import Path
 from statistics import median
-from time import perf_counter
+from time import perf_counter, process_time
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from flexbench.loop.build import build_all
+from flexbench.loop.native_fmus import with_native_fmus
+from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
+from flexsat.closed_loop import ClosedLoop
+from flexsat.design.chain import build_designs
+from flexsat.parameters import CONFIGURATIONS
+from lockstep import load_system, simulate
+
 ROUNDS = 3
 CONFIGURATION, SCENARIO, SEED = "distributed", "fine_pointing", 1
+AIMS = {"monolith": 1.15, "libcosim": 0.3}  # of the co-simulation's time to that of the other
+NATIVE_AIMS = {("distributed", 25): 100, ("distributed", 0): 60, ("centralised", 25): 200, ("centralised", 0): 120}
+NATIVE_DURATION = 300.0  # [s]
 PORTS = (
     "plant.attitude.mrp",
     "plant.rate",
@@ -37,7 +51,7 @@ PORTS = (
 
 LIBCOSIM = """
 import sys
-from time import perf_counter
+from time import perf_counter, process_time
 from libcosimpy.CosimExecution import CosimExecution
 from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
 log_output_level(CosimLogLevel.ERROR)
@@ -69,49 +83,80 @@ def python(script: str, *arguments: object) -> float:
     return float(done.stdout.split()[-1])
 
 
-def main(duration: float) -> None:
-    """Measure and print the table."""
-    from flexbench.loop.build import build_all
-    from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
-    from flexsat.closed_loop import ClosedLoop
-    from flexsat.design.chain import build_designs
-    from lockstep import load_system, simulate
+def python_fmus(fmus: Path, duration: float, folder: Path) -> None:
+    """Print the table of the FMUs in Python."""
+    path = fmus / CONFIGURATION / f"{SCENARIO}.ssd"
+    package = folder / "ssp"
+    shutil.copytree(path.parent, package)
+    shutil.copy(path, package / "SystemStructure.ssd")
+    parameters = scenario_parameters(SCENARIO, seed=SEED)
+    designs = build_designs(CONFIGURATION)
+    times: dict[str, list[float]] = {"co-simulation": [], "monolith": [], "libcosim": []}
+    for _ in range(ROUNDS):
+        summary = simulate(
+            load_system(path),
+            folder / "run",
+            stop_time=duration,
+            overrides=scalar_overrides(parameters),
+            overwrite=True,
+        )
+        times["co-simulation"].append(summary.wall_time)
+        monolith = ClosedLoop(designs, parameters)
+        started = perf_counter()
+        monolith.run(duration, PORTS)
+        times["monolith"].append(perf_counter() - started)
+        short = min(duration, 5.0)
+        times["libcosim"].append(python(LIBCOSIM, package, short) * duration / short)
+    print(f"\n{CONFIGURATION} {SCENARIO}, {duration:g} s simulated, {ROUNDS} rounds, one core a process")
+    print(f"{'':24}{'us a tick':>12}{'x real time':>14}")
+    for name, seconds in times.items():
+        print(f"{name:24}{median(seconds) / duration * 1e3:12.1f}{duration / median(seconds):14.2f}")
+    for other, aim in AIMS.items():
+        ratio = median(a / b for a, b in zip(times["co-simulation"], times[other], strict=True))
+        print(f"co-simulation / {other:20}{ratio:8.3f}   (aim: at most {aim})", flush=True)
+    peaks = {seconds: python(PEAK, path, folder / "memory", seconds) for seconds in (30, 300)}
+    print(f"peak memory: {peaks[30]:.0f} MB in 30 s, {peaks[300]:.0f} MB in 300 s", flush=True)
 
+
+def native_fmus(fmus: Path, folder: Path) -> None:
+    """Print the table of native FMUs."""
+    print(f"\nnative FMUs, {SCENARIO}, {NATIVE_DURATION:g} s recorded as by default, {ROUNDS} rounds, on one core")
+    print(f"{'':24}{'us a tick':>18}{'x real time':>22}{'aim':>8}")
+    allowed = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(allowed)})
+    for (layout, modes), aim in NATIVE_AIMS.items():
+        system = with_native_fmus(load_system(fmus / layout / f"{SCENARIO}.ssd"))
+        parameters = scenario_parameters(SCENARIO, seed=SEED)
+        parameters["plant"]["modes"] = modes
+        found = []
+        for _ in range(ROUNDS):
+            worked = process_time()
+            summary = simulate(system, folder / "native", stop_time=NATIVE_DURATION, overwrite=True,
+                               overrides=scalar_overrides(parameters))  # fmt: skip
+            found.append((summary.wall_time, process_time() - worked))
+        clock, work = (min(times) for times in zip(*found, strict=True))
+        ticks = f"{clock / NATIVE_DURATION * 1e3:.1f} ({work / NATIVE_DURATION * 1e3:.1f})"
+        factors = f"{NATIVE_DURATION / clock:.0f} ({NATIVE_DURATION / work:.0f})"
+        print(f"{f'{layout}, {modes or 198} modes':24}{ticks:>18}{factors:>22}{aim:8}", flush=True)
+    os.sched_setaffinity(0, allowed)
+
+
+def main() -> None:
+    """Measure and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("seconds", type=float, nargs="?", default=20.0, help="simulated with FMUs in Python")
+    parser.add_argument("--fmus", type=Path, help="folder that `flexsat build` filled; default: built anew")
+    parser.add_argument("--native-only", action="store_true", help="leave the FMUs in Python out")
+    chosen = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as temporary:
         folder = Path(temporary)
-        build_all((CONFIGURATION,), folder / "fmus")
-        path = folder / "fmus" / CONFIGURATION / f"{SCENARIO}.ssd"
-        package = folder / "ssp"
-        shutil.copytree(path.parent, package)
-        shutil.copy(path, package / "SystemStructure.ssd")
-        parameters = scenario_parameters(SCENARIO, seed=SEED)
-        designs = build_designs(CONFIGURATION)
-        times: dict[str, list[float]] = {"co-simulation": [], "monolith": [], "libcosim": []}
-        for _ in range(ROUNDS):
-            summary = simulate(
-                load_system(path),
-                folder / "run",
-                stop_time=duration,
-                overrides=scalar_overrides(parameters),
-                overwrite=True,
-            )
-            times["co-simulation"].append(summary.wall_time)
-            monolith = ClosedLoop(designs, parameters)
-            started = perf_counter()
-            monolith.run(duration, PORTS)
-            times["monolith"].append(perf_counter() - started)
-            short = min(duration, 5.0)
-            times["libcosim"].append(python(LIBCOSIM, package, short) * duration / short)
-        print(f"\n{CONFIGURATION} {SCENARIO}, {duration:g} s simulated, {ROUNDS} rounds, one core a process")
-        print(f"{'':24}{'us a tick':>12}{'x real time':>14}")
-        for name, seconds in times.items():
-            print(f"{name:24}{median(seconds) / duration * 1e3:12.1f}{duration / median(seconds):14.2f}")
-        for other, aim in (("monolith", 1.6), ("libcosim", 0.5)):
-            ratio = median(a / b for a, b in zip(times["co-simulation"], times[other], strict=True))
-            print(f"co-simulation / {other:20}{ratio:8.3f}   (aim: at most {aim})")
-        peaks = {seconds: python(PEAK, path, folder / "memory", seconds) for seconds in (30, 300)}
-        print(f"peak memory: {peaks[30]:.0f} MB in 30 s, {peaks[300]:.0f} MB in 300 s")
+        if chosen.fmus is None:
+            build_all(CONFIGURATIONS, folder / "fmus", native=True)
+        fmus = chosen.fmus or folder / "fmus"
+        native_fmus(fmus, folder)
+        if not chosen.native_only:
+            python_fmus(fmus, chosen.seconds, folder)
 
 
 if __name__ == "__main__":
-    main(float(sys.argv[1]) if len(sys.argv) > 1 else 20.0)
+    main()
