@@ -21,7 +21,8 @@ from lockstep.tick.compiled import SOURCES as TICK_SOURCES
 _SOURCES = Path(__file__).parent / "c"
 _WINDOWS = Path(__file__).parent / "windows"
 # -ffp-contract=off: no fused operations, so that conversions are those of the master on every processor
-_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-s", "-DTICK_EXPORT=")
+_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-s",
+            "-DTICK_EXPORT=", "-DTICK_ONE_THREAD")  # fmt: skip
 _UNIVERSAL = ("string", "stdio", "heap", "convert", "private", "utility", "runtime")  # parts of Windows' C library
 _TIME_LIMIT = 600  # [s]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lockstep.errors import RunError
 from lockstep.fmi.library import Library, UnpackedFmu
 from lockstep.fmi.log_callbacks import Listener, Log, Messages
-from lockstep.fmi.native_call import Kind, NativeCall
+from lockstep.fmi.native_call import Apart, Kind, NativeCall
 from lockstep.fmi.signatures import ENDINGS, OPTIONAL, SIGNATURES
 from lockstep.fmi.slave import ERROR, FATAL, OK, WARNING, returned
 
@@ -43,7 +43,7 @@ class Instance:
     def __init__(self, fmu: UnpackedFmu, prefix: str, hooks: Hooks, instantiate: Instantiate) -> None:
         """Load the library and instantiate the FMU, or raise RunError."""
         self.prefix, self.worst, self.stepping = prefix, OK, False
-        self._name = fmu.name
+        self._name, self._native = fmu.name, fmu.native
         self.messages = Messages(fmu.name, hooks.log, hooks.message)
         self._hooks = hooks
         hooks.call("loading the library")
@@ -91,6 +91,7 @@ class Instance:
             buffer=buffer,
             flags=flags,
             note=note,
+            apart=Apart(messages=self.messages, failed=self.failed) if self._native and name == "DoStep" else None,
         )
 
     def call(self, name: str, *arguments: object) -> int:

@@ -28,6 +28,7 @@ def instantiate(
         guid=description.guid,
         alone=alone,
         tolerance=description.tolerance_of(component),
+        native=not description.needs_tool and not any(Path(folder, "resources").glob("*.py")),
     )
     return instantiate_unpacked(fmu, description.version, description.variables.values(), Hooks(log=log))
 

@@ -30,6 +30,7 @@ class UnpackedFmu:
     alone: bool = False  # in its process: loaded from the folder of its library, where some look for others
     resources: str | None = None  # URI of its resources, for FMI 2.0; None: as RFC 3986 writes it
     tolerance: float | None = None  # relative, passed before initialization by FMI 2.0 and 3.0; None: none
+    native: bool = False  # no Python runs in it, nor a tool beside it: a thread may make its steps
 
 
 def unpack_fmu(component: Component, folder: Path) -> None:

@@ -26,12 +26,17 @@ class Messages:
         self._listener = listener
         self._last: deque[str] = deque(maxlen=3)
         self.last_status = OK  # of the last message above OK
+        self.keep: Callable[[], bool] | None = None  # asked at a message whether it is kept, for `report_kept`
+        self._kept: list[tuple[bytes | None, int, bytes | None, bytes]] = []
         self.environment = next(_environments)
         _instances[self.environment] = self
 
     def take(self, name: bytes | None, status: int, category: bytes | None, message: bytes) -> None:
         """Keep a message above OK and log it; report every message to the listener."""
         if status == OK and self._listener is None:
+            return
+        if self.keep is not None and self.keep():
+            self._kept.append((name, status, category, message))
             return
         words = [(part or b"").decode("utf-8", "replace") for part in (category, name, message)]
         text = words[2].strip()
@@ -41,6 +46,12 @@ class Messages:
             self._last.append(" ".join(text.split()))
             self.last_status = status
             self._log(self._component, status, words[0], text)
+
+    def report_kept(self) -> None:
+        """Log the messages that were kept."""
+        kept, self._kept = self._kept, []
+        for message in kept:
+            self.take(*message)
 
     def last(self) -> str:
         """Return what was logged last above OK."""

@@ -13,6 +13,8 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lockstep.fmi.log_callbacks import Messages
+
 # `values`: fmiGet and fmiSet of FMI 1.0 and 2.0; `arrays`: of FMI 3.0; `step_N`: doStep of FMI N.0
 Kind = Literal["values", "arrays", "step_1", "step_2", "step_3"]
 Bound = TypeVar("Bound", bound=Callable[..., int])
@@ -20,6 +22,14 @@ Bound = TypeVar("Bound", bound=Callable[..., int])
 
 def _ignore(_: int) -> None:
     """Note nothing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Apart:
+    """What a step in a thread needs of the instance."""
+
+    messages: Messages
+    failed: Callable[[int], None]  # notes a status
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +43,7 @@ class NativeCall:
     buffer: NDArray[Any] | None = None
     flags: NDArray[np.uint8] | None = None
     note: Callable[[int], None] = _ignore  # called with a status above OK, before that is judged
+    apart: Apart | None = None  # of a step that a thread may make
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,3 +73,12 @@ def native(call: object) -> Native | None:
     """Return the description of a bound call, None if C cannot make it."""
     found: Native | None = getattr(call, "native", None)
     return found
+
+
+def step_apart(call: object) -> tuple[NativeCall, Apart] | None:
+    """Return the description of a step that a thread may make; None for others."""
+    parts = native(call)
+    if parts is None or len(parts) != 1:
+        return None
+    (part,) = parts
+    return (part, part.apart) if isinstance(part, NativeCall) and part.apart is not None else None

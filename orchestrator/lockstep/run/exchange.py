@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lockstep.errors import EndOfSimulation, RunError
 from lockstep.faults.inject import Faults
+from lockstep.fmi.native_call import step_apart
 from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer, Scalar, Slave, regular_end
 from lockstep.plan.bus_layout import Layout, by_scalar
 from lockstep.plan.schedule import Task
@@ -24,7 +25,7 @@ from lockstep.run.not_finite import AddEvent, Names, NotFinite
 from lockstep.run.overlapped_steps import Overlapping, alone, interleaved
 from lockstep.run.step_operations import Gets, StepOperations
 from lockstep.system.clock import seconds
-from lockstep.tick.operations import Block, Capture, NextRow, Program, Python, StartedStep, Step
+from lockstep.tick.operations import Begin, Block, Capture, Finish, NextRow, Program, Python, StartedStep, Step
 
 Bound = Block | StartedStep
 
@@ -41,8 +42,14 @@ class Exchange:
         inputs: InputSignals | None = None,
         add_event: AddEvent = lambda *_, **__: None,
         batches: Batches | None = None,
+        threads: bool = False,
     ) -> None:
-        """Bind nothing yet. `batches` joins steps of FMUs that share a process, where there are some."""
+        """Bind nothing yet.
+
+        `batches` joins steps of FMUs that share a process, where there are some. `threads`: steps that threads may make
+        are begun and finished apart from each other.
+        """
+        self._threads = threads
         self._layout, self._faults, self._inputs = layout, faults, inputs or InputSignals((), 0.0)
         self.not_finite = NotFinite(layout.used, names, add_event)
         self._slaves, self._names = slaves, names
@@ -218,6 +225,8 @@ class Exchange:
                     self._end(end)
 
             return StartedStep(begin=(*before, step), finish=(Python(call=completed), *after))
+        if self._threads and step_apart(step.call) is not None:
+            return StartedStep(begin=(*before, Begin(step=step)), finish=(Finish(step=step), *after))
         return (*before, step, *after)
 
     def _check_finite(self, name: str, references: Sequence[int], values: Buffer, time: float) -> None:

@@ -20,6 +20,7 @@ class Loop:
         self._clock = clock
         self._ticking: Ticking | None = None
         self._stopped = False  # before the tick that was asked for
+        self.threads = 1  # that have stepped components, up to `close`
         self.pauses: list[Pause] = []  # those to come, in the order of their ticks
         self._look: Action = lambda _: None
         clock.time = self.time
@@ -52,6 +53,7 @@ class Loop:
         """End what executes ticks."""
         if self._ticking is not None:
             self.first = self._ticking.done
+            self.threads = max(self.threads, self._ticking.threads)
             self._ticking.close()
             self._ticking = None
 

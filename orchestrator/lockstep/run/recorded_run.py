@@ -101,6 +101,7 @@ class RecordedRun:
     def _end(self, status: str, reason: str | None) -> None:
         """Write how the run ended; on a full disk as far as possible."""
         ended = {"status": status, "simulated_time": self.loop.time, "wall_time": round(self.wall_time, 3)}
+        ended["threads"] = self.loop.threads  # that stepped components; 1: all in turn
         self.record |= ended | ({} if reason is None else {"reason": reason})
         if warnings := [*self.warnings, *self.not_finite.warnings]:
             before = self.record.get("warnings")

@@ -230,7 +230,7 @@ def open_run(
         restart.check(plan)
     elif options.check is not None:  # a restart goes on with what its run was checked for
         options.check(plan)
-    choice = choose_tick(options.tick, plan.system.tick, plan.system.start_time, plan.ticks)
+    choice = choose_tick(options.tick, plan.system.tick, plan.system.start_time, plan.ticks, options.threads)
     results = None
     if folder is not None:
         results = stack.enter_context(held(folder, overwrite=options.overwrite))  # before anything that takes long
@@ -245,7 +245,7 @@ def open_run(
     batches = None if shared.connection is None else Batches(shared.connection, slaves)
     injected = None if faults is None else Faults(faults, events.add)
     inputs = InputSignals(plan.inputs, seconds(plan.schedule.time(first)))
-    exchange = Exchange(plan.layout, slaves, plan.names, injected, inputs, events.add, batches)
+    exchange = Exchange(plan.layout, slaves, plan.names, injected, inputs, events.add, batches, choice.several)
     saver = Saver(
         schedule=options.checkpoints, ticks=saves, plan=plan, slaves=slaves, exchange=exchange, temporary=temporary
     )

@@ -43,6 +43,7 @@ class RunOptions:
     watch: Watch | None = None  # returns what looks at the recorded rows: `lockstep.results.monitor`
     check: Callable[[Plan], None] | None = None  # called before any FMU is started; it may raise InputError
     tick: str = "auto"  # what executes ticks: "python", "c", or C where it can be had; the results are equal
+    threads: int | str | None = None  # that step FMUs beside each other, at most; None or "auto": where that is quicker
 
     def __repr__(self) -> str:
         """Show what is given."""
@@ -75,6 +76,7 @@ class NamedOptions(TypedDict, total=False):
     watch: Watch | None
     check: Callable[[Plan], None] | None
     tick: str
+    threads: int | str | None
 
 
 def chosen_options(options: RunOptions | None, named: NamedOptions) -> RunOptions:

@@ -14,13 +14,16 @@ from lockstep.tick.compiled import load
 from lockstep.tick.operations import Action, Clock, Program, Rows, Times
 from lockstep.tick.pack import Table, address, pack
 from lockstep.tick.python_tick import LOOK_INTERVAL
-from lockstep.tick.structures import PARTS, Reason, TickState
+from lockstep.tick.step_threads import StepThreads, ThreadLimit
+from lockstep.tick.structures import PARTS, Kind, Reason, TickState
 
 
 class CTick:
     """Execute a program by the library; raises NoLibrary where there is none."""
 
-    def __init__(self, program: Program, times: Times, first: int, clock: Clock, rows: Rows | None) -> None:
+    def __init__(
+        self, program: Program, times: Times, first: int, clock: Clock, rows: Rows | None, threads: ThreadLimit
+    ) -> None:
         """Pack the program; `rows` is the recorder that its captures fill in."""
         library = load()
         self._run_library, self._step_library = library.tick_run, library.tick_step
@@ -31,6 +34,9 @@ class CTick:
         self._kept = [] if rows is None else _set_rows(state, rows)
         self._settled = first  # the tick to which the rows are counted in Python too
         self._watch: Watch | None = None
+        self._threads: StepThreads | None = None
+        if self._table.jobs:
+            self._threads = StepThreads(library, self._table, program, threads, state)
 
     @property
     def done(self) -> int:
@@ -65,6 +71,7 @@ class CTick:
     def _run(self, reason: int | None, look: Action) -> None:
         state, rows, run, place = self._state, self._rows, self._run_library, self._address
         self._clock.follow(self._now)
+        threads = self._threads
         try:
             if reason is None:
                 reason = run(place)
@@ -73,6 +80,10 @@ class CTick:
                     while reason != Reason.DONE:
                         self._handle(reason, look)
                         reason = run(place)
+        except BaseException as error:
+            if threads is not None:
+                threads.stop(error)
+            raise
         finally:
             self._clock.time = state.time
             self._clock.follow(None)
@@ -87,6 +98,8 @@ class CTick:
         if reason == Reason.LOOK:
             state.look = 0
             look(time)
+            if self._threads is not None:
+                self._threads.look()
             return
         number = self._table.order[state.position]
         entry, rows = self._table.entries[number], self._rows
@@ -98,7 +111,10 @@ class CTick:
             finally:
                 self._kept = _set_rows(state, rows)
             return
-        if reason == Reason.STATUS:
+        if entry.kind == Kind.FINISH:
+            assert self._threads is not None
+            self._threads.finish(self._table.operations[number].part, time)
+        elif reason == Reason.STATUS:
             assert entry.judge is not None
             entry.judge(time, state.status)
         else:
@@ -138,6 +154,13 @@ class CTick:
         """Stop what looks at the clock."""
         if self._watch is not None:
             self._watch.stop()
+        if self._threads is not None:
+            self._threads.close()
+
+    @property
+    def threads(self) -> int:
+        """How many threads have stepped components, the master's included."""
+        return 1 if self._threads is None else self._threads.used
 
 
 class Watch:

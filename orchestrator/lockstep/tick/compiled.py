@@ -21,9 +21,9 @@ from pathlib import Path
 from lockstep.tick.structures import LAYOUT, TickOperation, TickState
 
 FOLDER = Path(__file__).parent
-SOURCES = tuple(FOLDER / "c" / name for name in ("tick.c", "alter.c"))
-HEADERS = tuple(FOLDER / "c" / name for name in ("tick.h", "alter.h"))
-OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
+SOURCES = tuple(FOLDER / "c" / name for name in ("tick.c", "alter.c", "threads.c"))
+HEADERS = tuple(FOLDER / "c" / name for name in ("tick.h", "alter.h", "threads.h"))
+OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-pthread", "-fvisibility=hidden")
 COMPILERS = ("cc", "gcc", "clang")
 _ENDINGS = {"win32": "dll", "darwin": "dylib"}
 _LONGEST = 120  # [s] that a compiler may take
@@ -146,6 +146,10 @@ def opened(path: Path) -> ctypes.CDLL:
         library.tick_layout(sizes)
         library.tick_run.argtypes, library.tick_run.restype = (ctypes.c_void_p,), ctypes.c_int
         library.tick_step.argtypes, library.tick_step.restype = (ctypes.c_void_p, ctypes.c_int64), ctypes.c_int
+        library.pool_open.argtypes, library.pool_open.restype = (ctypes.c_void_p, ctypes.c_int32), ctypes.c_void_p
+        library.pool_close.argtypes, library.pool_close.restype = (ctypes.c_void_p,), None
+        waiting = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double)
+        library.job_finish.argtypes, library.job_finish.restype = waiting, ctypes.c_int32
     except AttributeError as error:
         raise NoLibrary(f"{path}: {error}") from None
     wanted = [LAYOUT, ctypes.sizeof(TickOperation), ctypes.sizeof(TickState)]

@@ -114,7 +114,21 @@ class Alter:
     history: NDArray[np.int64] | None = None
 
 
-Operation = Gather | Convert | Alter | Transfer | Step | Finite | Capture | Python
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Begin:
+    """Begin a step that a thread may make, or make it; `Finish` comes later in the same tick."""
+
+    step: Step
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Finish:
+    """Complete a step that was begun, before anything else of its component happens."""
+
+    step: Step
+
+
+Operation = Gather | Convert | Alter | Transfer | Step | Begin | Finish | Finite | Capture | Python
 Block = tuple[Operation, ...]
 
 
@@ -234,6 +248,11 @@ class Ticking(Protocol):
     @property
     def in_tick(self) -> bool:
         """Whether a tick has begun and is not complete."""
+        ...
+
+    @property
+    def threads(self) -> int:
+        """How many threads have stepped components."""
         ...
 
     def go_back(self, tick: int) -> None:

@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.fmi.native_call import Move, NativeCall, native
+from lockstep.fmi.native_call import Move, NativeCall, native, step_apart
 from lockstep.fmi.slave import SCALARS
 from lockstep.tick.operations import (
     ALWAYS,
     Action,
     Alter,
+    Begin,
     Block,
     Capture,
     Convert,
+    Finish,
     Finite,
     Gather,
     Judge,
@@ -47,6 +49,7 @@ class Packed:
     judge: Judge | None = None  # of a call
     after: Callable[[], int] | None = None  # of a CALLER: the next tick in which it acts
     records: bool = False  # a CALLER that adds a row of the recorder
+    job: str = ""  # the component whose step begins or is finished
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,11 +61,14 @@ class Table:
     order: NDArray[np.uint32]
     begins: NDArray[np.uint64]
     ends: NDArray[np.uint64]
+    jobs: tuple[str, ...]  # the components whose steps threads may make, by number
+    sizes: dict[int, int]  # how many operations each block has, by identity
 
 
 def pack(program: Program) -> Table:
     """Return the table of a program; equal ticks share their part of it."""
     entries: list[Packed] = []
+    jobs: dict[str, int] = {}
     numbers: dict[int, list[int]] = {}  # of the operations of each block, by identity: the program keeps them alive
     order: list[int] = []
     spans: dict[tuple[int, ...], tuple[int, int]] = {}
@@ -73,7 +79,7 @@ def pack(program: Program) -> Table:
             begin = len(order)
             for block in blocks:
                 if id(block) not in numbers:
-                    made = list(packed_block(block))
+                    made = [_numbered(entry, jobs) for entry in packed_block(block)]
                     numbers[id(block)] = list(range(len(entries), len(entries) + len(made)))
                     entries += made
                 order += numbers[id(block)]
@@ -85,7 +91,16 @@ def pack(program: Program) -> Table:
         order=np.array(order or [0], np.uint32),
         begins=np.array([begin for begin, _ in places], np.uint64),
         ends=np.array([end for _, end in places], np.uint64),
+        jobs=tuple(jobs),
+        sizes={block: len(made) for block, made in numbers.items()},
     )
+
+
+def _numbered(entry: Packed, jobs: dict[str, int]) -> Packed:
+    """Give an entry the number of its job."""
+    if entry.job:
+        entry.fields["part"] = jobs.setdefault(entry.job, len(jobs))
+    return entry
 
 
 def packed_block(block: Block) -> Iterator[Packed]:
@@ -139,6 +154,11 @@ def _operation(operation: Operation) -> list[Packed] | None:
             return [_altered(operation)]
         case Transfer() | Step():
             return _calls(operation)
+        case Begin():
+            return _begun(operation)
+        case Finish():
+            name, judge = operation.step.component, _judge_of(operation.step)
+            return [] if judge is None else [Packed(kind=Kind.FINISH, job=name, judge=judge)]
         case Capture():
             return _capture(operation)
         case Python():
@@ -189,6 +209,21 @@ def _calls(operation: Transfer | Step) -> list[Packed] | None:
             continue
         found.append(Packed(kind=_CALLS[part.kind], fields=_call(part, length), judge=_judged(part, operation.judge)))
     return found
+
+
+def _begun(operation: Begin) -> list[Packed] | None:
+    step = operation.step
+    found, judge = step_apart(step.call), _judge_of(step)
+    if found is None:
+        return None
+    fields = _call(found[0], step.length) | {"values": _CALLS[found[0].kind]}
+    return [Packed(kind=Kind.BEGIN, fields=fields, judge=judge, job=step.component)]
+
+
+def _judge_of(step: Step) -> Judge | None:
+    """Return what judges a step in a thread; None if no thread makes it."""
+    found = step_apart(step.call)
+    return None if found is None else _judged(found[0], step.judge)
 
 
 def _call(call: NativeCall, length: float) -> dict[str, Any]:

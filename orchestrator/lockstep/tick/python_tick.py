@@ -13,10 +13,12 @@ from lockstep.fmi.slave import SCALARS
 from lockstep.tick.operations import (
     Action,
     Alter,
+    Begin,
     Block,
     Capture,
     Clock,
     Convert,
+    Finish,
     Finite,
     Gather,
     Operation,
@@ -34,6 +36,8 @@ Segment = tuple[Operation, ...]  # of one bound function
 
 class PythonTick:
     """Execute a program in Python: the reference for the tick in C."""
+
+    threads = 1
 
     def __init__(self, program: Program, times: Times, first: int, clock: Clock) -> None:
         self.done = first
@@ -135,7 +139,8 @@ def segments(block: Block) -> list[Segment]:
 
 
 def action(block: Block) -> Action:
-    """Return one function that executes a block."""
+    """Return one function that executes a block; a step that begins is made at once."""
+    block = tuple(op.step if isinstance(op, Begin) else op for op in block if not isinstance(op, Finish))
     parts = segments(block)
     steps = [k for k, part in enumerate(parts) if isinstance(part[0], Step)]
     if len(steps) == 1 and len(parts) > 1:

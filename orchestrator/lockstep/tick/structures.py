@@ -36,6 +36,8 @@ class Kind(IntEnum):
     DELAY_8 = 21
     WIDEN = 22
     NARROW = 23
+    BEGIN = 24
+    FINISH = 25
 
 
 class Reason(IntEnum):
@@ -107,4 +109,6 @@ class TickState(Structure):
         ("time", c_double),
         ("look", c_int32),
         ("rows", TickRows),
+        ("pool", c_void_p),
+        ("jobs", c_void_p),
     ]

@@ -14,6 +14,8 @@ typedef unsigned (*step_3_function)(void *, double, double, _Bool, unsigned char
 
 enum { WARNING = 1, DISCARD = 2 };
 
+static const double PATIENCE = 0.05; /* [s] of a wait for a step, after which `look` is read */
+
 static int is_finite(double value)
 {
     const uint64_t exponent = 0x7ff0000000000000u;
@@ -115,9 +117,32 @@ static unsigned step_3(const tick_operation *op, double time)
     return status <= WARNING && (flags[0] | flags[1] | flags[2]) ? DISCARD : status;
 }
 
+static unsigned step(const tick_operation *op, uint32_t kind, double time)
+{
+    if (kind == TICK_STEP_1)
+        return ((step_1_function)op->function)(op->instance, time, op->length, 1);
+    if (kind == TICK_STEP_2)
+        return ((step_2_function)op->function)(op->instance, time, op->length, 1);
+    return step_3(op, time);
+}
+
+static int32_t step_of_job(const void *operation, double time)
+{
+    const tick_operation *op = operation;
+    return (int32_t)step(op, (uint32_t)op->values, time);
+}
+
+static void begin(const tick_operation *op, const tick_state *state)
+{
+    step_job *job = state->jobs + op->part;
+    job->call = step_of_job;
+    job->what = op;
+    job_begin(state->pool, job, state->time);
+}
+
 static int takes_long(uint32_t kind)
 {
-    return kind == TICK_CALLER || (kind >= TICK_STEP_1 && kind <= TICK_STEP_3);
+    return kind == TICK_CALLER || (kind >= TICK_STEP_1 && kind <= TICK_STEP_3) || kind == TICK_BEGIN;
 }
 
 /* Execute the operations of the present tick from `position` on; return TICK_DONE after the last. */
@@ -161,9 +186,20 @@ static int run_tick(tick_state *state)
         case TICK_ARRAYS:
             status = ((arrays_function)op->function)(op->instance, op->references, op->count, op->buffer, op->values);
             break;
-        case TICK_STEP_1: status = ((step_1_function)op->function)(op->instance, time, op->length, 1); break;
-        case TICK_STEP_2: status = ((step_2_function)op->function)(op->instance, time, op->length, 1); break;
-        case TICK_STEP_3: status = step_3(op, time); break;
+        case TICK_STEP_1:
+        case TICK_STEP_2:
+        case TICK_STEP_3: status = step(op, op->kind, time); break;
+        case TICK_BEGIN: begin(op, state); break;
+        case TICK_FINISH:
+            while (!job_finish(state->pool, state->jobs + op->part, PATIENCE)) {
+                if (state->look) {
+                    state->position = position;
+                    return TICK_LOOK;
+                }
+            }
+            if (state->jobs[op->part].status | state->jobs[op->part].logged)
+                reason = TICK_CALLER_ACTS;
+            break;
         case TICK_ROW:
             if (rows->count < rows->size)
                 rows->times[rows->count++] = time;

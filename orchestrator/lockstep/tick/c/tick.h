@@ -10,12 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(TICK_EXPORT) /* by the command line: a library that has the tick inside exports nothing of it */
-#elif defined(_WIN32)
-#define TICK_EXPORT __declspec(dllexport)
-#else
-#define TICK_EXPORT __attribute__((visibility("default")))
-#endif
+#include "threads.h"
 
 #define TICK_LAYOUT 4 /* of the structures and functions below; grows with each change */
 
@@ -47,7 +42,10 @@ enum tick_kind {
     TICK_DELAY_8,  /* the same of 8 bytes */
     /* Booleans of one byte */
     TICK_WIDEN, /* int32_t buffer[k] = byte source[index[k]]; count */
-    TICK_NARROW /* byte buffer[index[k]] = int32_t source[k] != 0; count */
+    TICK_NARROW, /* byte buffer[index[k]] = int32_t source[k] != 0; count */
+    /* Steps in threads */
+    TICK_BEGIN,  /* begins a step of kind `values`, with the fields of that; part: the number of the job */
+    TICK_FINISH  /* completes it: TICK_CALLER_ACTS if its status is above 0 or it logged anything; part */
 };
 
 /* Why `tick_run` returned. */
@@ -109,6 +107,8 @@ typedef struct tick_state {
     double time;         /* [s] at which the present tick began */
     volatile int32_t look; /* set by another thread to have TICK_LOOK returned soon */
     tick_rows rows;
+    thread_pool *pool; /* NULL: without threads */
+    step_job *jobs;
 } tick_state;
 
 /* Execute ticks; return a tick_reason. To continue behind the operation at `position`, add 1 to it before. */
