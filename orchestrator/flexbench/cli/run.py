@@ -80,6 +80,7 @@ def run(
             realtime_priority=request.realtime_priority,
             core=request.core,
             tick=implementation(request.timing.tick),
+            threads=request.threads,
             finish=finish,
             watch=watch_loop,
         )

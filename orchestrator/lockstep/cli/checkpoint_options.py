@@ -23,7 +23,15 @@ if TYPE_CHECKING:
     from lockstep.simulation import RunSummary
     from lockstep.system.system import System
 
-_WITH_RESUME = {"resume", "pace", "realtime_priority", "core", "step_limit", "traceback"}  # all else is as it was
+_WITH_RESUME = {
+    "resume",
+    "pace",
+    "realtime_priority",
+    "core",
+    "threads",
+    "step_limit",
+    "traceback",
+}  # all else is as it was
 
 _READS_A_FILE = {"within", "tick", "continuous", "sampled"}
 
@@ -98,6 +106,7 @@ def resume_run(
     realtime_priority: int | None = None,
     core: int | None = None,
     tick: str = "auto",
+    threads: str | None = None,
     finish: Callable[[Path], None] = lambda _: None,
     watch: Watch | None = None,
 ) -> RunSummary:
@@ -132,6 +141,7 @@ def resume_run(
                 realtime_priority=realtime_priority,
                 core=core,
                 tick=tick,
+                threads=threads,
             )
         print_warnings(summary.warnings)
         print_summary(summary)

@@ -54,6 +54,7 @@ def run(request: RunRequest) -> int:
             realtime_priority=request.realtime_priority,
             core=request.core,
             tick=implementation(request.timing.tick),
+            threads=request.threads,
         )
     else:
         load = partial(load_system, timing=request.timing.timing(), within=request.within)

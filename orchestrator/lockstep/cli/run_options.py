@@ -59,6 +59,7 @@ class RunRequest:
     pace: str | None
     realtime_priority: int | None
     core: int | None
+    threads: str | None
     strict_inputs: bool
     strict: bool
     within: Path | None
@@ -95,6 +96,9 @@ run_options = option_group(
     click.option("--realtime-priority", type=click.IntRange(1), metavar="N",
                  help="SCHED_FIFO priority of the thread that steps, 1 to 99, where that is permitted"),
     click.option("--core", type=click.IntRange(0), metavar="N", help="keep the thread that steps on this core"),
+    click.option("--threads", metavar="N|auto",
+                 help="threads that step FMUs beside each other, at most; 1: all in turn (default: auto, as many as "
+                      "there are cores, for steps that are long enough)"),
     click.option("--strict-inputs", is_flag=True, help="refuse inputs without connection and value"),
     click.option("--strict", is_flag=True, help="refuse system files and FMUs with offences that give warnings"),
     click.option("--within", type=PATH, metavar="DIR",
@@ -162,6 +166,7 @@ def run_system(
                 realtime_priority=request.realtime_priority,
                 core=request.core,
                 tick=implementation(request.timing.tick),
+                threads=request.threads,
                 checkpoints=request.checkpoints.schedule(),
                 restart=restart,
                 strict_inputs=request.strict_inputs,

@@ -83,6 +83,7 @@ def resume(
     realtime_priority: int | str | None = None,
     core: int | str | None = None,
     tick: str = "auto",
+    threads: int | str | None = None,
 ) -> RunSummary:
     """Resume a run from its newest checkpoint: what was simulated after that is cut off and simulated again.
 
@@ -92,7 +93,7 @@ def resume(
     ----------
     folder : results folder of a run that did not complete, or what `claim_earlier` returned for it
     system : None: loaded from where the run had it
-    progress, step_limit, pace, watch, realtime_priority, core, tick : as in `RunOptions`
+    progress, step_limit, pace, watch, realtime_priority, core, tick, threads : as in `RunOptions`
 
     Raises
     ------
@@ -103,7 +104,7 @@ def resume(
     """
     if not isinstance(folder, ResultsFolder):
         with claim_earlier(folder) as claimed:
-            return resume(claimed, system, progress, step_limit, pace, watch, realtime_priority, core, tick)
+            return resume(claimed, system, progress, step_limit, pace, watch, realtime_priority, core, tick, threads)
     checkpoint = resumable(folder.path)
     refuse_missing_rows(folder.path, checkpoint)
     options = RunOptions(
@@ -114,6 +115,7 @@ def resume(
         realtime_priority=realtime_priority,
         core=core,
         tick=tick,
+        threads=threads,
         **earlier_options(checkpoint),
     )
     return simulate(system or system_of(checkpoint.run), folder, options)

@@ -84,6 +84,7 @@ RUN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--samp
     "--reinitialise": _LEFT_OUT,
     "--pace": f"{HERE}::test_a_paced_run_says_so",
     **dict.fromkeys(("--realtime-priority", "--core"), f"{HERE}::test_a_paced_run_says_so"),
+    "--threads": "lockstep/tick/test_threads.py::test_the_command_line_sets_their_number",
 }
 WRITE_SSP = dict.fromkeys(("--replace", "--adapter", "--source", "--out"), _SSP) | {
     "--delay": f"{HERE}::test_a_written_package_has_the_delay_and_the_step",

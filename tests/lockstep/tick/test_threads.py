@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from fmus.busy_fmu import END_AFTER, END_BEFORE, FAIL, NOT_A_NUMBER, WARN, busy_fmu
-from lockstep import Component, Connection, System, read_signals, simulate
+from lockstep import Component, Connection, System, read_signals, simulate, write_ssd
+from lockstep.__main__ import main
 from lockstep.errors import InputError, RunError
 from lockstep.fmi.log_callbacks import Messages
 from lockstep.fmi.native_call import Apart
@@ -174,3 +175,16 @@ def test_steps_that_wait_for_each_other_are_in_turn(busy, tmp_path):
     ended(chain, tmp_path / "run", threads=4)
 
     assert tomllib.loads((tmp_path / "run" / "run.toml").read_text())["threads"] == 1
+
+
+def test_the_command_line_sets_their_number(busy, tmp_path, capsys):
+    write_ssd(several(busy), tmp_path / "several.ssd")
+    command = ["run", str(tmp_path / "several.ssd"), "--stop-time", "0.02", "--share-process", "*"]
+    found = {}
+    for threads in ("1", "3", "none"):
+        code = main([*command, "--out", str(tmp_path / threads), "--threads", threads])
+        record = tmp_path / threads / "run.toml"
+        found[threads] = code, tomllib.loads(record.read_text())["threads"] if record.exists() else None
+
+    assert found == {"1": (0, 1), "3": (0, 3), "none": (2, None)}
+    assert "threads 'none': must be auto, or a whole number from 0 to 256; 0 and 1: in turn" in capsys.readouterr().err
