@@ -21,8 +21,8 @@ MOST_IN_A_FOLDER = 22  # files of one subject
 FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/embedded", "fmu/native", "fmu/python", "fmu/python/shim", "fmu/documentation"),
-        *("design", "spacecraft", "ports", "runtime", "structure", "parameters", "controller_weights", "quantities"),
-        *("fixed_order", "double_double", "arrays", "errors"),
+        *("design", "spacecraft", "description", "ports", "runtime", "structure", "parameters", "controller_weights"),
+        *("quantities", "fixed_order", "double_double", "arrays", "errors"),
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),

@@ -6,10 +6,9 @@ Sources: P, the paper (Cachim et al., IEEE Aerospace 2025, arXiv 2410.07376); C,
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from .controller_weights import BUS_WHEELS, PUBLISHED, ROBUST
 from .controller_weights import DEFAULT_DESIGN as DEFAULT_DESIGN
 from .controller_weights import ConfigurationName as ConfigurationName  # parameters are read here
 from .controller_weights import ControllerDesign as ControllerDesign
@@ -26,7 +25,6 @@ COARSE_ERROR = Range(minimum=0.0, maximum=DEGREE)  # rad; a sun sensor, and more
 FINE_ERROR = Range(minimum=0.0, maximum=60.0 * ARCSECOND)  # rad; six times the coarse star tracker's
 TURN = Range(minimum=-2.0 * math.pi, maximum=2.0 * math.pi)  # rad
 
-CONFIGURATIONS: tuple[ConfigurationName, ...] = ("centralised", "distributed")
 ModeChoice = Literal["frequency", "coupling"]
 MODE_CHOICES: tuple[ModeChoice, ...] = ("frequency", "coupling")
 CONTROLLER_DESIGNS: tuple[ControllerDesign, ...] = ("published", "robust")
@@ -110,35 +108,6 @@ class Wheel:
         )
 
 
-# Sites of sensors (both configurations) and wheels (distributed), radius [m] @ angle [deg], in the order of C's list
-SITES: tuple[tuple[float, float], ...] = (
-    (6.27, 180.0),
-    (14.176, 60.0),
-    (14.176, 0.0),
-    (14.176, 180.0),
-    (14.176, -120.0),
-    (14.176, -60.0),
-    (14.176, 120.0),
-    (6.27, 0.0),
-    (7.66, -90.0),
-    (7.66, 90.0),
-)
-
-# C looks its mode rows up through a sorted list: they belong to the sites in this other order (PHYSICS section 7)
-SITES_OF_MODE_ROWS_AS_PUBLISHED: tuple[tuple[float, float], ...] = (
-    (14.176, 60.0),
-    (14.176, 120.0),
-    (14.176, 180.0),
-    (14.176, -120.0),
-    (14.176, -60.0),
-    (14.176, 0.0),
-    (7.66, -90.0),
-    (7.66, 90.0),
-    (6.27, 180.0),
-    (6.27, 0.0),
-)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorNoise:
     """Standard deviation of one sample of each sensor (P prints them as densities; C uses them so)."""
@@ -190,35 +159,3 @@ class SpeedSelection:
 
     def __post_init__(self) -> None:
         check_ranges(self)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Configuration:
-    """Everything that defines one spacecraft: the wheels' layout and all parameter sets."""
-
-    name: ConfigurationName
-    wheel: Wheel
-    weights: Weights
-    wheels_at_sites: bool  # three more at each site, else six on the bus
-    aperture: Aperture = field(default_factory=Aperture)
-    plate: Plate = field(default_factory=Plate)
-    noise: SensorNoise = field(default_factory=SensorNoise)
-    rates: Rates = field(default_factory=Rates)
-    slew: Slew = field(default_factory=Slew)
-    speeds: SpeedSelection = field(default_factory=SpeedSelection)
-
-
-def configuration(name: ConfigurationName, controller_design: ControllerDesign = DEFAULT_DESIGN) -> Configuration:
-    """Return a configuration with one of its two controller designs; raise ValueError for any other."""
-    if name not in CONFIGURATIONS:
-        raise ValueError(f"configuration {name!r}: no such configuration; there are {', '.join(CONFIGURATIONS)}")
-    if controller_design not in CONTROLLER_DESIGNS:
-        known = ", ".join(CONTROLLER_DESIGNS)
-        raise ValueError(f"controller.design {controller_design!r}: no such design; there are {known}")
-    at_sites = name == "distributed"
-    return Configuration(
-        name=name,
-        wheel=Wheel() if at_sites else Wheel().scaled(BUS_WHEELS),
-        weights=(ROBUST if controller_design == "robust" else PUBLISHED)[name],
-        wheels_at_sites=at_sites,
-    )

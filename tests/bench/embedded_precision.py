@@ -26,9 +26,10 @@ import numpy as np
 from native import PERIODS, setup
 
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.fmu.embedded.export import HEADER, controller_files
 from flexsat.fmu.python.load_matrices import load_matrices
-from flexsat.parameters import ARCSECOND, CONFIGURATIONS
+from flexsat.parameters import ARCSECOND
 from flexsat.ports.controller import ports
 from flexsat.ports.table import PortTable
 from flexsat.runtime.controller_parameters import ControllerMatrices

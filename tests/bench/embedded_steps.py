@@ -16,9 +16,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from flexbench.loop.exported_controller import export_controller
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.fmu.embedded.export import HEADER
 from flexsat.fmu.embedded.header import PRECISIONS
-from flexsat.parameters import CONFIGURATIONS
 from fmus.native.exported import constant, target_sources
 
 HERE = Path(__file__).parent

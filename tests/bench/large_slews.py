@@ -15,8 +15,9 @@ import time
 import numpy as np
 
 from flexsat.closed_loop import ClosedLoop
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import build_designs
-from flexsat.parameters import ARCSECOND, CONFIGURATIONS, DEGREE
+from flexsat.parameters import ARCSECOND, DEGREE
 from flexsat.runtime.prepared_controller import plan_slew
 from flexsat.runtime.rotations import error_angle
 

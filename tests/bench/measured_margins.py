@@ -17,7 +17,8 @@ from flexbench.studies.margins.real_plant import Corner, stability
 from flexbench.studies.margins.study import Settings, measure
 from flexbench.studies.margins.system_loop import read_loop
 from flexbench.studies.spillover.corners import DELAY, GAINS, PHASE
-from flexsat.parameters import ALL_MODES, CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ALL_MODES
 from lockstep import load_system
 
 SETTINGS = Settings(length=10.0, settle=1, periods=2, quiet=True, zoom=4.0)  # modes cross gain one between lines

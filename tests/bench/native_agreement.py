@@ -32,7 +32,7 @@ import pyarrow.parquet as parquet
 from flexbench.loop.equivalence import relative_difference
 from flexbench.loop.native_fmus import with_native_fmus
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
-from flexsat.parameters import CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
 from lockstep import System, load_system, read_signals, simulate
 from lockstep.array_names import array_of
 from lockstep.checkpoint.file import read_checkpoint

@@ -13,8 +13,9 @@ from time import perf_counter
 import numpy as np
 
 from flexsat.closed_loop import port_values
+from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import build_design
-from flexsat.parameters import ALL_MODES, CONFIGURATIONS, configuration
+from flexsat.parameters import ALL_MODES
 from flexsat.ports import plant as ports
 from flexsat.runtime import plant
 from flexsat.runtime.plant_parameters import lowest_modes

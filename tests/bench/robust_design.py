@@ -13,8 +13,9 @@ from flexbench.studies.margins.stability import stability_margins
 from flexbench.studies.spillover.corners import required_corners
 from flexbench.studies.spillover.stationary import stationary
 from flexbench.studies.spillover.trade_off import HEADER, robust_trade_off
+from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import build_design
-from flexsat.parameters import ALL_MODES, ARCSECOND, CONFIGURATIONS, configuration
+from flexsat.parameters import ALL_MODES, ARCSECOND
 from flexsat.spacecraft.variation import ModelErrors
 
 MARGIN_MODES = 60

@@ -18,8 +18,9 @@ from flexbench.loop.scenarios import ScenarioName, scalar_overrides, scenario_pa
 from flexbench.studies.health.replay import MEASURED
 from flexbench.studies.layouts.outcome import QUANTITIES, Outcome
 from flexbench.studies.layouts.plan import DURATION, Comparison, Plan
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design, Designs, build_designs
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from flexsat.parameters import ConfigurationName
 from lockstep import load_system, simulate
 
 TOUCH = 1.0  # pixel by which boxes of words may overlap: a box is a little larger than its ink

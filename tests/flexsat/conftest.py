@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import Design, build_design
-from flexsat.parameters import CONFIGURATIONS, PUBLISHED_MODES, configuration
+from flexsat.parameters import PUBLISHED_MODES
 from flexsat.runtime.controller_parameters import ControllerParameters
 from flexsat.runtime.plant_parameters import PlantMatrices, PlantParameters
 from flexsat.spacecraft.variation import with_modes

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from flexsat.closed_loop import ClosedLoop
+from flexsat.description.built_in import configuration
 from flexsat.design.chain import Designs, build_design
-from flexsat.parameters import configuration
 from flexsat.spacecraft.variation import with_modes
 
 FINE_POINTING = {

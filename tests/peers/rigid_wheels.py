@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design, build_designs
-from flexsat.parameters import CONFIGURATIONS
 from flexsat.runtime import plant as stepper
 from flexsat.runtime import rotations
 from flexsat.runtime.plant_parameters import PlantMatrices, lowest_modes, parameters_of_run

@@ -17,7 +17,7 @@ from flexbench.studies.margins.analysis import AXES, body_loops
 from flexbench.studies.margins.response import loop_margins
 from flexbench.studies.margins.stability import delay_margin
 from flexbench.studies.margins.system_loop import read_loop
-from flexsat.parameters import CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
 from lockstep import load_system
 
 sys.path.append(str(Path(__file__).parent))

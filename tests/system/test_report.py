@@ -17,7 +17,8 @@ from numpy.testing import assert_allclose
 import flexbench
 from flexbench.report import study_sections, write_report
 from flexbench.runs.histories import pointing_error
-from flexsat.parameters import ARCSECOND, configuration
+from flexsat.description.built_in import configuration
+from flexsat.parameters import ARCSECOND
 from flexsat.structure.mesh import record_mesh
 from flexsat.structure.modes import build_structure
 from lockstep import Component, System, read_signals, write_ssd

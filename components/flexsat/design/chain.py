@@ -10,14 +10,13 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..controller_weights import Variant, variant_of
+from ..description.built_in import configuration
+from ..description.configuration import Configuration
 from ..parameters import (
-    PUBLISHED_MODES,
-    Configuration,
     ConfigurationName,
     ControllerDesign,
     Rates,
     Weights,
-    configuration,
 )
 from ..runtime.controller_parameters import ControllerMatrices
 from ..runtime.periods import whole_multiple
@@ -70,16 +69,16 @@ def without_rounding(mass: Array) -> Array:
 
 
 def plant_matrices(
-    spacecraft: Spacecraft, nominal_speed: Array, step_size: float, as_published: bool = False
+    spacecraft: Spacecraft, nominal_speed: Array, step_size: float, flexible_accelerometers: bool = True
 ) -> PlantMatrices:
     """Return what the plant carries of a spacecraft.
 
-    `as_published` leaves the flexible part out of the accelerometers of the centralised configuration, as the
-    authors' measurement function does (PHYSICS section 7).
+    Without `flexible_accelerometers` the motion of the modes is left out of the accelerometers, as the authors'
+    measurement function does for the centralised configuration (PHYSICS section 7).
     """
     wheels = spacecraft.wheels
     deflection = np.einsum("ni,nim->nm", spacecraft.accelerometers.axis, spacecraft.accelerometers.deflection)
-    if as_published and spacecraft.name == "centralised":
+    if not flexible_accelerometers:
         deflection = np.zeros_like(deflection)
     turned = np.cross(spacecraft.lateral_a, spacecraft.lateral_b)
     return PlantMatrices(
@@ -91,7 +90,7 @@ def plant_matrices(
         lateral_influence=spacecraft.jitter_influence[:, 2 * spacecraft.wheel_count :],
         mount_of_wheel=spacecraft.mount_of_wheel,
         wheel_axis=wheels.axis,
-        wheel_sense=np.sum(turned * wheels.axis, axis=1),
+        wheel_sense=np.sign(np.sum(turned * wheels.axis, axis=1)),
         wheel_slope=wheels.slope,
         wheel_inertia=spacecraft.wheel.inertia,
         torque_limit=spacecraft.wheel.torque_limit,
@@ -132,9 +131,13 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     Raises
     ------
     ValueError
-        For periods that do not fit together, or weights without a stabilising gain.
+        For periods that do not fit together, weights without a stabilising gain, or `as_published` of a spacecraft
+        that has no published release.
     """
     check_rates(config.rates)
+    if as_published and config.release is None:
+        raise ValueError(f"as_published: {config.name} has no published release; it flies without it")
+    release = config.release if as_published else None
     structure, response = _structure(replace(config, weights=Weights()), as_published)
     spacecraft = keep_modes(structure, modes_of_design(structure, config.plate))
     noise, period = config.noise, config.rates.controller
@@ -201,7 +204,9 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         regulator=regulator,
         coarse=coarse,
         fine=fine,
-        plant=plant_matrices(structure, response.nominal, config.rates.plant, as_published),
+        plant=plant_matrices(
+            structure, response.nominal, config.rates.plant, release is None or release.flexible_accelerometers
+        ),
         sensors=SensorMatrices(
             nominal_speed=response.nominal,
             wrench_of_jitter=spacecraft.wrench_of_jitter,
@@ -248,7 +253,7 @@ def cost_arrays(design: Design) -> dict[str, Array | Index]:
 
 
 class Designs:
-    """What one configuration can fly: two controllers on the full structure, and everything as published.
+    """What one configuration can fly: two controllers on the full structure, and what was published, if anything was.
 
     Each is given, or made when it is first asked for: most uses need one of them.
     """
@@ -258,13 +263,11 @@ class Designs:
         *,
         corrected: Design | Callable[[], Design],
         published: Design | Callable[[], Design],
-        as_published: Design | Callable[[], Design],
+        as_published: Design | Callable[[], Design] | None = None,
     ) -> None:
-        self._made: dict[Variant, Design | Callable[[], Design]] = {
-            "corrected": corrected,
-            "published": published,
-            "as_published": as_published,
-        }
+        self._made: dict[Variant, Design | Callable[[], Design]] = {"corrected": corrected, "published": published}
+        if as_published is not None:
+            self._made["as_published"] = as_published
 
     @property
     def corrected(self) -> Design:
@@ -281,8 +284,16 @@ class Designs:
         """The plant has the controller's modes alone."""
         return self.variant("as_published")
 
+    @property
+    def variants(self) -> tuple[Variant, ...]:
+        """What there is: without `as_published` for a spacecraft that was not published."""
+        return tuple(self._made)
+
     def variant(self, name: Variant) -> Design:
-        """Return a variant, made now if it has not been."""
+        """Return a variant, made now if it has not been; raise ValueError if there is none."""
+        if name not in self._made:
+            raise ValueError(f"{name}: {self.corrected.config.name} has no published release; there are"
+                             f" {', '.join(self._made)}")  # fmt: skip
         made = self._made[name]
         if not isinstance(made, Design):
             made = self._made[name] = made()
@@ -295,14 +306,16 @@ class Designs:
 
 @lru_cache(maxsize=2)  # both configurations
 def build_designs(name: ConfigurationName) -> Designs:
-    """Run the design chain for everything that a configuration can fly; raise ValueError for bad names."""
+    """Run the design chain for everything that a built-in configuration can fly; raise ValueError for other names."""
     return designs_of(configuration(name, "robust"), configuration(name, "published"))
 
 
 def designs_of(robust: Configuration, published: Configuration) -> Designs:
     """Return what two configurations can fly that differ in the weights of their controllers."""
+    release = published.release
     return Designs(
         corrected=partial(build_design, robust),
         published=partial(build_design, published),
-        as_published=partial(build_design, with_modes(published, PUBLISHED_MODES), as_published=True),
-    )
+        as_published=None if release is None
+        else partial(build_design, with_modes(published, release.modes), as_published=True),
+    )  # fmt: skip

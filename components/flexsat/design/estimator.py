@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Array
+from ..description.configuration import Configuration
 from ..fixed_order import product, solve
-from ..parameters import Configuration, SensorNoise, Wheel
+from ..parameters import SensorNoise, Wheel
 from ..spacecraft.linear_model import LinearModel
 from .riccati import RiccatiStep, steady_state
 

@@ -69,9 +69,10 @@ def design_regulator(spacecraft: Spacecraft, model: LinearModel, weights: Weight
         slowest = float(np.max(np.abs(poles)))
         if not slowest < SLOWEST_POLE:
             raise np.linalg.LinAlgError(f"a closed-loop pole at {slowest:.9f} is not inside the unit circle")
-    except np.linalg.LinAlgError as error:
+    except ValueError as error:  # numpy's LinAlgError is one; SciPy's reordering raises no other
         raise ValueError(
-            f"design_regulator: no stabilising gain with {weights}: {error}; mrp and null_wheel_speed must be > 0"
+            f"design_regulator: no stabilising gain with {weights}: {error}; mrp and null_wheel_speed must be > 0, and"
+            " the momenta of the wheels at their nominal speeds should cancel"
         ) from error
     gain = refined_gain(a, b, state_weight, torque_weight, cost)
     return Regulator(gain=product(gain, basis.T), basis=basis, state_weight=state_weight, torque_weight=torque_weight)

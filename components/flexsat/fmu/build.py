@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..arrays import Array, Index
-from ..controller_weights import VARIANTS
+from ..description.configuration import Configuration
 from ..design.chain import Designs, as_arrays, cost_arrays
-from ..parameters import Configuration
 from ..ports.table import FmiVersion, Naming, PortTable
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
 from .documentation.experiments import EXPERIMENTS
@@ -93,8 +92,8 @@ def configuration_parts(designs: Designs) -> dict[str, Parts]:
 def component_resources(designs: Designs, component: str) -> dict[str, bytes]:
     """Return the files that travel with a component: one `.npz` with all variants of its matrices."""
     arrays: dict[str, Array | Index] = {}
-    for variant in VARIANTS:
-        design = getattr(designs, variant)
+    for variant in designs.variants:
+        design = designs.variant(variant)
         if component == "controller" or variant != "published":
             arrays |= as_arrays(getattr(design, component), variant)
         if component == "controller":

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from ..controller_weights import VARIANTS, Variant
+from ..controller_weights import Variant
 from ..design.chain import Designs
 from ..ports.table import FmiVersion, Naming
 from .build import SHELLS, Parts
@@ -89,7 +89,7 @@ def native_component(designs: Designs, parts: Parts, naming: Naming = "structure
     return NativeComponent(
         main=c_files()[f"{parts.component}.c"],
         table=parts.table.renamed(naming),
-        variants={variant: getattr(designs.variant(variant), parts.component) for variant in _variants(parts)},
+        variants={variant: getattr(designs.variant(variant), parts.component) for variant in _variants(designs, parts)},
         about=replace(about, model_name=f"{parts.component}_{parts.config.name}{flat}"),
         equal_steps=shell.equal_steps,
         step_parameter=shell.step_parameter,
@@ -97,8 +97,8 @@ def native_component(designs: Designs, parts: Parts, naming: Naming = "structure
     )
 
 
-def _variants(parts: Parts) -> Iterator[Variant]:
+def _variants(designs: Designs, parts: Parts) -> Iterator[Variant]:
     """Yield the variants that a component has matrices of: the weights that differ are those of the controller."""
-    for variant in VARIANTS:
+    for variant in designs.variants:
         if parts.component == "controller" or variant != "published":
             yield variant

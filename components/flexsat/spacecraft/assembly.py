@@ -7,24 +7,28 @@ mount do together is its wrench: (force x, y, z, torque x, y, z), each over all 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
+from ..description.configuration import Configuration
+from ..description.placement import ALONG, Device, Site
 from ..fixed_order import product
-from ..parameters import SITES, SITES_OF_MODE_ROWS_AS_PUBLISHED, Configuration, ConfigurationName, Wheel
+from ..parameters import ConfigurationName, Wheel
 from ..runtime.rotations import skew
 from ..structure.mesh import polar, record_mesh
 from ..structure.modes import Structure, build_structure
+from .rigid_bus import join
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Points:
     """Devices on the structure: where they sit, where they point, and how the modes move them."""
 
-    position: Array  # (n, 3) [m], body axes
+    position: Array  # (n, 3) [m] from the spacecraft's centre of mass at rest, body axes
     axis: Array  # (n, 3), unit vectors in body axes
     slope: Array  # (n, 3, m): rotation of the mount per unit modal displacement [rad/(m sqrt(kg))]
     deflection: Array  # (n, 3, m): displacement of the mount per unit modal displacement [1/sqrt(kg)]
@@ -37,11 +41,11 @@ class Points:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spacecraft:
-    """Geometry, modes and devices of one configuration, in body axes."""
+    """Geometry, modes and devices of one configuration, in body axes from the centre of mass at rest."""
 
     name: ConfigurationName
     mass: float  # kg
-    inertia: Array  # (3, 3) [kg.m2]
+    inertia: Array  # (3, 3) [kg.m2] about the centre of mass
     frequency: Array  # (m,) [rad/s]
     damping: Array  # (m,) [1/s]
     translation: Array  # (3, m): L_v [sqrt(kg)]
@@ -133,63 +137,91 @@ class Spacecraft:
 
 
 def lateral_axes(axis: Array) -> tuple[Array, Array]:
-    """Return the lateral axes a, b of wheels along +-x, +-y or +-z, (n, 3) each: the next body axes in turn.
+    """Return the lateral axes a, b of wheels along any axes, (n, 3) each: right angles with the axis and each other.
 
-    The same for both signs of the axis, as an orthonormal complement has no sense of rotation.
+    They are the next two body axes after the one nearest to the wheel's, in turn, made perpendicular. The same for
+    both signs of the axis, as an orthonormal complement has no sense of rotation.
     """
-    main = np.argmax(np.abs(axis), axis=1)
-    others = np.sort(np.array([(main + 1) % 3, (main + 2) % 3]), axis=0)
-    return np.eye(3)[others[0]], np.eye(3)[others[1]]
+    nearest = np.argmax(np.abs(axis), axis=1)
+    others = np.sort(np.array([(nearest + 1) % 3, (nearest + 2) % 3]), axis=0)
+    first = _perpendicular(np.eye(3)[others[0]], axis)
+    return first, _perpendicular(np.eye(3)[others[1]], axis, first)
 
 
-def _points(structure: Structure, placed: list[tuple[int, Array]], as_published: bool) -> Points:
-    """Place devices, each given as a site (-1 the bus, which has no modal motion) and an axis."""
+def _perpendicular(vectors: Array, *axes: Array) -> Array:
+    """Return the unit vectors along what is left of vectors, (n, 3), without their parts along orthonormal axes."""
+    left = vectors
+    for axis in axes:
+        left = left - np.sum(vectors * axis, axis=1, keepdims=True) * axis
+    return np.asarray(left / np.linalg.norm(left, axis=1, keepdims=True))
+
+
+def _points(structure: Structure, config: Configuration, placed: Sequence[Device], as_published: bool) -> Points:
+    """Place devices; those on the bus have no modal motion. Positions are from the centre of the aperture."""
     modes = np.zeros((3, len(structure.frequency)))
-    mode_rows = SITES_OF_MODE_ROWS_AS_PUBLISHED if as_published else SITES
-    nodes = [structure.mesh.node_at(*site) for site in mode_rows]
+    on_structure = config.structure_sites
+    moved = {site.name: site for site in on_structure}
+    if as_published and config.release is not None:
+        rows = zip(on_structure, config.release.mode_rows, strict=True)
+        moved = {site.name: config.site(row) for site, row in rows}
+    used = {device.site for device in placed}
+    nodes = {name: structure.mesh.node_at(site.radius, site.angle) for name, site in moved.items() if name in used}
+    sites = [config.site(device.site) for device in placed]
     return Points(
-        position=np.array([np.zeros(3) if s < 0 else np.append(polar(*SITES[s]), 0.0) for s, _ in placed]),
-        axis=np.array([axis for _, axis in placed]),
-        slope=np.array([modes if s < 0 else structure.slope_at(nodes[s]) for s, _ in placed]),
-        deflection=np.array([modes if s < 0 else structure.deflection_at(nodes[s]) for s, _ in placed]),
+        position=np.array([position_of(site) for site in sites]),
+        axis=np.array([device.axis for device in placed]),
+        slope=np.array([structure.slope_at(nodes[s.name]) if s.name in nodes else modes for s in sites]),
+        deflection=np.array([structure.deflection_at(nodes[s.name]) if s.name in nodes else modes for s in sites]),
     )
 
 
+def position_of(site: Site) -> Array:
+    """Return the position of a site from the centre of the aperture, (3,) [m], body axes."""
+    return np.append(polar(site.radius, site.angle), 0.0) if site.on_bus is None else np.array(site.on_bus)
+
+
 def build_spacecraft(config: Configuration, as_published: bool = False) -> Spacecraft:
-    """Place the devices of a configuration on the structure with the mesh of record.
+    """Place the devices of a configuration on the structure with the mesh of record, and add the bus.
 
     Parameters
     ----------
     config : the configuration
-    as_published : take the mode rows of the sites in the order of the authors' release (PHYSICS section 7)
+    as_published : take the mode rows of the sites in the order of the published release (PHYSICS section 7)
+
+    Raises
+    ------
+    ValueError
+        For a site without a node of the mesh.
     """
     structure = build_structure(record_mesh(config.aperture), config.plate)
-    x, y, z = np.eye(3)
-    sites = range(len(SITES))
-    if config.wheels_at_sites:
-        signed = [(s, 1.0 if s % 2 == 0 else -1.0) for s in sites]  # P: +x +y +z at the first site, then in turn
-        wheels = [(-1, axis) for axis in (x, y, z)] + [(s, sign * axis) for s, sign in signed for axis in (x, y, z)]
-    else:
-        wheels = [(-1, sign * axis) for sign in (1.0, -1.0) for axis in (x, y, z)]
-    gyros = [(-1, axis) for axis in (x, y, z)] + [(s, axis) for s in sites for axis in (x, y)]
-    accelerometers = [(-1, axis) for axis in (x, y, z)] + [(s, z) for s in sites]
-    placed_wheels = _points(structure, wheels, as_published)
-    occupied = sorted({site for site, _ in wheels})
-    lateral_a, lateral_b = lateral_axes(placed_wheels.axis)
+    whole = join(structure, config.bus)
+    wheels, gyros, accelerometers = (
+        _points(structure, config, placed, as_published)
+        for placed in (config.wheels, config.gyros, config.accelerometers)
+    )
+    carrying = {device.site for device in config.wheels}
+    occupied = [site.name for site in config.all_sites if site.name in carrying]
+    mounts = [Device(site=name, axis=ALONG["+z"]) for name in occupied]
+    lateral_a, lateral_b = lateral_axes(wheels.axis)
     return Spacecraft(
         name=config.name,
-        mass=structure.total_mass,
-        inertia=structure.inertia,
+        mass=whole.mass,
+        inertia=whole.inertia,
         frequency=structure.frequency,
         damping=structure.damping,
         translation=structure.translation,
-        rotation=structure.rotation,
+        rotation=whole.rotation,
         wheel=config.wheel,
-        wheels=placed_wheels,
-        mounts=_points(structure, [(site, z) for site in occupied], as_published),
-        mount_of_wheel=np.array([occupied.index(site) for site, _ in wheels]),
+        wheels=_from(whole.centre, wheels),
+        mounts=_from(whole.centre, _points(structure, config, mounts, as_published)),
+        mount_of_wheel=np.array([occupied.index(device.site) for device in config.wheels]),
         lateral_a=lateral_a,
         lateral_b=lateral_b,
-        gyros=_points(structure, gyros, as_published),
-        accelerometers=_points(structure, accelerometers, as_published),
+        gyros=_from(whole.centre, gyros),
+        accelerometers=_from(whole.centre, accelerometers),
     )
+
+
+def _from(centre: Array, points: Points) -> Points:
+    """Return devices with their positions from the centre of mass."""
+    return replace(points, position=points.position - centre) if np.any(centre) else points

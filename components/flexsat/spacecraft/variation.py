@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Array
-from ..parameters import Configuration, Plate
+from ..description.configuration import Configuration
+from ..parameters import Plate
 from .assembly import Points, Spacecraft, build_spacecraft
 
 

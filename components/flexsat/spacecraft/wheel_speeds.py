@@ -63,14 +63,36 @@ def imbalance_response(spacecraft: Spacecraft, frequency: Array) -> Array:
     return np.asarray(np.sqrt(np.linalg.eigvalsh(squared)[:, :, -1].T))
 
 
+def speed_grid(selection: SpeedSelection) -> tuple[Array, int]:
+    """Return the speeds that are compared, (k,) [Hz], and how many of them a band covers.
+
+    Raises
+    ------
+    ValueError
+        If there are no speeds between the limits, or the band is narrower than their spacing or wider than the range.
+    """
+    if not selection.lowest < selection.highest or selection.points < 2:
+        raise ValueError(
+            f"SpeedSelection: no speeds from {selection.lowest:g} to {selection.highest:g} Hz at {selection.points}"
+            " points; set highest above lowest, and points to at least 2"
+        )
+    hertz = np.linspace(selection.lowest, selection.highest, selection.points)
+    window = round(selection.window / (hertz[1] - hertz[0]))
+    if not 0 < window < selection.points:
+        raise ValueError(
+            f"SpeedSelection.window must be at least the spacing of the speeds, {hertz[1] - hertz[0]:.4g} Hz, and less"
+            f" than their range, got {selection.window:g} Hz; set points higher, or window to the width of a band"
+        )
+    return hertz, window
+
+
 def select_speeds(spacecraft: Spacecraft, selection: SpeedSelection) -> WheelResponse:
     """Choose each wheel's nominal speed: the minimum of the response times speed squared, worst over its band.
 
     Source: P, section 4, and its release for the grid of 1000 speeds and the window of 50 rpm.
     """
-    hertz = np.linspace(selection.lowest, selection.highest, selection.points)
+    hertz, window = speed_grid(selection)
     response = imbalance_response(spacecraft, 2.0 * np.pi * hertz) * hertz**2
-    window = round(selection.window / (hertz[1] - hertz[0]))
     worst = maximum_filter1d(response, window, axis=1, mode="nearest")
     margin = int(np.ceil(window / 2)) - 1  # the band must lie inside the range
     inner = slice(margin, selection.points - margin)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from flexsat.closed_loop import PORTS
+from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import build_design
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName, configuration
+from flexsat.parameters import ConfigurationName
 from flexsat.ports.table import Port
 from flexsat.ports.units import BASE_UNITS, unit_of
 from lockstep.check.contract import Contract, ContractPort

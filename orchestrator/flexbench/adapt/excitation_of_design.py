@@ -8,8 +8,9 @@ import numpy as np
 
 from flexbench.adapt.excitation import Excitation
 from flexsat.closed_loop import PORTS, port_values
+from flexsat.description.built_in import configuration
 from flexsat.design.chain import Design, build_design
-from flexsat.parameters import ConfigurationName, configuration
+from flexsat.parameters import ConfigurationName
 from flexsat.ports.table import Port
 from lockstep import InputError
 from lockstep.adapter.bind import bind

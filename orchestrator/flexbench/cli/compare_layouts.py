@@ -51,7 +51,8 @@ def compare_layouts(
     jobs: int | None,
 ) -> int:
     """Compare centralised and distributed wheels over the same errors of the structure, with confidence intervals."""
-    from flexsat.parameters import ARCSECOND, CONFIGURATIONS
+    from flexsat.description.built_in import CONFIGURATIONS
+    from flexsat.parameters import ARCSECOND
 
     from ..figures.drawing import save_figure
     from ..figures.layouts import layouts_figure

@@ -46,7 +46,7 @@ def paper(
     python: bool,
 ) -> int:
     """Build the FMUs, simulate the paper's six runs, and compare the results with its table, and with native FMUs."""
-    from flexsat.parameters import CONFIGURATIONS
+    from flexsat.description.built_in import CONFIGURATIONS
 
     from ..loop.build import build_all
     from ..report.paper_pages import draw_paper, report_paper

@@ -77,7 +77,7 @@ def robustness(
     jobs: int | None,
 ) -> int:
     """Simulate plants with more or fewer modes and errors of the model that the controller does not know."""
-    from flexsat.parameters import configuration as parameters_of
+    from flexsat.description.built_in import configuration as parameters_of
 
     from ..loop.build import build_all
     from ..runs.study_folder import study_folder

@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from flexbench.studies.layouts.plan import Comparison
 from flexbench.studies.layouts.tables import FIRST, PERCENT, SECOND, Row
-from flexsat.parameters import CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
 
 from .drawing import LOOKS, STYLE, WIDTH
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Designs, build_designs
 from flexsat.errors import BuildError
 from flexsat.fmu.build import Parts, build_configuration, configuration_parts
@@ -14,7 +15,7 @@ from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.native.compilers import check_compilers
 from flexsat.fmu.native.sources import native_folder
 from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from flexsat.parameters import ConfigurationName
 from flexsat.ports.table import FmiVersion
 from lockstep.errors import InputError
 from lockstep.plan.timeline_svg import timeline_svg

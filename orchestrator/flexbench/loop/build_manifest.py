@@ -11,9 +11,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from flexsat.description.configuration import Configuration
 from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.reproducible_zip import write_atomically
-from flexsat.parameters import Configuration, ConfigurationName
+from flexsat.parameters import ConfigurationName
 
 from .scenarios import SCENARIOS, scenario_parameters
 

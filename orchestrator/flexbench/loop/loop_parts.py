@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ConfigurationName
 from lockstep.fmi.model_description import read_description
 from lockstep.system.component import Component, Value
 from lockstep.system.system import Connection, System

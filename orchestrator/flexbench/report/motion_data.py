@@ -12,7 +12,8 @@ from flexbench.runs import histories
 from flexbench.runs.flown_design import FlownDesign
 from flexbench.runs.run_folder import Run
 from flexsat.arrays import Array
-from flexsat.parameters import ConfigurationName, configuration
+from flexsat.description.built_in import configuration
+from flexsat.parameters import ConfigurationName
 from flexsat.spacecraft.assembly import build_spacecraft
 from flexsat.structure.mesh import record_mesh
 from flexsat.structure.modes import build_structure

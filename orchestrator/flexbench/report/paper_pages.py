@@ -9,8 +9,8 @@ from flexbench.figures.figure_lists import design_figures, result_figures, save_
 from flexbench.runs.run_folder import read_run
 from flexbench.studies.paper.paper import one_seed_folders
 from flexbench.studies.paper.published import Variant
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import build_designs
-from flexsat.parameters import CONFIGURATIONS
 
 from .write import write_report
 

@@ -14,7 +14,7 @@ from flexbench.studies.paper.native_table import PORT_HEADER, RUN_HEADER, port_r
 from flexbench.studies.paper.native_table import TITLE as NATIVE_TITLE
 from flexbench.studies.paper.published import TITLES
 from flexbench.studies.paper.table import number, when_lost
-from flexsat.parameters import CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
 
 TABLE = "table.json"
 _SHAPE = {

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.arrays import Array
+from flexsat.description.built_in import configuration
 from flexsat.fmu.python.load_matrices import MODEL_FILE
-from flexsat.parameters import configuration
 from flexsat.runtime.rotations import error_angle
 from lockstep.fmi.safe_zip import open_file
 from lockstep.results.monitor import Found

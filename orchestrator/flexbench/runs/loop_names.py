@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ConfigurationName
 
 _PLANT = re.compile(rf"plant_({'|'.join(CONFIGURATIONS)})(_flat)?")
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design, Designs, build_designs
-from flexsat.parameters import CONFIGURATIONS, DEFAULT_DESIGN, ConfigurationName, ControllerDesign
+from flexsat.parameters import DEFAULT_DESIGN, ConfigurationName, ControllerDesign
 from lockstep import InputError, Signals, read_signals
 from lockstep.results.read import PARQUET
 from lockstep.results.read_run_record import read_run_record

@@ -9,7 +9,7 @@ import pytest
 from flexbench.cli import options as shared
 from flexbench.cli.parser import PROGRAM, main
 from flexbench.loop.scenarios import SCENARIOS
-from flexsat.parameters import CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
 from lockstep import InputError, RunError
 
 HEAVY = {"numpy", "scipy", "matplotlib", "pyarrow", "xarray", "pandas", "fmpy", "lxml", "rich", "flexsat"}

@@ -5,9 +5,10 @@ from dataclasses import fields, replace
 import pytest
 
 from flexbench.cli.parser import main
+from flexsat.description.built_in import configuration
 from flexsat.design.chain import build_design
 from flexsat.fmu.reproducible_zip import npz_bytes, zip_bytes
-from flexsat.parameters import PUBLISHED_MODES, configuration
+from flexsat.parameters import PUBLISHED_MODES
 from flexsat.spacecraft.variation import with_modes
 
 

@@ -15,8 +15,9 @@ from matplotlib.lines import Line2D
 
 from flexbench.figures.drawing import save_figure
 from flexbench.runs.flown_design import FlownDesign, flown_part
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design
-from flexsat.parameters import ARCSECOND, CONFIGURATIONS, ConfigurationName
+from flexsat.parameters import ARCSECOND, ConfigurationName
 from flexsat.runtime.rotations import rotate_mrp
 from lockstep import Signals
 

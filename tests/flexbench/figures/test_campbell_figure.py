@@ -18,7 +18,8 @@ from flexbench.figures.campbell import FASTEST, HARMONIC_SPEEDS, MAP_SPEEDS, cam
 from flexbench.figures.drawing import AXES, axis_name
 from flexbench.figures.figure_lists import design_figures
 from flexbench.studies.waterfall.campbell import harmonic_deformation, imbalance_deformation, modal_frequencies
-from flexsat.parameters import CONFIGURATIONS, RPM
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import RPM
 
 HERTZ = 2.0 * np.pi
 

@@ -11,7 +11,8 @@ from flexbench.cli.parser import main
 from flexbench.figures import figure_lists
 from flexbench.figures.figure_lists import design_figures, result_figures
 from flexbench.runs.run_folder import Run
-from flexsat.parameters import CONFIGURATIONS, RPM, ConfigurationName
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import RPM, ConfigurationName
 
 
 def test_figures_of_a_design_are_listed_without_being_drawn(built: Any):

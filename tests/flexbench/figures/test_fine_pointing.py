@@ -9,7 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexbench.figures.fine_pointing import fine_pointing_comparison
-from flexsat.parameters import ARCSECOND, CONFIGURATIONS, ConfigurationName
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ARCSECOND, ConfigurationName
 from lockstep import Signals
 
 

@@ -14,7 +14,8 @@ from numpy.testing import assert_allclose
 
 from flexbench.figures.slew import slew_comparison
 from flexbench.runs.flown_design import flown_part
-from flexsat.parameters import ARCSECOND, CONFIGURATIONS, ConfigurationName
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ARCSECOND, ConfigurationName
 from lockstep import Signals
 
 UNIT = re.compile(r"\[.+\]$")

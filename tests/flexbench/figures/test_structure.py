@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from flexbench.figures.drawing import AXES, axis_name
 from flexbench.figures.figure_lists import design_figures
 from flexbench.figures.structure import ARROW, structure_layout
-from flexsat.parameters import CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
 
 
 @pytest.fixture(scope="module")

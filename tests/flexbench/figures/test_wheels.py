@@ -13,7 +13,8 @@ from numpy.testing import assert_allclose
 from flexbench.figures.drawing import AXES, axis_name
 from flexbench.figures.figure_lists import design_figures
 from flexbench.figures.wheels import equal_wheels
-from flexsat.parameters import CONFIGURATIONS, RPM, ConfigurationName
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import RPM, ConfigurationName
 
 HERTZ = 2.0 * np.pi
 

@@ -17,8 +17,8 @@ from flexbench.icd.rows import port_rows
 from flexbench.loop.scenarios import scenario_parameters
 from flexbench.loop.systems import WIRES, build_system, connections
 from flexsat.closed_loop import PORTS, ClosedLoop
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import build_designs
-from flexsat.parameters import CONFIGURATIONS
 
 
 @pytest.fixture(scope="module")

@@ -16,9 +16,9 @@ from flexbench.loop import build
 from flexbench.loop.build import build_all
 from flexbench.loop.build_manifest import MANIFEST
 from flexbench.loop.scenarios import SCENARIOS
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.errors import BuildError
 from flexsat.fmu.export import BuiltFmu
-from flexsat.parameters import CONFIGURATIONS
 from lockstep import InputError, load_system, read_signals, simulate
 
 

@@ -9,10 +9,11 @@ import pytest
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexbench.loop.systems import build_system
 from flexsat.closed_loop import ClosedLoop, Command
+from flexsat.description.built_in import configuration
 from flexsat.design.chain import Designs, build_design
 from flexsat.fmu.build import SHELLS, component_resources
 from flexsat.fmu.export import build_fmu
-from flexsat.parameters import Rates, Slew, configuration
+from flexsat.parameters import Rates, Slew
 from lockstep import read_signals, simulate
 
 CONFIG = replace(

@@ -9,8 +9,9 @@ from flexbench.loop.scenarios import SCENARIOS, scalar_overrides, scenario_param
 from flexbench.runs.commands import Command
 from flexbench.runs.flown_design import flown_part, planned_slew
 from flexsat.closed_loop import PORTS, port_values
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import build_designs
-from flexsat.parameters import ARCSECOND, CONFIGURATIONS, DEGREE
+from flexsat.parameters import ARCSECOND, DEGREE
 
 
 @pytest.fixture(scope="module", params=CONFIGURATIONS)

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from flexbench.report.motion_data import motion_data
 from flexbench.runs.flown_design import flown_part, write_flown
 from flexbench.runs.run_folder import Run
-from flexsat.parameters import configuration
+from flexsat.description.built_in import configuration
 from flexsat.structure.mesh import record_mesh
 from flexsat.structure.modes import build_structure
 from lockstep import Signals

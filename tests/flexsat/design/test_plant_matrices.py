@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import eigh
 
+from flexsat.description.built_in import configuration
 from flexsat.design.chain import NO_COUPLING, plant_matrices, without_rounding
-from flexsat.parameters import configuration
 from flexsat.spacecraft.assembly import Spacecraft, build_spacecraft
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from flexsat.parameters import ALL_MODES, configuration
+from flexsat.description.built_in import configuration
+from flexsat.parameters import ALL_MODES
 from flexsat.spacecraft.variation import ModelErrors, full_spacecraft, keep_modes, with_errors
 
 

@@ -12,6 +12,7 @@ import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
+from flexsat.description.built_in import configuration
 from flexsat.design.chain import build_design
 from flexsat.fmu.native.sources import (
     IDENTITY,
@@ -21,7 +22,6 @@ from flexsat.fmu.native.sources import (
     generated_sources,
     identity_source,
 )
-from flexsat.parameters import configuration
 from flexsat.ports import controller, plant, sensors
 from flexsat.ports.table import PortTable
 from flexsat.spacecraft.variation import with_modes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ...parameters import Configuration
+from ...description.configuration import Configuration
 from ...ports.table import FmiVersion, PortTable
 from ...spacecraft.assembly import Spacecraft
 from .component_text import ComponentText
@@ -94,7 +94,5 @@ def draw(spacecraft: Spacecraft, config: Configuration, component: str) -> dict[
 
 
 def _layout(config: Configuration) -> str:
-    wheel = f"{config.wheel.inertia:.3g} kg.m2 and {config.wheel.torque_limit:.3g} N.m each"
-    if config.wheels_at_sites:
-        return f"This one carries 33 small wheels ({wheel}), three on the bus and three at each of ten sites."
-    return f"This one carries six large wheels on the bus ({wheel})."
+    wheel = f"{config.wheel.inertia:.3g} kg.m2 and {config.wheel.torque_limit:.3g} N.m"
+    return f"This one carries {config.layout}; each wheel has {wheel}."

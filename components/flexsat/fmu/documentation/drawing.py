@@ -12,9 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from ...parameters import SITES, Aperture
-from ...spacecraft.assembly import Spacecraft
-from ...structure.mesh import polar, record_mesh, tile_centres, tile_vertices
+from ...arrays import Array
+from ...parameters import Aperture
+from ...spacecraft.assembly import Points, Spacecraft
+from ...structure.mesh import record_mesh, tile_centres, tile_vertices
 
 SIZE, ICON_SIZE = 480, 128  # pixels
 RESOLUTION = 120  # pixels an inch
@@ -94,7 +95,7 @@ def _draw_structure(axes: Axes, aperture: Aperture, emphasis: Emphasis) -> None:
 
 
 def _draw_devices(axes: Axes, spacecraft: Spacecraft, emphasis: Emphasis, scale: float) -> None:
-    sites = np.array([[0.0, 0.0], *(polar(*site) for site in SITES)])
+    gyros, accelerometers = (_places(points) for points in (spacecraft.gyros, spacecraft.accelerometers))
     mounts = spacecraft.mounts.position[:, :2]
     wheel = WHEEL if emphasis.wheels else FAINT
     gyro, accelerometer, tracker = (GYRO, ACCELEROMETER, "black") if emphasis.sensors else (FAINT, FAINT, FAINT)
@@ -104,8 +105,8 @@ def _draw_devices(axes: Axes, spacecraft: Spacecraft, emphasis: Emphasis, scale:
                 width=0.006, zorder=3)  # fmt: skip
     for places, area, marker, colour, name, order in (
         (mounts, 150.0, "o", wheel, "wheels", 4),
-        (sites, 46.0, "s", gyro, "gyros", 5),
-        (sites, 18.0, "^", accelerometer, "accelerometers", 6),
+        (gyros, 46.0, "s", gyro, "gyros", 5),
+        (accelerometers, 18.0, "^", accelerometer, "accelerometers", 6),
         (np.array([TRACKER]), 90.0, "*", tracker, "star tracker", 7),
     ):
         face, edge, line = colour, "0.25" if marker == "^" else "white", 0.4
@@ -113,6 +114,11 @@ def _draw_devices(axes: Axes, spacecraft: Spacecraft, emphasis: Emphasis, scale:
             face, edge, line = "none", colour, 1.6 * scale
         axes.scatter(places[:, 0], places[:, 1], s=area * scale**2, marker=marker, facecolor=face, edgecolor=edge,
                      linewidth=line, label=name, zorder=order)  # fmt: skip
+
+
+def _places(points: Points) -> Array:
+    """Return where devices are, seen along z, each place once, (k, 2) [m]."""
+    return np.array(list(dict.fromkeys((x, y) for x, y, _ in points.position.tolist())))
 
 
 def _draw_frame(axes: Axes) -> None:

@@ -48,10 +48,20 @@ def matrix_header(component: str, variants: Mapping[str, Any]) -> str:
         f"}} {kind};",
         "",
         *(f"extern const {kind} {component}_{name};" for name in variants),
+        *_as_published(component, variants),
         "",
         "#endif",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _as_published(component: str, variants: Mapping[str, Any]) -> list[str]:
+    """Return whether there are matrices as published; the others stand for them, and no run may choose them."""
+    has = "as_published" in variants
+    return [
+        f"enum {{ HAS_AS_PUBLISHED = {int(has)} }};",
+        *([] if has else [f"#define {component}_as_published {component}_corrected"]),
+    ]
 
 
 def _declaration(name: str, value: Any) -> list[str]:

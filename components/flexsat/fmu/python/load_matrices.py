@@ -22,12 +22,14 @@ def load_matrices(path: Path | IO[bytes], kind: type[T], variant: Variant = "cor
     Raises
     ------
     ValueError
-        If the file lacks one of them.
+        If the file lacks one of them, or was built for a spacecraft without a published release.
     """
     with np.load(path) as archive:
         values = {}
         for item in fields(kind):  # type: ignore[arg-type]  # every set is a dataclass
             name = f"{variant}.{item.name}"
+            if name not in archive and variant == "as_published":
+                raise ValueError("as_published: this spacecraft has no published release; set it to false")
             if name not in archive:
                 raise ValueError(f"{MODEL_FILE}: no array {name!r}; build the FMU again")
             array = archive[name]

@@ -48,7 +48,7 @@ def seeds(count: int) -> range:
 
 def configurations(chosen: Sequence[str]) -> tuple[ConfigurationName, ...]:
     """Return the chosen configurations in the usual order, all if none is chosen."""
-    from flexsat.parameters import CONFIGURATIONS as ALL
+    from flexsat.description.built_in import CONFIGURATIONS as ALL
 
     return tuple(name for name in ALL if name in (chosen or ALL))
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName, Slew
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ConfigurationName, Slew
 from lockstep import InputError
 
 from ...loop.scenarios import ScenarioName

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName, configuration
+from flexsat.description.built_in import CONFIGURATIONS, configuration
+from flexsat.parameters import ConfigurationName
 from lockstep import InputError, load_system
 from lockstep.operating_system import available_cores
 from lockstep.plan.plan import Plan as RunPlan

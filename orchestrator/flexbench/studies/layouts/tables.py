@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexsat.parameters import ARCSECOND, CONFIGURATIONS, DEFAULT_DESIGN, ConfigurationName
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ARCSECOND, DEFAULT_DESIGN, ConfigurationName
 
 from ...runs.windows import COARSE_BAND
 from .outcome import QUANTITIES, Quantity

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flexsat.parameters import RPM, ConfigurationName, configuration
+from flexsat.description.built_in import configuration
+from flexsat.parameters import RPM, ConfigurationName
 
 from ...runs.flown_design import read_flown
 

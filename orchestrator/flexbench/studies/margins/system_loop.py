@@ -10,8 +10,9 @@ import numpy as np
 
 from flexsat.arrays import Array
 from flexsat.closed_loop import port_values
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design, build_designs
-from flexsat.parameters import CONFIGURATIONS, ControllerDesign
+from flexsat.parameters import ControllerDesign
 from flexsat.ports import plant as plant_ports
 from flexsat.spacecraft.assembly import Spacecraft
 from flexsat.spacecraft.variation import ModelErrors, dispersed

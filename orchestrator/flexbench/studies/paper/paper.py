@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.fmu.reproducible_zip import write_atomically
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from flexsat.parameters import ConfigurationName
 from lockstep.results.read_run_record import read_run_record
 
 from ...loop.scenarios import SCENARIOS, ScenarioName, Value, scalar_overrides, scenario_parameters

@@ -15,7 +15,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from flexsat.parameters import CONFIGURATIONS, ConfigurationName
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ConfigurationName
 
 from .published import REMARKS, ROWS, TITLES, VARIANTS, PaperRow, Variant
 

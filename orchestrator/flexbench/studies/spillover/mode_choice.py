@@ -11,17 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import build_design
 from flexsat.parameters import (
     ALL_MODES,
     ARCSECOND,
-    CONFIGURATIONS,
     CONTROLLER_DESIGNS,
     MODE_CHOICES,
     ConfigurationName,
     ControllerDesign,
     ModeChoice,
-    configuration,
 )
 from flexsat.spacecraft.variation import ModelErrors
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from flexsat.description.built_in import configuration
+from flexsat.description.configuration import Configuration
 from flexsat.design.chain import build_design
-from flexsat.parameters import ALL_MODES, ARCSECOND, Configuration, ConfigurationName, Weights, configuration
+from flexsat.parameters import ALL_MODES, ARCSECOND, ConfigurationName, Weights
 from flexsat.spacecraft.variation import ModelErrors
 
 from ..margins.real_plant import Corner, Plants, stability

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from flexsat.arrays import Array
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design, build_designs
-from flexsat.parameters import CONFIGURATIONS, RPM
+from flexsat.parameters import RPM
 from lockstep import InputError, load_system, read_signals
 
 from ...loop.fmu_choice import Report, choose_fmus, silent

@@ -8,7 +8,7 @@ import pytest
 from flexbench.studies.layouts.dispersions import Dispersion, dispersion_of
 from flexbench.studies.layouts.plan import Plan
 from flexbench.studies.layouts.study import plan_jobs
-from flexsat.parameters import CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
 from lockstep import InputError
 
 

@@ -15,7 +15,8 @@ from flexbench.studies.layouts.outcome import measure
 from flexbench.studies.layouts.plan import Plan
 from flexbench.studies.layouts.result_file import read_result
 from flexbench.studies.layouts.statistics import ratio
-from flexsat.parameters import ALL_MODES, ARCSECOND, CONFIGURATIONS, Slew
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ALL_MODES, ARCSECOND, Slew
 from lockstep import InputError, read_signals
 from lockstep.results.read_run_record import read_run_record
 

@@ -15,9 +15,9 @@ from flexbench.studies.margins.interpolation import SPLIT, densified
 from flexbench.studies.margins.periodic_loop import PeriodicLoop, Phase, loop_of_sensitivity
 from flexbench.studies.margins.response import delayed_hold, disk_margins, loop_margins
 from flexbench.studies.margins.stability import delay_margin, stability_margins
+from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design import chain
 from flexsat.design.chain import build_design
-from flexsat.parameters import CONFIGURATIONS, configuration
 from flexsat.spacecraft import assembly as spacecraft
 from flexsat.spacecraft.variation import with_modes
 from flexsat.structure import modes as structure

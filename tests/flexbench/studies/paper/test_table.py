@@ -20,7 +20,7 @@ from flexbench.studies.paper.table import (
     number,
     numbers,
 )
-from flexsat.parameters import CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
 
 RUN = ("as_published", "corrected")  # the variants that have numbers
 

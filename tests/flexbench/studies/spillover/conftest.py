@@ -3,8 +3,8 @@
 import pytest
 
 from flexbench.studies.margins.real_plant import Plants
+from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import build_design
-from flexsat.parameters import CONFIGURATIONS, configuration
 
 MOST = 60  # modes: 15 Hz, where the loops have long rolled off; all 198 are a script of tests/bench
 

@@ -6,7 +6,8 @@ import pytest
 from flexbench.studies.margins.designed_loop import DesignedLoop
 from flexbench.studies.margins.real_plant import MODE_COUNTS, Corner, stability, table_rows
 from flexbench.studies.spillover.corners import DELAY, GAINS, PHASE, required_corners
-from flexsat.parameters import ALL_MODES, CONFIGURATIONS
+from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.parameters import ALL_MODES
 from flexsat.spacecraft.variation import ModelErrors
 from lockstep import InputError
 

@@ -8,8 +8,9 @@ from numpy.testing import assert_allclose
 
 from flexbench.studies.margins.real_plant import Plants
 from flexbench.studies.spillover.stationary import stationary
+from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import build_design
-from flexsat.parameters import ARCSECOND, CONFIGURATIONS, PUBLISHED_MODES, configuration
+from flexsat.parameters import ARCSECOND, PUBLISHED_MODES
 from flexsat.spacecraft.variation import ModelErrors, with_modes
 
 # PHYSICS section 7, mesh of record, corrected: pointing [arcsec], torque [N.m], deformation [um], means of 4 to 6 runs

@@ -8,7 +8,8 @@ from flexbench.studies.margins.designed_loop import DesignedLoop
 from flexbench.studies.margins.stability import delay_margin
 from flexbench.studies.spillover import trade_off as curves
 from flexbench.studies.spillover.trade_off import CANCELLATION, FEEDBACK, HEADER, trade_off, variations
-from flexsat.parameters import ARCSECOND, configuration
+from flexsat.description.built_in import configuration
+from flexsat.parameters import ARCSECOND
 from flexsat.spacecraft.variation import ModelErrors
 
 MODES = 40

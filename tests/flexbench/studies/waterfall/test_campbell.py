@@ -13,7 +13,8 @@ from flexbench.studies.waterfall.campbell import (
     imbalance_deformation,
     modal_frequencies,
 )
-from flexsat.parameters import ALL_MODES, CONFIGURATIONS, RPM, ConfigurationName, configuration
+from flexsat.description.built_in import CONFIGURATIONS, configuration
+from flexsat.parameters import ALL_MODES, RPM, ConfigurationName
 from flexsat.spacecraft.assembly import Spacecraft
 from flexsat.spacecraft.linear_model import linearise
 from flexsat.spacecraft.variation import full_spacecraft

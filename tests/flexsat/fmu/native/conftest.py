@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import plant_matrices
-from flexsat.parameters import CONFIGURATIONS, PUBLISHED_MODES, configuration
+from flexsat.parameters import PUBLISHED_MODES
 from flexsat.ports import plant as plant_ports
 from flexsat.ports.table import Port
 from flexsat.runtime.plant_parameters import PlantMatrices
@@ -78,7 +79,8 @@ def _plants(layout: str) -> dict[str, PlantMatrices]:
         config = configuration(layout, "robust" if modes is None else "published")
         craft = build_spacecraft(config if modes is None else with_modes(config, modes), as_published=modes is not None)
         nominal = speeds.uniform(20.0, 80.0, craft.wheel_count)
-        variants[name] = plant_matrices(craft, nominal, config.rates.plant, as_published=modes is not None)
+        flexible = modes is None or config.release is None or config.release.flexible_accelerometers
+        variants[name] = plant_matrices(craft, nominal, config.rates.plant, flexible)
     return variants
 
 

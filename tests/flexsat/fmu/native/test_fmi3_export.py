@@ -16,6 +16,7 @@ from fmpy.model_description import read_build_description
 from fmpy.validation import validate_fmu
 from lxml import etree
 
+from flexsat.description.built_in import configuration
 from flexsat.fmu.documentation.content import MODEL_PICTURE, accompanying_files
 from flexsat.fmu.documentation.experiments import Experiment
 from flexsat.fmu.documentation.reference_results import Run
@@ -24,7 +25,6 @@ from flexsat.fmu.native.compile import OPTIONS, native_notes
 from flexsat.fmu.native.export import native_content
 from flexsat.fmu.native.fmi3_description import OPTIONS as BUILD_OPTIONS
 from flexsat.fmu.native.sources import FOLDER
-from flexsat.parameters import configuration
 from flexsat.ports.table import Port, PortTable
 from fmus.native.native_toy import build_follower, compiler_is_missing, counter_component
 from fmus.raw_fmu3 import ERROR, OK, Library3

@@ -24,6 +24,8 @@ static int choose_design(Component *component, const ControllerData **matrices)
 
     if (!published && !is_same(chosen, "robust"))
         return refuse(component, "design must be published or robust, got '%s'", chosen);
+    if (component->boolean[PORT_AS_PUBLISHED] && !HAS_AS_PUBLISHED)
+        return refuse(component, "as_published: this spacecraft has no published release; set it to false");
     *matrices = published ? &controller_published : &controller_corrected;
     if (component->boolean[PORT_AS_PUBLISHED])
         *matrices = &controller_as_published;

@@ -29,6 +29,8 @@ int choose_matrices(Component *component, PlantMatrices *matrices)
     const int all = data->frequency_rows, given = component->integer[PORT_MODES], m = given == 0 ? all : given;
     Memory *memory = &component->memory;
 
+    if (component->boolean[PORT_AS_PUBLISHED] && !HAS_AS_PUBLISHED)
+        return refuse(component, "as_published: this spacecraft has no published release; set it to false");
     if (m < 0 || m > all)
         return refuse(component, "modes must be from 1 to %d, or 0 for all of them, got %d", all, given);
     matrices->data = data;

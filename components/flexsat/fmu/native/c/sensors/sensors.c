@@ -146,6 +146,8 @@ int component_start(Component *component)
     PreparedSensors *prepared = memory_take(&component->memory, 1, sizeof *prepared);
     SensorState *state = memory_take(&component->memory, 1, sizeof *state);
 
+    if (component->boolean[PORT_AS_PUBLISHED] && !HAS_AS_PUBLISHED)
+        return refuse(component, "as_published: this spacecraft has no published release; set it to false");
     if (component->memory.failed ||
         sparse_of(&component->memory, WRENCHES, 4 * WHEELS, matrices->wrench_of_jitter, &prepared->wrench_of_jitter))
         return refuse(component, "the host gives no memory");

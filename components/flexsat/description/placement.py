@@ -1,0 +1,96 @@
+"""Where wheels and sensors are mounted: named sites on the structure or on the bus, and axes in body axes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from ..arrays import Array
+from ..quantities import NOT_NEGATIVE, Range, check_ranges
+
+Vector = tuple[float, float, float]
+
+BUS = "bus"  # the site at the origin of the structure, where it is clamped; it has no modal motion
+ALONG: dict[str, Vector] = {
+    "+x": (1.0, 0.0, 0.0),
+    "+y": (0.0, 1.0, 0.0),
+    "+z": (0.0, 0.0, 1.0),
+    "-x": (-1.0, -0.0, -0.0),  # the negatives of the others, zeros too: results keep their bits
+    "-y": (-0.0, -1.0, -0.0),
+    "-z": (-0.0, -0.0, -1.0),
+}
+UNIT = 1e-9  # of a unit vector's length: more than its rounding
+TRIANGLE = 1e-9  # of the largest moment of inertia: rounding of a plane or slender body's
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Site:
+    """A place for devices: a node of the structure at a polar position, or a point of the rigid bus.
+
+    Positions are from the centre of the aperture, in body axes.
+    """
+
+    name: str
+    radius: Annotated[float, "m", NOT_NEGATIVE] = 0.0
+    angle: Annotated[float, "deg", Range(minimum=-360.0, maximum=360.0)] = 0.0  # from body x; as files of sites give it
+    on_bus: Annotated[Vector, "m"] | None = None  # None: on the structure
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        if self.on_bus is not None and (self.radius or self.angle):
+            raise ValueError("Site.on_bus is a position on the bus: leave out radius and angle, or leave out on_bus")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Device:
+    """A wheel or a sensor: the site that it is mounted on, and its axis."""
+
+    site: str
+    axis: Vector  # unit vector in body axes
+
+    def __post_init__(self) -> None:
+        if not abs(math.hypot(*self.axis) - 1.0) <= UNIT:
+            raise ValueError(f"Device.axis must be a unit vector, got {self.axis!r}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bus:
+    """The rigid bus that the structure is clamped to, without wheels' spin."""
+
+    mass: Annotated[float, "kg", Range(minimum=0.0, maximum=1e9)] = 0.0  # the paper's structure carries all mass
+    # about its own centre of mass: moments xx, yy, zz, and products xy, xz, yz as they stand in the matrix
+    inertia: Annotated[tuple[float, ...], "kg.m2", Range(minimum=-1e12, maximum=1e12)] = (0.0,) * 6
+    centre_of_mass: Annotated[Vector, "m", Range(minimum=-1e3, maximum=1e3)] = (0.0, 0.0, 0.0)  # from the origin
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        if len(self.inertia) != 6:
+            raise ValueError(
+                f"Bus.inertia must be 3 moments, or 3 moments and 3 products of inertia, got {len(self.inertia)} values"
+            )
+        if self.mass == 0.0 and any((*self.inertia, *self.centre_of_mass)):
+            raise ValueError("Bus.mass must be > 0 for a bus with inertia or centre of mass, got 0.0")
+        low, middle, high = np.linalg.eigvalsh(self.inertia_matrix).tolist()
+        if low < -TRIANGLE * high or high > (low + middle) * (1.0 + TRIANGLE):
+            raise ValueError(
+                f"Bus.inertia is that of no rigid body: its principal moments are {low:.6g}, {middle:.6g} and"
+                f" {high:.6g} kg.m2; each must be at least 0 and at most the sum of the others"
+            )
+
+    @property
+    def inertia_matrix(self) -> Array:
+        """The inertia about the bus's own centre of mass, (3, 3) [kg.m2]."""
+        xx, yy, zz, xy, xz, yz = self.inertia
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def direction(vector: Vector) -> Vector:
+    """Return the unit vector along a vector; raise ValueError for one without length."""
+    length = math.hypot(*vector)
+    if not 0.0 < length < math.inf:
+        raise ValueError(f"an axis has a direction, and {vector!r} has none")
+    x, y, z = (component / length for component in vector)
+    return x, y, z

@@ -1,0 +1,164 @@
+"""What a spacecraft's file says is built, in any unit; a wrong one is refused by line, key, value and remedy."""
+
+import math
+
+import pytest
+
+from flexsat.controller_weights import Weights
+from flexsat.description.built_in import CONFIGURATIONS, built_in, configuration
+from flexsat.description.placement import Bus, Device, Site
+from flexsat.description.spacecraft_file import parse_spacecraft, read_spacecraft
+from flexsat.errors import SpacecraftFileError
+from flexsat.parameters import ARCSECOND, DEGREE, RPM, Aperture, Plate, Rates, SensorNoise, Slew, SpeedSelection, Wheel
+
+TEXT = """\
+name = "pyramid"
+wheels = [
+  { at = "bus", axes = ["+x", "-y", [1, 1, 1]] },
+  { at = "top", axes = ["+z"] },
+]
+gyros = [{ at = "tip", axes = ["+x", "+y"] }]
+accelerometers = [{ at = "bus", axes = ["+z"] }]
+[sites]
+tip = { radius = "14176 mm", angle = "60 deg" }
+top = { on_bus = [0.0, 0.0, "500 mm"] }
+[bus]
+mass = "800 kg"
+inertia = [500, 500.0, "600 kg.m2"]
+[wheel]
+factor = 2.0
+inertia = 0.5
+speed_band = "30 rpm"
+imbalance_force = "1e-7 N/rpm2"
+[noise]
+gyro = "1e-4 deg/s/rtHz"
+star_tracker_fine = "0.2 arcsec"
+[plate]
+plant_modes = 40
+design_modes = 7
+[controller]
+mrp = 2e6
+[controller.published]
+mrp = 5e6
+rate = 0.0
+"""
+
+
+def test_units_and_defaults_of_a_file():
+    spacecraft = parse_spacecraft(TEXT.replace('[500, 500.0, "600 kg.m2"]', "[500, 500.0, 600]"), "my.toml")
+
+    robust, published = (spacecraft.configurations[design] for design in ("robust", "published"))
+    third = 1.0 / math.sqrt(3.0)
+    assert spacecraft.name == robust.name == "pyramid"
+    assert robust.layout == "4 wheels"
+    assert robust.sites == (
+        Site(name="tip", radius=14.176, angle=60.0),
+        Site(name="top", on_bus=(0.0, 0.0, 0.5)),
+    )
+    assert robust.wheels == (
+        Device(site="bus", axis=(1.0, 0.0, 0.0)),
+        Device(site="bus", axis=(0.0, -1.0, 0.0)),
+        Device(site="bus", axis=(1.0 / math.hypot(1, 1, 1),) * 3),
+        Device(site="top", axis=(0.0, 0.0, 1.0)),
+    )
+    assert robust.wheels[2].axis == pytest.approx((third,) * 3, rel=1e-15)
+    assert robust.bus == Bus(mass=800.0, inertia=(500.0, 500.0, 600.0, 0.0, 0.0, 0.0))
+    assert robust.wheel == Wheel(inertia=0.5, speed_band=30.0 * RPM, imbalance_force=1e-7 / RPM**2).scaled(2.0)
+    # a density of white noise, over the root of the period: 200 Hz
+    assert robust.noise.gyro == pytest.approx(1e-4 * DEGREE * math.sqrt(200.0), rel=1e-15)
+    assert robust.noise.star_tracker_fine == pytest.approx(0.2 * ARCSECOND, rel=1e-15)
+    assert robust.plate == Plate(plant_modes=40, design_modes=7)
+    assert (robust.weights, published.weights) == (Weights(mrp=2e6), Weights(mrp=5e6, rate=0.0))
+    assert robust.release is None
+
+
+def test_the_files_of_the_paper_say_what_the_classes_have_from_paper_and_release():
+    assert CONFIGURATIONS == ("centralised", "distributed")
+    small = Wheel()
+    for name in CONFIGURATIONS:
+        found = configuration(name, "published")
+        large = name == "centralised"
+        given = (found.aperture, found.plate, found.noise, found.rates, found.slew, found.speeds)
+        assert given == (Aperture(), Plate(), SensorNoise(), Rates(), Slew(), SpeedSelection())
+        assert found.wheel == (small.scaled(5.5) if large else small)
+        assert found.weights == Weights(scale=5.5 if large else 1.0)
+        assert found.bus == Bus()
+        assert (len(found.wheels), len(found.gyros), len(found.accelerometers)) == (6 if large else 33, 23, 13)
+        assert built_in(name).name == name
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("factor = 2.0", "factr = 2.0", "my.toml:15: wheel.factr: no such key of wheel; there are inertia"),
+        ("inertia = 0.5", 'inertia = "4 kg"', 'my.toml:16: wheel.inertia = "4 kg": has the unit kg; it is measured in'),
+        ("inertia = 0.5", "inertia = -1.0", "my.toml:16: wheel.inertia = -1.0: must be > 0 kg.m2"),
+        ("factor = 2.0", "factor = 0", "my.toml:15: wheel.factor = 0: must be a number > 0"),
+        (
+            'at = "top"',
+            'at = "tops"',
+            'my.toml:4: wheels[2].at = "tops": no such site; there are bus, tip, top; did you',
+        ),
+        ('"-y"', '"y"', 'my.toml:3: wheels[1].axes[2] = "y": must be +x, +y, +z, -x, -y, -z, or a direction such as'),
+        ("[1, 1, 1]", "[0, 0, 0]", "my.toml:3: wheels[1].axes[3] = [0, 0, 0]: an axis has a direction"),
+        ('"-y", [1, 1, 1]', '"-x"', "my.toml:2: wheels: 3 wheels give no torque about some axis"),
+        (
+            "angle =",
+            "angel =",
+            "my.toml:9: sites.tip.angel: no such key of sites.tip; there are radius, angle, on_bus; did",
+        ),
+        ('"60 deg"', '"63 deg"', "my.toml:9: sites.tip: 14.176 m at 63 deg: no mesh node; nearest is 0.742 m off"),
+        ('[500, 500.0, "600 kg.m2"]', "[1, 1, 3]", "my.toml:13: bus.inertia: is that of no rigid body: its principal"),
+        (
+            '[500, 500.0, "600 kg.m2"]',
+            '[1, 1, "1 kg.m2"]',
+            "my.toml:13: bus.inertia = [1, 1, '1 kg.m2']: 1 has no unit",
+        ),
+        ('mass = "800 kg"', "mass = 0", "my.toml:12: bus.mass: must be > 0 for a bus with inertia"),
+        ("1e-4 deg/s/rtHz", "1 deg/s/rtHz", 'my.toml:20: noise.gyro = "1 deg/s/rtHz": is a deviation of 0.247 of'),
+        ("design_modes = 7", "design_modes = 70", "my.toml:24: plate.design_modes: must be at most plant_modes (40)"),
+        ("plant_modes = 40", "plant_modes = 400", "my.toml:23: plate.plant_modes = 400: must be at most 396"),
+        ("plant_modes = 40", "plant_modes = 40.5", "my.toml:23: plate.plant_modes = 40.5: must be a whole number"),
+        ("mrp = 2e6", "mrp = nan", "my.toml:26: controller.mrp = nan: must be finite, a number"),
+        ("mrp = 5e6", "mrp = -5e6", "my.toml:28: controller.published.mrp: must be >= 0, got -5000000.0"),
+        (
+            "[controller.published]",
+            "[controller.publishd]",
+            "my.toml:27: controller.publishd: no such key of controller",
+        ),
+        ('name = "pyramid"', 'name = "my craft"', 'my.toml:1: name = "my craft": must be small letters, digits and _'),
+        ('name = "pyramid"', "", 'my.toml: name: is missing; write for example name = "pyramid"'),
+        ("[wheel]", "[wheel", "my.toml: not TOML: "),
+        (
+            'at = "bus", axes = ["+z"]',
+            'at = "tip", axes = ["+x"]',
+            "my.toml:7: accelerometers: the one at tip senses along",
+        ),
+        (
+            "[plate]",
+            "[aperture]\nrings = 3\n[plate]",
+            "my.toml:22: aperture: there is a mesh for tiles of 2 m side in 4",
+        ),
+        ("[plate]", "[as_published]\nmodes = 5\n[plate]", "my.toml:22: as_published.mode_rows: must have each site"),
+    ],
+)
+def test_a_wrong_file_is_refused_in_one_line(old, new, message):
+    text = TEXT.replace('[500, 500.0, "600 kg.m2"]', "[500, 500.0, 600]") if not old.startswith("[500") else TEXT
+    assert old in text
+
+    with pytest.raises(SpacecraftFileError) as refusal:
+        parse_spacecraft(text.replace(old, new, 1), "my.toml")
+
+    assert str(refusal.value).startswith(message)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_file_that_cannot_be_read_is_refused(tmp_path):
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"name = '\xff'")
+    for path, message in (
+        (tmp_path / "no.toml", r"no\.toml: cannot be read \(No such file"),
+        (binary, "not UTF-8 at byte 8"),
+    ):
+        with pytest.raises(SpacecraftFileError, match=message):
+            read_spacecraft(path)
