@@ -25,7 +25,7 @@ STOCK = replace(
     configuration("centralised"),
     bus=Bus(mass=100.0, inertia=(60.0, 80.0, 100.0, 2.0, -4.0, 6.0), centre_of_mass=(0.2, -0.1, -1.5)),
     plate=Plate(plant_modes=40),
-    speeds=SpeedSelection(points=100),
+    speeds=SpeedSelection(points=150),
 )
 WORDS = (("name",), ("layout",))  # in names of files and models, and in documentation
 FACTORS = (1.05, 1.3, 2.0, 0.5)  # a choice among discrete speeds may survive a small change

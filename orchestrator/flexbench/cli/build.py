@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
-from lockstep.cli.parameter_types import SomeOf
+from lockstep.cli.parameter_types import PATH, SomeOf
 from lockstep.errors import InputError
 
 from .options import configuration_option, configurations
@@ -21,11 +22,13 @@ _EXAMPLES = """
 examples:
   {program} build
   {program} build --configuration distributed --flat --out fmus
+  {program} build my.toml
   {program} build --platforms linux64,win64
 """
 
 
 @command("build", _EXAMPLES)
+@click.argument("files", type=PATH, nargs=-1, metavar="[FILE...]", help="files of spacecraft (default: the built-in)")
 @configuration_option
 @out_option("folder to fill", default="fmus")
 @click.option("--flat", is_flag=True, help="also with flat variable names such as wheel_torque_1, into DIR/NAME/flat")
@@ -48,6 +51,7 @@ examples:
 )
 @click.option("--no-native", is_flag=True, help="without the FMUs in C, which need no Python, in DIR/NAME/native")
 def build(
+    files: tuple[Path, ...],
     configuration: tuple[str, ...],
     out: Path,
     flat: bool,
@@ -56,20 +60,24 @@ def build(
     platforms: tuple[str, ...],
     no_native: bool,
 ) -> int:
-    """Build the FMUs, system files, packages and the interface document of each configuration."""
-    from ..loop.build import build_all
+    """Build the FMUs, system files, packages and the interface document of each configuration, or spacecraft's file."""
+    from ..loop.build import build_all, build_files
 
     if platforms and no_native and not fmi3:
         raise InputError("--platforms is of the FMUs in C, which --no-native leaves out; drop one of the two")
+    if files and configuration:
+        raise InputError("--configuration chooses among the built-in spacecraft; drop it, or the files")
     started = perf_counter()
-    build_all(
-        configurations(configuration),
-        out,
-        flat=flat,
-        execution_tool=execution_tool,
-        native=not no_native,
-        fmi3=fmi3,
-        platforms=PLATFORMS if ALL in platforms else platforms,
-    )
+    options: dict[str, Any] = {
+        "flat": flat,
+        "execution_tool": execution_tool,
+        "native": not no_native,
+        "fmi3": fmi3,
+        "platforms": PLATFORMS if ALL in platforms else platforms,
+    }
+    if files:
+        build_files(files, out, **options)
+    else:
+        build_all(configurations(configuration), out, **options)
     print(f"built in {perf_counter() - started:.1f} s")
     return 0

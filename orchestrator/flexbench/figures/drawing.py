@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from io import BytesIO, StringIO
@@ -64,10 +65,13 @@ class Look:
         return {"color": self.colour, "linestyle": self.dashes, "linewidth": self.width}
 
 
-LOOKS: dict[ConfigurationName, Look] = {
-    "centralised": Look(colour=BLUE, dashes=SOLID, width=1.9),
-    "distributed": Look(colour=VERMILLION, dashes=DASHED, width=1.1),
-}
+LOOKS: dict[ConfigurationName, Look] = defaultdict(  # of the paper's layouts, and of any other spacecraft
+    lambda: Look(colour=BLUE, dashes=SOLID, width=1.9),
+    {
+        "centralised": Look(colour=BLUE, dashes=SOLID, width=1.9),
+        "distributed": Look(colour=VERMILLION, dashes=DASHED, width=1.1),
+    },
+)
 PUBLISHED: dict[str, Any] = {
     "linestyle": (0.0, (1.0, 1.2)), "linewidth": 1.3, "marker": "D", "markersize": 4.2, "markerfacecolor": "white",
     "clip_on": False, "zorder": 4.0,
@@ -134,7 +138,7 @@ def draw_noisy(axes: Axes, time: Array, values: Array, label: str, line: dict[st
 def draw_published(
     axes: Axes, scenario: str, key: str, name: ConfigurationName, times: Sequence[float], look: dict[str, Any]
 ) -> None:
-    """Draw the paper's value of one metric, in the unit of its table, at the times [s] that it refers to.
+    """Draw the paper's value of one metric, if it has one, in the unit of its table, at the times [s] it refers to.
 
     Parameters
     ----------
@@ -144,6 +148,8 @@ def draw_published(
     look : options of the line, in addition to PUBLISHED
     """
     (row,) = [row for row in ROWS if (row.scenario, row.key) == (scenario, key)]
+    if not np.isfinite(row.published_for(name)):
+        return
     values = [row.published_for(name)] * len(times)
     axes.plot(times, values, label=f"published, {name}", **(PUBLISHED | look))
 

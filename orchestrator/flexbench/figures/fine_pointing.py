@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 
 import matplotlib
@@ -33,19 +34,23 @@ from .drawing import (  # fmt: skip
     make_logarithmic,
     span_runs,
 )
-from .palette import ORANGE, SKY_BLUE
+from .palette import BLUE, ORANGE, SKY_BLUE
 
 MICROMETRE = 1e-6  # m
 MILLI = "to reference [$10^{-3}$ arcsec]"
 ZOOM = 2.0  # s, at the end of the run: some turns of the slowest wheel
 # lighter than with the loop closed
-OPEN_LOOKS: dict[ConfigurationName, Look] = {
-    "centralised": Look(colour=SKY_BLUE, dashes=DASHED, width=1.3),
-    "distributed": Look(colour=ORANGE, dashes=DASHED, width=1.3),
-}
-CLOSED_LOOKS: dict[ConfigurationName, Look] = {
-    name: Look(colour=look.colour, dashes=SOLID, width=1.3) for name, look in LOOKS.items()
-}
+OPEN_LOOKS: dict[ConfigurationName, Look] = defaultdict(
+    lambda: Look(colour=SKY_BLUE, dashes=DASHED, width=1.3),
+    {
+        "centralised": Look(colour=SKY_BLUE, dashes=DASHED, width=1.3),
+        "distributed": Look(colour=ORANGE, dashes=DASHED, width=1.3),
+    },
+)
+CLOSED_LOOKS: dict[ConfigurationName, Look] = defaultdict(
+    lambda: Look(colour=BLUE, dashes=SOLID, width=1.3),
+    {name: Look(colour=look.colour, dashes=SOLID, width=1.3) for name, look in LOOKS.items()},
+)
 SCENARIO_LOOKS: tuple[tuple[ScenarioName, str, Mapping[ConfigurationName, Look]], ...] = (
     ("fine_pointing_open_loop", "open loop", OPEN_LOOKS),
     ("fine_pointing", "closed loop", CLOSED_LOOKS),

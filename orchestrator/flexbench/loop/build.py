@@ -27,6 +27,7 @@ from ..html.render import as_html
 from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, icd_blocks
 from .build_manifest import MANIFEST, describe_configuration, versions, write_manifest
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
+from .spacecraft import FILE, design_file, read_file
 from .systems import WIRES, build_system, write_closed_systems, write_systems
 
 PrintLine = Callable[[str], None]
@@ -83,6 +84,43 @@ def build_all(
         raise InputError(str(error)) from None
 
 
+def build_files(
+    files: Sequence[Path],
+    folder: Path,
+    print_line: PrintLine = print,
+    *,
+    flat: bool = False,
+    execution_tool: bool = False,
+    native: bool = False,
+    fmi3: bool = False,
+    platforms: Sequence[str] = (),
+) -> None:
+    """Build the FMUs of the spacecraft that files describe, each into `folder`/<name>, with its interface document.
+
+    Parameters are those of `build_all`. Each file is copied there too: results are evaluated with it.
+
+    Raises
+    ------
+    InputError
+        If a file is refused, there is no design for it, or this machine lacks what a build needs.
+    """
+    try:
+        check_compilers(platforms)
+        versions_in_c: tuple[FmiVersion, ...] = (*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ()))
+        in_c = _InC(versions=versions_in_c, flat=flat, platforms=platforms, without=None)
+        read = [(path, read_file(path)) for path in files]
+        for path, spacecraft in read:
+            designs = {spacecraft.name: design_file(spacecraft, path)}
+            identities = _build_each(designs, folder, print_line, flat, execution_tool, in_c)
+            copy = folder / spacecraft.name / FILE
+            write_atomically(copy, spacecraft.text.encode())
+            written = write_icd(designs, folder / spacecraft.name, identities[spacecraft.name])
+            for one in (copy, *written):
+                print_line(str(one))
+    except BuildError as error:
+        raise InputError(str(error)) from None
+
+
 def _build_all(
     names: Sequence[ConfigurationName],
     folder: Path,
@@ -92,9 +130,24 @@ def _build_all(
     in_c: _InC,
 ) -> None:
     designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
+    chosen = {name: designs[name] for name in names}
+    identities = _build_each(chosen, folder, print_line, flat, execution_tool, in_c)
+    known = [identity for name in CONFIGURATIONS for identity in identities.get(name, [])]
+    for path in write_icd(designs, folder, known):
+        print_line(str(path))
+
+
+def _build_each(
+    designs: Mapping[ConfigurationName, Designs],
+    folder: Path,
+    print_line: PrintLine,
+    flat: bool,
+    execution_tool: bool,
+    in_c: _InC,
+) -> dict[ConfigurationName, list[tuple[str, str, str]]]:
+    """Build spacecraft and write the manifest; return file, GUID and SHA-256 of each FMU that it lists, by name."""
     entries = {}
-    for name in names:
-        both = designs[name]
+    for name, both in designs.items():
         parts = configuration_parts(both)
         built = build_configuration(both, folder, print_line, "structured", execution_tool, parts)
         flat_named = build_configuration(both, folder, print_line, "flat", execution_tool, parts) if flat else {}
@@ -119,13 +172,10 @@ def _build_all(
         entries[name] = describe_configuration(both.corrected.config, fmus, [*paths, *packages], folder)
     manifest = write_manifest(folder, entries)
     print_line(str(folder / MANIFEST))
-    identities = [
-        (file, fmu["guid"], fmu["sha256"])
-        for entry in manifest["configurations"].values()
-        for file, fmu in entry["fmus"].items()
-    ]
-    for path in write_icd(designs, folder, identities):
-        print_line(str(path))
+    return {
+        name: [(file, fmu["guid"], fmu["sha256"]) for file, fmu in entry["fmus"].items()]
+        for name, entry in manifest["configurations"].items()
+    }
 
 
 def _build_in_c(
@@ -192,8 +242,9 @@ def _text(value: float | int | bool) -> str:
 def write_icd(
     designs: Mapping[ConfigurationName, Designs], folder: Path, identities: Sequence[tuple[str, str, str]]
 ) -> list[Path]:
-    """Write the interface document as ICD.md with its drawing, and as ICD.html; return their paths."""
-    system = build_system(designs["distributed"], "fine_pointing", folder / "distributed")
+    """Write the interface document of spacecraft as ICD.md with its drawing, and as ICD.html; return their paths."""
+    name = list(designs)[-1]  # all have the same schedule
+    system = build_system(designs[name], "fine_pointing", folder / name)
     blocks = icd_blocks(designs, WIRES, system, identities)
     files = {
         "ICD.md": as_markdown(blocks),

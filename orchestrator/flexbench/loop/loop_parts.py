@@ -41,7 +41,7 @@ def spelled(port: str, element: int, flat: bool) -> str:
 def loop_parts(system: System) -> LoopParts | None:
     """Return the parts of the loop around flexsat's plant; None for a system without it, or with several."""
     models = [(component, _model(component, "plant")) for component in system.components]
-    found = [(c, name) for c, model in models for name in CONFIGURATIONS if model == f"plant_{name}"]
+    found = [(c, model.removeprefix("plant_")) for c, model in models if model and _is_plant(c, model)]
     if len(found) != 1:
         return None
     ((plant, name),) = found
@@ -59,6 +59,11 @@ def loop_parts(system: System) -> LoopParts | None:
     if ports is not None and _model(ports, "controller") != f"controller_{name}":
         ports = None
     return LoopParts(configuration=name, plant=plant, controller=controller, ports=ports, torques=torques, flat=flat)
+
+
+def _is_plant(component: Component, model: str) -> bool:
+    """Return whether a model called plant_<name> is flexsat's: a built-in one, or one with the parameters of these."""
+    return model.removeprefix("plant_") in CONFIGURATIONS or "as_published" in read_description(component).variables
 
 
 def _model(component: Component, part: str) -> str:

@@ -120,7 +120,8 @@ def _cell(row: PaperRow, result: Result, metrics: Mapping[str, float]) -> str:
 def _published(row: PaperRow, runs: Sequence[RunData]) -> str:
     """Return the published value for each configuration on the page."""
     results = [run.result for run in runs if scenario_of(run.result) == row.scenario]
-    ordered = sorted({result.run.configuration for result in results if result.run})
+    flown = {result.run.configuration for result in results if result.run}
+    ordered = sorted(name for name in flown if math.isfinite(row.published_for(name)))
     if len(ordered) == 1:
         return number(row.published_for(ordered[0]))
     return ", ".join(f"{number(row.published_for(name))} {name}" for name in ordered)

@@ -214,9 +214,13 @@ def _flown(
 
 
 def _slew_limits(controller: Mapping[str, NDArray[Any]], parameters: Mapping[str, Any]) -> dict[str, Array]:
-    """Return what the controller plans slews with, as its parameters set it; NaN for wheels of unequal limits."""
+    """Return what the controller plans slews with, as its parameters set it.
+
+    NaN for wheels of unequal limits, and for those that are not along body axes: about each, theirs is not a sum.
+    """
     unequal = ("wheel.torque_limit_factor", "wheel.speed_band_factor", "wheel.speed_offset", "keep_out.")
-    if not controller or any(name.startswith(unequal) for name in parameters):
+    along = "wheel_axis" in controller and np.all(np.count_nonzero(controller["wheel_axis"], axis=1) == 1)
+    if not along or any(name.startswith(unequal) for name in parameters):
         return {
             "slew_inertia": np.full((3, 3), np.nan),
             "slew_torque": np.full(3, np.nan),
@@ -248,7 +252,8 @@ def planned_slew(design: FlownDesign, command: Command) -> Profile:
     """
     if not np.all(np.isfinite(design.slew_torque)):
         raise InputError(
-            "the slew's plan: it is known for flexsat's controller, with equal wheels and without keep-out cones only"
+            "the slew's plan: it is known for flexsat's controller, with equal wheels along body axes and without"
+            " keep-out cones only"
         )
     rotation = np.array(command.rotation)
     return plan(rotation, command.time, design.slew_inertia, design.slew_torque, design.slew_momentum)

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.arrays import Array
-from flexsat.description.built_in import configuration
 from flexsat.fmu.python.load_matrices import MODEL_FILE
+from flexsat.parameters import DEFAULT_DESIGN, Wheel
 from flexsat.runtime.rotations import error_angle
+from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import open_file
 from lockstep.results.monitor import Found
 from lockstep.results.read_run_record import read_run_record
@@ -23,6 +24,7 @@ from lockstep.results.signal_patterns import matching
 from lockstep.system.system import Connection, System
 
 from ..loop.loop_parts import LoopParts, Parameters, flag_of, loop_parts, number_of, numbers_of
+from ..loop.spacecraft import spacecraft_of
 from .commands import Command, commanded_attitude
 from .loop_events import LoopEvents, Rows
 
@@ -32,6 +34,8 @@ KINDS = {
     "limit-cycle": "limit cycle",
     "divergence": "divergence",
 }
+
+NO_LIMIT = 1e6  # N.m or rad/s: none that a wheel reaches
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,7 +139,11 @@ def watch_loop(system: System, parameters: Parameters, recorded: Sequence[str]) 
 
 def _limits(parts: LoopParts, parameters: Parameters) -> tuple[Array, Array]:
     """Return the torque limit [N.m] and the speed band [rad/s] of each wheel, (n,): those of plant and controller."""
-    nominal, wheels, ports = configuration(parts.configuration).wheel, len(parts.torques), parts.ports
+    wheels, ports = len(parts.torques), parts.ports
+    try:
+        nominal = spacecraft_of(parts.configuration, parts.plant.source).configurations[DEFAULT_DESIGN].wheel
+    except InputError:  # its file is lost; plant and controller have limits of their own
+        nominal = Wheel(torque_limit=NO_LIMIT, speed_band=NO_LIMIT)
     known = number_of(parts.plant, parts.name("wheel.torque_limit"), parameters)
     limit = np.full(wheels, nominal.torque_limit if known is None else known)
     band = np.full(wheels, nominal.speed_band)

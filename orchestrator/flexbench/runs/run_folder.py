@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 
-from flexsat.description.built_in import CONFIGURATIONS
-from flexsat.design.chain import Design, Designs, build_designs
+from flexsat.design.chain import Design, Designs
 from flexsat.parameters import DEFAULT_DESIGN, ConfigurationName, ControllerDesign
 from lockstep import InputError, Signals, read_signals
 from lockstep.results.read import PARQUET
@@ -16,10 +14,12 @@ from lockstep.results.read_run_record import read_run_record
 from lockstep.results.run_record import EVENTS, RUN
 from lockstep.results.stream import STREAM
 
+from ..loop.spacecraft import designs_for
 from .commands import Command, command_of, number_of
 from .flown_design import FILE as DESIGN
 from .flown_design import FlownDesign, planned_slew, read_flown, refuse_other_design
 from .histories import pointing_error
+from .loop_names import plant_model
 from .loop_numbers import settling_band
 from .loop_signals import read_loop
 from .metrics import SETTLED_FROM, Windows, check_length, compute_metrics
@@ -61,7 +61,9 @@ class Run:
     @property
     def designs(self) -> Designs:
         """All designs of its configuration; InputError if the run flew another plant."""
-        designs = _designs(self.configuration)
+        record, _ = read_run_record(self.folder)
+        plant = next(one for one in record["component"] if one["name"] == "plant")
+        designs = designs_for(self.configuration, Path(plant["source"]))
         refuse_other_design(self.flown, designs.flown(self.as_published, self.controller_design), self.folder)
         return designs
 
@@ -114,11 +116,6 @@ class Run:
         return compute_metrics(signals, design, Windows(slew_end=end, as_published=self.as_published))
 
 
-@lru_cache(maxsize=2)
-def _designs(name: ConfigurationName) -> Designs:
-    return build_designs(name)
-
-
 def read_run(folder: Path) -> Run:
     """Read a results folder.
 
@@ -129,14 +126,13 @@ def read_run(folder: Path) -> Run:
     """
     record, _ = read_run_record(folder)
     components = {component["name"]: component for component in record["component"]}
-    model = components.get("plant", {}).get("model", "")
-    name = next((name for name in CONFIGURATIONS if model == f"plant_{name}"), None)
-    if name is None or "controller" not in components:
+    match = plant_model(components.get("plant", {}))
+    if match is None or match[2] is not None or "controller" not in components:
         raise InputError(f"{folder}: not a run of a flexsat system, whose plant is called plant_<configuration>")
     plant, controller = (components[part].get("parameters", {}) for part in ("plant", "controller"))
     return Run(
         folder=folder,
-        configuration=name,
+        configuration=match[1],
         as_published=bool(plant.get("as_published", False)),
         controller_design="published" if controller.get("design", DEFAULT_DESIGN) == "published" else "robust",
         slew=command_of(record, "controller") is not None,

@@ -10,8 +10,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from flexsat.closed_loop import port_values
-from flexsat.description.built_in import CONFIGURATIONS
-from flexsat.design.chain import Design, build_designs
+from flexsat.design.chain import Design
 from flexsat.parameters import ControllerDesign
 from flexsat.ports import plant as plant_ports
 from flexsat.spacecraft.assembly import Spacecraft
@@ -21,6 +20,8 @@ from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value
 from lockstep.system.component import Value
 
+from ...loop.loop_parts import loop_parts
+from ...loop.spacecraft import designs_for
 from .analysis import AXES
 from .designed_loop import Delays, DesignedLoop
 from .injection import loop_channels
@@ -141,10 +142,10 @@ def _model(system: System, component: str) -> str:
 
 def _design(system: System, plant: str, controller: str, overrides: Mapping[str, Value]) -> Design | None:
     model = _model(system, plant)
-    name = next((name for name in CONFIGURATIONS if model == f"plant_{name}"), None)
-    if name is None:
+    parts = loop_parts(system)
+    if parts is None or model != f"plant_{parts.configuration}":
         return None
-    designs = build_designs(name)
+    designs = designs_for(parts.configuration, parts.plant.source)
     of_plant, of_controller = (_given(system, part, overrides) for part in (plant, controller))
     chosen: ControllerDesign = "published" if of_controller.get("design") == "published" else "robust"
     return designs.flown(bool(of_plant.get("as_published")), chosen)

@@ -6,10 +6,12 @@ Nothing here is read by a simulation.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ConfigurationName
 
 # Hz, of the structure clamped at the hole: the authors' own finite elements (public release), four digits
@@ -43,8 +45,8 @@ class PaperRow:
     of_whole_run: bool = False  # refers to runs of 300 s
 
     def published_for(self, name: ConfigurationName) -> float:
-        """Return the paper's value."""
-        return self.published[name == "distributed"]
+        """Return the paper's value; not a number for a spacecraft that is not the paper's."""
+        return self.published[CONFIGURATIONS.index(name)] if name in CONFIGURATIONS else math.nan
 
 
 _DEG = 57.29577951308232

@@ -1,0 +1,74 @@
+"""Find the description of a spacecraft: a built-in one, or the file that its FMUs were built from."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+from flexsat.description.built_in import CONFIGURATIONS, built_in
+from flexsat.description.spacecraft_file import SpacecraftFile, parse_spacecraft, read_spacecraft
+from flexsat.design.chain import Designs, build_designs, designs_of
+from flexsat.errors import SpacecraftFileError
+from flexsat.parameters import ConfigurationName
+from lockstep.errors import InputError
+
+FILE = "spacecraft.toml"  # in the folder of the FMUs, as it was when they were built
+LEVELS = 4  # folders above an FMU in which the file may be: NAME/flat/native/fmi3
+
+
+def read_file(path: Path) -> SpacecraftFile:
+    """Read a spacecraft's file for a build; raise InputError if it is refused, or has the name of a built-in one."""
+    try:
+        spacecraft = read_spacecraft(path)
+    except SpacecraftFileError as error:
+        raise InputError(str(error)) from None
+    if spacecraft.name in CONFIGURATIONS and spacecraft.configurations != built_in(spacecraft.name).configurations:
+        raise InputError(
+            f'{path.name}: name = "{spacecraft.name}": a built-in spacecraft has this name, and another design; choose'
+            " another name"
+        )
+    return spacecraft
+
+
+def spacecraft_of(name: ConfigurationName, fmu: Path) -> SpacecraftFile:
+    """Return the description of the spacecraft that an FMU was built for.
+
+    Raises
+    ------
+    InputError
+        If it is not built in, and there is no file of it with the FMU.
+    """
+    if name in CONFIGURATIONS:
+        return built_in(name)
+    for folder in fmu.parents[:LEVELS]:
+        path = folder / FILE
+        if path.is_file():
+            spacecraft = read_file(path)
+            if spacecraft.name == name:
+                return spacecraft
+    raise InputError(
+        f"{name}: no built-in spacecraft, and no {FILE} of it with {fmu}; build its FMUs with `flexsat build FILE`"
+    )
+
+
+def designs_for(name: ConfigurationName, fmu: Path) -> Designs:
+    """Return the designs of the spacecraft that an FMU was built for; raise InputError if they are not known."""
+    if name in CONFIGURATIONS:
+        return build_designs(name)
+    return _designs(spacecraft_of(name, fmu).text)
+
+
+def design_file(spacecraft: SpacecraftFile, path: Path) -> Designs:
+    """Run the design chain of a spacecraft's file; raise InputError if there is no design."""
+    designs = designs_of(spacecraft.configurations["robust"], spacecraft.configurations["published"])
+    try:
+        for variant in designs.variants:
+            designs.variant(variant)
+    except ValueError as error:
+        raise InputError(f"{path.name}: {error}") from None
+    return designs
+
+
+@lru_cache(maxsize=2)
+def _designs(text: str) -> Designs:
+    return design_file(parse_spacecraft(text, FILE), Path(FILE))
