@@ -24,8 +24,8 @@ from flexbench.loop.build import build_all
 from flexbench.loop.native_fmus import with_native_fmus
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexsat.closed_loop import ClosedLoop
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import build_designs
-from flexsat.parameters import CONFIGURATIONS
 from lockstep import load_system, simulate
 
 ROUNDS = 3
