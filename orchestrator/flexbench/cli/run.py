@@ -81,6 +81,7 @@ def run(
             core=request.core,
             tick=implementation(request.timing.tick),
             threads=request.threads,
+            profile=request.profile,
             finish=finish,
             watch=watch_loop,
         )

@@ -29,6 +29,7 @@ _WITH_RESUME = {
     "realtime_priority",
     "core",
     "threads",
+    "profile",
     "step_limit",
     "traceback",
 }  # all else is as it was
@@ -107,6 +108,7 @@ def resume_run(
     core: int | None = None,
     tick: str = "auto",
     threads: str | None = None,
+    profile: bool = False,
     finish: Callable[[Path], None] = lambda _: None,
     watch: Watch | None = None,
 ) -> RunSummary:
@@ -142,8 +144,9 @@ def resume_run(
                 core=core,
                 tick=tick,
                 threads=threads,
+                profile=profile,
             )
         print_warnings(summary.warnings)
-        print_summary(summary)
+        print_summary(summary, profile=profile)
         finish(claimed.path)
     return summary

@@ -10,6 +10,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from lockstep.cli.print_table import print_table
+from lockstep.run.loop_time import TABLE_HEADER
 from lockstep.run.real_time_pacing import Pacer
 from lockstep.simulation import Progress as Report
 from lockstep.simulation import RunSummary
@@ -81,14 +83,19 @@ def in_bytes(size: int) -> str:
     return f"{size} bytes" if size < 1000 else f"{value:.1f} {unit}"
 
 
-def print_summary(summary: RunSummary) -> None:
-    """Print simulated time, speed and results folder of a run."""
+def print_summary(summary: RunSummary, *, profile: bool = False) -> None:
+    """Print simulated time, speed and results folder of a run; as a profile, a table of where the wall time went."""
     simulated = summary.simulated_time - summary.start_time
     speed = simulated / max(summary.wall_time, 1e-9)
     begun = f", from {summary.start_time:g} s on" if summary.start_time else ""
     took = f"{simulated:g} s simulated{begun} in {summary.wall_time:.1f} s ({speed:.1f} x real time)"
     recorded = f", {summary.rows} rows in {in_bytes(summary.size)}" if summary.rows and summary.folder else ""
     print(f"{took}{recorded}: {summary.folder}")
+    if summary.loop_time is not None:
+        if profile:
+            print_table(TABLE_HEADER, summary.loop_time.table(), 120)
+        elif line := summary.loop_time.line():
+            print(line)
     if summary.terminated:
         print(f"ended before the stop time: {summary.terminated}")
     if summary.pacer is not None:

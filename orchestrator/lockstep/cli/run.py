@@ -55,6 +55,7 @@ def run(request: RunRequest) -> int:
             core=request.core,
             tick=implementation(request.timing.tick),
             threads=request.threads,
+            profile=request.profile,
         )
     else:
         load = partial(load_system, timing=request.timing.timing(), within=request.within)

@@ -60,6 +60,7 @@ class RunRequest:
     realtime_priority: int | None
     core: int | None
     threads: str | None
+    profile: bool
     strict_inputs: bool
     strict: bool
     within: Path | None
@@ -99,6 +100,7 @@ run_options = option_group(
     click.option("--threads", metavar="N|auto",
                  help="threads that step FMUs beside each other, at most; 1: all in turn (default: auto, as many as "
                       "there are cores, for steps that are long enough)"),
+    click.option("--profile", is_flag=True, help="show where the wall time goes, by component"),
     click.option("--strict-inputs", is_flag=True, help="refuse inputs without connection and value"),
     click.option("--strict", is_flag=True, help="refuse system files and FMUs with offences that give warnings"),
     click.option("--within", type=PATH, metavar="DIR",
@@ -167,6 +169,7 @@ def run_system(
                 core=request.core,
                 tick=implementation(request.timing.tick),
                 threads=request.threads,
+                profile=request.profile,
                 checkpoints=request.checkpoints.schedule(),
                 restart=restart,
                 strict_inputs=request.strict_inputs,
@@ -180,7 +183,7 @@ def run_system(
             print(f"left out, as no variable takes them: {compact(system.ignored)}")
         if system.start_values:
             print(f"values of connected inputs, which count at initialization only: {compact(system.start_values)}")
-        print_summary(summary)
+        print_summary(summary, profile=request.profile)
         if any(component.shadow for component in system.components):
             print("\n".join(residual_lines(folder.path)))
         finish(folder.path)

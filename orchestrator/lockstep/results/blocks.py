@@ -12,6 +12,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
+from lockstep.results.column_values import column_values
 from lockstep.results.signal_patterns import Signal
 
 _NUMBERS: tuple[Scalar, ...] = ("Real", "Integer", "Boolean")  # recorded as float64, which holds them all
@@ -109,10 +110,10 @@ class Columns:
     def fill(self, block: Block, batch: pa.RecordBatch) -> None:
         """Set the first rows of a block to those of a batch."""
         count = len(batch)
-        block.times[:count] = batch.column(0).to_numpy()
+        block.times[:count] = column_values(batch.column(0))
         columns = [column for part in (block.numbers, *block.others) for column in part.T]
         for k, place in enumerate(self._order, 1):
-            columns[place][:count] = batch.column(k).to_numpy(zero_copy_only=False)
+            columns[place][:count] = column_values(batch.column(k))
 
 
 def _empty(shape: tuple[int, int], scalar: Scalar) -> NDArray[Any]:

@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from lockstep.results.column_values import column_values
 from lockstep.system.component import Value
 from lockstep.system.system import System
 
@@ -49,16 +50,21 @@ class Observed:
 
     def block(self, batch: pa.RecordBatch, *, past: bool = False) -> None:
         """Look at a block that was written; what one of an earlier part of the run shows is among the events."""
-        found = list(self._monitor.rows(batch.column(0).to_numpy().copy(), _Columns(batch)))
+        found = self.look(batch)
         if not past:
-            self._note(found)
+            self.note(found)
+
+    def look(self, batch: pa.RecordBatch) -> list[Found]:
+        """Return what a block shows; it may be called in another thread, for one block after another."""
+        return list(self._monitor.rows(column_values(batch.column(0)).copy(), _Columns(batch)))
 
     def end(self) -> list[dict[str, object]]:
         """Note what is known at the end, and return the tables for run.toml."""
-        self._note(self._monitor.end())
+        self.note(self._monitor.end())
         return [dict(table) for table in self._monitor.summary()]
 
-    def _note(self, found: Iterable[Found]) -> None:
+    def note(self, found: Iterable[Found]) -> None:
+        """Add findings to the events of the run."""
         for one in found:
             self._add(one.event, time=one.time, **one.details)
 
@@ -71,8 +77,7 @@ class _Columns(Mapping[str, NDArray[Any]]):
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         column = self._batch.column(self._batch.schema.get_field_index(name))
-        values: NDArray[Any] = column.to_numpy(zero_copy_only=False).copy()
-        return values
+        return column_values(column).copy()
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._batch.schema.names[1:])

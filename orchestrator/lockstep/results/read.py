@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lockstep.array_names import by_array, in_order
 from lockstep.errors import InputError, compact, suggestion
+from lockstep.results.column_values import column_values
 from lockstep.results.lazy_columns import LazyColumns
 from lockstep.results.stream import STREAM, read_batches
 
@@ -79,7 +80,7 @@ def signals_in_memory(blocks: Sequence[pa.RecordBatch], schema: pa.Schema) -> Si
     """Return the signals of a run in memory; columns are joined when they are read."""
     table = pa.Table.from_batches(blocks, schema)
     names = _chosen(schema, None)
-    return _signals(table.column("time").to_numpy(), schema, names, LazyColumns(names, partial(_of_table, table)))
+    return _signals(column_values(table.column("time")), schema, names, LazyColumns(names, partial(_of_table, table)))
 
 
 def open_signals(folder: Path | str) -> Signals:
@@ -97,7 +98,7 @@ def open_signals(folder: Path | str) -> Signals:
 
 
 def _of_table(table: pa.Table, names: Sequence[str]) -> Mapping[str, NDArray[np.float64]]:
-    return {name: table.column(name).to_numpy() for name in names}
+    return {name: column_values(table.column(name)) for name in names}
 
 
 def _of_folder(folder: Path, names: Sequence[str]) -> Mapping[str, NDArray[np.float64]]:
@@ -144,7 +145,7 @@ def read_signals(folder: Path | str, columns: Sequence[str] | None = None) -> Si
     else:
         raise InputError(f"{folder}: holds no {PARQUET} and no {STREAM}; give the folder of a run")
     read = _of_table(table, names)
-    return _signals(table.column("time").to_numpy(), schema, names, read)
+    return _signals(column_values(table.column("time")), schema, names, read)
 
 
 @contextmanager

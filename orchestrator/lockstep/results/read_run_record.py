@@ -42,6 +42,7 @@ _MORE = {
     "?resumed": ["table"],
     "?reason": "text",
     "?pace": "table",
+    "?time": "table",
     "?real_time": "table",
     "?recorded": {"?signals": "whole number", "?rows": "whole number", "?size": "whole number"},
 }

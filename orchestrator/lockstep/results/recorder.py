@@ -170,7 +170,8 @@ class Recorder:
             self._keep(self._columns.copy(self.block, count))
             return
         self._complete_write()
-        self._stream.begin(partial(self._columns.batch, self.block, count))
+        look = _nothing if self._observed is None else self._observed.look
+        self._stream.begin(partial(self._columns.batch, self.block, count), look)
         self.block, self._spare = self._spare, self.block
         self._rows, self._times = self.block.rows, self.block.times
 
@@ -182,12 +183,12 @@ class Recorder:
             self._observed.block(batch)
 
     def _complete_write(self) -> None:
-        """Wait for the block that is being written."""
-        batch = self._stream.wait()
-        if batch is not None:
+        """Wait for the block that is being written, and note what it shows."""
+        if self._stream.busy:
+            found = self._stream.wait()
             self._conversion.written(self._stream.rows)
             if self._observed is not None:
-                self._observed.block(batch)
+                self._observed.note(found)
 
     @property
     def written(self) -> int:
@@ -222,6 +223,10 @@ class Recorder:
             self._conversion.discard()
             raise
         self._conversion.finish(self._stream.rows)
+
+
+def _nothing(_batch: pa.RecordBatch) -> None:
+    """Look at a block that nothing observes."""
 
 
 def waiting_rows(saved: SavedRows, signals: Sequence[Signal]) -> int:

@@ -142,7 +142,8 @@ def end_run_record(folder: Path, content: Mapping[str, object]) -> None:
     except OSError:
         path = folder / RUN
         size = path.stat().st_size
-        texts = (to_toml(fields).encode() for fields in (content, _short_reason(content)))
+        short = {name: value for name, value in content.items() if name != "time"}
+        texts = (to_toml(fields).encode() for fields in (content, short, _short_reason(short)))
         text = next((text for text in texts if len(text) <= size), None)
         if text is not None:
             with path.open("r+b") as file:

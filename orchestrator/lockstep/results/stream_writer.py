@@ -7,12 +7,15 @@ import threading
 from collections.abc import Callable, Collection
 from pathlib import Path
 from queue import SimpleQueue
+from typing import Any
 
+import numpy as np
 import pyarrow as pa
 
 from lockstep.operating_system import pin
 
 Make = Callable[[], pa.RecordBatch]
+Look = Callable[[pa.RecordBatch], Any]
 
 
 class StreamWriter:
@@ -25,28 +28,26 @@ class StreamWriter:
         self._writer = pa.ipc.new_stream(self._file, schema)
         self.rows = 0  # that are on disk
         self._failure: BaseException | None = None
-        self._due: SimpleQueue[Make | None] = SimpleQueue()
-        self._done: SimpleQueue[pa.RecordBatch | None] = SimpleQueue()
-        self._busy = False
+        self._due: SimpleQueue[tuple[Make, Look] | None] = SimpleQueue()
+        self._done: SimpleQueue[tuple[Any, BaseException | None]] = SimpleQueue()
+        self.busy = False  # whether a batch was begun that was not waited for
         self._thread: threading.Thread | None = None
 
-    def begin(self, make: Make) -> None:
-        """Make a batch and write it, in the thread; `wait` comes before the next one."""
+    def begin(self, make: Make, look: Look) -> None:
+        """Make a batch, write it and look at it, in the thread; `wait` comes before the next one."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._work, name="write signals", daemon=True)
             self._thread.start()
-        self._busy = True
-        self._due.put(make)
+        self.busy = True
+        self._due.put((make, look))
 
-    def wait(self) -> pa.RecordBatch | None:
-        """Wait for the batch that was begun, and return it, None without one; raise what its write raised."""
-        if not self._busy:
-            return None
-        batch = self._done.get()
-        self._busy = False
-        if batch is None and self._failure is not None:
-            raise self._failure
-        return batch
+    def wait(self) -> Any:
+        """Wait for the batch that was begun, and return what the look at it returned; raise what was raised for it."""
+        self.busy = False
+        found, failure = self._done.get()
+        if failure is not None:
+            raise failure
+        return found
 
     def write(self, batch: pa.RecordBatch) -> None:
         """Write a batch in the calling thread."""
@@ -84,11 +85,14 @@ class StreamWriter:
     def _work(self) -> None:
         """Write what is due until the end."""
         pin(threading.get_native_id(), self._cores)  # the thread that steps FMUs may be pinned to one
-        while (make := self._due.get()) is not None:
-            batch = None
+        while (job := self._due.get()) is not None:
+            make, look = job
+            found, failure = None, None
             try:
                 batch = make()
                 self.write(batch)
-            except BaseException as error:
-                self._failure, batch = error, None
-            self._done.put(batch)
+                with np.errstate(over="ignore"):  # as in the loop
+                    found = look(batch)
+            except BaseException as error:  # raised where the loop waits
+                failure = error
+            self._done.put((found, failure))

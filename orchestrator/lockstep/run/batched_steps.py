@@ -125,7 +125,9 @@ class Batches:
             parts = [(self._slaves[step.name], step) for step in steps]
             batch = RemoteBatch(self._connection, self._places, parts, self)
             read = frozenset[str]().union(*(step.read for step in steps))
-            begin, finish = Python(call=batch.begin), Python(call=lambda _: batch.complete())
+            joined = " + ".join(task.name for task in tasks)
+            begin = Python(call=batch.begin, component=joined)
+            finish = Python(call=lambda _: batch.complete(), component=joined)
             self._made[key] = StartedStep(begin=(begin,), finish=(finish,), reads=read)
         yield tasks, self._made[key]
 

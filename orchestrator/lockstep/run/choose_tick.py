@@ -23,11 +23,16 @@ class TickChoice:
     times: Times
     threads: ThreadLimit
 
-    def start(self, program: Program, first: int, clock: Clock, rows: Rows | None) -> Ticking:
-        """Return what executes a program from a tick on; `rows` is the recorder that its captures fill in."""
+    def start(
+        self, program: Program, first: int, clock: Clock, rows: Rows | None, *, measured: bool = False
+    ) -> Ticking:
+        """Return what executes a program from a tick on; `rows` is the recorder that its captures fill in.
+
+        Where the wall time goes is always measured in C, and in Python if asked for: it makes short ticks slower.
+        """
         if self.in_c:
             return CTick(program, self.times, first, clock, rows, self.threads)
-        return PythonTick(program, self.times, first, clock)
+        return PythonTick(program, self.times, first, clock, measured=measured)
 
     @property
     def several(self) -> bool:

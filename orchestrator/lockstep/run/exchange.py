@@ -224,7 +224,7 @@ class Exchange:
                 except EndOfSimulation as end:
                     self._end(end)
 
-            return StartedStep(begin=(*before, step), finish=(Python(call=completed), *after))
+            return StartedStep(begin=(*before, step), finish=(Python(call=completed, component=name), *after))
         if self._threads and step_apart(step.call) is not None:
             return StartedStep(begin=(*before, Begin(step=step)), finish=(Finish(step=step), *after))
         return (*before, step, *after)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import perf_counter
 
 from lockstep.system.clock import Time, seconds
 from lockstep.tick.operations import Action, Clock, Ticking
@@ -23,6 +25,10 @@ class Loop:
         self.threads = 1  # that have stepped components, up to `close`
         self.pauses: list[Pause] = []  # those to come, in the order of their ticks
         self._look: Action = lambda _: None
+        self._outside = 0.0  # [s] of wall time around the ticks: checkpoints, progress
+        self._spent: dict[str, float] = {}  # [s] of what has been closed
+        self._executed: list[tuple[int, int]] = []  # ranges of ticks, before the present one
+        self._begun = first  # the present one
         clock.time = self.time
 
     @property
@@ -52,14 +58,51 @@ class Loop:
     def close(self) -> None:
         """End what executes ticks."""
         if self._ticking is not None:
+            self._spent = self._measured()
+            self._end_range()
             self.first = self._ticking.done
             self.threads = max(self.threads, self._ticking.threads)
             self._ticking.close()
             self._ticking = None
 
+    @property
+    def executed(self) -> list[tuple[int, int]]:
+        """The ranges of ticks that were executed; after `go_back` they overlap."""
+        return [*self._executed, (self._begun, self.done)]
+
+    def _end_range(self) -> None:
+        self._executed = self.executed
+        self._begun = self.done
+
+    @property
+    def spent(self) -> dict[str, float]:
+        """The wall time by account [s], see `lockstep.tick.accounts`; if it is not measured, the rest is all of it."""
+        found = self._measured()
+        return found | {"rest": found.get("rest", 0.0) + max(0.0, self._outside)}
+
+    def _measured(self) -> dict[str, float]:
+        """Return the wall time of ticks by account, with that of what has been closed."""
+        found = dict(self._spent)
+        for name, time in ({} if self._ticking is None else self._ticking.spent()).items():
+            found[name] = found.get(name, 0.0) + time
+        return found
+
+    @contextmanager
+    def _timed(self) -> Iterator[None]:
+        """Charge what passes in this block, beside the ticks, to the rest."""
+        ticking = self._ticking
+        assert ticking is not None
+        before, started = ticking.measured(), perf_counter()
+        try:
+            yield
+        finally:
+            self._outside += perf_counter() - started - (ticking.measured() - before)
+
     def go_back(self, tick: int) -> None:
         """Continue at a tick, as if no later one had been run, and none had ended the loop."""
         assert self._ticking is not None
+        self._end_range()
+        self._begun = tick
         self._ticking.go_back(tick)
         self.ended = False
         self._clock.time = self.time
@@ -72,7 +115,8 @@ class Loop:
     def go_on(self, reason: int) -> None:
         """Complete the tick at which the function of `stepper` returned a reason."""
         assert self._ticking is not None
-        self._ticking.go_on(reason, self._look)
+        with self._timed():
+            self._ticking.go_on(reason, self._look)
         self._clock.time = self.time
 
     def settle(self) -> None:
@@ -100,6 +144,10 @@ class Loop:
         ticking = self._ticking
         assert ticking is not None
         self._stopped = False
+        with self._timed():
+            self._run_until(ticking, tick)
+
+    def _run_until(self, ticking: Ticking, tick: int) -> None:
         while self.pauses and self.pauses[0][0] <= tick and not (self.ended or self._stopped):
             end, act = self.pauses[0]
             ticking.run(end, self._look)

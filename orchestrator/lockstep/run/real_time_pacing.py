@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from lockstep.errors import InputError
 from lockstep.interrupt import Interrupt
+from lockstep.tick.operations import Operation, Pace, Python
 
 _POLLING = 2e-4  # [s] before a deadline in which the clock is polled: a sleep ends some 0.1 ms late
 _SLICE = 0.05  # [s] of sleep between two checks for Ctrl-C
@@ -56,11 +57,6 @@ class Pacer:
         """The start of the tick after that [s] simulated."""
         return float(self.numbers[WORST_AT])
 
-    @property
-    def on_real_clock(self) -> bool:
-        """Whether the clock is the system's, which the tick in C reads too."""
-        return self._clock is perf_counter
-
     def begin(self, first: float, interrupt: Interrupt) -> None:
         """Start the clock: simulated time `first` is due now."""
         self._interrupt = interrupt
@@ -85,6 +81,12 @@ class Pacer:
             while now < due:
                 now = clock()
         self.counts[bisect_right(EDGES, now - due)] += 1
+
+    def operation(self) -> Operation:
+        """Return the wait before a tick as an operation of it: in C where the clock is that of C."""
+        if self._clock is not perf_counter:
+            return Python(call=self)
+        return Pace(call=self, numbers=self.numbers, edges=np.array(EDGES), counts=self.counts)
 
     def summary(self) -> dict[str, object]:
         """Return the numbers for run.toml and events; `lateness_counts` has one more than there are edges [s]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,10 +11,12 @@ from time import perf_counter
 
 from lockstep.errors import EndOfSimulation, RunError
 from lockstep.interrupt import Stopped
+from lockstep.plan.schedule import Task
 from lockstep.results.monitor import Observed
 from lockstep.results.recorder import Recorder
 from lockstep.results.run_record import Events, end_run_record
 from lockstep.run.loop import Loop
+from lockstep.run.loop_time import LoopTime, loop_time
 from lockstep.run.not_finite import NotFinite
 from lockstep.run.real_time_pacing import Pacer
 
@@ -34,6 +37,7 @@ class RecordedRun:
     recorder: Recorder | None = None  # once its files are open
     terminated: EndOfSimulation | None = None  # before the stop time, as a component asked for it
     warnings: list[str] = field(default_factory=list)  # of the run itself, not of its system
+    tasks: Sequence[Task] = ()  # of the loop
     size: int = 0  # bytes of the recorded signals on disk, at the end
     _started: float = 0.0
 
@@ -41,6 +45,11 @@ class RecordedRun:
     def wall_time(self) -> float:
         """Wall time since the start [s], with that of an earlier part."""
         return perf_counter() - self._started + self.wall_time_before
+
+    @property
+    def loop_time(self) -> LoopTime:
+        """Where the wall time of the loop goes."""
+        return loop_time(self.loop, self.tasks)
 
     def begin(self) -> None:
         """Start the wall clock of the run."""
@@ -103,6 +112,7 @@ class RecordedRun:
         ended = {"status": status, "simulated_time": self.loop.time, "wall_time": round(self.wall_time, 3)}
         ended["threads"] = self.loop.threads  # that stepped components; 1: all in turn
         self.record |= ended | ({} if reason is None else {"reason": reason})
+        self.record["time"] = self.loop_time.record()
         if warnings := [*self.warnings, *self.not_finite.warnings]:
             before = self.record.get("warnings")
             self.record["warnings"] = [*(before if isinstance(before, list) else []), *warnings]

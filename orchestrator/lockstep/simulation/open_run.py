@@ -43,7 +43,6 @@ from lockstep.simulation.start import (
 from lockstep.simulation.summary import RunSummary
 from lockstep.system.clock import seconds
 from lockstep.system.system import System
-from lockstep.tick.operations import Python
 
 
 @dataclass(slots=True, kw_only=True)
@@ -58,6 +57,7 @@ class OpenRun:
     progress: Progress | None
     first: int  # the tick that it started at
     choice: TickChoice  # what executes ticks
+    profile: bool  # whether to measure where the wall time goes even if that takes some of it
     stepped: set[str] = field(default_factory=set)  # in the tick in which a component ended the run
     wall_time: float = 0.0  # [s] of the loop, when it is complete
     stops_between_ticks: bool = False  # after Ctrl-C `advance` returns there, in place of raising KeyboardInterrupt
@@ -84,8 +84,9 @@ class OpenRun:
         run, exchange, pacer = self.run, self.exchange, self.run.pacer
         program = exchange.program(self.recorder.row, self.interrupt.check)
         if pacer is not None:
-            program = program.with_first((Python(call=pacer),))
-        run.loop.bind(self.choice.start(program, run.loop.done, run.events, self.recorder), self._look)
+            program = program.with_first((pacer.operation(),))
+        ticking = self.choice.start(program, run.loop.done, run.events, self.recorder, measured=self.profile)
+        run.loop.bind(ticking, self._look)
         run.close_slaves.callback(run.loop.close)
         if pacer is not None:
             pacer.begin(run.loop.time, self._pacer_interrupt)
@@ -197,6 +198,7 @@ class OpenRun:
             ticks=run.loop.done,
             rows=_rows(plan, self.first, run.loop.done),
             size=run.size,
+            loop_time=run.loop_time,
             terminated=None if run.terminated is None else str(run.terminated),
             start_time=seconds(plan.schedule.time(self.first)),
             pacer=run.pacer,
@@ -263,6 +265,7 @@ def open_run(
         record=record,
         events=events,
         loop=Loop(tick=plan.system.tick, first=first, last=plan.ticks, clock=events, start=plan.system.start_time),
+        tasks=plan.schedule.tasks,
         pacer=pacer,
         close_slaves=close_slaves,
         not_finite=exchange.not_finite,
@@ -278,6 +281,7 @@ def open_run(
         progress=options.progress,
         first=first,
         choice=choice,
+        profile=options.profile,
     )
     run.begin()
     try:

@@ -34,6 +34,7 @@ class RunOptions:
     pace: float | str | Pacer | None = None  # most times real time; None or 0: as fast as possible
     realtime_priority: int | str | None = None  # SCHED_FIFO of the thread that steps, where that is permitted
     core: int | str | None = None  # that it is kept on, where that is possible
+    profile: bool = False  # measure where the wall time goes in Python too, where that makes short ticks slower
     checkpoints: CheckpointSchedule = field(default_factory=CheckpointSchedule)  # when to save, in the results folder
     restart: Restart | None = None  # checkpoint to start from, instead of the start time
     tolerance: Tolerances | None = None  # of the FMUs' integration, for all or by component; None: what they declare
@@ -67,6 +68,7 @@ class NamedOptions(TypedDict, total=False):
     pace: float | str | Pacer | None
     realtime_priority: int | str | None
     core: int | str | None
+    profile: bool
     checkpoints: CheckpointSchedule
     restart: Restart | None
     tolerance: Tolerances | None

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.results.read import Signals, open_signals
+from lockstep.run.loop_time import LoopTime
 from lockstep.run.real_time_pacing import Pacer
 
 
@@ -28,6 +29,7 @@ class RunSummary(Mapping[str, NDArray[Any]]):
     ticks: int
     rows: int  # recorded
     size: int = 0  # bytes of the recorded signals on disk
+    loop_time: LoopTime | None = None  # where the wall time of the loop went
     start_time: float = 0.0  # [s] simulated: that of the system, or of the checkpoint that it was started from
     pacer: Pacer | None = None  # how well real time was kept
     warnings: tuple[str, ...] = ()  # what was amended in the system file, and inputs that keep their start values

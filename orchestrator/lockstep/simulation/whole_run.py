@@ -84,6 +84,7 @@ def resume(
     core: int | str | None = None,
     tick: str = "auto",
     threads: int | str | None = None,
+    profile: bool = False,
 ) -> RunSummary:
     """Resume a run from its newest checkpoint: what was simulated after that is cut off and simulated again.
 
@@ -93,7 +94,7 @@ def resume(
     ----------
     folder : results folder of a run that did not complete, or what `claim_earlier` returned for it
     system : None: loaded from where the run had it
-    progress, step_limit, pace, watch, realtime_priority, core, tick, threads : as in `RunOptions`
+    progress, step_limit, pace, watch, realtime_priority, core, tick, threads, profile : as in `RunOptions`
 
     Raises
     ------
@@ -116,6 +117,7 @@ def resume(
         core=core,
         tick=tick,
         threads=threads,
+        profile=profile,
         **earlier_options(checkpoint),
     )
     return simulate(system or system_of(checkpoint.run), folder, options)

@@ -9,8 +9,10 @@ from threading import Event, Thread
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lockstep.tick.compiled import load
+from lockstep.tick.accounts import Accounts
+from lockstep.tick.compiled import load, unit_of_stamps
 from lockstep.tick.operations import Action, Clock, Program, Rows, Times
 from lockstep.tick.pack import Table, address, pack
 from lockstep.tick.python_tick import LOOK_INTERVAL
@@ -27,11 +29,18 @@ class CTick:
         """Pack the program; `rows` is the recorder that its captures fill in."""
         library = load()
         self._run_library, self._step_library = library.tick_run, library.tick_step
-        self._table, self._program = pack(program), program
+        self._accounts = Accounts(program)
+        self._table, self._program = pack(program, self._accounts), program
         self._clock, self._rows = clock, rows
         self._state = state = _state(self._table, times, first)
         self._address = addressof(state)
-        self._kept = [] if rows is None else _set_rows(state, rows)
+        self._stamps: NDArray[np.uint64] = np.zeros(len(self._accounts), np.uint64)
+        state.spent = address(self._stamps)
+        unit_of_stamps()  # from here on the clocks are compared
+        self._block: Any = None
+        self._kept: list[Any] = []
+        if rows is not None:
+            self._use_block(rows)
         self._settled = first  # the tick to which the rows are counted in Python too
         self._watch: Watch | None = None
         self._threads: StepThreads | None = None
@@ -51,6 +60,8 @@ class CTick:
         if self._watch is None:
             self._watch = Watch(self._state)
         self._state.until = until
+        if self._rows is not None:
+            self._use_block(self._rows)
         self._run(None, look)
 
     def stepper(self, last: int) -> Callable[[], int]:
@@ -87,6 +98,7 @@ class CTick:
         finally:
             self._clock.time = state.time
             self._clock.follow(None)
+            state.stamp = 0  # what passes until the next call is not the loop's
             if rows is not None:
                 rows.count = state.rows.count
             self._settled = state.tick
@@ -109,7 +121,7 @@ class CTick:
             try:
                 rows.next_block()
             finally:
-                self._kept = _set_rows(state, rows)
+                self._use_block(rows)
             return
         if entry.kind == Kind.FINISH:
             assert self._threads is not None
@@ -124,12 +136,26 @@ class CTick:
                 try:
                     entry.act(time)
                 finally:
-                    state.rows.count = rows.count
+                    self._use_block(rows)
             else:
                 entry.act(time)
             if entry.after is not None:
                 self._table.operations[number].from_ = entry.after()
         state.position += 1
+
+    def _use_block(self, rows: Rows) -> None:
+        """Go on where the recorder is: Python may have added rows, and begun another block."""
+        if rows.block is not self._block:
+            self._block, self._kept = rows.block, _set_rows(self._state, rows)
+        self._state.rows.count = rows.count
+
+    def measured(self) -> float:
+        """Return the wall time of the ticks."""
+        return int(self._stamps.sum()) * unit_of_stamps()
+
+    def spent(self) -> dict[str, float]:
+        """Return the wall time by account."""
+        return self._accounts.named((self._stamps * unit_of_stamps()).tolist())
 
     @property
     def in_tick(self) -> bool:

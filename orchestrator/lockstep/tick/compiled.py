@@ -14,15 +14,17 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from time import perf_counter
 
 from lockstep.tick.structures import LAYOUT, TickOperation, TickState
 
 FOLDER = Path(__file__).parent
 SOURCES = tuple(FOLDER / "c" / name for name in ("tick.c", "alter.c", "threads.c"))
-HEADERS = tuple(FOLDER / "c" / name for name in ("tick.h", "alter.h", "threads.h"))
+HEADERS = tuple(FOLDER / "c" / name for name in ("tick.h", "alter.h", "threads.h", "clock.h", "pace.h"))
 OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-pthread", "-fvisibility=hidden")
 COMPILERS = ("cc", "gcc", "clang")
 _ENDINGS = {"win32": "dll", "darwin": "dylib"}
@@ -39,6 +41,23 @@ def load() -> ctypes.CDLL:
     if isinstance(found, str):
         raise NoLibrary(found)
     return found
+
+
+def unit_of_stamps() -> float:
+    """Return what the unit of the library's stamps is [s]: by both clocks, since the first call."""
+    return load_clocks()()
+
+
+@cache
+def load_clocks() -> Callable[[], float]:
+    """Compare the clocks a first time; return what compares them again, which is the more exact the later it is."""
+    stamp = load().tick_stamp
+    first, started = int(stamp()), perf_counter()
+
+    def unit() -> float:
+        return (perf_counter() - started) / max(1, int(stamp()) - first)
+
+    return unit
 
 
 @cache
@@ -150,6 +169,7 @@ def opened(path: Path) -> ctypes.CDLL:
         library.pool_close.argtypes, library.pool_close.restype = (ctypes.c_void_p,), None
         waiting = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double)
         library.job_finish.argtypes, library.job_finish.restype = waiting, ctypes.c_int32
+        library.tick_stamp.argtypes, library.tick_stamp.restype = (), ctypes.c_uint64
     except AttributeError as error:
         raise NoLibrary(f"{path}: {error}") from None
     wanted = [LAYOUT, ctypes.sizeof(TickOperation), ctypes.sizeof(TickState)]

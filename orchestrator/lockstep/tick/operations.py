@@ -87,9 +87,11 @@ class Python:
     """Call a function of the time, in the ticks from `first` to `last` (exclusive); elsewhere it would do nothing.
 
     `following` returns, after a call, the tick before which the next one would do nothing.
+    `component` names whose step it begins, executes or completes, if it does.
     """
 
     call: Action
+    component: str = ""
     first: int = 0
     last: int = ALWAYS
     following: Callable[[], int] | None = None
@@ -128,7 +130,17 @@ class Finish:
     step: Step
 
 
-Operation = Gather | Convert | Alter | Transfer | Step | Begin | Finish | Finite | Capture | Python
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pace:
+    """Wait until the time of the tick is due on the wall clock; `lockstep/tick/c/pace.h` describes the arrays."""
+
+    call: Action  # waits in Python
+    numbers: NDArray[np.float64]
+    edges: NDArray[np.float64]
+    counts: NDArray[np.int64]
+
+
+Operation = Gather | Convert | Alter | Transfer | Step | Begin | Finish | Finite | Capture | Python | Pace
 Block = tuple[Operation, ...]
 
 
@@ -261,6 +273,14 @@ class Ticking(Protocol):
 
     def end_after_tick(self) -> None:
         """End the run when the present tick is complete."""
+        ...
+
+    def measured(self) -> float:
+        """Return the sum of what `spent` returns [s]."""
+        ...
+
+    def spent(self) -> dict[str, float]:
+        """Return the wall time of its ticks by account [s], see `lockstep.tick.accounts`; empty if not measured."""
         ...
 
     def close(self) -> None:

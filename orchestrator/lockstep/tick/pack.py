@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from ctypes import c_void_p
 from dataclasses import dataclass, field
+from time import get_clock_info
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from lockstep.fmi.native_call import Move, NativeCall, native, step_apart
 from lockstep.fmi.slave import SCALARS
+from lockstep.tick.accounts import Accounts
 from lockstep.tick.operations import (
     ALWAYS,
     Action,
@@ -25,6 +27,7 @@ from lockstep.tick.operations import (
     Gather,
     Judge,
     Operation,
+    Pace,
     Program,
     Python,
     Step,
@@ -50,6 +53,7 @@ class Packed:
     after: Callable[[], int] | None = None  # of a CALLER: the next tick in which it acts
     records: bool = False  # a CALLER that adds a row of the recorder
     job: str = ""  # the component whose step begins or is finished
+    account: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +69,7 @@ class Table:
     sizes: dict[int, int]  # how many operations each block has, by identity
 
 
-def pack(program: Program) -> Table:
+def pack(program: Program, accounts: Accounts) -> Table:
     """Return the table of a program; equal ticks share their part of it."""
     entries: list[Packed] = []
     jobs: dict[str, int] = {}
@@ -79,7 +83,7 @@ def pack(program: Program) -> Table:
             begin = len(order)
             for block in blocks:
                 if id(block) not in numbers:
-                    made = [_numbered(entry, jobs) for entry in packed_block(block)]
+                    made = [_numbered(entry, jobs) for entry in packed_block(block, accounts)]
                     numbers[id(block)] = list(range(len(entries), len(entries) + len(made)))
                     entries += made
                 order += numbers[id(block)]
@@ -103,7 +107,7 @@ def _numbered(entry: Packed, jobs: dict[str, int]) -> Packed:
     return entry
 
 
-def packed_block(block: Block) -> Iterator[Packed]:
+def packed_block(block: Block, accounts: Accounts) -> Iterator[Packed]:
     """Yield the operations of a block; neighbours that are the caller's are one."""
     waiting: list[Operation] = []
     for part in segments(block):
@@ -112,16 +116,19 @@ def packed_block(block: Block) -> Iterator[Packed]:
             waiting += part
             continue
         if waiting:
-            yield _caller(waiting)
+            yield _caller(waiting, accounts)
             waiting = []
-        yield from made
+        for packed in made:
+            packed.account = accounts.of(part)
+            yield packed
     if waiting:
-        yield _caller(waiting)
+        yield _caller(waiting, accounts)
 
 
-def _caller(operations: Sequence[Operation]) -> Packed:
+def _caller(operations: Sequence[Operation], accounts: Accounts) -> Packed:
     records = any(isinstance(operation, Capture) for operation in operations)
-    return Packed(kind=Kind.CALLER, act=action(tuple(operations)), records=records)
+    act, account = action(tuple(operations)), accounts.of(operations)
+    return Packed(kind=Kind.CALLER, act=act, records=records, account=account)
 
 
 def _segment(part: Segment) -> list[Packed] | None:
@@ -161,6 +168,12 @@ def _operation(operation: Operation) -> list[Packed] | None:
             return [] if judge is None else [Packed(kind=Kind.FINISH, job=name, judge=judge)]
         case Capture():
             return _capture(operation)
+        case Pace():
+            if get_clock_info("perf_counter").implementation != "clock_gettime(CLOCK_MONOTONIC)":
+                return None  # the clocks of Python and of C have to be the same
+            fields = {"buffer": operation.numbers, "first": operation.edges, "marks": operation.counts,
+                      "count": len(operation.edges)}  # fmt: skip
+            return [Packed(kind=Kind.PACE, fields=fields)]
         case Python():
             if (operation.first, operation.last, operation.following) == (0, ALWAYS, None):
                 return None  # joined with its neighbours
@@ -258,7 +271,7 @@ def _capture(capture: Capture) -> list[Packed] | None:
 def _structures(entries: Sequence[Packed]) -> Any:
     made = (TickOperation * max(1, len(entries)))()
     for structure, entry in zip(made, entries, strict=False):
-        structure.kind = entry.kind
+        structure.kind, structure.account = entry.kind, entry.account
         structure.until = ALWAYS
         for name, value in entry.fields.items():
             setattr(structure, name, address(value) if isinstance(value, np.ndarray) else value)

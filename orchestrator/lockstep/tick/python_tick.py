@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lockstep.fmi.slave import SCALARS
+from lockstep.tick.accounts import REST, Accounts
 from lockstep.tick.operations import (
     Action,
     Alter,
@@ -22,6 +23,7 @@ from lockstep.tick.operations import (
     Finite,
     Gather,
     Operation,
+    Pace,
     Program,
     Python,
     Step,
@@ -39,18 +41,26 @@ class PythonTick:
 
     threads = 1
 
-    def __init__(self, program: Program, times: Times, first: int, clock: Clock) -> None:
+    def __init__(self, program: Program, times: Times, first: int, clock: Clock, *, measured: bool = False) -> None:
+        """Bind the program; if `measured`, note where the wall time goes, which takes some 0.2 us an operation."""
         self.done = first
         self._times, self._clock, self._ending = times, clock, False
-        self._phases = actions(program)
+        self._charged = Charged(Accounts(program)) if measured else None
+        self._phases = actions(program) if self._charged is None else actions(program, self._charged.action)
         self._due = 0.0  # on the wall clock [s]
         self._last = 0.0  # [s] that the last tick took at most
 
     def run(self, until: int, look: Action) -> None:
         """Execute ticks."""
         self._ending = False
-        with np.errstate(over="ignore"):  # a value that overflows ends the run by name, without a warning before
-            self._run(until, look)
+        if self._charged is not None:
+            self._charged.last = perf_counter()
+        try:
+            with np.errstate(over="ignore"):  # a value that overflows ends the run by name, without a warning before
+                self._run(until, look)
+        finally:
+            if self._charged is not None:
+                self._charged.to_rest()
 
     def _run(self, until: int, look: Action) -> None:
         clock, events, phases = perf_counter, self._clock, self._phases
@@ -68,6 +78,8 @@ class PythonTick:
             self.done = tick + 1  # the tick is complete: every recorded row lies before the simulated time
             if self._ending:
                 break
+            if self._charged is not None:
+                self._charged.to_rest()
             if clock() >= due:
                 look(time)
                 self._due = due = clock() + LOOK_INTERVAL
@@ -96,12 +108,49 @@ class PythonTick:
         """End the run when the present tick is complete."""
         self._ending = True
 
+    def measured(self) -> float:
+        """Return the wall time of the ticks, if it is measured."""
+        return 0.0 if self._charged is None else sum(self._charged.spent)
+
+    def spent(self) -> dict[str, float]:
+        """Return the wall time by account, if it is measured."""
+        return {} if self._charged is None else self._charged.accounts.named(self._charged.spent)
+
     def close(self) -> None:
         """Do nothing."""
 
 
-def actions(program: Program) -> list[tuple[Action, ...]]:
-    """Return the functions of every tick of the cycle, one for each block."""
+class Charged:
+    """Functions of blocks that charge the time of each operation to an account."""
+
+    def __init__(self, accounts: Accounts) -> None:
+        self.accounts, self.spent = accounts, [0.0] * len(accounts)
+        self.last = 0.0  # on the wall clock: up to when all is charged [s]
+
+    def to_rest(self) -> None:
+        """Charge what has passed to the rest."""
+        now = perf_counter()
+        self.spent[REST] += now - self.last
+        self.last = now
+
+    def action(self, block: Block) -> Action:
+        """Return one function that executes a block."""
+        calls = tuple((_bound(part), self.accounts.of(part)) for part in segments(block))
+        clock, spent = perf_counter, self.spent
+
+        def charged(time: float) -> None:
+            for call, account in calls:
+                call(time)
+                now = clock()
+                spent[account] += now - self.last
+                self.last = now
+
+        return charged
+
+
+def actions(program: Program, bind: Callable[[Block], Action] | None = None) -> list[tuple[Action, ...]]:
+    """Return the functions of every tick of the cycle, one for each block: as `action` binds them, or another."""
+    bind = bind or action
     bound: dict[int, Action] = {}  # by the identity of a block, all of which the program keeps alive
     ticks: dict[tuple[int, ...], tuple[Action, ...]] = {}
     found = []
@@ -110,7 +159,7 @@ def actions(program: Program) -> list[tuple[Action, ...]]:
         if key not in ticks:
             for block in blocks:
                 if id(block) not in bound:
-                    bound[id(block)] = action(block)
+                    bound[id(block)] = bind(block)
             ticks[key] = tuple(bound[number] for number in key)
         found.append(ticks[key])
     return found
@@ -166,7 +215,7 @@ def in_turn(calls: Sequence[Action]) -> Action:
 def _bound(part: Segment) -> Action:
     """Return the function of a segment."""
     match part:
-        case (Python() | Alter() as called,):
+        case (Python() | Alter() | Pace() as called,):
             return called.call
         case (Gather() as gather, Transfer() as transfer):
             return _set(gather, transfer)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ctypes import Structure, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from enum import IntEnum
 
-LAYOUT = 4
+LAYOUT = 6
 PARTS = 5  # of a row: all but texts
 
 
@@ -38,6 +38,7 @@ class Kind(IntEnum):
     NARROW = 23
     BEGIN = 24
     FINISH = 25
+    PACE = 26
 
 
 class Reason(IntEnum):
@@ -58,6 +59,7 @@ class TickOperation(Structure):
     _fields_ = [
         ("kind", c_uint32),
         ("part", c_uint32),
+        ("account", c_uint32),
         ("function", c_void_p),
         ("instance", c_void_p),
         ("references", c_void_p),
@@ -111,4 +113,7 @@ class TickState(Structure):
         ("rows", TickRows),
         ("pool", c_void_p),
         ("jobs", c_void_p),
+        ("spent", c_void_p),
+        ("stamp", c_uint64),
+        ("account", c_uint32),
     ]

@@ -1,7 +1,12 @@
 /* The loop of ticks: see tick.h. Compile without fused multiplication and addition: results are those of two. */
+#if !defined(_POSIX_C_SOURCE) && !defined(_WIN32)
+#define _POSIX_C_SOURCE 200112L
+#endif
 #include "tick.h"
 
 #include "alter.h"
+#include "clock.h"
+#include "pace.h"
 
 #include <string.h>
 
@@ -142,7 +147,18 @@ static void begin(const tick_operation *op, const tick_state *state)
 
 static int takes_long(uint32_t kind)
 {
-    return kind == TICK_CALLER || (kind >= TICK_STEP_1 && kind <= TICK_STEP_3) || kind == TICK_BEGIN;
+    return kind == TICK_CALLER || kind == TICK_PACE || kind == TICK_BEGIN ||
+           (kind >= TICK_STEP_1 && kind <= TICK_STEP_3);
+}
+
+/* Charge the time since the last stamp to the present account, and begin another one. */
+static void begin_account(tick_state *state, uint32_t account)
+{
+    const uint64_t now = clock_stamp();
+    if (state->stamp)
+        state->spent[state->account] += now - state->stamp;
+    state->stamp = now;
+    state->account = account;
 }
 
 /* Execute the operations of the present tick from `position` on; return TICK_DONE after the last. */
@@ -161,6 +177,8 @@ static int run_tick(tick_state *state)
             state->position = position;
             return TICK_LOOK;
         }
+        if (op->account != state->account && state->spent)
+            begin_account(state, op->account);
         switch ((enum tick_kind)op->kind) {
         case TICK_CALLER:
             if (op->from <= state->tick && state->tick < op->until)
@@ -215,6 +233,10 @@ static int run_tick(tick_state *state)
         case TICK_HOLD_8:
         case TICK_DELAY_4:
         case TICK_DELAY_8: tick_alter(op, state->tick); break;
+        case TICK_PACE:
+            if (!pace_wait(op, time, &state->look))
+                reason = TICK_LOOK;
+            break;
         }
         if (status) {
             state->status = status;
@@ -228,7 +250,7 @@ static int run_tick(tick_state *state)
     return TICK_DONE;
 }
 
-int tick_run(tick_state *state)
+static int run_ticks(tick_state *state)
 {
     for (;;) {
         if (!state->begun) {
@@ -248,12 +270,30 @@ int tick_run(tick_state *state)
     }
 }
 
+int tick_run(tick_state *state)
+{
+    if (state->spent)
+        begin_account(state, state->account);
+    const int reason = run_ticks(state);
+    if (state->spent && (reason == TICK_DONE || reason == TICK_LOOK)) {
+        begin_account(state, 0);
+        if (reason == TICK_DONE)
+            state->stamp = 0;
+    }
+    return reason;
+}
+
 int tick_step(tick_state *state, int64_t last)
 {
     if (state->tick >= last)
         return TICK_AT_LAST;
     state->until = state->tick + 1;
     return tick_run(state);
+}
+
+uint64_t tick_stamp(void)
+{
+    return clock_stamp();
 }
 
 void tick_layout(size_t sizes[3])

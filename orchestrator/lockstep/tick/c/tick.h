@@ -12,7 +12,7 @@
 
 #include "threads.h"
 
-#define TICK_LAYOUT 4 /* of the structures and functions below; grows with each change */
+#define TICK_LAYOUT 6 /* of the structures and functions below; grows with each change */
 
 /* What an operation does. The fields of `tick_operation` that it uses are named behind it. */
 enum tick_kind {
@@ -45,7 +45,8 @@ enum tick_kind {
     TICK_NARROW, /* byte buffer[index[k]] = int32_t source[k] != 0; count */
     /* Steps in threads */
     TICK_BEGIN,  /* begins a step of kind `values`, with the fields of that; part: the number of the job */
-    TICK_FINISH  /* completes it: TICK_CALLER_ACTS if its status is above 0 or it logged anything; part */
+    TICK_FINISH, /* completes it: TICK_CALLER_ACTS if its status is above 0 or it logged anything; part */
+    TICK_PACE      /* waits until the present time is due: see pace.h; buffer, first, marks, count */
 };
 
 /* Why `tick_run` returned. */
@@ -64,6 +65,7 @@ typedef void (*tick_function)(void); /* of FMI; called with its own type, which 
 typedef struct tick_operation {
     uint32_t kind;
     uint32_t part; /* of a row: number of the type, see tick_rows */
+    uint32_t account; /* of the wall time it takes, see tick_state */
     tick_function function;
     void *instance;
     const uint32_t *references;
@@ -109,6 +111,10 @@ typedef struct tick_state {
     tick_rows rows;
     thread_pool *pool; /* NULL: without threads */
     step_job *jobs;
+    /* where the wall time goes, in stamps of the clock; nothing is measured where `spent` is null */
+    uint64_t *spent; /* by account; 0 is that of what is no operation */
+    uint64_t stamp;  /* when the present account began; 0: what passed before the call is nobody's */
+    uint32_t account;
 } tick_state;
 
 /* Execute ticks; return a tick_reason. To continue behind the operation at `position`, add 1 to it before. */
@@ -116,6 +122,9 @@ TICK_EXPORT int tick_run(tick_state *state);
 
 /* Execute one tick unless `last` of them are complete. After another reason than these two, continue by tick_run. */
 TICK_EXPORT int tick_step(tick_state *state, int64_t last);
+
+/* The present stamp of the clock: see `spent`. */
+TICK_EXPORT uint64_t tick_stamp(void);
 
 /* TICK_LAYOUT, and the sizes of an operation and of a state: what a caller compares with its own. */
 TICK_EXPORT void tick_layout(size_t sizes[3]);
