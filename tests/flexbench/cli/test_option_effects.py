@@ -55,6 +55,7 @@ _VALUE_FILE = "flexbench/cli/test_option_values.py::"
 _MARGINS = "system/test_margins.py::"
 _EXPORTED_C = "flexbench/cli/test_export_c.py::test_every_option_changes_what_is_written"
 _SHADOWS = "flexbench/studies/shadow/test_shadow.py::"
+_PACED = "lockstep/cli/test_paced_run.py::test_a_paced_run_says_so"
 _ADAPT = "system/test_adapter.py::"
 
 SHOWN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--sampled"), _SHOWN)
@@ -82,8 +83,7 @@ RUN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--samp
     "--resume": _RESUME,
     "--restart-from": _BRANCH,
     "--reinitialise": _LEFT_OUT,
-    "--pace": f"{HERE}::test_a_paced_run_says_so",
-    **dict.fromkeys(("--realtime-priority", "--core"), f"{HERE}::test_a_paced_run_says_so"),
+    **dict.fromkeys(("--pace", "--realtime-priority", "--core", "--profile"), _PACED),
     "--threads": "lockstep/tick/test_threads.py::test_the_command_line_sets_their_number",
 }
 WRITE_SSP = dict.fromkeys(("--replace", "--adapter", "--source", "--out"), _SSP) | {
@@ -362,22 +362,6 @@ def test_the_process_of_a_component_is_recorded(pair, tmp_path, capsys, option, 
     record = tomllib.loads((tmp_path / "out" / "run.toml").read_text(encoding="utf-8"))
 
     assert [part["isolated"] for part in record["component"]] == [isolated, False]
-
-
-def test_a_paced_run_says_so(pair, tmp_path, capsys):
-    words = ["run", str(pair), "--set", "a.u=1", "--pace", "0.25", "--out", str(tmp_path / "out")]
-    words += ["--core", "4095", "--realtime-priority", "1000"]  # which no system has
-    assert LOCKSTEP.run(words) == 0
-    record = tomllib.loads((tmp_path / "out" / "run.toml").read_text(encoding="utf-8"))
-
-    said = capsys.readouterr()
-    assert "paced at 0.25 x real time" in said.out
-    assert "\nticks by how late they began:\n" in said.out
-    assert "warning: core 4095: the run goes on without it" in said.err
-    assert "warning: real-time priority 1000: the run goes on without it" in said.err
-    assert record["real_time"] == {"core": 4095, "core_used": False, "priority": 1000, "priority_used": False}
-    assert sum(record["pace"]["lateness_counts"]) == 5
-    assert record["wall_time"] > 0.9 * 0.02 / 0.25
 
 
 def test_a_strict_run_refuses_what_is_else_a_warning(reference_fmu, tmp_path, capsys):

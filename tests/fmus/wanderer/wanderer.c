@@ -1,8 +1,8 @@
 /* A small FMU (FMI 2.0 co-simulation) whose whole future depends on its state: a filter of its inputs with noise.
 
    A step from t adds gain * u + offset, twice `number` where `flag` is set, and noise of a linear congruential generator
-   (Numerical Recipes' constants) to the filter y, and counts. It sleeps `sleep` seconds in step `sleep_at`. Defined at
-   compile time: MUTE, it cannot save its state; COMPLAINS, it says it can and fails. */
+   (Numerical Recipes' constants) to the filter y, and counts. It sleeps `sleep` seconds in step `sleep_at`, or in
+   each step if that is -1. Defined at compile time: MUTE, it cannot save its state; COMPLAINS, it says it can and fails. */
 
 #define _POSIX_C_SOURCE 200809L
 #include <stdint.h>
@@ -77,7 +77,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
     s->real[BEGAN] = time;
     s->integer[STEPS]++;
     s->boolean[ODD] = s->integer[STEPS] % 3 == 1;
-    if (s->integer[STEPS] == s->integer[SLEEP_AT]) {
+    if (s->integer[SLEEP_AT] == -1 || s->integer[STEPS] == s->integer[SLEEP_AT]) {
         struct timespec wait = {(time_t)s->real[SLEEP], (long)(1e9 * (s->real[SLEEP] - (time_t)s->real[SLEEP]))};
         nanosleep(&wait, NULL);
     }
