@@ -31,7 +31,7 @@ def test_no_tick_begins_early_and_each_is_counted(fmu, tick):
     started = perf_counter()
     summary = simulate(system(fmu, 30), pace=0.5, tick=tick)
     assert perf_counter() - started >= 0.06
-    assert summary.loop_time.wall >= 29 * 0.002  # the last tick begins then
+    assert summary.wall_time >= 0.06
     assert summary.pacer.counts.sum() == 31  # and the end
     if summary.pacer.overruns == 0:  # on a machine with nothing else to do
         assert summary.pacer.worst == 0.0
