@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from lockstep import Component, Connection, System, write_ssd
+from lockstep.run.choose_tick import TickChoice, choose_tick
 
 MS = 1_000_000  # [ns]
 HERE = Path(__file__).parent
@@ -76,6 +77,18 @@ def write(tmp_path: Path, loop: System) -> Callable[..., Path]:
         return path
 
     return write_changed
+
+
+@pytest.fixture(params=["c", "python"])
+def each_tick(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Repeat a test whose runs are in this process with both implementations of the tick; return which it is."""
+    chosen: str = request.param
+
+    def choose(wanted: str, *times: int) -> TickChoice:
+        return choose_tick(chosen if wanted == "auto" else wanted, *times)
+
+    monkeypatch.setattr("lockstep.simulation.open_run.choose_tick", choose)
+    return chosen
 
 
 @pytest.fixture(scope="session")

@@ -12,6 +12,8 @@ from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.faults.read import read_scenario
 from lockstep.simulation import resume
 
+pytestmark = pytest.mark.usefixtures("each_tick")
+
 SCENARIO = """
 [[fault]]
 name = "held"

@@ -6,6 +6,8 @@ import pytest
 from lockstep import Component, Connection, System, read_scenario, read_signals, simulate
 from lockstep.fmi.model_description import read_description
 
+pytestmark = pytest.mark.usefixtures("each_tick")
+
 STEP = 10_000_000  # [ns]
 FAULTED = {  # input: what the file says, and what the second FMU then puts out in place of what was sent
     "UInt8_in": ('kind = "scale"\nfactor = 3.0', 255),  # 600 does not fit

@@ -14,6 +14,8 @@ from fmus.echo_fmu import echo_fmu
 from lockstep import Component, Connection, RunError, System, read_signals, simulate
 from lockstep.__main__ import main
 
+pytestmark = pytest.mark.usefixtures("each_tick")
+
 MS = 1_000_000  # [ns]
 
 

@@ -9,6 +9,8 @@ from lockstep import Component, Connection, System, read_signals, simulate
 from lockstep.fmi.model_description import read_description
 from lockstep.shadow.component import with_isolation, with_shadow
 
+pytestmark = pytest.mark.usefixtures("each_tick")
+
 MS = 1_000_000
 GIVEN = {"String": "90°", "Boolean": True}
 
