@@ -175,8 +175,8 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component instance)
 static int64_t ticks_of(const bundle_t *bundle, double time, double step)
 {
     double unit = (double)bundle->state.length / bundle->state.second, now = time_now(bundle);
-    double late = time - now, ticks = step / unit, most = step + (time < 0.0 ? -time : time);
-    double rounding = 1e-6 + 2e-15 * most / unit; /* hosts add up times */
+    double late = time - now, ticks = step / unit;
+    double rounding = 1e-6 + 2e-15 * (now < 0.0 ? -now : now) / unit; /* hosts add up times */
     int64_t whole = ticks > 0.0 && ticks < 1e15 ? (int64_t)(ticks + 0.5) : 0;
     double error = ticks - (double)whole;
 
@@ -184,7 +184,7 @@ static int64_t ticks_of(const bundle_t *bundle, double time, double step)
         refuse(bundle, "fmi2DoStep: begins at %.9g s, and the instance is at %.9g s", time, now);
         return 0;
     }
-    if (whole > 0 && error <= rounding && error >= -rounding && whole % (int64_t)bundle->step_ticks == 0)
+    if (whole > 0 && error <= rounding + 2e-15 * ticks && error >= -rounding - 2e-15 * ticks && whole % (int64_t)bundle->step_ticks == 0)
         return whole;
     refuse(bundle, "fmi2DoStep: step %.9g s must be a multiple of %.9g s, the tick of the system", step,
            unit * (double)bundle->step_ticks);

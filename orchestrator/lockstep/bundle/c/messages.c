@@ -10,30 +10,60 @@ enum { USUAL = 1000 }; /* bytes of a message */
 static const char *const status_names[] = {"fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal",
                                            "fmi2Pending"};
 
-/* Pass on a text as it is: a host takes it for a format, and #r1# for a variable of the bundle. */
+/* Return the length of a reference such as #r1#, which means a variable of the component, at the beginning of a text. */
+static size_t reference(const char *text)
+{
+    size_t length = 2;
+
+    if (text[0] != '#' || text[1] == '\0' || strchr("ribs", text[1]) == NULL)
+        return 0;
+    while (text[length] >= '0' && text[length] <= '9')
+        length++;
+    return length > 2 && text[length] == '#' ? length + 1 : 0;
+}
+
+static const char *type_of(char letter)
+{
+    return letter == 'r' ? "Real " : letter == 'i' ? "Integer " : letter == 'b' ? "Boolean " : "String ";
+}
+
+static char *append(char *to, const char *text, size_t length)
+{
+    for (size_t k = 0; k < length; k++) {
+        *to++ = text[k];
+        if (text[k] == '%')
+            *to++ = '%'; /* a host takes the text for a format */
+    }
+    return to;
+}
+
+/* Pass on a text as it is, but for references, which a host would take for variables of the bundle. */
 static void pass_on(const bundle_t *bundle, fmi2Status status, const char *category, const char *name,
                     const char *text)
 {
-    size_t length = strlen(text), prefix = name == NULL ? 0 : strlen(name) + 2;
-    char usual[4 * USUAL], *escaped = usual, *end;
+    size_t prefix = name == NULL ? 0 : strlen(name), room = 4 * (strlen(text) + prefix) + 8, length;
+    char usual[4 * USUAL], *passed = room > sizeof usual ? malloc(room) : usual, *end = passed;
 
-    if (bundle->host.logger == NULL)
-        return;
-    if (2 * (length + prefix) >= sizeof usual)
-        escaped = malloc(2 * (length + prefix) + 1);
-    if (escaped == NULL)
-        return;
-    end = escaped;
-    for (size_t k = 0; k < prefix + length; k++) {
-        char letter = k + 2 < prefix ? name[k] : k + 2 == prefix ? ':' : k < prefix ? ' ' : text[k - prefix];
-        *end++ = letter;
-        if (letter == '%' || letter == '#')
-            *end++ = letter;
+    if (bundle->host.logger != NULL && passed != NULL) {
+        if (name != NULL) {
+            end = append(end, name, prefix);
+            end = append(end, ": ", 2);
+        }
+        while (*text != '\0') {
+            length = reference(text);
+            if (length == 0)
+                end = append(end, text++, 1);
+            else {
+                end = append(end, type_of(text[1]), strlen(type_of(text[1])));
+                end = append(end, text + 2, length - 3);
+                text += length;
+            }
+        }
+        *end = '\0';
+        bundle->host.logger(bundle->host.componentEnvironment, bundle->name, status, category, passed);
     }
-    *end = '\0';
-    bundle->host.logger(bundle->host.componentEnvironment, bundle->name, status, category, escaped);
-    if (escaped != usual)
-        free(escaped);
+    if (passed != usual)
+        free(passed);
 }
 
 fmi2Status refuse(const bundle_t *bundle, const char *format, ...)
