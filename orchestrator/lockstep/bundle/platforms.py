@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lockstep.errors import InputError, suggestion
+from lockstep.errors import InputError
 from lockstep.fmi.platforms import PLATFORM
 
 
@@ -27,18 +27,6 @@ PLATFORMS = {
         folders=("aarch64-linux", "linux64"), suffix=".so", target="aarch64-linux-gnu.2.17"
     ),
 }
-
-
-def chosen_platforms(text: str | None) -> tuple[str, ...]:
-    """Return the platforms of a text such as `linux64,win64`, without repetitions; none for None, or InputError."""
-    names = [] if text is None else [name.strip() for name in text.split(",") if name.strip()]
-    for name in names:
-        if name not in PLATFORMS:
-            there = ", ".join(PLATFORMS)
-            raise InputError(f"--platforms {name}: no such platform; there are {there}{suggestion(name, PLATFORMS)}")
-    if text is not None and not names:
-        raise InputError(f"--platforms {text!r}: names no platform; write for example linux64,win64")
-    return tuple(dict.fromkeys(names))
 
 
 def here() -> str:

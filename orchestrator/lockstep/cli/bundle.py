@@ -7,8 +7,10 @@ from pathlib import Path
 
 import click
 
+from lockstep.bundle.platforms import PLATFORMS
 from lockstep.cli.command import command
 from lockstep.cli.options import assignments, out_option, set_option, system_argument
+from lockstep.cli.parameter_types import SomeOf
 from lockstep.cli.timing_options import TimingOptions, timing_options, with_delays
 from lockstep.errors import InputError
 from lockstep.whole_file import write_whole
@@ -51,11 +53,8 @@ examples:
     metavar="S",
     help="steps of the FMU are multiples of it, in seconds (default: the tick of the system)",
 )
-@click.option(
-    "--platforms",
-    metavar="LIST",
-    help="binaries to build with Zig: linux64, win64, aarch64-linux (default: this machine's, by its C compiler)",
-)
+@click.option("--platforms", type=SomeOf(PLATFORMS), default=(), metavar="NAMES",
+              help=f"binaries to build, with Zig: {', '.join(PLATFORMS)} (default: this machine's, without Zig)")
 @set_option
 @timing_options
 def bundle(
@@ -65,13 +64,12 @@ def bundle(
     outputs: tuple[str, ...],
     parameters: tuple[str, ...],
     multiple_of: str | None,
-    platforms: str | None,
+    platforms: tuple[str, ...],
     settings: tuple[str, ...],
     timing: TimingOptions,
 ) -> int:
     """Write a system as one FMU."""
     from lockstep.bundle.contents import contents
-    from lockstep.bundle.platforms import chosen_platforms
     from lockstep.bundle.ports import Choice
     from lockstep.bundle.write import bundle_bytes
     from lockstep.ssp.load import load_system
@@ -79,12 +77,11 @@ def bundle(
 
     if out.suffix != ".fmu":
         raise InputError(f"--out {out}: the file of an FMU ends with .fmu")
-    chosen = chosen_platforms(platforms)
     loaded = with_delays(load_system(system, timing.timing()), timing.delay)
     choice = Choice(inputs=inputs or None, outputs=outputs or None, parameters=parameters or None)
     step = None if multiple_of is None else positive_nanoseconds(multiple_of, "--multiple-of")
     made = contents(loaded, assignments(settings), choice, step)
-    content = bundle_bytes(made, chosen)
+    content = bundle_bytes(made, platforms)
     try:
         write_whole(out, content)
     except OSError as error:
