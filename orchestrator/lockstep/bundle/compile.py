@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.metadata
+import atexit
 import importlib.util
 import os
 import shlex
@@ -21,8 +21,8 @@ from lockstep.tick.compiled import SOURCES as TICK_SOURCES
 _SOURCES = Path(__file__).parent / "c"
 _WINDOWS = Path(__file__).parent / "windows"
 # -ffp-contract=off: no fused operations, so that conversions are those of the master on every processor
-_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-s",
-            "-DTICK_EXPORT=", "-DTICK_ONE_THREAD")  # fmt: skip
+_COMPILING = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden",
+              "-DTICK_EXPORT=", "-DTICK_ONE_THREAD")  # fmt: skip
 _UNIVERSAL = ("string", "stdio", "heap", "convert", "private", "utility", "runtime")  # parts of Windows' C library
 _TIME_LIMIT = 600  # [s]
 
@@ -43,28 +43,20 @@ def library(platform: str | None) -> bytes:
         If there is no compiler, or it fails.
     """
     if platform is None:
-        command = [*_own_compiler(), *_OPTIONS, "-Wl,--build-id=none"]
-        return _compiled(command, ("-ldl",), sources(), {})
-    zig = _zig()
-    target = PLATFORMS[platform].target
-    command = [zig, "cc", "-target", target, *_OPTIONS, "-nostdlib"]
+        return _compiled(_own_compiler(), ("-Wl,--build-id=none",), ("-ldl",), sources())
+    command = (_zig(), "cc", "-target", PLATFORMS[platform].target)
     if platform == "win64":
         libraries = ("-lkernel32", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in _UNIVERSAL))
-        files = sources() | {path.name: path.read_bytes() for path in _WINDOWS.iterdir()}
-        return _compiled([*command, "-Wl,/Brepro"], libraries, files, {"ZIG": "1"})
-    return _compiled(command, ("-lc", "-ldl"), sources(), {"ZIG": "1"})
+        runtime = {path.name: path.read_bytes() for path in _WINDOWS.iterdir()}
+        return _compiled(command, ("-nostdlib", "-Wl,/Brepro"), libraries, sources() | runtime, zig=True)
+    return _compiled(command, ("-nostdlib",), ("-lc", "-ldl"), sources(), zig=True)
 
 
-def compiler_text(platform: str | None) -> str:
-    """Return what compiles the library for a platform, for messages and the documentation."""
-    return "cc" if platform is None else f"zig {importlib.metadata.version('ziglang')}"
-
-
-def _own_compiler() -> list[str]:
+def _own_compiler() -> tuple[str, ...]:
     given = shlex.split(os.environ.get("CC", ""))
     for command in (given, ["cc"], ["gcc"], ["clang"]):
         if command and shutil.which(command[0]):
-            return command
+            return tuple(command)
     raise InputError(
         "a bundle needs a C compiler, and there is none; install gcc or clang, name one by CC, or, with the package "
         "ziglang (pip install ziglang), give --platforms linux64"
@@ -82,23 +74,41 @@ def _zig() -> str:
     return str(program)
 
 
+@cache
+def _zig_cache() -> str:
+    """Return a folder for what Zig makes once for each platform, such as import libraries."""
+    folder = tempfile.mkdtemp(prefix="lockstep-zig-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
 def _compiled(
-    command: list[str], libraries: tuple[str, ...], files: Mapping[str, bytes], environment: Mapping[str, str]
+    command: tuple[str, ...],
+    linking: tuple[str, ...],
+    libraries: tuple[str, ...],
+    files: Mapping[str, bytes],
+    zig: bool = False,
 ) -> bytes:
     # in a folder of its own, with plain names: no path of this machine gets into the library
     with tempfile.TemporaryDirectory(prefix="lockstep-bundle-") as folder:
         for name, content in files.items():
             Path(folder, name).write_bytes(content)
+        environment = None  # for Zig without CPATH and its like, which would change what is built
+        if zig:
+            environment = {"ZIG_GLOBAL_CACHE_DIR": _zig_cache(), "ZIG_LOCAL_CACHE_DIR": folder, "TMPDIR": folder}
         units = sorted(name for name in files if name.endswith(".c"))
-        variables = None
-        if environment:
-            caches = {"ZIG_LOCAL_CACHE_DIR": folder, "ZIG_GLOBAL_CACHE_DIR": folder, "TMPDIR": folder}
-            variables = {"PATH": os.environ.get("PATH", ""), **caches}
-        done = subprocess.run(
-            [*command, "-o", "bundle", *units, *libraries],
-            cwd=folder, capture_output=True, text=True, check=False, env=variables, timeout=_TIME_LIMIT,
-        )  # fmt: skip
-        if done.returncode:
-            reason = next((line for line in done.stderr.splitlines() if "error" in line), "it gave no reason")
-            raise InputError(f"{Path(command[0]).name} cannot compile the library of a bundle: {reason.strip()}")
+        objects = [unit.removesuffix(".c") + ".o" for unit in units]
+        each = [(unit, "-o", made) for unit, made in zip(units, objects, strict=True)] if zig else [tuple(units)]
+        for words in each:
+            _run([*command, *_COMPILING, "-c", *words], folder, environment)
+        _run([*command, "-shared", "-s", *linking, "-o", "bundle", *objects, *libraries], folder, environment)
         return Path(folder, "bundle").read_bytes()
+
+
+def _run(command: list[str], folder: str, environment: Mapping[str, str] | None) -> None:
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False, env=environment, timeout=_TIME_LIMIT
+    )
+    if done.returncode:
+        reason = next((line for line in done.stderr.splitlines() if "error" in line), "it gave no reason")
+        raise InputError(f"{Path(command[0]).name} cannot compile the library of a bundle: {reason.strip()}")

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lockstep.errors import InputError
-from lockstep.fmi.platforms import PLATFORM
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BundlePlatform:
@@ -27,10 +24,3 @@ PLATFORMS = {
         folders=("aarch64-linux", "linux64"), suffix=".so", target="aarch64-linux-gnu.2.17"
     ),
 }
-
-
-def here() -> str:
-    """Return this machine's platform, which its own C compiler builds for, or raise InputError."""
-    if PLATFORM not in PLATFORMS:
-        raise InputError(f"this machine is {PLATFORM}, for which no bundle can be built; use Linux on x86-64")
-    return PLATFORM

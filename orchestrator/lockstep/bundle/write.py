@@ -13,9 +13,11 @@ from lockstep.bundle.contents import Contents
 from lockstep.bundle.documentation import documentation
 from lockstep.bundle.members import folders, members
 from lockstep.bundle.model_description import identifier, model_description
-from lockstep.bundle.platforms import PLATFORMS, here
+from lockstep.bundle.platforms import PLATFORMS
 from lockstep.bundle.program import program
 from lockstep.bundle.program_file import PROGRAM, program_bytes
+from lockstep.errors import InputError
+from lockstep.fmi.platforms import PLATFORM
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip can hold
 _MODE = 0o100644 << 16  # a plain file, readable by all
@@ -35,7 +37,7 @@ def bundle_bytes(contents: Contents, platforms: Sequence[str] = ()) -> bytes:
     InputError
         If an FMU cannot be read or lacks a binary, or the C compiler is missing or fails.
     """
-    names = tuple(platforms) or (here(),)
+    names = tuple(platforms) or (_here(),)
     files = members(contents, names)
     places, operations = folders(contents), program(contents)
     guid = _guid(program_bytes(contents, operations, "", places), model_description(contents, ""), contents)
@@ -47,6 +49,13 @@ def bundle_bytes(contents: Contents, platforms: Sequence[str] = ()) -> bytes:
     files["modelDescription.xml"] = model_description(contents, guid)
     files["documentation/index.html"] = documentation(contents, names)
     return _packed(files)
+
+
+def _here() -> str:
+    """Return this machine's platform, which its own C compiler builds for."""
+    if PLATFORM not in PLATFORMS:
+        raise InputError(f"this machine is {PLATFORM}, for which no bundle can be built; use Linux on x86-64")
+    return PLATFORM
 
 
 def _guid(program: bytes, description: bytes, contents: Contents) -> str:

@@ -53,8 +53,13 @@ examples:
     metavar="S",
     help="steps of the FMU are multiples of it, in seconds (default: the tick of the system)",
 )
-@click.option("--platforms", type=SomeOf(PLATFORMS), default=(), metavar="NAMES",
-              help=f"binaries to build, with Zig: {', '.join(PLATFORMS)} (default: this machine's, without Zig)")
+@click.option(
+    "--platforms",
+    type=SomeOf(PLATFORMS),
+    default=(),
+    metavar="NAMES",
+    help=f"binaries to build, with Zig: {', '.join(PLATFORMS)} (default: this machine's, without Zig)",
+)
 @set_option
 @timing_options
 def bundle(

@@ -86,6 +86,7 @@ def test_options_of_one_name_are_one_thing_in_every_command():
     seen = {}
     different = {
         "--set",  # an input of the whole system, or of one FMU
+        "--input",  # a file with values, or inputs of a bundle
         "--step-size",  # of one component by name, or of the one FMU
         "--out",  # a folder or a file
         "--adapter",  # of several replaced components, or of one FMU

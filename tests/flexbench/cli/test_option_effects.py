@@ -46,10 +46,8 @@ _WATERFALL = "system/test_budget.py::test_waterfall_of_three_speeds_peaks_at_the
 _JOBS = "system/test_bad_input.py::test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs"
 _TRACEBACK = f"{HERE}::test_a_traceback_is_shown_on_request_and_never_else"
 _ADAPTED = "lockstep/ssp/test_adapted_package.py::"
-_SAME_BYTES = (
-    "flexsat/fmu/test_built_components.py"
-    "::test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes"
-)
+_BUILT = "flexsat/fmu/test_built_components.py::"
+_SAME_BYTES = _BUILT + "test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes"
 _SAMPLES = "lockstep/run/test_run.py::test_every_sample_carries_the_time_at_which_it_is_true"
 _VALUE_FILE = "flexbench/cli/test_option_values.py::"
 _MARGINS = "system/test_margins.py::"
@@ -69,46 +67,44 @@ RUN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--samp
     "::test_the_command_line_sets_the_start_time_and_a_run_is_resumed_from_its_record",
     "--input": "lockstep/plan/test_input_files.py"
     "::test_one_fmu_alone_takes_names_of_its_variables_and_other_delimiters",
-    "--isolate": f"{HERE}::test_the_process_of_a_component_is_recorded",
-    "--share-process": f"{HERE}::test_the_process_of_a_component_is_recorded",
+    **dict.fromkeys(("--isolate", "--share-process"), f"{HERE}::test_the_process_of_a_component_is_recorded"),
     "--step-limit": "lockstep/processes/test_hostile_fmus.py::test_a_run_ends_with_one_line_and_keeps_earlier_rows",
     "--tolerance": "lockstep/run/test_start_values.py::test_command_line_takes_a_tolerance_for_all_and_for_one",
     "--within": "lockstep/ssp/test_packages.py::test_nothing_outside_an_unpacked_package_is_opened",
     "--strict-inputs": "lockstep/ssp/test_foreign_files.py::test_a_run_prints_and_records_its_warnings",
     "--strict": f"{HERE}::test_a_strict_run_refuses_what_is_else_a_warning",
     "--overwrite": "lockstep/run/test_run.py::test_a_folder_with_a_run_is_kept_without_overwrite",
-    "--checkpoint": _BRANCH,
-    "--checkpoint-every": _RESUME,
-    "--checkpoint-without": _LEFT_OUT,
-    "--resume": _RESUME,
-    "--restart-from": _BRANCH,
-    "--reinitialise": _LEFT_OUT,
+    **dict.fromkeys(("--checkpoint", "--restart-from"), _BRANCH),
+    **dict.fromkeys(("--checkpoint-every", "--resume"), _RESUME),
+    **dict.fromkeys(("--checkpoint-without", "--reinitialise"), _LEFT_OUT),
     **dict.fromkeys(("--pace", "--realtime-priority", "--core", "--profile"), _PACED),
     "--threads": "lockstep/tick/test_threads.py::test_the_command_line_sets_their_number",
 }
 WRITE_SSP = dict.fromkeys(("--replace", "--adapter", "--source", "--out"), _SSP) | {
-    "--delay": f"{HERE}::test_a_written_package_has_the_delay_and_the_step",
-    "--step-size": f"{HERE}::test_a_written_package_has_the_delay_and_the_step",
+    **dict.fromkeys(("--delay", "--step-size"), f"{HERE}::test_a_written_package_has_the_delay_and_the_step"),
     "--partial": _ADAPTED + "test_entry_without_a_connection_is_listed_and_refused_or_left_out",
 }
 CHECK = dict.fromkeys(("--html", "--json", "--junit", "--strict"), _EVERY_FILE) | {
     "--static": f"{HERE}::test_a_static_check_runs_nothing",
 }
 PROBE_LATENCY = {
-    "--step-size": f"{HERE}::test_options_change_what_is_probed",
-    "--steps": f"{HERE}::test_options_change_what_is_probed",
-    "--set": _PROBE + "test_values_and_amplitudes_decide_what_is_excited",
-    "--amplitude": _PROBE + "test_values_and_amplitudes_decide_what_is_excited",
+    **dict.fromkeys(("--step-size", "--steps"), f"{HERE}::test_options_change_what_is_probed"),
+    **dict.fromkeys(("--set", "--amplitude"), _PROBE + "test_values_and_amplitudes_decide_what_is_excited"),
     "--kind": _PROBE + "test_integral_is_feedthrough_unless_the_fmu_declares_any_step",
     "--time-limit": _PROBE + "test_bad_setting_is_refused",
     "--json": _PROBE + "test_command_prints_a_matrix_and_writes_json",
 }
+_BUNDLE = "lockstep/bundle/test_command.py::test_"
 EFFECTS = {
+    **dict.fromkeys(("lockstep bundle", "flexsat bundle"), dict.fromkeys(
+        ("--out", "--input", "--output", "--parameter", "--multiple-of", "--set", *SHOWN),
+        _BUNDLE + "every_option_changes_the_bundle",
+    ) | {"--platforms": _BUNDLE + "zig_builds_for_chosen_platforms_that_all_fmus_have"}),
+    **dict.fromkeys(("lockstep write-ssp", "flexsat write-ssp"), WRITE_SSP),
+    **dict.fromkeys(("lockstep probe-latency", "flexsat probe-latency"), PROBE_LATENCY),
     "lockstep run": RUN,
     "lockstep show": SHOWN,
-    "lockstep write-ssp": WRITE_SSP,
     "lockstep check": CHECK,
-    "lockstep probe-latency": PROBE_LATENCY,
     "flexsat run": RUN | {
         "--seed": "flexbench/cli/test_seeds.py::test_a_given_seed_is_set_or_refused_by_the_run",
         "--settling-band": "flexbench/cli/test_closing_table.py"
@@ -117,13 +113,10 @@ EFFECTS = {
         "--accept-infeasible": "flexbench/loop/test_feasibility.py::test_it_runs_if_that_is_accepted",
         "--as-published": _VALUE_FILE + "test_as_published_sets_the_parameters_of_the_release",
     },
-    "flexsat write-ssp": WRITE_SSP,
-    "flexsat check": CHECK
-    | {
+    "flexsat check": CHECK | {
         "--like": "system/test_acceptance.py::test_a_controller_of_the_other_size_misses_wheels",
         "--adapter": "flexbench/adapt/test_adapted_check.py::test_fmu_is_judged_behind_its_adapter",
     },
-    "flexsat probe-latency": PROBE_LATENCY,
     "flexsat timeline": SHOWN
     | dict.fromkeys(("--ticks", "--svg"), "system/test_foreign_package.py::test_the_command_shows_and_draws_it"),
     "flexsat build": {
@@ -169,7 +162,7 @@ EFFECTS = {
         **dict.fromkeys(("--modes", "--gains"), "flexbench/studies/margins/test_real_plant.py::"
                         "test_the_command_finds_the_published_design_unstable_on_30_modes"),
         "--find-delay": _MARGINS + "test_the_delay_that_destabilises_the_co_simulation_is_the_analysed_one",
-        "--seed": _VALUES,
+        **dict.fromkeys(("--seed", "--plant"), _VALUES),
         "--delay": "flexbench/studies/margins/test_margins.py::test_delays_of_the_system_and_of_the_margin_act_alike",
         "--noise-free": _MARGINS + "test_the_measured_margins_are_the_designs_without_noise",
         **dict.fromkeys(("--band", "--lines", "--length"), _MULTISINE),
@@ -178,7 +171,6 @@ EFFECTS = {
         "--directions": "flexbench/studies/margins/test_margins.py::test_one_direction_opened_leaves_the_others_closed",
         "--python": _CHOICE,
         "--controller": _MARGINS + "test_bad_input_gets_one_line",
-        "--plant": _VALUES,
     },
     "flexsat budget": {
         "--requirements": "system/test_budget.py::test_budget_judges_requirements_by_its_exit_code",

@@ -2,13 +2,14 @@
 
 import zipfile
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 import lockstep.bundle.compile
 import lockstep.bundle.write
-from fmus.bundle_host import MS
+from fmus.bundle_host import MS, alone, bits, bundled
 from lockstep import Component, InputError, System, write_ssd
 from lockstep.__main__ import main
 from lockstep.bundle.compile import library
@@ -33,7 +34,7 @@ def description(path):
     return zipfile.ZipFile(path).read("modelDescription.xml").decode()
 
 
-def test_every_option_changes_the_bundle(ssd, tmp_path, capsys):
+def test_every_option_changes_the_bundle(cells, ssd, tmp_path, capsys):
     def made(*options):
         assert main(["bundle", str(ssd), "--out", str(tmp_path / "made.fmu"), *options]) == 0
         captured = capsys.readouterr()
@@ -44,9 +45,8 @@ def test_every_option_changes_the_bundle(ssd, tmp_path, capsys):
     assert said == ""
     assert 'name="push"' in plain
     text, said = made("--input", "none", "--output", "*.y", "--output", "arm.n", "--parameter", "*.gain")
-    assert [name for name in ("push", "arm.y[3]", "arm.n", "arm.flag", "arm.gain", "arm.trim") if f'"{name}"' in text] == [
-        "arm.y[3]", "arm.n", "arm.gain"
-    ]  # fmt: skip
+    names = ("push", "arm.y[3]", "arm.n", "arm.flag", "arm.gain", "arm.trim")
+    assert [name for name in names if f'"{name}"' in text] == ["arm.y[3]", "arm.n", "arm.gain"]
     text, said = made("--output", "all", "--multiple-of", "0.005", "--set", "arm.gain=7")
     assert "left out: arm.text: a bundle shows Strings" in said
     assert 'stepSize="0.005"' in text
@@ -56,6 +56,10 @@ def test_every_option_changes_the_bundle(ssd, tmp_path, capsys):
                    ["--continuous", "slow", "--delay", "slow:body=1"]):  # fmt: skip
         made("--output", "arm.y", "--multiple-of", "0.005", *option)
         assert zipfile.ZipFile(tmp_path / "made.fmu").read("resources/program.bin") != before
+
+    one = [str(cells.components[0].source), "--out", str(tmp_path / "made.fmu"), "--step-size", "0.004"]
+    assert main(["bundle", *one, "--tick", "0.002"]) == 0
+    assert 'stepSize="0.002"' in description(tmp_path / "made.fmu")
 
 
 def refused(capsys, *words):
@@ -75,7 +79,7 @@ def test_bad_options_are_refused_in_one_line_and_leave_no_file(ssd, tmp_path, ca
         (["--output", "x"], "--output x: matches no output"),
         (["--output", "arm.text"], "--output arm.text: a bundle shows Strings of components that step at each tick"),
         (["--input", "push", "--input", "arm.u[3]"], "--input arm.u[3]: leads to arm.u[3], as push does; choose one"),
-        (["--platforms", "beos"], "--platforms beos: no such platform; there are linux64, win64, aarch64-linux"),
+        (["--platforms", "beos"], "--platforms: 'beos' is none of linux64, win64, aarch64-linux"),
         (["--platforms", "win64"], "fast: cell.fmu has no binary for win64, only for linux64; build it for that"),
         (["--multiple-of", "0.0015"], "step size of the bundle 0.0015 s is not a whole multiple of the tick"),
     ):
@@ -98,13 +102,16 @@ def changed(system, name, **values):
 def test_what_a_bundle_cannot_carry_is_refused_by_name_with_the_remedy(cells, reference_fmu):
     table = Table(kind="Integer", entries=((1, 2),))
     adapter = Adapter(path=Path("a.toml"), sha256="")
+    new = Component(name="f", source=reference_fmu("integrator", "3.0"), period=MS)
+    wires = (replace(c, table=table) if (c.output, c.to_component) == ("n", "body") else c for c in cells.connections)
+    mapped = replace(cells, connections=tuple(wires))
     for system, expected in (
-        (changed(cells, "arm", adapter=adapter), "arm: a bundle cannot carry an adapter; write its connections as SSP"),
-        (changed(cells, "arm", sums=Sums(inputs={"s": ("a", "b")})), "arm: a bundle cannot carry sums of an OSP system"),
-        (replace(cells, connections=tuple(replace(c, table=table) if c.output == "n" and c.to_component == "body" else c
-                                          for c in cells.connections)),
-         "slow.n -> body.k: a bundle carries linear conversions of Reals only, neither mapping tables"),
-        (System(name="x", tick=MS, components=(Component(name="f", source=reference_fmu("integrator", "3.0"), period=MS),)),
+        (changed(cells, "arm", adapter=adapter),
+         "arm: a bundle cannot carry an adapter; write its connections as SSP"),
+        (changed(cells, "arm", sums=Sums(inputs={"s": ("a", "b")})),
+         "arm: a bundle cannot carry sums of an OSP system"),
+        (mapped, "slow.n -> body.k: a bundle carries linear conversions of Reals only, neither mapping tables"),
+        (System(name="x", tick=MS, components=(new,)),
          "f: integrator.fmu is an FMU of FMI 3.0; a bundle holds FMUs of FMI 2.0; export it for that version"),
         (replace(cells, strict_inputs=True), "not connected and without a value"),
     ):  # fmt: skip
@@ -125,3 +132,15 @@ def test_the_library_exports_the_functions_of_fmi_alone_and_needs_the_c_library_
     assert {name for name in found.exported if not name.startswith("fmi2")} == set()
     assert len(found.exported) == 34
     assert set(found.needed) <= {"libc.so.6", "libdl.so.2"}
+
+
+@pytest.mark.skipif(find_spec("ziglang") is None, reason="no ziglang")
+def test_zig_builds_for_chosen_platforms_that_all_fmus_have(ssd, tmp_path, cells):
+    assert main(["bundle", str(ssd), "--out", str(tmp_path / "zig.fmu"), "--platforms", "linux64"]) == 0
+    own = bundled(cells, tmp_path / "own.fmu", Choice())
+    binary = "binaries/linux64/four.so"
+    content = zipfile.ZipFile(tmp_path / "zig.fmu").read(binary)
+
+    assert elf.read_library(content).exported == elf.read_library(library(None)).exported
+    assert max(map(int, elf.read_library(content).versions["GLIBC"].split(".")[1:2])) <= 17
+    assert bits(alone(tmp_path / "zig.fmu", 0.02)["angle"]) == bits(alone(own, 0.02)["angle"])

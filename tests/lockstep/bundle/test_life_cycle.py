@@ -165,7 +165,7 @@ def test_messages_of_components_have_their_names(cells, tmp_path):
     with another(path, tmp_path / "a") as host:
         for k in range(9):
             host.slave.do_step(k / 1000, 0.001, 1)
-        assert [text for text in host.texts if "50%" in text][0].startswith("body: x is ")
+        assert next(text for text in host.texts if "50%" in text).startswith("body: x is ")
         assert "slow: fails at 100% of Real 10 and 0.007 s" in host.texts
 
 

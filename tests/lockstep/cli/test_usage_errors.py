@@ -24,7 +24,7 @@ PROBE = "; see `python -m lockstep probe-latency --help`"
         (["runn"], "'runn': no such command; did you mean run?; see `python -m lockstep --help`"),
         (
             ["fly"],
-            "'fly': no such command; choose from run, show, write-ssp, check, probe-latency; "
+            "'fly': no such command; choose from run, show, write-ssp, bundle, check, probe-latency; "
             "see `python -m lockstep --help`",
         ),
         (["--tracback"], "--tracback: no such option; did you mean --traceback?; see `python -m lockstep --help`"),

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { USUAL = 1000 }; /* bytes of a message */
+enum { USUAL = 600 }; /* bytes of a message; a function's variables stay below a page, which Windows would probe */
 
 static const char *const status_names[] = {"fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal",
                                            "fmi2Pending"};
@@ -42,7 +42,7 @@ static void pass_on(const bundle_t *bundle, fmi2Status status, const char *categ
                     const char *text)
 {
     size_t prefix = name == NULL ? 0 : strlen(name), room = 4 * (strlen(text) + prefix) + 8, length;
-    char usual[4 * USUAL], *passed = room > sizeof usual ? malloc(room) : usual, *end = passed;
+    char usual[2 * USUAL], *passed = room > sizeof usual ? malloc(room) : usual, *end = passed;
 
     if (bundle->host.logger != NULL && passed != NULL) {
         if (name != NULL) {
