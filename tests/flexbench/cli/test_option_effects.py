@@ -220,9 +220,8 @@ EFFECTS = {
         "--window": "system/test_shadow.py::test_windows_that_do_not_fit_are_refused",
         "--out": f"{HERE}::test_results_of_two_runs_go_to_folders_of_their_own",
     },
-    "flexsat equivalence": dict.fromkeys(
-        ("--configuration", "--scenario", "--seed", "--stop-time", "--record", "--out", "--fmus", "--native"), _VALUES
-    ),
+    "flexsat equivalence": dict.fromkeys(("--configuration", "--scenario", "--seed", "--stop-time", "--record", "--out",
+                                          "--fmus", "--native"), _VALUES),
     "flexsat adapt": dict.fromkeys(("--like", "--out"),
                                    _ADAPT + "test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide"),
     "flexsat check-adapter": {
