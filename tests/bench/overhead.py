@@ -17,7 +17,7 @@ from lockstep.plan.wiring import Link
 from lockstep.results.recorder import Recorder
 from lockstep.results.signal_patterns import Signal
 from lockstep.run.exchange import Exchange
-from lockstep.tick.python_tick import actions
+from lockstep.tick.bound_operations import actions
 
 MS = 1_000_000
 TICKS = 20_000

@@ -6,8 +6,8 @@ from lockstep.errors import EndOfSimulation
 from lockstep.fmi.slave import SCALARS
 from lockstep.plan.schedule import Task
 from lockstep.run.exchange import Exchange
+from lockstep.tick.bound_operations import action
 from lockstep.tick.operations import NextRow
-from lockstep.tick.python_tick import action
 
 
 def record_stop(exchange: Exchange, tick: int, time: float, row: NextRow) -> None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from lockstep.fmi.native_call import Move, NativeCall, native, step_apart
 from lockstep.fmi.slave import SCALARS
 from lockstep.tick.accounts import Accounts
+from lockstep.tick.bound_operations import Segment, action, segments
 from lockstep.tick.operations import (
     ALWAYS,
     Action,
@@ -33,7 +34,6 @@ from lockstep.tick.operations import (
     Step,
     Transfer,
 )
-from lockstep.tick.python_tick import Segment, action, segments
 from lockstep.tick.structures import Kind, TickOperation
 
 _CALLS = {"values": Kind.VALUES, "arrays": Kind.ARRAYS, "step_1": Kind.STEP_1, "step_2": Kind.STEP_2,

@@ -11,9 +11,9 @@ from time import perf_counter
 from lockstep.errors import InputError
 from lockstep.fmi.native_call import step_apart
 from lockstep.operating_system import available_cores
+from lockstep.tick.bound_operations import action
 from lockstep.tick.operations import Begin, Block, Finish, Program, Step
 from lockstep.tick.pack import Table
-from lockstep.tick.python_tick import action
 from lockstep.tick.structures import TickState
 from lockstep.tick.thread_choice import ThreadChoice
 from lockstep.tick.threads import Jobs

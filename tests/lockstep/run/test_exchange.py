@@ -17,7 +17,7 @@ from lockstep.plan.schedule import build_schedule
 from lockstep.plan.wiring import Link
 from lockstep.run.exchange import Exchange
 from lockstep.run.final_row import record_stop
-from lockstep.tick.python_tick import actions
+from lockstep.tick.bound_operations import actions
 
 MS = 1_000_000
 WIDTH = 3  # outputs of a toy
