@@ -70,6 +70,8 @@ def run(
     def finish(folder: Path) -> None:
         print_found(folder)
         print(closing_text(folder, settling_band))
+        if request.profile:
+            _draw_profile(folder)
 
     resumed = request.checkpoints.resume
     if resumed is not None:
@@ -135,6 +137,17 @@ def _run_new(
     system = request.checkpoints.system(request.system, load)
     return run_system(request, system, overrides, marks=marks, finish=finish, watch=watch_loop,
                       check=partial(check_feasible, accept=accept_infeasible))  # fmt: skip
+
+
+def _draw_profile(folder: Path) -> None:
+    """Draw where the wall time went, into the run's folder."""
+    from lockstep.results.read_run_record import read_run_record
+
+    from ..figures.drawing import save_figure
+    from ..figures.profile import profile_figure
+
+    for path in save_figure(profile_figure(read_run_record(folder)[0]), folder / "figures", "profile"):
+        print(path)
 
 
 def _published(system: System) -> Mapping[str, Value]:
