@@ -32,8 +32,8 @@ FOLDERS = {
         *("plain_values", "errors", "arrays", "array_names", "whole_file"),
     ),
     "flexbench": (
-        *("cli", "cli/options", "report", "report/sections", "figures", "adapt", "studies", "studies/layouts"),
-        *("studies/paper", "studies/spillover"),
+        *("cli", "cli/spacecraft", "cli/options", "report", "report/sections", "figures", "adapt", "studies"),
+        *("studies/layouts", "studies/paper", "studies/spillover"),
         *("studies/margins", "studies/health", "studies/robustness", "studies/shadow", "studies/waterfall"),
         *("studies/spectra", "studies/budget", "runs", "loop", "icd", "html"),
     ),

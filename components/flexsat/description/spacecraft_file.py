@@ -27,6 +27,7 @@ from .placed_devices import read_devices, read_sites
 from .placement import Bus, Site
 from .source import Source
 
+START = Path(__file__).with_name("start.toml")  # a file to start from, for str.format with `name`
 LARGEST = 1_000_000  # bytes of a file: far more than any spacecraft takes
 DENSITY = "/rtHz"  # ends the unit of a noise density
 _TABLES: Mapping[str, type] = {"aperture": Aperture, "plate": Plate, "rates": Rates, "slew": Slew,

@@ -16,6 +16,8 @@ PROGRAM = Program(
     "flexsat",
     {
         "build": ("flexbench.cli.build", "build the FMUs, the system files and the interface document"),
+        "new": ("flexbench.cli.spacecraft.new", "write the file of a spacecraft to start from"),
+        "spacecraft": ("flexbench.cli.spacecraft.spacecraft", "show a spacecraft's mass, modes and wheels"),
         "run": ("flexbench.cli.run", "simulate a system; record its signals and metrics"),
         "paper": ("flexbench.cli.paper", "reproduce the paper's six runs and its table"),
         "branch": ("flexbench.cli.branch", "simulate variants from one checkpoint"),

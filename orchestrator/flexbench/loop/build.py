@@ -26,6 +26,7 @@ from ..html.document import as_markdown
 from ..html.render import as_html
 from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, icd_blocks
 from .build_manifest import MANIFEST, describe_configuration, versions, write_manifest
+from .properties import bias_line
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
 from .spacecraft import FILE, design_file, read_file
 from .systems import WIRES, build_system, write_closed_systems, write_systems
@@ -111,6 +112,9 @@ def build_files(
         read = [(path, read_file(path)) for path in files]
         for path, spacecraft in read:
             designs = {spacecraft.name: design_file(spacecraft, path)}
+            design = designs[spacecraft.name].corrected
+            if (line := bias_line(design.structure, design.response.nominal)) is not None:
+                print_line(f"{path.name}: note: {line}")
             identities = _build_each(designs, folder, print_line, flat, execution_tool, in_c)
             copy = folder / spacecraft.name / FILE
             write_atomically(copy, spacecraft.text.encode())

@@ -6,7 +6,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from flexsat.description.built_in import CONFIGURATIONS, built_in
-from flexsat.description.spacecraft_file import SpacecraftFile, parse_spacecraft, read_spacecraft
+from flexsat.description.configuration import check_name
+from flexsat.description.spacecraft_file import START, SpacecraftFile, parse_spacecraft, read_spacecraft
 from flexsat.design.chain import Designs, build_designs, designs_of
 from flexsat.errors import SpacecraftFileError
 from flexsat.parameters import ConfigurationName
@@ -28,6 +29,32 @@ def read_file(path: Path) -> SpacecraftFile:
             " another name"
         )
     return spacecraft
+
+
+def write_start(path: Path) -> None:
+    """Write the file of a spacecraft to start from, named after the file.
+
+    Raises
+    ------
+    InputError
+        If there is such a file, it cannot be written, or its name is none of a spacecraft.
+    """
+    name = path.stem
+    try:
+        check_name(name)
+    except ValueError as error:
+        raise InputError(
+            f"{path}: the spacecraft has the name of its file, which {str(error).partition(' ')[2]}"
+        ) from None
+    if name in CONFIGURATIONS:
+        raise InputError(f"{path}: a built-in spacecraft is called {name}; choose another name")
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(START.read_text(encoding="utf-8").format(name=name))
+    except FileExistsError:
+        raise InputError(f"{path}: is there already, and is kept; choose another name") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
 
 
 def spacecraft_of(name: ConfigurationName, fmu: Path) -> SpacecraftFile:

@@ -1,0 +1,28 @@
+"""The command `flexsat new`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.parameter_types import PATH
+
+_EXAMPLES = """
+example:
+  {program} new my.toml
+  {program} spacecraft my.toml
+  {program} build my.toml
+"""
+
+
+@command("new", _EXAMPLES)
+@click.argument("file", type=PATH, metavar="FILE", help="file to write, such as my.toml; its name is the spacecraft's")
+def new(file: Path) -> int:
+    """Write the commented file of a spacecraft, to be changed and built: four wheels in a pyramid, two gyros."""
+    from ...loop.spacecraft import write_start
+
+    write_start(file)
+    print(f"{file}: change it, look at it with `flexsat spacecraft {file}`, build it with `flexsat build {file}`")
+    return 0

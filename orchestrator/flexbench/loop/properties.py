@@ -1,0 +1,124 @@
+"""Describe a spacecraft in words and tables: `flexsat spacecraft`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexsat.arrays import Array
+from flexsat.description.configuration import Configuration
+from flexsat.description.spacecraft_file import SpacecraftFile
+from flexsat.parameters import DEFAULT_DESIGN, RPM
+from flexsat.spacecraft.assembly import Spacecraft, build_spacecraft
+from flexsat.spacecraft.properties import Envelope, ModeTable, envelope, mode_table
+from flexsat.spacecraft.variation import modes_of_design
+from flexsat.spacecraft.wheel_speeds import select_speeds
+from lockstep.errors import InputError
+
+MODES_HEADER = ("mode", "clamped [Hz]", "mass x, y, z [%]", "inertia x, y, z [%]", "known", "free [Hz]",
+                "wheels reach", "gyros see")  # fmt: skip
+CANCELLED = 1e-3  # share of the wheels' momenta: less net momentum than this is none
+ROUNDING = 1e-9  # share of the largest: less is none
+HERTZ = 2.0 * np.pi  # rad/s
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Properties:
+    """A spacecraft at its nominal wheel speeds."""
+
+    config: Configuration
+    craft: Spacecraft
+    modes: ModeTable
+    known: Sequence[int]  # modes of the clamped structure that the controller is designed with
+    reach: Envelope  # of wheels that give one each
+    nominal_speed: Array  # (n,) [rad/s]
+    net_momentum: Array  # (3,) [N.m.s], of all wheels at their nominal speeds
+
+
+def properties_of(spacecraft: SpacecraftFile, name: str) -> Properties:
+    """Return what a spacecraft is; raise InputError, which names it, if no nominal speeds can be chosen."""
+    config = spacecraft.configurations[DEFAULT_DESIGN]
+    craft = build_spacecraft(config)
+    try:
+        nominal = select_speeds(craft, config.speeds).nominal
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from None
+    return Properties(
+        config=config,
+        craft=craft,
+        modes=mode_table(craft),
+        known=np.arange(craft.mode_count)[modes_of_design(craft, config.plate)].tolist(),
+        reach=envelope(craft.wheels.axis),
+        nominal_speed=nominal,
+        net_momentum=net_momentum(craft, nominal),
+    )
+
+
+def net_momentum(craft: Spacecraft, nominal: Array) -> Array:
+    """Return the momentum of all wheels at their nominal speeds, (3,) [N.m.s]."""
+    return np.asarray(craft.wheel.inertia * nominal @ craft.wheels.axis)
+
+
+def bias_line(craft: Spacecraft, nominal: Array) -> str | None:
+    """Return a line about net momentum of the wheels at their nominal speeds; None if it cancels."""
+    net, most = net_momentum(craft, nominal), craft.wheel.inertia * float(np.sum(np.abs(nominal)))
+    if float(np.linalg.norm(net)) <= CANCELLED * most:
+        return None
+    return (
+        f"the wheels have a net momentum of {_vector(net)} N.m.s at their nominal speeds: slews and rates meet its"
+        " gyroscopic torque, for which the controller plans nothing; turn axes of wheels round so that it cancels"
+    )
+
+
+def property_lines(found: Properties) -> Iterator[str]:
+    """Yield lines about mass, wheels and envelopes."""
+    config, craft, wheel, reach = found.config, found.craft, found.config.wheel, found.reach
+    sensors = f"{len(craft.gyros.axis)} gyros, {len(craft.accelerometers.axis)} accelerometers"
+    yield f"{config.name}: {config.layout}; {sensors}"
+    yield f"mass {craft.mass:.6g} kg, of which bus {config.bus.mass:.6g} kg"
+    centre = config.bus.mass * np.array(config.bus.centre_of_mass) / craft.mass
+    yield f"centre of mass {_vector(centre)} m from the centre of the aperture"
+    moments, products = np.diag(craft.inertia), craft.inertia[[0, 0, 1], [1, 2, 2]]
+    products = np.where(np.abs(products) < ROUNDING * moments.max(), 0.0, products)
+    yield f"inertia about it xx, yy, zz {_vector(moments, 6)} kg.m2; xy, xz, yz {_vector(products, 6)}"
+    speeds = found.nominal_speed / RPM
+    yield f"nominal wheel speeds {speeds.min():.1f} to {speeds.max():.1f} rpm, +-{wheel.speed_band / RPM:.1f} rpm"
+    yield f"net momentum of the wheels there {_vector(found.net_momentum)} N.m.s"
+    envelopes = (("torque", "N.m", wheel.torque_limit), ("momentum", "N.m.s", wheel.inertia * wheel.speed_band))
+    for what, unit, each in envelopes:
+        yield (
+            f"{what} about x, y, z {_vector(each * reach.about)} {unit}; in any direction {each * reach.weakest:.4g}"
+            f" {unit}, weakest along {_vector(reach.direction)}"
+        )
+    if (line := bias_line(craft, found.nominal_speed)) is not None:
+        yield f"note: {line}"
+    modes = found.modes
+    share = [_vector(100.0 * part.sum(axis=1)) for part in (modes.effective_mass, modes.effective_inertia)]
+    yield f"all {craft.mode_count} modes: effective mass x, y, z {share[0]} %, effective inertia {share[1]} %"
+
+
+def mode_rows(found: Properties, count: int) -> Iterator[tuple[str, ...]]:
+    """Yield the rows of the lowest modes; clamped and free ones stand in the order of their frequencies."""
+    modes = found.modes
+    for k in range(min(count, found.craft.mode_count)):
+        yield (
+            str(k + 1),
+            f"{modes.clamped[k] / HERTZ:.4f}",
+            _vector(100.0 * modes.effective_mass[:, k], 2),
+            _vector(100.0 * modes.effective_inertia[:, k], 2),
+            "yes" if k in found.known else "",
+            f"{modes.free[k] / HERTZ:.4f}",
+            _share(modes.controllability[k]),
+            _share(modes.observability[k]),
+        )
+
+
+def _share(value: float) -> str:
+    return "0" if value < ROUNDING else f"{value:.2g}"
+
+
+def _vector(values: Array, digits: int = 4) -> str:
+    rounded = np.where(np.abs(values) < ROUNDING * max(1.0, float(np.max(np.abs(values)))), 0.0, values)
+    return ", ".join(f"{value:.{digits}g}" for value in rounded.tolist())
