@@ -12,6 +12,7 @@ from flexsat.spacecraft.assembly import build_spacecraft
 from flexsat.spacecraft.properties import RIGID, envelope, mode_table
 
 ROUNDING = 1e-12
+PYRAMID = np.array([[1, 0, 1], [0, 1, 1], [-1, 0, 1], [0, -1, 1]]) / np.sqrt(2.0)
 
 
 @pytest.mark.parametrize(
@@ -22,8 +23,7 @@ ROUNDING = 1e-12
         # a box: one wheel more along x
         (np.vstack([np.eye(3), [[1.0, 0.0, 0.0]]]), (2.0, 1.0, 1.0), 1.0),
         # a pyramid of four, half-angle 45 degrees: all four about z; about x the two that lean along it
-        (np.array([[1, 0, 1], [0, 1, 1], [-1, 0, 1], [0, -1, 1]]) / np.sqrt(2.0), (np.sqrt(2.0), np.sqrt(2.0), 2.0 * np.sqrt(2.0)),
-         np.sqrt(2.0)),
+        (PYRAMID, (np.sqrt(2.0), np.sqrt(2.0), 2.0 * np.sqrt(2.0)), np.sqrt(2.0)),
         # three wheels at right angles, turned: about (1, 1, 1) each gives its most
         (np.array([[2, -1, 2], [2, 2, -1], [-1, 2, 2]]) / 3.0, (1.5, 1.5, 1.5), 1.0),
     ],

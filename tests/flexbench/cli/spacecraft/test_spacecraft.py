@@ -42,7 +42,7 @@ def test_a_file_is_never_overwritten(start, capsys):
         (["new", "none/mine.toml"], "cannot be written (No such file or directory); choose another folder"),
         (
             ["spacecraft", "distribted"],
-            "distribted: no such file, and no built-in spacecraft; there are centralised, dis",
+            "distribted: no such file, and no built-in spacecraft (centralised, dis",
         ),
         (["build", "no.toml"], "no.toml: cannot be read (No such file or directory); `flexsat new` writes a file"),
         (
