@@ -64,6 +64,9 @@ def _summary(table: PortTable) -> Iterator[str]:
     """Yield the lines of the structure of what holds for all ports."""
     counts = ", ".join(str(len(table.of_kind(kind))) for kind in KINDS)
     outputs = table.run("output")
+    ends = [table.span(port.name).stop for port in table
+            if port.causality == "output" and port.kind == "real" and not port.on_demand]  # fmt: skip
+    stepped = max(ends, default=outputs.start) - outputs.start
     feeds = int(any(port.on_demand and port.depends_on for port in table))
     element = "%s[%d]" if table.naming == "structured" else "%s_%d"
     derivatives = differentiable(table)
@@ -72,7 +75,7 @@ def _summary(table: PortTable) -> Iterator[str]:
         yield ""
     yield "const PortTable port_table = {"
     yield f"    {{{counts}}}, {len(table.variables)}, {len(table.ports)},"
-    yield f'    {outputs.start}, {outputs.stop - outputs.start}, {feeds}, "{element}",'
+    yield f'    {outputs.start}, {outputs.stop - outputs.start}, {stepped}, {feeds}, "{element}",'
     yield f"    {'component_differentiate' if derivatives else 'NULL'},"
     yield "};"
 

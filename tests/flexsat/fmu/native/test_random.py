@@ -52,15 +52,17 @@ class Streams:
         return drawn
 
 
-@pytest.fixture(scope="module")
-def streams(tmp_path_factory: pytest.TempPathFactory) -> Streams:
-    """Return the C library."""
+@pytest.fixture(scope="module", params=[(), ("-U__SIZEOF_INT128__",)], ids=["128 bits", "64 bits"])
+def streams(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Streams:
+    """Return the C library, with the products of the compiler and with those from products of 32 bits."""
     if shutil.which("cc") is None:
         pytest.skip("no C compiler: `cc` is not on the path")
     folder = tmp_path_factory.mktemp("random")
     (folder / "fillers.c").write_text(FILLERS)
     return Streams(
-        ctypes.CDLL(str(compile_library([c_files()["random.c"], folder / "fillers.c"], folder / "random.so")))
+        ctypes.CDLL(
+            str(compile_library([c_files()["random.c"], folder / "fillers.c"], folder / "random.so", request.param))
+        )
     )
 
 

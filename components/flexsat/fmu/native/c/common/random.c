@@ -49,7 +49,20 @@ static void fill_pool(const uint32_t words[POOL + 1], uint32_t pool[POOL])
         pool[to] = mixed(pool[to], hashed(words[POOL], &constant, POOL_FACTOR));
 }
 
-/* state = state * factor + increment, modulo 2^128, from products of 32 bits */
+/* state = state * factor + increment, modulo 2^128 */
+#ifdef __SIZEOF_INT128__
+__extension__ typedef unsigned __int128 Wide;
+
+static void advance(Random *random)
+{
+    const Wide factor = (Wide)FACTOR_HIGH << 64 | FACTOR_LOW;
+    const Wide increment = (Wide)random->increment_high << 64 | random->increment_low;
+    const Wide state = ((Wide)random->high << 64 | random->low) * factor + increment;
+
+    random->high = (uint64_t)(state >> 64);
+    random->low = (uint64_t)(state & UINT64_MAX);
+}
+#else /* from products of 32 bits */
 static void advance(Random *random)
 {
     const uint64_t mask = UINT64_C(0xffffffff);
@@ -64,6 +77,7 @@ static void advance(Random *random)
     random->low = product_low + random->increment_low;
     random->high = product_high + random->increment_high + (random->low < product_low);
 }
+#endif
 
 void random_begin(Random *random, uint64_t seed, uint32_t stream, uint32_t child)
 {

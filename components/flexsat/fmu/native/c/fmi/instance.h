@@ -110,8 +110,8 @@ const Port *port_at(Kind kind, int place);
 const char *variable_name(const Port *port, int place, char name[REASON_SIZE]);
 /* Whether a value of a port may be set; `why` is written if not. */
 int acceptable(const Port *port, double value, char why[REASON_SIZE]);
-/* The first real output that is not finite, or -1. */
-int output_not_finite(const Component *component);
+/* The first of so many real outputs that is not finite, or -1. */
+int output_not_finite(const Component *component, int count);
 void poison_outputs(Component *component);
 
 /* value_access.c: what is done before values are read and written, and after */

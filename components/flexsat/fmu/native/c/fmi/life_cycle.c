@@ -188,7 +188,7 @@ Status make_step(Instance *instance, double time, double step)
     instance->stale = 1;
     if (component_advance(&instance->component, time, length))
         return refuse_for_model(instance, step_at(time, name));
-    if (output_not_finite(&instance->component) >= 0)
+    if (output_not_finite(&instance->component, port_table.stepped_outputs) >= 0)
         return check_outputs(instance, step_at(time, name));
     instance->inputs_set = 0;
     instance->present = time + step;

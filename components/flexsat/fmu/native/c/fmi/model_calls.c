@@ -3,7 +3,7 @@
 
 Status check_outputs(Instance *instance, const char *call)
 {
-    const int place = output_not_finite(&instance->component);
+    const int place = output_not_finite(&instance->component, port_table.real_outputs);
     char name[REASON_SIZE], value[NUMBER_SIZE];
 
     if (place < 0)

@@ -39,6 +39,7 @@ typedef struct PortTable {
     int ports;
     int first_real_output; /* place; outputs stand together */
     int real_outputs;
+    int stepped_outputs;   /* of them: those up to the last that is not on demand */
     int feeds_on_demand;   /* whether outputs on demand depend on inputs */
     const char *element;   /* format of an element's name: from that of its port, and its number */
     int (*differentiate)(struct Component *component, const double *seed, double *change); /* of component.h, or NULL */

@@ -61,10 +61,9 @@ int acceptable(const Port *port, double value, char why[REASON_SIZE])
     return 0;
 }
 
-int output_not_finite(const Component *component)
+int output_not_finite(const Component *component, int count)
 {
     const double *outputs = component->real + port_table.first_real_output;
-    const int count = port_table.real_outputs;
     double sums[8] = {0.0}, sum = 0.0; /* so many run at once, as none waits for the others */
     int k, i;
 
