@@ -2,6 +2,7 @@
 
 import signal
 import tomllib
+from itertools import pairwise
 
 import pytest
 
@@ -21,10 +22,7 @@ def slow(tmp_path_factory):
         Component(name=name, source=fmu, period=MS, kind="sampled", isolated=False, parameters={"work": WORK})
         for name in names
     ]
-    links = [
-        Connection(from_component=a, output="y", to_component=b, input="u")
-        for a, b in zip(names, names[1:], strict=False)
-    ]
+    links = [Connection(from_component=a, output="y", to_component=b, input="u") for a, b in pairwise(names)]
     return System(name="slow", tick=MS, components=tuple(parts), connections=tuple(links), record=("*.y",))
 
 
