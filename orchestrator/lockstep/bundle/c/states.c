@@ -198,7 +198,18 @@ void free_states(bundle_t *bundle)
     }
 }
 
-/* The bytes: magic, GUID, size and content of the bundle's own values, and size and state of each component. */
+/* FNV-1a of 64 bits. */
+static uint64_t digest(const void *bytes, size_t size)
+{
+    const unsigned char *at = bytes;
+    uint64_t sum = UINT64_C(0xcbf29ce484222325);
+
+    for (size_t k = 0; k < size; k++)
+        sum = (sum ^ at[k]) * UINT64_C(0x100000001b3);
+    return sum;
+}
+
+/* The bytes: magic, GUID, size and content of the bundle's own values, size and state of each component, a digest. */
 static size_t head_size(const bundle_t *bundle)
 {
     return sizeof magic + strlen(bundle->guid);
@@ -211,7 +222,7 @@ fmi2Status state_size(bundle_t *bundle, fmi2FMUstate state, size_t *size)
 
     if (given == NULL)
         return refuse(bundle, "fmi2SerializedFMUstateSize: the state is none of this instance");
-    *size = head_size(bundle) + sizeof(uint64_t) + given->size;
+    *size = head_size(bundle) + sizeof(uint64_t) + given->size + sizeof(uint64_t);
     for (uint32_t k = 0; k < bundle->component_count && status <= fmi2Warning; k++) {
         component_t *component = &bundle->components[k];
         size_t inner = 0;
@@ -257,6 +268,8 @@ fmi2Status serialize(bundle_t *bundle, fmi2FMUstate state, fmi2Byte bytes[], siz
                                                                    (fmi2Byte *)out.at, inner)));
         out.at += inner;
     }
+    length = digest(bytes, (size_t)(out.at - (unsigned char *)bytes));
+    pass(&out, &length, sizeof length);
     return status;
 }
 
@@ -284,18 +297,21 @@ fmi2Status deserialize(bundle_t *bundle, const fmi2Byte bytes[], size_t size, fm
     saved_t *made;
     fmi2Status status;
     uint64_t length = 0;
+    uint64_t sum = 0;
     unsigned char *copy = malloc(size + 1);
 
     if (copy == NULL)
         return refuse(bundle, "fmi2DeSerializeFMUstate: there is no memory");
     memcpy(copy, bytes, size);
-    if (size < head_size(bundle) || memcmp(copy, magic, sizeof magic) != 0
+    if (size >= sizeof sum)
+        memcpy(&sum, copy + size - sizeof sum, sizeof sum);
+    if (size < head_size(bundle) + sizeof sum || sum != digest(copy, size - sizeof sum) || memcmp(copy, magic, sizeof magic) != 0
         || memcmp(copy + sizeof magic, bundle->guid, strlen(bundle->guid)) != 0) {
         free(copy);
-        return refuse(bundle, "fmi2DeSerializeFMUstate: the bytes are no state of this FMU");
+        return refuse(bundle, "fmi2DeSerializeFMUstate: the bytes are no state of this FMU, or damaged");
     }
     in.at = copy + head_size(bundle);
-    in.end = copy + size;
+    in.end = copy + size - sizeof sum;
     pass(&in, &length, sizeof length);
     made = in.bad || length > (uint64_t)(in.end - in.at) ? NULL : new_state(bundle, (size_t)length);
     if (made == NULL) {
