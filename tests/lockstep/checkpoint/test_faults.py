@@ -84,12 +84,13 @@ def fault_events(folder):
 
 
 @pytest.mark.parametrize("tick", [22, 31, 39])  # the last: a parameter has to be set back in the next tick
-def test_a_resumed_run_has_its_faults(triple, faulty, tick):
+def test_a_resumed_run_has_its_faults(triple, faulty, tick, each_tick):
+    """Also where the other implementation of the tick continues: both save the same memory."""
     signals, before = (faulty / "signals.parquet").read_bytes(), fault_events(faulty)
     for later in range(tick + 1, 40):
         (faulty / f"checkpoints/t=0.0{later}.ckpt").unlink(missing_ok=True)
     (faulty / "run.toml").write_text((faulty / "run.toml").read_text().replace('"completed"', '"running"', 1))
-    resume(faulty, triple)
+    resume(faulty, triple, tick={"c": "python", "python": "c"}[each_tick])
     assert (faulty / "signals.parquet").read_bytes() == signals
     assert fault_events(faulty) == before
     assert len(before) == 12
