@@ -1,8 +1,8 @@
 """Time of 300,000 steps from Python over that of one call, for two small FMUs and, with --loop, for flexsat's loop.
 
-`python tests/bench/stepped.py [STEPS] [--loop SYSTEM.ssd]`. One call is `run.run_until(t)`, steps are
-`run.step()`. Both take turns on runs of the same system, in memory, and the quickest of three rounds counts. Then what a
-step costs with one value read and one set, and what a snapshot and its restoring take. Nothing passes or fails here.
+`python tests/bench/stepped.py [STEPS] [--loop SYSTEM.ssd]`. One call is `run.run_until(t)`, steps are `run.step()`;
+both take turns on runs of the same system, in memory, and the quickest of three rounds counts. Then what a step costs
+with a value read and one set, and what a snapshot and its restoring take. Nothing passes or fails here.
 """
 
 from __future__ import annotations
