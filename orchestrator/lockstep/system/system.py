@@ -158,6 +158,7 @@ class System:
             inputs=tuple(one for one in self.inputs if all(feed.component != component for feed in one.feeds)),
             start_values=tuple(name for name in self.start_values if not name.startswith(start)),
             ports=tuple(port for port in self.ports if port.component != component),
+            strict_inputs=False,  # those that it fed have no value yet
         )
 
     def with_delay(self, from_component: str, to_component: str, ticks: int) -> "System":

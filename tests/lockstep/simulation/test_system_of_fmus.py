@@ -70,7 +70,7 @@ def test_it_is_the_system_that_is_written_out(given, fmus, toys):
         ({"delays": {"two": 1}}, r"delays: 'two' must name two components, such as 'plant:controller'"),
         ({"delays": {"one:two": 1}}, r"one -> two: no such connection, so it cannot have a delay"),
         ({"system": {}}, r"no FMUs are given; name at least one"),
-        ({"system": {"plant": 3}, "connections": [], "periods": 1.0}, r"plant: 3 must be the path of an FMU, or a Component"),
+        ({"system": {"plant": 3}, "connections": [], "periods": 1.0}, r"plant: 3 must be the path of an FMU, or a Com"),
         ({"system": {"plant": "none.fmu"}, "connections": [], "periods": None}, r"plant: .*none\.fmu.*"),
     ],
 )  # fmt: skip
@@ -95,6 +95,6 @@ def test_paths_and_systems_are_taken_too(fmus, triple, tmp_path):
 
 def test_a_component_that_nothing_gives_a_period_says_so(fmus):
     with lockstep.open({"echo": fmus["echo"]}) as run:
-        assert any("echo: no period is given, and the FMU has no default step size: stepped every 0.001 s; give periods="
-                   "{'echo': SECONDS}" in warning for warning in run.warnings)  # fmt: skip
+        assert any("echo: no period is given, and the FMU has no default step size: stepped every 0.001 s; give "
+                   "periods={'echo': SECONDS}" in warning for warning in run.warnings)  # fmt: skip
         assert run.stop_time == 1.0
