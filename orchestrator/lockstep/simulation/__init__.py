@@ -2,7 +2,8 @@
 
 from lockstep.simulation.options import NamedOptions, Progress, RunOptions
 from lockstep.simulation.snapshot import Snapshot
-from lockstep.simulation.stepped_run import Run, open
+from lockstep.simulation.stepped_run import Run
+from lockstep.simulation.stepping import open
 from lockstep.simulation.summary import RunSummary
 from lockstep.simulation.system_of_fmus import as_system
 from lockstep.simulation.whole_run import resume, simulate

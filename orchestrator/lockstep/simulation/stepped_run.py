@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import json
 import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from fractions import Fraction
 from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NoReturn, Self, Unpack
+from typing import Any, NoReturn, Self
 
 from lockstep.errors import InputError, RunError
-from lockstep.interrupt import Interrupt, attend, deferred_interrupt, dismiss
+from lockstep.interrupt import Interrupt, attend, dismiss
 from lockstep.plan.overrides import Override
 from lockstep.results.read import Signals, open_signals
-from lockstep.results.results_folder import ResultsFolder
-from lockstep.simulation.open_run import OpenRun, open_run
-from lockstep.simulation.options import NamedOptions, RunOptions, chosen_options
+from lockstep.simulation.open_run import OpenRun
 from lockstep.simulation.snapshot import Branch, Snapshot, check_snapshot, restore_snapshot, take_snapshot
 from lockstep.simulation.summary import RunSummary
-from lockstep.simulation.system_of_fmus import Delays, Fmus, Pairs, Periods, as_system
 from lockstep.simulation.values import Values
 from lockstep.system.clock import nanoseconds, seconds, seconds_text
-from lockstep.system.component import Kind
 from lockstep.system.system import System
 from lockstep.tick.structures import Reason
 
@@ -365,36 +361,6 @@ class Run:
 
     def _refuse_use(self, what: str) -> NoReturn:
         raise InputError(f"{what}: the run {self._why}; open another one with lockstep.open")
-
-
-def open(
-    system: System | Path | str | Fmus,
-    folder: Path | str | ResultsFolder | None = None,
-    options: RunOptions | None = None,
-    *,
-    connections: Pairs = (),
-    periods: Periods | None = None,
-    delays: Delays | None = None,
-    kinds: Mapping[str, Kind] | None = None,
-    **named: Unpack[NamedOptions],
-) -> Run:
-    """Open a run that is stepped: check the system, start and initialise the FMUs, and stay at the start time.
-
-        with lockstep.open("loop.ssd", stop_time=10.0) as run:
-            for time in run:
-                run.set("plant.torque", -2.0 * run["plant.rate"])
-        run.signals["plant.rate"]
-
-    Parameters are those of `simulate`. Raises InputError if anything in the input is wrong.
-    """
-    chosen = chosen_options(options, named)
-    interrupt = Interrupt()
-    with ExitStack() as stack:
-        with deferred_interrupt() as opening:
-            opened = open_run(as_system(system, connections, periods, delays, kinds), folder, chosen, opening, stack)
-        opened.interrupt, opened.stops_between_ticks = interrupt, True
-        attend(interrupt)
-        return Run(opened, interrupt, stack.pop_all())
 
 
 def _whole(n: object) -> int:
