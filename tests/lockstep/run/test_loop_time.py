@@ -85,6 +85,15 @@ def test_an_isolated_component_is_charged_for_what_the_loop_waits(system):
     check(summary.loop_time, summary.wall_time)
 
 
+def test_steps_in_threads_are_charged_for_what_the_loop_waits(system):
+    summary = simulate(system, tick="c", threads=2)
+    found = summary.loop_time
+    parts = dict(found.parts)
+    assert sum(parts.values()) == pytest.approx(found.wall, rel=1e-9)
+    assert [part.calls for part in found.components] == [60, 20]
+    assert parts["quick"] + parts["slow"] > 0.5 * 20 * SLEEP  # either finds that the other has begun
+
+
 def test_waiting_and_checkpoints_have_their_parts(system, tmp_path):
     paced = simulate(system, tick="c", pace=0.2)
     parts = dict(paced.loop_time.parts)
