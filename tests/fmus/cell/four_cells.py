@@ -18,8 +18,8 @@ def wire(start: str, end: str, delay: int, **more: float) -> Connection:
 
 
 def four_cells(cell: Path) -> System:
-    """Return sampled and continuous cells: periods of 1, 5, 1 and 2 ticks, an offset, delays of 0 to 3 ticks, a unit that
-    is converted, a factor, and all types that are transferred.
+    """Return sampled and continuous cells: periods of 1, 5, 1 and 2 ticks, an offset, delays of 0 to 3 ticks, units
+    that are converted, a factor, and all types that are transferred.
     """
 
     def part(name: str, period: int, kind: str, **more: object) -> Component:
