@@ -65,7 +65,7 @@ def figures(
     if as_published and robust_design:
         raise InputError("--robust-design: there is none as published; leave one of --as-published and this out")
     if results:
-        drawn = result_figures(runs_of(results, chosen))
+        drawn = result_figures(runs_of(results, configuration))
     elif robust_design:
         drawn = _robust_design(chosen)
     else:
@@ -97,7 +97,7 @@ def _robust_design(chosen: Sequence[ConfigurationName]) -> Drawn:
 
 
 def runs_of(folders: Sequence[Path], chosen: Sequence[ConfigurationName]) -> list[Run]:
-    """Return the runs of the chosen configurations in results folders, or in folders of such folders.
+    """Return the runs of the chosen configurations, all if none is chosen, in results folders, or in folders of such.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def runs_of(folders: Sequence[Path], chosen: Sequence[ConfigurationName]) -> lis
                 f"{folder}: neither a run's results folder nor one that holds such; `flexsat run` makes one"
             )
         runs += [read_run(path) for path in found]
-    kept = [run for run in runs if run.configuration in chosen]
+    kept = [run for run in runs if not chosen or run.configuration in chosen]
     if not kept:
         raise InputError(f"--configuration {', '.join(chosen)}: none of the {len(runs)} runs is of it")
     return kept

@@ -12,12 +12,12 @@ from flexbench.runs import histories
 from flexbench.runs.flown_design import FlownDesign
 from flexbench.runs.run_folder import Run
 from flexsat.arrays import Array
-from flexsat.description.built_in import configuration
-from flexsat.parameters import ConfigurationName
+from flexsat.description.configuration import Configuration
+from flexsat.parameters import DEFAULT_DESIGN
 from flexsat.spacecraft.assembly import build_spacecraft
 from flexsat.structure.mesh import record_mesh
 from flexsat.structure.modes import build_structure
-from lockstep import Signals
+from lockstep import InputError, Signals
 
 from .derived_histories import ERRORS, MODAL, design_of, fully_recorded
 from .history_data import encode
@@ -25,10 +25,13 @@ from .history_data import encode
 FEWEST_FRAMES = 300
 
 
+def geometry_data(run: Run) -> dict[str, Any]:
+    """Return mesh, mode shapes and wheels of the spacecraft of a run that `motion_data` has frames of."""
+    return _geometry(run.spacecraft.configurations[DEFAULT_DESIGN])
+
+
 @lru_cache(maxsize=2)
-def geometry_data(name: ConfigurationName) -> dict[str, Any]:
-    """Return mesh, mode shapes and wheels of a configuration."""
-    config = configuration(name)
+def _geometry(config: Configuration) -> dict[str, Any]:
     structure = build_structure(record_mesh(config.aperture), config.plate)
     mesh, wheels = structure.mesh, build_spacecraft(config).wheels
     sites = [_node_at(mesh.nodes, position) for position in wheels.position]
@@ -45,9 +48,12 @@ def geometry_data(name: ConfigurationName) -> dict[str, Any]:
     }
 
 
-def has_stock_shapes(name: ConfigurationName, design: FlownDesign) -> bool:
-    """Return whether the modes that flew are those of the configuration, so that their shapes are known."""
-    config = configuration(name)
+def has_known_shapes(run: Run, design: FlownDesign) -> bool:
+    """Return whether the modes that flew are those of its description, if there is one: their shapes are known."""
+    try:
+        config = run.spacecraft.configurations[DEFAULT_DESIGN]
+    except InputError:
+        return False
     stock = build_structure(record_mesh(config.aperture), config.plate).frequency
     return design.modes <= len(stock) and bool(np.allclose(design.frequency, stock[: design.modes], rtol=1e-6))
 
@@ -69,7 +75,7 @@ def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | Non
     design = design_of(run)
     if design is None or len(signals.time) < 2 or not fully_recorded(signals, design, MODAL):
         return None
-    if not has_stock_shapes(run.configuration, design):
+    if not has_known_shapes(run, design):
         return None
     modal = signals[MODAL]
     torque = np.zeros((len(modal), 0))

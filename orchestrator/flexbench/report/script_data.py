@@ -23,7 +23,8 @@ def script_data(title: str, runs: Sequence[RunData]) -> tuple[dict[str, Any], li
         data.append(text)
         return f"d{len(data) - 1}"
 
-    described, geometries = [], {}
+    described: list[dict[str, Any]] = []
+    geometries: dict[str, dict[str, Any]] = {}  # by configuration
     shown = _shown_first([run.result for run in runs])
     for run in runs:
         parts = []
@@ -32,8 +33,11 @@ def script_data(title: str, runs: Sequence[RunData]) -> tuple[dict[str, Any], li
                          zip(part["histories"], part["data"], strict=True)]  # fmt: skip
             parts.append({"time": part["time"], "histories": histories})
         motion = run.for_script["motion"]
+        if motion is not None and run.result.run is not None:
+            geometry = geometry_data(run.result.run)
+            if geometries.setdefault(motion["configuration"], geometry) != geometry:
+                motion = None  # another spacecraft of the same name
         if motion is not None:
-            geometries[motion["configuration"]] = geometry_data(motion["configuration"])
             motion = motion | {key: element(motion[key]) for key in ("modal", "torque", "error") if motion.get(key)}
         described.append(
             {

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from flexsat.design.chain import Design, Designs
+from flexsat.description.built_in import CONFIGURATIONS, built_in
+from flexsat.description.spacecraft_file import SpacecraftFile
+from flexsat.design.chain import Design, Designs, build_designs
 from flexsat.parameters import DEFAULT_DESIGN, ConfigurationName, ControllerDesign
 from lockstep import InputError, Signals, read_signals
 from lockstep.results.read import PARQUET
@@ -14,7 +16,7 @@ from lockstep.results.read_run_record import read_run_record
 from lockstep.results.run_record import EVENTS, RUN
 from lockstep.results.stream import STREAM
 
-from ..loop.spacecraft import designs_for
+from ..loop.spacecraft import designs_for, spacecraft_of
 from .commands import Command, command_of, number_of
 from .flown_design import FILE as DESIGN
 from .flown_design import FlownDesign, planned_slew, read_flown, refuse_other_design
@@ -61,11 +63,20 @@ class Run:
     @property
     def designs(self) -> Designs:
         """All designs of its configuration; InputError if the run flew another plant."""
-        record, _ = read_run_record(self.folder)
-        plant = next(one for one in record["component"] if one["name"] == "plant")
-        designs = designs_for(self.configuration, Path(plant["source"]))
+        name = self.configuration
+        designs = build_designs(name) if name in CONFIGURATIONS else designs_for(name, self._plant())
         refuse_other_design(self.flown, designs.flown(self.as_published, self.controller_design), self.folder)
         return designs
+
+    @property
+    def spacecraft(self) -> SpacecraftFile:
+        """The description of its spacecraft; InputError if that is neither built in nor with the FMUs that flew."""
+        name = self.configuration
+        return built_in(name) if name in CONFIGURATIONS else spacecraft_of(name, self._plant())
+
+    def _plant(self) -> Path:
+        record, _ = read_run_record(self.folder)
+        return Path(next(one["source"] for one in record["component"] if one["name"] == "plant"))
 
     def signals(self) -> Signals:
         """Return the recorded signals."""
