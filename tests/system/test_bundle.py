@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from fmus.bundle_host import alone, bits, bundled, recorded
 
+from fmus.bundle_host import alone, bits, bundled, recorded
 from lockstep import load_system
 from lockstep.bundle.ports import Choice
 

@@ -12,7 +12,8 @@ those that bring Python. What the system or its user isolates has a process of i
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Set
+from collections.abc import Iterator, Mapping, Set
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
@@ -26,6 +27,7 @@ from lockstep.system.system import System
 BUILD_RECORD = "resources/build.json"  # of the export, with the GUID of its FMU
 FEW = 4  # processes of FMUs that are not suspected: so many work side by side
 _CODE = (".py", ".so")
+_MOST_READ = 100  # contents that are kept
 
 Modules = Mapping[str, frozenset[tuple[str, int]]]  # path and checksum of every file, by module
 
@@ -38,30 +40,62 @@ class Contents:
     modules: Modules
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Part:
+    """A component that is, or may be, in the master's process."""
+
+    name: str
+    contents: Contents
+    description: Description
+    run: str = ""  # the name of the system of another run
+
+    @property
+    def where(self) -> str:
+        """How messages name it."""
+        return f"{self.name} of {self.run}, a run that is open," if self.run else self.name
+
+
+_of_open_runs: list[_Part] = []
+_read: dict[str, Contents] = {}  # by digest
+
+
+@contextmanager
+def in_this_process(system: System, descriptions: Mapping[str, Description]) -> Iterator[None]:
+    """Have runs that are opened inside the block, in this process, consider the FMUs of this run that are in it."""
+    every = [*system.components, *(c.shadow.component for c in system.components if c.shadow)]
+    inside = [_part(c, descriptions[c.name]) for c in every if not c.isolated and c.sums is None]
+    parts = [replace(part, run=system.name) for part in inside]
+    _of_open_runs.extend(parts)
+    try:
+        yield
+    finally:
+        _of_open_runs[:] = [other for other in _of_open_runs if not any(other is part for part in parts)]
+
+
 def settle(system: System, descriptions: Mapping[str, Description]) -> System:
     """Return the system with `isolated` decided for every component, or raise InputError."""
     every = [*system.components, *(c.shadow.component for c in system.components if c.shadow)]
     every = [c for c in every if c.sums is None]  # in the master's process, without a library
-    contents = {c.name: read_contents(c, descriptions[c.name]) for c in every if c.isolated is not True}
-    inside: list[Component] = []  # the master's process; first those that have to be there
+    parts = {c.name: _part(c, descriptions[c.name]) for c in every if c.isolated is not True}
+    inside = list(_of_open_runs)  # the master's process; first those that have to be there
     decided: dict[str, bool] = {}
     for component in sorted(every, key=lambda c: c.isolated is not False):
         isolated = component.isolated
         if isolated is not True:
-            conflict = next((text for c in inside if (text := _conflict(component, c, contents, descriptions))), "")
+            conflict = next((text for part in inside if (text := _conflict(parts[component.name], part))), "")
             if conflict and isolated is False:
                 raise InputError(f"{component.name}: {conflict}; run one of them in a process of its own")
-            isolated = bool(conflict) or (isolated is None and not contents[component.name].own)
+            isolated = bool(conflict) or (isolated is None and not parts[component.name].contents.own)
         if not isolated:
-            inside.append(component)
+            inside.append(parts[component.name])
         decided[component.name] = isolated
-    together: list[Component] = []
+    together: list[_Part] = []
     for component in every:
         if component.isolated is None and decided[component.name]:
-            suspected = _suspected(descriptions[component.name], contents[component.name])
-            if not suspected and not any(_conflict(component, c, contents, descriptions) for c in together):
-                together.append(component)
-    grouped = frozenset(c.name for c in together) if len(together) > FEW else frozenset()
+            part = parts[component.name]
+            if not _suspected(part) and not any(_conflict(part, other) for other in together):
+                together.append(part)
+    grouped = frozenset(part.name for part in together) if len(together) > FEW else frozenset()
     return replace(system, components=tuple(_settled(c, decided, grouped) for c in system.components))
 
 
@@ -73,14 +107,23 @@ def _settled(component: Component, decided: Mapping[str, bool], grouped: Set[str
     return replace(component, isolated=isolated, grouped=component.name in grouped, shadow=shadow)
 
 
-def _suspected(description: Description, contents: Contents) -> bool:
+def _suspected(part: _Part) -> bool:
     """Return whether an FMU may disturb others in its process."""
-    python = any(path.endswith(".py") for files in contents.modules.values() for path, _ in files)
+    description = part.description
+    python = any(path.endswith(".py") for files in part.contents.modules.values() for path, _ in files)
     return description.version == "1.0" or description.once_per_process or description.needs_tool or python
 
 
 def read_contents(component: Component, description: Description) -> Contents:
     """Return the content of an FMU's archive that decides."""
+    if description.sha256 not in _read:
+        if len(_read) >= _MOST_READ:
+            del _read[next(iter(_read))]
+        _read[description.sha256] = _contents(component, description)
+    return _read[description.sha256]
+
+
+def _contents(component: Component, description: Description) -> Contents:
     library, own_folders = f"{description.identifier}.so", library_folders(description.version)
     files: dict[str, set[tuple[str, int]]] = {}
     with (
@@ -104,17 +147,15 @@ def read_contents(component: Component, description: Description) -> Contents:
     return Contents(own=own, modules={name: frozenset(found) for name, found in files.items()})
 
 
-def _conflict(
-    component: Component,
-    other: Component,
-    contents: Mapping[str, Contents],
-    descriptions: Mapping[str, Description],
-) -> str:
+def _part(component: Component, description: Description) -> _Part:
+    return _Part(name=component.name, contents=read_contents(component, description), description=description)
+
+
+def _conflict(one: _Part, other: _Part) -> str:
     """Return why two components cannot share a process; "" if they can."""
-    one, two = descriptions[component.name], descriptions[other.name]
-    if one.sha256 == two.sha256:
-        once = one.once_per_process
-        return f"the FMU allows one instance per process, and {other.name} is it already" if once else ""
-    here, there = contents[component.name].modules, contents[other.name].modules
+    if one.description.sha256 == other.description.sha256:
+        once = one.description.once_per_process
+        return f"the FMU allows one instance per process, and {other.where} is it already" if once else ""
+    here, there = one.contents.modules, other.contents.modules
     differing = sorted(name for name in here.keys() & there.keys() if here[name] != there[name])
-    return f"brings another copy of {differing[0]} than {other.name}" if differing else ""
+    return f"brings another copy of {differing[0]} than {other.where}" if differing else ""

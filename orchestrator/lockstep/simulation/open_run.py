@@ -15,6 +15,7 @@ from lockstep.faults.resolve import resolve
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.interrupt import Interrupt
 from lockstep.plan.plan import Plan
+from lockstep.processes.isolation_policy import in_this_process
 from lockstep.processes.start_slave import SharedProcess, limits_given
 from lockstep.results.read import Signals, signals_in_memory
 from lockstep.results.recorder import Recorder, SavedRows
@@ -242,6 +243,7 @@ def open_run(
     temporary = stack.enter_context(temporary_folder("run"))
     stack.callback(events.close)
     close_slaves = stack.enter_context(ExitStack())
+    stack.enter_context(in_this_process(plan.system, {**plan.descriptions, **plan.shadows}))
     shared = SharedProcess()
     slaves = start_slaves(plan, temporary, events, replace(limits, interrupt=interrupt), close_slaves, shared)
     batches = None if shared.connection is None else Batches(shared.connection, slaves)

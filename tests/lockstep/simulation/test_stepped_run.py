@@ -4,7 +4,6 @@ import gc
 import json
 import pickle
 import signal
-import threading
 import tomllib
 from dataclasses import replace
 
@@ -152,24 +151,6 @@ def test_a_failed_step_ends_the_run_by_name(fmus, tmp_path):
     assert len(read_signals(tmp_path / "out").time) >= 3
     del run
     gc.collect()
-
-
-def test_ctrl_c_stops_between_two_ticks_and_the_run_goes_on(triple, whole):
-    before = signal.getsignal(signal.SIGINT)
-    with lockstep.open(triple, stop_time=600.0) as run:
-        threading.Timer(0.3, signal.raise_signal, [signal.SIGINT]).start()
-        with pytest.raises(KeyboardInterrupt):
-            run.run_until(600.0)
-        reached = run.time
-        assert 0.0 < reached < 600.0
-        run.step()
-        assert run.time == pytest.approx(reached + 0.001, abs=1e-9)
-        count = int(run["b.steps"])
-        assert count == (round(run.time * 1000) + 1) // 3
-        with pytest.raises(KeyboardInterrupt):  # outside a step it acts at once
-            signal.raise_signal(signal.SIGINT)
-        np.testing.assert_array_equal(run.signals["a.y"][:60], whole["a.y"][:60])
-    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_ctrl_c_in_a_block_leaves_a_readable_folder(triple, tmp_path):
