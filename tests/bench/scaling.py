@@ -5,7 +5,7 @@ cost is next to nothing: two of them that exchange 10 to 10,000 signals, and 2 t
 one. The masters take turns on each system, and the quickest round counts. Printed are the time on the clock in the
 quickest part of a run and, in brackets, the processor time of all threads on average, which what else the machine does
 disturbs less. In lockstep one signal is recorded at each tick, 50 at each fifth, or none; the others record nothing.
-Ratios are of times on the clock: lockstep's with one signal to the quicker of libcosim and ecos, and without recording
+Ratios are of both times: lockstep's with one signal to the quicker of libcosim and ecos, and without recording
 to the runner of fmu-manipulation-toolbox. Below each table stands a line through the processor times, at which each
 size counts alike, and the exponent by which they grow over the larger sizes: 1 is linear. `setup` is what a run in
 lockstep does before its first tick and after its last. nan: the master did not get that far within half a minute and
@@ -14,6 +14,7 @@ lockstep does before its first tick and after its last. nan: the master did not 
 
 from __future__ import annotations
 
+import argparse
 import math
 import os
 import shutil
@@ -136,13 +137,14 @@ def table(title: str, sizes: tuple[int, ...], found: list[dict[str, tuple[float,
     masters = (*WAYS, *SCRIPTS)
     print(f"\n{title}, us a tick")
     heads = "".join(f"{name:>18}" for name in masters)
-    print(f"{'':>8}{heads}{'of the quicker':>16}{'of the runner':>15}{'setup, s':>10}")
+    print(f"{'':>8}{heads}{'of the quicker':>18}{'of the runner':>18}{'setup, s':>10}")
     for size, row in zip(sizes, found, strict=True):
-        cells = (f"{row[name][0] * 1e6:.2f} ({row[name][1] * 1e6:.2f})" for name in masters)
-        quicker = row["lockstep"][0] / float(np.nanmin([row[name][0] for name in SCRIPTS if name != TOOLBOX]))
-        runner = row["none recorded"][0] / row[TOOLBOX][0]
-        print(f"{size:8}" + "".join(f"{cell:>18}" for cell in cells)
-              + f"{quicker:16.3f}{runner:15.2f}{row['setup'][0]:10.2f}")  # fmt: skip
+        others = [row[name] for name in SCRIPTS if name != TOOLBOX and math.isfinite(row[name][0])]
+        quicker = [row["lockstep"][k] / min(times[k] for times in others) if others else math.nan for k in (0, 1)]
+        runner = [row["none recorded"][k] / row[TOOLBOX][k] for k in (0, 1)]
+        cells = [f"{row[name][0] * 1e6:.2f} ({row[name][1] * 1e6:.2f})" for name in masters]
+        cells += [f"{clock:.2f} ({work:.2f})" for clock, work in (quicker, runner)]
+        print(f"{size:8}" + "".join(f"{cell:>18}" for cell in cells) + f"{row['setup'][0]:10.2f}")
     print(
         f"aims: at most {AIM:g} of the quicker of libcosim and ecos, {RUNNER_AIM:g} of the runner from 10 components on"
     )
@@ -159,14 +161,17 @@ def table(title: str, sizes: tuple[int, ...], found: list[dict[str, tuple[float,
               f"from {x[-3]:.0f} to {x[-1]:.0f} with exponent {exponent:.2f}", flush=True)  # fmt: skip
 
 
-def main(rounds: int) -> None:
+SERIES = {
+    "signals": ("signals of two components together", SIGNALS, [(2, size // 2) for size in SIGNALS]),
+    "components": (f"components in a ring, {WIDTH} signals each", COMPONENTS, [(n, WIDTH) for n in COMPONENTS]),
+}
+
+
+def main(rounds: int, only: str | None) -> None:
     """Measure and print the tables."""
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as temporary:
-        series = {
-            "signals of two components together": (SIGNALS, [(2, size // 2) for size in SIGNALS]),
-            f"components in a ring, {WIDTH} signals each": (COMPONENTS, [(n, WIDTH) for n in COMPONENTS]),
-        }
-        for title, (sizes, rings) in series.items():
+        for name in [only] if only else SERIES:
+            title, sizes, rings = SERIES[name]
             found = []
             for count, width in rings:
                 folder = Path(temporary, f"{count}x{width}")
@@ -177,4 +182,8 @@ def main(rounds: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 3)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("rounds", type=int, nargs="?", default=3)
+    parser.add_argument("--only", choices=SERIES, help="default: both series")
+    chosen = parser.parse_args()
+    main(chosen.rounds, chosen.only)

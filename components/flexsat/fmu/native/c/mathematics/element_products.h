@@ -6,7 +6,7 @@
 typedef void TwoProducts(int n, const double *a, const double *b, const double *c, const double *d, double *result);
 
 /* For any processor. */
-TwoProducts two_products;
+void two_products(int n, const double *a, const double *b, const double *c, const double *d, double *result);
 
 /* The quickest on this processor. */
 TwoProducts *quickest_two_products(void);

@@ -5,8 +5,8 @@
 #include "panels.h"
 
 /* For any processor. */
-PanelProduct panel_product;
-PanelProducts panel_products;
+void panel_product(const Panels *panels, const Real *x, Real *y);
+void panel_products(const Panels *panels, const Real *x, const Real *other_x, Real *y, Real *other_y);
 
 /* The quickest on this processor. */
 void choose_products(Panels *panels);

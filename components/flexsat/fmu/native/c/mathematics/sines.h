@@ -6,7 +6,7 @@
 typedef void Sines(int n, const double *angle, double *sine, double *cosine);
 
 /* For any processor. */
-Sines sines_one_by_one;
+void sines_one_by_one(int n, const double *angle, double *sine, double *cosine);
 
 /* The quickest on this processor. */
 Sines *quickest_sines(void);
