@@ -21,9 +21,10 @@ from lockstep.fmi.slave import WARNING, Buffer, Scalar
 from lockstep.interrupt import Interrupt
 from lockstep.operating_system import can_isolate
 from lockstep.processes.cpu_affinity import SAMPLE, core_assignment
-from lockstep.processes.last_call import CALL, SPEAKER
+from lockstep.processes.last_call import CALL, SPEAKER, TIME
 from lockstep.processes.shared_memory import ANSWER, PROGRAM, REQUEST, START, WAKE, SharedMemory, shared_file
 from lockstep.processes.watched_process import Limits, WatchedProcess
+from lockstep.processes.worker_link import NOBODY, PYTHON
 
 _LAST_STEP, _LAST_CALLS = 2.0, 10.0  # [s] for a step whose result is not needed any more, and for terminating
 
@@ -71,8 +72,8 @@ class Connection:
         self.time = 0.0  # of the last step [s]
         self.broken = self.closing = self._ended = self._disturbed = False
         self._open = 0  # FMUs that have not been closed
-        self._number = 0  # of the last request
         self._asking: Asking | None = None  # whose request is under way
+        self.adopt_from_c: Callable[[], None] = lambda: None  # has those who C asks for call `adopt`
         self._under_way = Calls(names=(), components=(name,))
         memory = shared_file()
         worker_commands, self._commands = os.pipe()
@@ -80,15 +81,18 @@ class Connection:
         try:
             self._shared = SharedMemory(memory)
             self.last_call, self.numbers = self._shared.last_call, self._shared.numbers
+            self.link = self._shared.link(self._commands, self._answers)
             integers = self.last_call.integers
             self._cores = core_assignment()
             self._cores.release()
             descriptors = (worker_commands, worker_answers, memory)
-            self.process = WatchedProcess(descriptors, folder.absolute(), limits or Limits(), lambda: integers[CALL])
+            self.process = WatchedProcess(
+                descriptors, folder.absolute(), limits or Limits(), lambda: integers[CALL], self.link
+            )
         finally:
             for descriptor in (memory, worker_commands, worker_answers):
                 os.close(descriptor)
-        self._worker = self._cores.add(self.process.guard, self.last_call)
+        self._worker = self._cores.add(self.process.guard, self.last_call, self.link)
 
     def add(self, speaker: Speaking) -> int:
         """Add an FMU, which its user closes; return its number."""
@@ -123,24 +127,33 @@ class Connection:
         if call >= 0:
             self.last_call.integers[CALL] = call
         self._under_way = calls
-        self.process.busy_since = now = monotonic()
-        worker = self._worker
-        worker.messages += 1
-        if worker.messages % SAMPLE == 0 or self._cores.timed:
+        link, worker = self.link, self._worker
+        link.busy_since = now = monotonic()
+        link.messages = messages = link.messages + 1
+        if messages % SAMPLE == 0 or self._cores.timed:
             self._cores.message_sent(worker, now)
-        self._number = number = self._number + 1
+        link.number = number = link.number + 1
         numbers = self.numbers
         numbers[PROGRAM] = program
         numbers[START] = start
         numbers[REQUEST] = number
-        self._asking = asking
+        self._asking, link.asking = asking, PYTHON
         try:
             os.write(self._commands, WAKE)
         except BrokenPipeError:
             raise self._death() from None
 
+    def adopt(self, asking: Asking, calls: Calls) -> float:
+        """Wait for the answer to a request that C has made when it is needed; return the time of its step [s]."""
+        self._asking, self._under_way = asking, calls
+        self.link.asking, self.link.timed = PYTHON, 0
+        self.time = self.last_call.reals[TIME]
+        return self.time
+
     def settle(self) -> None:
         """Wait until no request is under way: whoever made the last one keeps its answer."""
+        if self.link.asking > NOBODY:
+            self.adopt_from_c()
         if self._asking is not None:
             asking, answer = self._asking, self.read()
             asking.keep(answer)
@@ -148,19 +161,22 @@ class Connection:
     def read(self) -> Answer:
         """Wait for the answer to the request under way."""
         answer = self._read()
-        self._asking = None  # not before: a second Ctrl-C interrupts the wait, and the answer is still to come
+        self._asking, self.link.asking = (
+            None,
+            NOBODY,
+        )  # not before: a second Ctrl-C interrupts the wait, and the answer is still to come
         return answer
 
     def _read(self) -> Answer:
         if self._worker in self._cores.timed:
             self._cores.waits(self._worker)
         woken = os.read(self._answers, 1)
-        number, answer = self._number, self.numbers[ANSWER]
+        number, answer = self.link.number, self.numbers[ANSWER]
         while woken and answer not in (number, -number):
             self._disturb()
             woken = os.read(self._answers, 1)
             answer = self.numbers[ANSWER]
-        self.process.busy_since = 0.0
+        self.link.busy_since = 0.0
         if woken and answer == number:
             return {}
         try:
@@ -182,7 +198,7 @@ class Connection:
 
     def _death(self) -> RunError | KeyboardInterrupt:
         """Return what ended the process, as an error that names the FMU whose call was under way."""
-        self.broken, self._asking = True, None
+        self.broken, self._asking, self.link.asking = True, None, NOBODY
         self._cores.timed.discard(self._worker)
         number, calls = self.last_call.integers[CALL], self._under_way
         inside = 0 < number <= len(calls.names)

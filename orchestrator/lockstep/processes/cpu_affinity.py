@@ -26,6 +26,7 @@ from time import monotonic, thread_time
 
 from lockstep.operating_system import available_cores, current_core, pin, thread_times
 from lockstep.processes.last_call import BUSY, LastCall
+from lockstep.processes.worker_link import WorkerLink
 
 _INTERVAL = 0.05  # [s] between two judgements
 _LONGEST_PAUSE = 1.6  # [s] for which all are released
@@ -46,11 +47,8 @@ class Worker:
 
     pid: int
     last_call: LastCall
+    link: WorkerLink
     pinned: bool = False  # to the master's core
-    step: float = 0.0  # [s] of work for a message, on average, before that
-    messages: int = 0
-    since: float = 0.0  # when one of them was sent, by the master's processor clock [s]
-    overlap: float = 0.0  # [s] of work of others while it had something to do
     busy: float = 0.0  # [s] of its work up to then
 
 
@@ -87,13 +85,13 @@ class CoreAssignment:
             for worker in self._workers:
                 self._place(worker, pinned=False)
 
-    def add(self, pid: int, last_call: LastCall) -> Worker:
+    def add(self, pid: int, last_call: LastCall, link: WorkerLink) -> Worker:
         """Add a worker that was just started."""
         if not self._workers:
             self._all = available_cores()
             self._pause = _INTERVAL
             self._pins_thread = getattr(_local, "own", False)
-        worker = Worker(pid, last_call)
+        worker = Worker(pid, last_call, link)
         self._workers.append(worker)
         self._next = monotonic() + _INTERVAL if len(self._all) > 1 else math.inf
         return worker
@@ -108,27 +106,30 @@ class CoreAssignment:
     def message_sent(self, worker: Worker, now: float) -> None:
         """Note a message to a worker at this time [s]; needed for one in SAMPLE, and while others are timed."""
         for other in self.timed:
-            other.overlap += SAMPLE * worker.step
-        if worker.messages % SAMPLE == 0:
+            other.link.overlap += SAMPLE * worker.link.step
+        if worker.link.messages % SAMPLE == 0:
             self.timed.add(worker)
-            worker.since = thread_time()  # the wall clock would count the worker's own work, where that comes first
-            if now > self._next:
-                self._look(now)
+            worker.link.since = (
+                thread_time()
+            )  # the wall clock would count the worker's own work, where that comes first
+            self.look(now)
 
     def waits(self, worker: Worker) -> None:
         """Note that the master has nothing left to do but wait for a worker that is timed."""
         self.timed.discard(worker)
-        worker.overlap += SAMPLE * (thread_time() - worker.since)
+        worker.link.overlap += SAMPLE * (thread_time() - worker.link.since)
 
-    def _look(self, now: float) -> None:
-        """Choose the core, or judge each worker again, or release the core."""
+    def look(self, now: float) -> None:
+        """Choose the core, or judge each worker again, or release the core; where that is due."""
+        if now <= self._next:
+            return
         elapsed, self._last, self._next = now - self._last, now, now + _INTERVAL
         before, self._times = self._times, self._read_times()
         if not self._times:
             self.release()
             self._next = math.inf
         elif self._core is None:
-            if any(worker.messages >= _ENOUGH for worker in self._workers):
+            if any(worker.link.messages >= _ENOUGH for worker in self._workers):
                 self._core, self._settled = current_core(), now
                 if self._pins_thread:
                     pin(self._thread, {self._core})
@@ -172,12 +173,13 @@ class CoreAssignment:
     def _judge(self) -> None:
         """Pin workers the master blocks on to its core; release the rest."""
         for worker in self._workers:
-            if worker.messages >= _ENOUGH:
+            if worker.link.messages >= _ENOUGH:
                 busy = worker.last_call.reals[BUSY]
-                worker.step = (busy - worker.busy) / worker.messages
-                saved = min(worker.step, worker.overlap / worker.messages)
-                self._place(worker, pinned=saved < _WAKING and worker.step < _LONG)
-                worker.busy, worker.messages, worker.overlap = busy, 0, 0.0
+                link = worker.link
+                link.step = (busy - worker.busy) / link.messages
+                saved = min(link.step, link.overlap / link.messages)
+                self._place(worker, pinned=saved < _WAKING and link.step < _LONG)
+                worker.busy, link.messages, link.overlap = busy, 0, 0.0
 
     def _place(self, worker: Worker, *, pinned: bool) -> None:
         """Pin a worker to the master's core, or release it."""

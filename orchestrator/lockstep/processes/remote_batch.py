@@ -65,6 +65,8 @@ class Reports(Protocol):
 class RemoteBatch:
     """Steps in this order, which begin at one time."""
 
+    length = 0.0  # each has its own
+
     def __init__(
         self,
         connection: Connection,
@@ -73,7 +75,7 @@ class RemoteBatch:
         reports: Reports,
     ) -> None:
         """Define the batch in the worker. `bus` is where the values of each type begin in its memory, and how many."""
-        self._connection, self._reports = connection, reports
+        self.connection, self._reports = connection, reports
         self._reals = connection.last_call.reals
         self._time = 0.0
         self._under_way = False
@@ -99,24 +101,29 @@ class RemoteBatch:
         message = json.dumps({"method": "batch", "bus": bus, "waves": members}).encode()
         connection.send(self, self._calls, 0, message, call=0)
         connection.read()
-        connection.programs = self._number = connection.programs + 1
+        connection.programs = self.number = connection.programs + 1
+
+    def adopt(self) -> None:
+        """Wait for steps that C has requested when `complete` is called."""
+        self._under_way = True
+        self._time = self.connection.adopt(self, self._calls)
 
     def begin(self, time: float) -> None:
         """Begin the steps."""
-        connection = self._connection
+        connection = self.connection
         connection.settle()
         connection.time = self._time = self._reals[TIME] = time
         self._under_way = True
-        connection.send(self, self._calls, self._number)
+        connection.send(self, self._calls, self.number)
 
     def complete(self) -> None:
         """Wait for the end of all steps, or raise RunError."""
         if self._under_way:
-            self._finish(self._connection.read())
+            self._finish(self.connection.read())
 
     def keep(self, answer: Answer) -> None:
         """Finish the steps, as the connection is needed for others."""
-        if not self._connection.closing:
+        if not self.connection.closing:
             self._finish(answer)
 
     def _finish(self, answer: Answer) -> None:
@@ -124,8 +131,8 @@ class RemoteBatch:
         while "stopped" in answer:
             number = int(answer["stopped"])
             self._report(number, answer)
-            self._connection.send(self, self._calls, self._number, start=number)
-            answer = self._connection.read()
+            self.connection.send(self, self._calls, self.number, start=number)
+            answer = self.connection.read()
 
     def _report(self, number: int, answer: Answer) -> None:
         step, time, reports = self._steps[number - 1], self._time, self._reports

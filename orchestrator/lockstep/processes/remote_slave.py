@@ -33,7 +33,7 @@ Key = tuple[tuple[int, ...], bool, tuple[int, ...]]  # sets, whether to step, ge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Program:
+class Program:
     """The calls that the worker makes at one command."""
 
     number: int  # 0 for a message
@@ -65,10 +65,11 @@ class RemoteSlave:
         self._waiting = self._ready = self._closed = False
         self._answer: Answer | None = None  # to the request that is waited for, if others needed the connection
         self._ports: dict[tuple[str, Scalar, bytes], tuple[int, Buffer]] = {}
-        self._programs: dict[Key, _Program] = {}
+        self._programs: dict[Key, Program] = {}
         self._under_way = self._single("Instantiate")
         self._pending: dict[int, None] = {}  # sets to send with the next step, in order
         self._current = _NONE  # gets whose regions hold the present values
+        self._seen = 0  # requests by C until then
         self._used: list[int] = []  # gets called since the last step
         self._last: _Step | None = None
         self.connection = Connection(self.name, folder, log, limits) if connection is None else connection
@@ -106,15 +107,18 @@ class RemoteSlave:
         if buffer.dtype == object:
             raw = np.zeros(len(references), RAW)
             return then_decode(self.getter(scalar, references, raw), raw, buffer)
-        port, region = self._port("get", scalar, references)
+        port, region = self.port("get", scalar, references)
+        link = self.connection.link
 
         def get() -> int:
             if self._waiting:
                 self._complete()
             self._used.append(port)
+            if self._seen != link.by_c:
+                self._current, self._seen = _NONE, link.by_c
             if port not in self._current:
                 current = self._current
-                self._run(self._program((tuple(self._pending), False, (port,))))
+                self._run(self.program((tuple(self._pending), False, (port,))))
                 self._complete()
                 self._current = current | {port}
             buffer[:] = region
@@ -127,7 +131,7 @@ class RemoteSlave:
         if buffer.dtype == object:
             raw = np.zeros(len(references), RAW)
             return first_encode(buffer, raw, self.setter(scalar, references, raw), self._refuse)
-        port, region = self._port("set", scalar, references)
+        port, region = self.port("set", scalar, references)
         pending = self._pending
 
         def put() -> int:
@@ -164,8 +168,22 @@ class RemoteSlave:
         sets = tuple(self._pending)
         program = step.program
         if program is None or sets != step.sets:
-            step.sets, step.program = sets, program = sets, self._program((sets, True, tuple(step.expected)))
+            step.sets, step.program = sets, program = sets, self.program((sets, True, tuple(step.expected)))
         self._run(program)
+
+    def begin_program(self, program: Program, time: float, length: float) -> None:
+        """Send a step, with the sets and gets of its program."""
+        self._last, self._used = None, []
+        connection, reals = self.connection, self._last_call.reals
+        connection.settle()  # before the worker reads the time of this step
+        connection.time = self._time = reals[TIME] = time
+        reals[STEP] = self._length = length
+        self._run(program)
+
+    def adopt(self, program: Program, length: float) -> None:
+        """Wait for a step that C has sent, when it is to be completed."""
+        self._under_way, self._waiting, self._length = program, True, length
+        self._time = self.connection.adopt(self, program.calls)
 
     def complete(self) -> None:
         """Wait for the end of the step, or raise RunError."""
@@ -221,7 +239,8 @@ class RemoteSlave:
         self.complete()
         self._request("FreeInstance", method="close", last=last)
 
-    def _port(self, kind: str, scalar: Scalar, references: NDArray[np.uint32]) -> tuple[int, Buffer]:
+    def port(self, kind: str, scalar: Scalar, references: NDArray[np.uint32]) -> tuple[int, Buffer]:
+        """Return the number of a set or get, and the region of its values."""
         key = (kind, scalar, references.tobytes())
         if key not in self._ports:
             self.ready()
@@ -241,23 +260,23 @@ class RemoteSlave:
         """Send the sets that wait for a step, before another request steps the FMU."""
         self.complete()
         if self._pending:
-            self._run(self._program((tuple(self._pending), False, ())))
+            self._run(self.program((tuple(self._pending), False, ())))
             self._complete()
         self._current = _NONE
 
-    def _run(self, program: _Program) -> None:
+    def _run(self, program: Program) -> None:
         """Send the command of a program; its answer has to be waited for."""
         self._pending.clear()
         self._under_way = program
         self._waiting = True
         self.connection.send(self, program.calls, program.number)
 
-    def _single(self, name: str) -> _Program:
+    def _single(self, name: str) -> Program:
         """Return a message that leads to one call."""
-        return _Program(number=0, calls=of_one(self.name, self.prefix, [name]), gets=frozenset())
+        return Program(number=0, calls=of_one(self.name, self.prefix, [name]), gets=frozenset())
 
-    def _program(self, key: Key) -> _Program:
-        """Return the program that makes these calls; it is sent to the worker once."""
+    def program(self, key: Key) -> Program:
+        """Return the program that makes these calls of ports; it is sent to the worker once."""
         if key in self._programs:
             return self._programs[key]
         sets, steps, gets = key
@@ -265,7 +284,7 @@ class RemoteSlave:
         names = self.connection.ports
         calls = (*(names[port] for port in sets), *(("DoStep",) * steps), *(names[port] for port in gets))
         self.connection.programs = number = self.connection.programs + 1
-        program = _Program(number=number, calls=of_one(self.name, self.prefix, calls), gets=frozenset(gets))
+        program = Program(number=number, calls=of_one(self.name, self.prefix, calls), gets=frozenset(gets))
         self._programs[key] = program
         return program
 
@@ -311,7 +330,7 @@ class _Step:
     def __init__(self, slave: RemoteSlave) -> None:
         self.expected: list[int] = []
         self.sets: tuple[int, ...] = ()
-        self.program: _Program | None = None  # for these sets, and the gets expected
+        self.program: Program | None = None  # for these sets, and the gets expected
         self._begin = slave.begin
 
     def __call__(self, time: float, length: float, _no_set_state: int) -> int:

@@ -8,6 +8,7 @@ process that finds no new number, and waits on.
 from __future__ import annotations
 
 import mmap
+from ctypes import addressof, c_char
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from lockstep.operating_system import anonymous_memory, hide_from_copies
 from lockstep.processes import last_call
 from lockstep.processes.last_call import LastCall
 from lockstep.processes.string_transfer import RAW
+from lockstep.processes.worker_link import WorkerLink
 
 SIZE = 2**28  # bytes of address space for values; pages that are never touched take no memory
 _MESSAGE = 2**27  # bytes of it for one message; a faulty worker must not fill the master's memory
@@ -37,6 +39,12 @@ class SharedMemory:
         self.last_call = LastCall(self._map)
         self.numbers = memoryview(self._map)[last_call.SIZE : REGIONS].cast("q")
         self._free = REGIONS
+
+    def link(self, commands: int, answers: int) -> WorkerLink:
+        """Return what C needs to make requests through these pipes."""
+        start = addressof(c_char.from_buffer(self._map))
+        numbers, reals = start + last_call.SIZE, start
+        return WorkerLink(numbers=numbers, reals=reals, commands=commands, answers=answers)
 
     def hide_from_copies(self) -> None:
         """Take the memory away from copies of this process: one that goes on as a second worker must not answer."""

@@ -16,6 +16,7 @@ from lockstep.interrupt import Interrupt
 from lockstep.operating_system import physical_memory, same_memory_layout
 from lockstep.processes.child_process import ChildProcess, ending, printed_lines
 from lockstep.processes.running_time import RunningTime
+from lockstep.processes.worker_link import WorkerLink
 
 GIGABYTE = 2**30
 _INTERVAL = 0.05  # [s] between two looks at time and memory
@@ -35,13 +36,18 @@ class Limits:
 
 
 class WatchedProcess:
-    """A worker's process. `busy_since` is when the call under way began, 0 if none is."""
+    """A worker's process. `busy_since` of the link is when the call under way began, 0 if none is."""
 
     def __init__(
-        self, descriptors: tuple[int, ...], folder: Path, limits: Limits, call: Callable[[], int] = lambda: 0
+        self,
+        descriptors: tuple[int, ...],
+        folder: Path,
+        limits: Limits,
+        call: Callable[[], int] = lambda: 0,
+        link: WorkerLink | None = None,
     ) -> None:
         """Start the worker; `call` returns another number for each call of an FMU that a request leads to."""
-        self.busy_since = 0.0
+        self._link = WorkerLink() if link is None else link
         self.limit = limits.step  # [s] for one call
         self.closing = False  # a worker that is stopped is not waited for any more
         self.cause = ""  # why it was ended, if it was
@@ -77,7 +83,7 @@ class WatchedProcess:
         asked = 0.0  # when Ctrl-C was seen
         call, time = (0.0, 0.0, 0), RunningTime(self.limit)  # what is measured: when it began, its limit and number
         while not self._ended.wait(_INTERVAL):
-            since = self.busy_since
+            since = self._link.busy_since
             if child.code is not None:
                 child.kill()  # what it started keeps the pipes open
                 return

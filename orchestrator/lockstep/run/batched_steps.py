@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from lockstep.processes.remote_batch import BatchedStep, Inputs, Outputs, Remote
 from lockstep.processes.remote_slave import RemoteSlave
 from lockstep.run.input_signals import InputSignals
 from lockstep.system.clock import seconds
-from lockstep.tick.operations import Block, Python, StartedStep
+from lockstep.tick.operations import Answer, Block, Request, StartedStep
 
 MOST_JOINED = 20_000  # steps in all batches, which take time and memory to bind: a cycle may have as many ticks
 
@@ -71,7 +72,7 @@ class Batches:
         it converts.
         """
         kept = {name for name in self._slaves if inputs.feed(name) or (faults is not None and faults.act_on(name))}
-        self._members = frozenset(name for name in self._slaves if name not in kept and _is_plain(layout, name))
+        self._members = frozenset(name for name in self._slaves if name not in kept and is_plain(layout, name))
         return self._members
 
     def described(
@@ -126,8 +127,8 @@ class Batches:
             batch = RemoteBatch(self._connection, self._places, parts, self)
             read = frozenset[str]().union(*(step.read for step in steps))
             joined = " + ".join(task.name for task in tasks)
-            begin = Python(call=batch.begin, component=joined)
-            finish = Python(call=lambda _: batch.complete(), component=joined)
+            begin = Request(requested=batch, call=batch.begin, component=joined)
+            finish = Answer(requested=batch, call=partial(_complete, batch), component=joined)
             self._made[key] = StartedStep(begin=(begin,), finish=(finish,), reads=read)
         yield tasks, self._made[key]
 
@@ -157,7 +158,11 @@ class Batches:
             self._refuse_overflow(step.name, inputs.references, found, time)
 
 
-def _is_plain(layout: Layout, name: str) -> bool:
+def _complete(batch: RemoteBatch, _time: float) -> None:
+    batch.complete()
+
+
+def is_plain(layout: Layout, name: str) -> bool:
     """Return whether values reach and leave a component unchanged, or as gain * value + bias."""
     groups = (layout.used[name], layout.recorded.get(name, ()), layout.held.get(name, ()))
     if any(scalar == "String" for group in groups for scalar, _ in group):

@@ -19,10 +19,12 @@ from lockstep.plan.schedule import Task
 from lockstep.plan.transfer import SetValue, converter
 from lockstep.plan.wiring import Link
 from lockstep.processes.remote_batch import BatchedStep
-from lockstep.run.batched_steps import Batches
+from lockstep.processes.remote_slave import RemoteSlave
+from lockstep.run.batched_steps import Batches, is_plain
 from lockstep.run.input_signals import InputSignals
 from lockstep.run.not_finite import AddEvent, Names, NotFinite
 from lockstep.run.overlapped_steps import Overlapping, alone, interleaved
+from lockstep.run.requested_steps import requested_step
 from lockstep.run.step_operations import Gets, StepOperations
 from lockstep.system.clock import seconds
 from lockstep.tick.operations import Begin, Block, Capture, Finish, NextRow, Program, Python, StartedStep, Step
@@ -50,6 +52,13 @@ class Exchange:
         are begun and finished apart from each other.
         """
         self._threads = threads
+        self._requested = frozenset(
+            name
+            for name in slaves
+            if is_plain(layout, name)
+            and not (inputs is not None and inputs.feed(name))
+            and not (faults is not None and faults.act_on(name))
+        )
         self._layout, self._faults, self._inputs = layout, faults, inputs or InputSignals((), 0.0)
         self.not_finite = NotFinite(layout.used, names, add_event)
         self._slaves, self._names = slaves, names
@@ -210,6 +219,8 @@ class Exchange:
         name, slave = task.name, self._slaves[task.name]
         length = seconds(task.period * self._layout.schedule.tick)
         end = length if task.continuous else 0.0  # from the step's start to where its outputs are true
+        if advances and name in self._requested and isinstance(slave, RemoteSlave):
+            return requested_step(self.operations, slave, sets, gets, length, end, self._end)
         before, after = self.operations.before(name, sets), self.operations.after(name, gets, end)
         if not advances:
             return (*before, *after)

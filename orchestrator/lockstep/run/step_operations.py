@@ -41,7 +41,7 @@ class StepOperations:
         check: Check,
         check_finite: Callable[[str, Sequence[int], Buffer, float], None],
     ) -> None:
-        self._slaves, self._bus, self._names = slaves, bus, names
+        self._slaves, self.bus, self._names = slaves, bus, names
         self._faults, self._inputs = faults, inputs
         self.check, self._check_finite = check, check_finite
 
@@ -71,20 +71,25 @@ class StepOperations:
         function = f"Set{scalar}"
         send = Transfer(component=name, function=function, call=call, buffer=buffer, judge=self.judge(name, function))
         altered = [] if self._faults is None else self._faults.on_transfer(name, scalar, targets, buffer)
+        return [*self.fill(name, scalar, entries, buffer), *altered, send]
+
+    def fill(self, name: str, scalar: Scalar, entries: Sequence[SetValue], buffer: Buffer) -> list[Operation]:
+        """Return what fills a buffer with inputs of one type."""
         ways = [entry.way for entry in entries]
         identical = all(way.is_identity(scalar) for way in ways)
         if not identical and not linear(ways, scalar):
-            return [Python(call=self._mixed(name, scalar, entries, buffer)), *altered, send]
+            return [Python(call=self._mixed(name, scalar, entries, buffer))]
         index = np.array([entry.position for entry in entries], np.intp)
-        take = Gather(source=self._bus[scalar], index=index, buffer=buffer)
+        take = Gather(source=self.bus[scalar], index=index, buffer=buffer)
         if identical:
-            return [take, *altered, send]
+            return [take]
         gain, bias = np.array([way.gain for way in ways]), np.array([way.bias for way in ways])
+        targets = [entry.target for entry in entries]
 
         def refuse(time: float) -> None:
             self.refuse_overflow(name, targets, buffer, time)
 
-        return [take, Convert(buffer=buffer, gain=gain, bias=bias, refuse=refuse), *altered, send]
+        return [take, Convert(buffer=buffer, gain=gain, bias=bias, refuse=refuse)]
 
     def _mixed(self, name: str, scalar: Scalar, entries: Sequence[SetValue], buffer: Buffer) -> Action:
         """Return what fills the buffer of a set whose values come from several types, or through tables."""
@@ -96,7 +101,7 @@ class StepOperations:
                 names = self.labels(name, scalar, [entry.target for entry in chosen])
                 index = np.array([entry.position for entry in chosen], np.intp)
                 convert = converter(scalar, [entry.way for entry in chosen], names)
-                parts.append((self._bus[source].take, index, convert, np.array(places, np.intp)))
+                parts.append((self.bus[source].take, index, convert, np.array(places, np.intp)))
 
         def mixed(time: float) -> None:
             for take, index, convert, places in parts:
@@ -110,18 +115,22 @@ class StepOperations:
     def get(self, name: str, scalar: Scalar, start: int, references: list[int], end: float) -> list[Operation]:
         """Return the fetch of values to a place on the bus; they are true at the end of a step that takes `end` [s]."""
         function = f"Get{scalar}"
-        part = self._bus[scalar][start : start + len(references)]
+        part = self.bus[scalar][start : start + len(references)]
         call = self._slaves[name].getter(scalar, np.array(references, np.uint32), part)
         fetch = Transfer(component=name, function=function, call=call, buffer=part, judge=self.judge(name, function))
+        return [fetch, *self.finite(name, scalar, references, part, end)]
+
+    def finite(self, name: str, scalar: Scalar, references: list[int], part: Buffer, end: float) -> list[Operation]:
+        """Return the check of fetched values, if they are Reals."""
         if scalar != "Real":
-            return [fetch]
+            return []
         reported: NDArray[np.bool_] = np.zeros(len(part), np.bool_)
 
         def report(time: float) -> None:
             self._check_finite(name, references, part, time + end)
             np.logical_or(reported, ~np.isfinite(part), reported)
 
-        return [fetch, Finite(buffer=part, report=report, reported=reported)]
+        return [Finite(buffer=part, report=report, reported=reported)]
 
     def labels(self, name: str, scalar: Scalar, references: Iterable[int]) -> list[str]:
         """Return names of variables for errors."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from lockstep.tick.operations import Begin, Capture, Finish, Operation, Pace, Program, Python, Step
+from lockstep.tick.operations import Answer, Begin, Capture, Finish, Operation, Pace, Program, Python, Request, Step
 
 REST, EXCHANGE, RECORDING, WAITING = range(4)
 KINDS = ("rest", "exchange", "recording", "waiting")  # the rest: checkpoints, progress, and the master itself
@@ -41,4 +41,4 @@ class Accounts:
 def _component(operation: Operation) -> str:
     if isinstance(operation, Begin | Finish):
         operation = operation.step
-    return operation.component if isinstance(operation, Step | Python) else ""
+    return operation.component if isinstance(operation, Step | Python | Request | Answer) else ""

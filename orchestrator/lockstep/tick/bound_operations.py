@@ -11,6 +11,7 @@ from lockstep.fmi.slave import SCALARS
 from lockstep.tick.operations import (
     Action,
     Alter,
+    Answer,
     Begin,
     Block,
     Capture,
@@ -22,6 +23,7 @@ from lockstep.tick.operations import (
     Pace,
     Program,
     Python,
+    Request,
     Step,
     Transfer,
 )
@@ -96,7 +98,7 @@ def in_turn(calls: Sequence[Action]) -> Action:
 def bound(part: Segment) -> Action:
     """Return the function of a segment."""
     match part:
-        case (Python() | Alter() | Pace() as called,):
+        case (Python() | Alter() | Pace() | Request() | Answer() as called,):
             return called.call
         case (Gather() as gather, Transfer() as transfer):
             return _set(gather, transfer)

@@ -16,6 +16,7 @@ from lockstep.tick.compiled import load, unit_of_stamps
 from lockstep.tick.operations import Action, Clock, Program, Rows, Times
 from lockstep.tick.pack import Table, address, pack
 from lockstep.tick.python_tick import LOOK_INTERVAL
+from lockstep.tick.requests import Requests
 from lockstep.tick.step_threads import StepThreads, ThreadLimit
 from lockstep.tick.structures import PARTS, Kind, Reason, TickState
 
@@ -43,6 +44,7 @@ class CTick:
             self._use_block(rows)
         self._settled = first  # the tick to which the rows are counted in Python too
         self._watch: Watch | None = None
+        self._requests = Requests(self._table.requests, state)
         self._threads: StepThreads | None = None
         if self._table.jobs:
             self._threads = StepThreads(library, self._table, program, threads, state)
@@ -92,6 +94,7 @@ class CTick:
                         self._handle(reason, look)
                         reason = run(place)
         except BaseException as error:
+            self._requests.adopt()
             if threads is not None:
                 threads.stop(error)
             raise
@@ -110,6 +113,7 @@ class CTick:
         if reason == Reason.LOOK:
             state.look = 0
             look(time)
+            self._requests.look()
             if self._threads is not None:
                 self._threads.look()
             return
@@ -126,6 +130,8 @@ class CTick:
         if entry.kind == Kind.FINISH:
             assert self._threads is not None
             self._threads.finish(self._table.operations[number].part, time)
+        elif entry.requested is not None:
+            self._requests.act(entry, self._table.operations[number].part, time)
         elif reason == Reason.STATUS:
             assert entry.judge is not None
             entry.judge(time, state.status)

@@ -23,8 +23,8 @@ from time import perf_counter
 from lockstep.tick.structures import LAYOUT, TickOperation, TickState
 
 FOLDER = Path(__file__).parent
-SOURCES = tuple(FOLDER / "c" / name for name in ("tick.c", "alter.c", "threads.c"))
-HEADERS = tuple(FOLDER / "c" / name for name in ("tick.h", "alter.h", "threads.h", "clock.h", "pace.h"))
+SOURCES = tuple(FOLDER / "c" / name for name in ("tick.c", "alter.c", "threads.c", "requests.c"))
+HEADERS = tuple(FOLDER / "c" / name for name in ("tick.h", "alter.h", "threads.h", "requests.h", "clock.h", "pace.h"))
 OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-pthread", "-fvisibility=hidden")
 COMPILERS = ("cc", "gcc", "clang")
 _ENDINGS = {"win32": "dll", "darwin": "dylib"}

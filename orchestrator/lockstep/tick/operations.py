@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockstep.fmi.slave import Buffer, Scalar
+from lockstep.processes.connection import Connection
 from lockstep.system.clock import Time
 
 Action = Callable[[float], None]  # called with the simulated time [s] at which the tick began
@@ -140,7 +141,40 @@ class Pace:
     counts: NDArray[np.int64]
 
 
-Operation = Gather | Convert | Alter | Transfer | Step | Begin | Finish | Finite | Capture | Python | Pace
+class Requested(Protocol):
+    """A step, or several, of FMUs in a worker process, which C can request too."""
+
+    number: int  # of the program that the worker runs
+    length: float  # [s] of the step
+
+    connection: Connection
+
+    def adopt(self) -> None:
+        """Have Python wait for the answer to a request that C has made."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Request:
+    """Begin what is requested; `call` does it in Python."""
+
+    requested: Requested
+    call: Action
+    component: str  # or several, which the time is charged to
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Answer:
+    """Complete what was requested; `call` does it in Python."""
+
+    requested: Requested
+    call: Action
+    component: str  # or several, which the time is charged to
+
+
+Operation = (
+    Gather | Convert | Alter | Transfer | Step | Begin | Finish | Request | Answer | Finite | Capture | Python | Pace
+)
 Block = tuple[Operation, ...]
 
 

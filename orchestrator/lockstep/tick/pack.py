@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from ctypes import c_void_p
+from ctypes import addressof, c_void_p
 from dataclasses import dataclass, field
 from time import get_clock_info
 from typing import Any
@@ -19,6 +19,7 @@ from lockstep.tick.operations import (
     ALWAYS,
     Action,
     Alter,
+    Answer,
     Begin,
     Block,
     Capture,
@@ -31,6 +32,8 @@ from lockstep.tick.operations import (
     Pace,
     Program,
     Python,
+    Request,
+    Requested,
     Step,
     Transfer,
 )
@@ -54,6 +57,7 @@ class Packed:
     records: bool = False  # a CALLER that adds a row of the recorder
     job: str = ""  # the component whose step begins or is finished
     account: int = 0
+    requested: Requested | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +70,7 @@ class Table:
     begins: NDArray[np.uint64]
     ends: NDArray[np.uint64]
     jobs: tuple[str, ...]  # the components whose steps threads may make, by number
+    requests: tuple[Requested, ...]  # by number
     sizes: dict[int, int]  # how many operations each block has, by identity
 
 
@@ -73,6 +78,7 @@ def pack(program: Program, accounts: Accounts) -> Table:
     """Return the table of a program; equal ticks share their part of it."""
     entries: list[Packed] = []
     jobs: dict[str, int] = {}
+    requests: dict[int, tuple[int, Requested]] = {}
     numbers: dict[int, list[int]] = {}  # of the operations of each block, by identity: the program keeps them alive
     order: list[int] = []
     spans: dict[tuple[int, ...], tuple[int, int]] = {}
@@ -83,7 +89,7 @@ def pack(program: Program, accounts: Accounts) -> Table:
             begin = len(order)
             for block in blocks:
                 if id(block) not in numbers:
-                    made = [_numbered(entry, jobs) for entry in packed_block(block, accounts)]
+                    made = [_numbered(entry, jobs, requests) for entry in packed_block(block, accounts)]
                     numbers[id(block)] = list(range(len(entries), len(entries) + len(made)))
                     entries += made
                 order += numbers[id(block)]
@@ -96,12 +102,15 @@ def pack(program: Program, accounts: Accounts) -> Table:
         begins=np.array([begin for begin, _ in places], np.uint64),
         ends=np.array([end for _, end in places], np.uint64),
         jobs=tuple(jobs),
+        requests=tuple(requested for _, requested in requests.values()),
         sizes={block: len(made) for block, made in numbers.items()},
     )
 
 
-def _numbered(entry: Packed, jobs: dict[str, int]) -> Packed:
-    """Give an entry the number of its job."""
+def _numbered(entry: Packed, jobs: dict[str, int], requests: dict[int, tuple[int, Requested]]) -> Packed:
+    """Give an entry the number of its job, or of what it requests."""
+    if entry.requested is not None:
+        entry.fields["part"], _ = requests.setdefault(id(entry.requested), (len(requests), entry.requested))
     if entry.job:
         entry.fields["part"] = jobs.setdefault(entry.job, len(jobs))
     return entry
@@ -166,6 +175,8 @@ def _operation(operation: Operation) -> list[Packed] | None:
         case Finish():
             name, judge = operation.step.component, _judge_of(operation.step)
             return [] if judge is None else [Packed(kind=Kind.FINISH, job=name, judge=judge)]
+        case Request() | Answer():
+            return [_requested(operation)]
         case Capture():
             return _capture(operation)
         case Pace():
@@ -231,6 +242,13 @@ def _begun(operation: Begin) -> list[Packed] | None:
         return None
     fields = _call(found[0], step.length) | {"values": _CALLS[found[0].kind]}
     return [Packed(kind=Kind.BEGIN, fields=fields, judge=judge, job=step.component)]
+
+
+def _requested(operation: Request | Answer) -> Packed:
+    requested = operation.requested
+    fields = {"instance": addressof(requested.connection.link), "count": requested.number, "length": requested.length}
+    kind = Kind.REQUEST if isinstance(operation, Request) else Kind.ANSWER
+    return Packed(kind=kind, fields=fields, act=operation.call, requested=requested)
 
 
 def _judge_of(step: Step) -> Judge | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ctypes import Structure, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from enum import IntEnum
 
-LAYOUT = 6
+LAYOUT = 7
 PARTS = 5  # of a row: all but texts
 
 
@@ -39,6 +39,8 @@ class Kind(IntEnum):
     BEGIN = 24
     FINISH = 25
     PACE = 26
+    REQUEST = 27
+    ANSWER = 28
 
 
 class Reason(IntEnum):
@@ -116,4 +118,6 @@ class TickState(Structure):
         ("spent", c_void_p),
         ("stamp", c_uint64),
         ("account", c_uint32),
+        ("links", c_void_p),
+        ("link_count", c_int64),
     ]

@@ -19,6 +19,7 @@ from lockstep.processes.cpu_affinity import SAMPLE, CoreAssignment, core_assignm
 from lockstep.processes.last_call import BUSY
 from lockstep.processes.remote_slave import RemoteSlave
 from lockstep.processes.shared_memory import SharedMemory, shared_file
+from lockstep.processes.worker_link import WorkerLink
 
 ALL = os.sched_getaffinity(0)
 pytestmark = pytest.mark.skipif(len(ALL) < 2, reason="one core: all share it")
@@ -33,7 +34,7 @@ def foreign_worker():
         process = subprocess.Popen(["sleep", "600"])
         processes.append(process)
         files.append(shared_file())
-        return assignment.add(process.pid, SharedMemory(files[-1]).last_call)
+        return assignment.add(process.pid, SharedMemory(files[-1]).last_call, WorkerLink())
 
     yield start
     for process in processes:
@@ -65,11 +66,11 @@ class Machine:
         for k in range(10 * SAMPLE):
             self.now += 0.051 if k == 9 * SAMPLE else 0.0
             for one in steps:
-                one.messages += 1
+                one.link.messages += 1
                 assignment.message_sent(one, self.now)
                 one.last_call.reals[BUSY] += work
                 if one in assignment.timed:
-                    one.since -= lead  # as if the clock had gone on
+                    one.link.since -= lead  # as if the clock had gone on
             for one in steps:
                 if one in assignment.timed:
                     assignment.waits(one)
@@ -166,9 +167,9 @@ def test_a_worker_with_few_messages_is_not_judged(worker, machine):
     assignment = CoreAssignment()
     one, rare = worker(assignment), worker(assignment)
     machine.interval(assignment, [one])
-    rare.messages, rare.last_call.reals[BUSY], rare.pinned = 3, 1.0, True
+    rare.link.messages, rare.last_call.reals[BUSY], rare.pinned = 3, 1.0, True
     machine.interval(assignment, [one])
-    assert (rare.pinned, rare.messages) == (True, 3)
+    assert (rare.pinned, rare.link.messages) == (True, 3)
 
 
 def test_a_crowded_core_is_released_for_increasing_pauses(worker, machine):

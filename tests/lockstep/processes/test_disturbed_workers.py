@@ -62,7 +62,8 @@ def test_a_request_that_is_missing_ends_the_run(good, tmp_path):
     try:
         slave.ready()
         connection = slave.connection
-        connection.numbers[REQUEST] = connection._number = connection._number + 1
+        connection.link.number += 1
+        connection.numbers[REQUEST] = connection.link.number
         with pytest.raises(RunError, match="request 3 came where 2 was expected"):
             slave.setup_experiment(0.0, 1.0)
     finally:

@@ -146,7 +146,7 @@ def test_one_process_and_one_message_a_tick_step_all(fmus, tmp_path, connections
     for stop in (50, 150):
         simulate(chain(fmus(), delays=(delay,)), tmp_path / str(stop), stop_time=stop * STEP / 1e9)
         (one,) = connections
-        counts.append(one._number)
+        counts.append(one.link.number)
         connections.clear()
     assert counts[1] - counts[0] == 100
     assert events(tmp_path / "50")[0] == {"time": 0.0, "event": "shared-process", "components": NAMES}
@@ -156,7 +156,7 @@ def test_steps_beyond_a_number_are_not_joined(fmus, tmp_path, connections, monke
     monkeypatch.setattr(batched_steps, "MOST_JOINED", len(NAMES))  # the first batch of the four
     system = systems(fmus)["mixed delays"]
     simulate(system, tmp_path / "shared", stop_time=0.2)
-    assert connections[0]._number > 20 / 4 * (1 + 3 * len(NAMES))
+    assert connections[0].link.number > 20 / 4 * (1 + 3 * len(NAMES))
     simulate(inside(system), tmp_path / "inside", stop_time=0.2)
     assert_same_rows(tmp_path / "shared", tmp_path / "inside")
 

@@ -145,9 +145,23 @@ static void begin(const tick_operation *op, const tick_state *state)
     job_begin(state->pool, job, state->time);
 }
 
+/* Wait for the answer of a worker. */
+static int answer(const tick_operation *op, const tick_state *state)
+{
+    for (;;) {
+        int interrupted = 0;
+        switch (request_finish(op->instance, (int32_t)op->part + 1, &interrupted)) {
+        case REQUEST_DONE: return TICK_DONE;
+        case REQUEST_LEFT: return TICK_CALLER_ACTS;
+        }
+        if (interrupted || state->look)
+            return TICK_LOOK;
+    }
+}
+
 static int takes_long(uint32_t kind)
 {
-    return kind == TICK_CALLER || kind == TICK_PACE || kind == TICK_BEGIN ||
+    return kind == TICK_CALLER || kind == TICK_PACE || kind == TICK_BEGIN || kind == TICK_REQUEST ||
            (kind >= TICK_STEP_1 && kind <= TICK_STEP_3);
 }
 
@@ -218,6 +232,12 @@ static int run_tick(tick_state *state)
             if (state->jobs[op->part].status | state->jobs[op->part].logged)
                 reason = TICK_CALLER_ACTS;
             break;
+        case TICK_REQUEST:
+            if (request_begin(op->instance, (int32_t)op->part + 1, (int64_t)op->count, time, op->length, state->links,
+                              state->link_count) != REQUEST_DONE)
+                reason = TICK_CALLER_ACTS;
+            break;
+        case TICK_ANSWER: reason = answer(op, state); break;
         case TICK_ROW:
             if (rows->count < rows->size)
                 rows->times[rows->count++] = time;

@@ -10,9 +10,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "requests.h"
 #include "threads.h"
 
-#define TICK_LAYOUT 6 /* of the structures and functions below; grows with each change */
+#define TICK_LAYOUT 7 /* of the structures and functions below; grows with each change */
 
 /* What an operation does. The fields of `tick_operation` that it uses are named behind it. */
 enum tick_kind {
@@ -46,7 +47,10 @@ enum tick_kind {
     /* Steps in threads */
     TICK_BEGIN,  /* begins a step of kind `values`, with the fields of that; part: the number of the job */
     TICK_FINISH, /* completes it: TICK_CALLER_ACTS if its status is above 0 or it logged anything; part */
-    TICK_PACE      /* waits until the present time is due: see pace.h; buffer, first, marks, count */
+    TICK_PACE,   /* waits until the present time is due: see pace.h; buffer, first, marks, count */
+    /* Steps in worker processes: TICK_CALLER_ACTS where C leaves it to the caller */
+    TICK_REQUEST, /* requests a step of `length` by program `count` of the worker_link at instance; part: its number */
+    TICK_ANSWER   /* waits for its answer: instance, part */
 };
 
 /* Why `tick_run` returned. */
@@ -115,6 +119,8 @@ typedef struct tick_state {
     uint64_t *spent; /* by account; 0 is that of what is no operation */
     uint64_t stamp;  /* when the present account began; 0: what passed before the call is nobody's */
     uint32_t account;
+    worker_link **links; /* of all workers of requests */
+    int64_t link_count;
 } tick_state;
 
 /* Execute ticks; return a tick_reason. To continue behind the operation at `position`, add 1 to it before. */
