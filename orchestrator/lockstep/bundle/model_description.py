@@ -46,7 +46,7 @@ def model_description(contents: Contents, guid: str) -> bytes:
     variables = ET.SubElement(root, "ModelVariables")
     for number, port in enumerate(ports):
         _variable(variables, number, port, names.get(port.name), types)
-    _structure(root, ports)
+    _structure(root, contents)
     ET.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'.encode()
 
@@ -208,12 +208,33 @@ def _variability(port: Port) -> str:
     return "continuous" if port.variable.type == "Real" and port.variable.variability == "continuous" else "discrete"
 
 
-def _structure(root: ET.Element, ports: Iterable[Port]) -> None:
-    """Outputs are those of a communication point: an input set there shows in the step that begins there."""
+def _structure(root: ET.Element, contents: Contents) -> None:
+    """Outputs depend on the inputs that reach their component in the same tick: it takes them in the step."""
     structure = ET.SubElement(root, "ModelStructure")
-    numbers = [str(number + 1) for number, port in enumerate(ports) if port.kind == "output"]
-    if numbers:
-        outputs, initial = ET.SubElement(structure, "Outputs"), ET.SubElement(structure, "InitialUnknowns")
-        for number in numbers:
-            ET.SubElement(outputs, "Unknown", index=number, dependencies="")
-            ET.SubElement(initial, "Unknown", index=number)
+    outputs = [(str(k + 1), port) for k, port in enumerate(contents.ports) if port.kind == "output"]
+    if not outputs:
+        return
+    reaching = _reaching(contents)
+    listed, initial = ET.SubElement(structure, "Outputs"), ET.SubElement(structure, "InitialUnknowns")
+    for number, port in outputs:
+        inputs = " ".join(map(str, reaching.get(port.ends[0].component, ())))
+        ET.SubElement(listed, "Unknown", index=number, dependencies=inputs)
+        ET.SubElement(initial, "Unknown", index=number)
+
+
+def _reaching(contents: Contents) -> dict[str, list[int]]:
+    """Return, by sampled component, the inputs, from 1, that reach it in the tick of a sample."""
+    late = {task.name for task in contents.layout.schedule.tasks if task.after_row}
+    found: dict[str, set[int]] = {name: set() for name in late}
+    for number, port in enumerate(contents.ports):
+        reached = {end.component for end in port.ends} & late if port.kind == "input" else set()
+        while reached:
+            name = reached.pop()
+            found[name].add(number + 1)
+            reached |= {
+                c.to_component
+                for c in contents.system.connections
+                if c.delay == 0 and c.from_component == name and c.to_component in late
+                and number + 1 not in found[c.to_component]
+            }  # fmt: skip
+    return {name: sorted(numbers) for name, numbers in found.items()}

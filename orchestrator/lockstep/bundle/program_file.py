@@ -125,6 +125,21 @@ def _write_components(out: _Writer, contents: Contents, folders: Mapping[str, st
             out.counts([reference for reference, _ in values])
             for _, value in values:
                 out.value(scalar, value)
+        _write_names(out, contents, component.name)
+
+
+def _write_names(out: _Writer, contents: Contents, name: str) -> None:
+    """Write the names of the inputs and outputs that connections transfer, for messages."""
+    links = contents.layout.links
+    for scalar in CARRIED:
+        used = {r for link in links if link.scalar == scalar and link.producer == name for r in link.sources}
+        used |= {r for link in links if link.scalar == scalar and link.consumer == name for r in link.targets}
+        variables = contents.descriptions[name].variables.values()
+        names = {v.reference: v.name for v in variables if v.scalar == scalar and v.causality != "local"}
+        chosen = sorted(used)
+        out.counts(chosen)
+        for reference in chosen:
+            out.text(names.get(reference, f"reference {reference}"))
 
 
 def _write_ports(out: _Writer, contents: Contents) -> None:

@@ -59,6 +59,11 @@ typedef struct {
 } start_t;
 
 typedef struct {
+    counts_t references;
+    const char **texts;
+} names_t;
+
+typedef struct {
     void *library;
     fmi2InstantiateFunction instantiate;
     fmi2FreeInstanceFunction free_instance;
@@ -83,6 +88,7 @@ typedef struct {
     uint32_t flags, period, offset;
     double length, tolerance; /* of a step [s]; 0: no tolerance */
     start_t starts[ALL_TYPES];
+    names_t names[BUS_TYPES]; /* of what connections transfer */
     uint32_t initial_set_count, initial_get_count, initial_bus_count;
     set_t *initial_sets;
     get_t *initial_gets, *initial_bus;

@@ -92,9 +92,7 @@ static fmi2Status set_initial_of(component_t *component, uint32_t type)
                 if (set->gains != NULL)
                     value = set->gains[n] * value + set->biases[n];
                 if (!is_finite(value))
-                    return refuse(bundle, "%s: the input of reference %u is %g at %.9g s after the conversion of its "
-                                  "connection; every exchanged value must be finite", component->name,
-                                  set->targets[n], value, time_of(bundle, 0));
+                    return refuse_converted(component, set->targets[n], value);
                 ((double *)bundle->values)[count] = value;
             } else
                 ((int32_t *)bundle->values)[count] = ((int32_t *)bundle->slots[type])[set->sources[n]];

@@ -101,6 +101,17 @@ static void starts(reader_t *in, component_t *component)
     }
 }
 
+static void names(reader_t *in, component_t *component)
+{
+    for (int type = 0; !in->bad && type < BUS_TYPES; type++) {
+        names_t *found = &component->names[type];
+        found->references = read_counts(in);
+        found->texts = read_memory(in, found->references.count, sizeof *found->texts);
+        for (uint32_t k = 0; !in->bad && k < found->references.count; k++)
+            found->texts[k] = read_text(in);
+    }
+}
+
 static void components(reader_t *in)
 {
     bundle_t *bundle = in->bundle;
@@ -122,6 +133,7 @@ static void components(reader_t *in)
         if (component->period == 0)
             in->bad = 1;
         starts(in, component);
+        names(in, component);
     }
 }
 
