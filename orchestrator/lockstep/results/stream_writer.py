@@ -43,8 +43,8 @@ class StreamWriter:
 
     def wait(self) -> Any:
         """Wait for the batch that was begun, and return what the look at it returned; raise what was raised for it."""
+        found, failure = self._done.get()  # a second Ctrl-C may end it here: the batch is still waited for
         self.busy = False
-        found, failure = self._done.get()
         if failure is not None:
             raise failure
         return found
