@@ -1,4 +1,4 @@
-/* An FMU of FMI 2.0 whose steps take `work` microseconds of the processor and make y = sin(gain y + u) + u / 10.
+/* An FMU of FMI 2.0 whose steps take `work` microseconds of the processor and make y = sin(gain (y + 1) + u) + u / 10.
 
    At its step number `at` it does what `trouble` says: nothing, a warning with a message, an error with one, a request
    for the end before the step or after it, or a NaN. */
@@ -57,7 +57,7 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
         return fmi2Error;
     }
     if (trouble == END_BEFORE) return fmi2Discard;
-    real[Y] = trouble == NOT_A_NUMBER ? NAN : sin(real[GAIN] * real[Y] + real[U]) + 0.1 * real[U];
+    real[Y] = trouble == NOT_A_NUMBER ? NAN : sin(real[GAIN] * (real[Y] + 1.0) + real[U]) + 0.1 * real[U];
     if (trouble == WARN) {
         say(instance, fmi2Warning, "close to a limit");
         return fmi2Warning;
