@@ -31,7 +31,8 @@ def test_an_fmu_that_allows_one_instance_is_in_one_open_run(tmp_path):
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_a_component_ends_the_run(reference_fmu, version):
     """The end comes instead of the 11th step; see test_models.py for whole runs."""
-    with lockstep.open(reference_fmu("stair", version), periods=0.125, stop_time=10.0) as run:
+    part = Component(name="stair", source=reference_fmu("stair", version), period=125_000_000, isolated=False)
+    with lockstep.open({"stair": part}, stop_time=10.0) as run:
         assert run.ended is None
         assert list(run)[-1] == run.time == 1.25
         assert "asked for the end of the simulation" in run.ended

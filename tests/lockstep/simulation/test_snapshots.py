@@ -131,7 +131,7 @@ def test_another_run_of_the_system_goes_on_from_a_pickled_snapshot(triple, tmp_p
 
 
 def test_states_of_fmus_in_processes_and_of_shadows_are_kept(triple, fmus):
-    parts = tuple(replace(c, isolated=c.name != "b") for c in triple.components)
+    parts = tuple(replace(c, isolated=c.name == "p") for c in triple.components)
     shadowed = with_shadow(
         replace(triple, components=parts), "a", fmus["good"], switchover=30_000_000, blend=10_000_000
     )

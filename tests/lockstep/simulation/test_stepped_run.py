@@ -135,12 +135,9 @@ def test_an_exception_in_the_block_closes_the_folder(triple, tmp_path):
         run.step()
 
 
-def test_a_failed_step_ends_the_run_by_name(fmus, tmp_path):
-    system = lockstep.load_system(fmus["echo"])
-    with pytest.raises(InputError):
-        lockstep.open(system, tmp_path / "out", overrides={"echo.h": "nothing"})
-    connections = [("one.out.h", "two.x")]
-    run = lockstep.open({"one": fmus["echo"], "two": fmus["echo"]}, tmp_path / "out", connections=connections)
+def test_a_failed_step_ends_the_run_by_name(echo_alone, tmp_path):
+    parts = {name: replace(echo_alone.components[0], name=name) for name in ("one", "two")}
+    run = lockstep.open(parts, tmp_path / "out", connections=[("one.out.h", "two.x")])
     run.step(3)
     run.set("one.n", 9)  # from which on an output is not a number
     with pytest.raises(RunError, match=r"one\.out\.h: is nan at 0\.004 s; every exchanged value must be finite"):

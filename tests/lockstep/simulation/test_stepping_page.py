@@ -13,7 +13,7 @@ EXAMPLES = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8")
 
 
 def test_the_examples_of_the_page_run(fmus, tmp_path, monkeypatch):
-    part = {"source": fmus["good"], "period": 1_000_000}
+    part = {"source": fmus["good"], "period": 1_000_000, "isolated": False}
     system = System(
         name="loop", tick=1_000_000,
         components=(Component(name="plant", **part), Component(name="controller", **part, kind="sampled")),

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import lockstep
-from lockstep import InputError
+from lockstep import Component, InputError
 from lockstep.adapter.component import replace_component
 from lockstep.adapter.read import read_adapter
 from lockstep.faults.read import read_scenario
 
 
 @pytest.fixture
-def echo(fmus):
-    with lockstep.open(fmus["echo"], periods=0.001, stop_time=10.0, record=["echo.out.h"]) as run:
+def echo(echo_alone):
+    with lockstep.open(echo_alone, record=["echo.out.h"]) as run:
         yield run
 
 
@@ -130,7 +130,8 @@ def test_what_faults_set_and_files_feed_is_refused(triple, tmp_path):
 
 
 def test_arrays_are_read_and_set_whole(toys):
-    with lockstep.open(toys / "toy_echo.fmu", periods=0.001, kinds={"toy_echo": "sampled"}) as run:
+    part = Component(name="toy_echo", source=toys / "toy_echo.fmu", period=1_000_000, kind="sampled", isolated=False)
+    with lockstep.open({"toy_echo": part}) as run:
         run.set("toy_echo.u", np.array([1.0, 2.0]))
         run.step()
         assert run["toy_echo.y"].tolist() == [1.0, 2.0]
