@@ -6,6 +6,7 @@ or for this process alone where that cannot be written.
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import hashlib
 import os
@@ -151,8 +152,6 @@ def _compile(compiler: str, folder: Path, path: Path) -> None:
 
 
 def _remove_at_exit(folder: Path) -> None:
-    import atexit
-
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
 
 

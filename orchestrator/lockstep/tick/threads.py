@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from ctypes import CDLL, Structure, addressof, c_double, c_int32, c_int64, c_void_p, sizeof
+from ctypes import CDLL, Structure, addressof, c_double, c_int32, c_int64, c_uint32, c_void_p, sizeof
 from threading import get_native_id
 from time import monotonic
 from typing import Any
@@ -34,7 +34,7 @@ class StepJob(Structure):
         ("measured", c_int64),
         ("begun", c_int64),
         ("apart", c_int32),
-        ("status", c_int32),
+        ("status", c_uint32),
         ("state", c_int32),
         ("logged", c_int32),
         ("next", c_int64),
