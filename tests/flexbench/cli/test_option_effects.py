@@ -27,6 +27,7 @@ _LEFT_OUT = "lockstep/checkpoint/test_branch.py::test_what_was_left_out_begins_a
 _RESUME = "lockstep/checkpoint/test_resume.py::test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes"
 _SHADOW = "lockstep/shadow/test_shadow.py::test_shadow_acts_at_its_own_rate_without_a_jump"
 _ADAPTER = "system/test_adapter.py::test_our_controller_in_foreign_conventions_gives_the_same_run"
+_SPACECRAFT = "flexbench/cli/spacecraft/test_spacecraft.py::"
 _SHOWN = f"{HERE}::test_timing_options_change_what_is_shown"
 _SSP = "system/test_write_ssp.py::test_the_loop_is_that_with_the_adapter"
 _EVERY_FILE = "lockstep/check/report/test_check_report.py::test_good_fmu_gets_0_and_every_file"
@@ -227,6 +228,11 @@ EFFECTS = {
     "flexsat check-adapter": {
         "--adapter": _ADAPT + "test_a_wrong_convention_is_named",
         "--like": _ADAPT + "test_a_controller_that_cannot_be_judged_is_refused_in_one_line",
+    },
+    "flexsat new": {},
+    "flexsat spacecraft": {
+        "--file": _SPACECRAFT + "test_the_file_of_a_built_in_spacecraft_is_one_to_start_from",
+        "--list-modes": _SPACECRAFT + "test_the_start_is_shown",
     },
 }  # fmt: skip
 COMMANDS = [(label, name) for label, program in PROGRAMS.items() for name in program.list_commands(None)]

@@ -14,15 +14,15 @@ from lockstep.errors import InputError
 _EXAMPLES = """
 examples:
   {program} spacecraft my.toml
-  {program} spacecraft distributed --modes 40
-  {program} spacecraft centralised --file > mine.toml
+  {program} spacecraft distributed --list-modes 40
+  {program} spacecraft centralised --file
 """
 _WIDTH = 120
 
 
 @command("spacecraft", _EXAMPLES)
 @click.argument("spacecraft", metavar="SPACECRAFT", help="a spacecraft's file, or the name of a built-in one")
-@click.option("--modes", type=COUNT, default=12, metavar="N", help="modes to list (default: 12)")
+@click.option("--list-modes", "modes", type=COUNT, default=12, metavar="N", help="modes to list (default: 12)")
 @click.option("--file", "show_file", is_flag=True, help="print the file itself")
 def spacecraft(spacecraft: str, modes: int, show_file: bool) -> int:
     """Show mass, modes and how wheels and gyros reach them, nominal wheel speeds, torque and momentum envelopes."""

@@ -17,7 +17,7 @@ def start(tmp_path, capsys):
 
 
 def test_the_start_is_shown(start, capsys):
-    assert main(["spacecraft", str(start), "--modes", "3"]) == 0
+    assert main(["spacecraft", str(start), "--list-modes", "3"]) == 0
     shown = capsys.readouterr().out
     assert shown.startswith("mine: four wheels in a pyramid on the bus; 2 gyros, 1 accelerometers\n")
     # 800 kg at 1 m below 4200.03 kg of structure, as printed; four of 4.4 N.m at 45 degrees
@@ -25,6 +25,8 @@ def test_the_start_is_shown(start, capsys):
     assert "net momentum of the wheels there 0, 0, 0 N.m.s\n" in shown
     assert "torque about x, y, z 6.223, 6.223, 12.45 N.m" in shown
     assert "note:" not in shown
+    assert "│ 3 " in shown
+    assert "│ 4 " not in shown
 
 
 def test_a_file_is_never_overwritten(start, capsys):
