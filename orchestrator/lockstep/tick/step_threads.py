@@ -65,6 +65,7 @@ class StepThreads:
         width, beside = _side_by_side(program, table.jobs)
         self._count = limit.count if limit.always else min(limit.count, width)
         self._choice = ThreadChoice(beside if self._count > 1 else frozenset(), always=limit.always)
+        self._in_order = False  # whether the error that ends the run is the first in the order of the schedule
         self.used = 1  # threads that have stepped components, the master's included
         state.jobs = self._jobs.address
         self._set(self._choice.chosen)
@@ -87,18 +88,28 @@ class StepThreads:
             self._set(chosen)
 
     def finish(self, number: int, time: float) -> None:
-        """Report what a step that is complete logged, and judge its status."""
-        self._jobs.finish(number, time)
+        """Report what a step that is complete logged, and judge its status; first of those that come before it."""
+        try:
+            self._finish_earlier(time, with_values=self._jobs.failed(number))
+            self._jobs.finish(number, time)
+        except BaseException:
+            self._in_order = True
+            raise
+
+    def _finish_earlier(self, time: float, *, with_values: bool) -> None:
+        """Report and judge the steps under way of components before that at which the tick stopped."""
+        for name, rest in self._begun_before():
+            number = self._table.jobs.index(name)
+            self._jobs.complete(number)
+            self._jobs.finish(number, time)
+            if with_values:
+                action(rest)(time)
 
     def stop(self, error: BaseException) -> None:
         """Wait for the steps under way after an error, or raise what comes before that in the order of the schedule."""
         try:
-            if isinstance(error, Exception) and self._state.begun:
-                for name, rest in self._begun_before():
-                    number = self._table.jobs.index(name)
-                    self._jobs.complete(number)
-                    self._jobs.finish(number, self._state.time)
-                    action(rest)(self._state.time)
+            if isinstance(error, Exception) and self._state.begun and not self._in_order:
+                self._finish_earlier(self._state.time, with_values=True)
         finally:
             self._jobs.settle(math.inf if isinstance(error, Exception) else _PATIENCE)
 

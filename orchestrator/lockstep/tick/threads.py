@@ -15,7 +15,7 @@ from time import monotonic
 from typing import Any
 
 from lockstep.fmi.native_call import Apart
-from lockstep.fmi.slave import FATAL
+from lockstep.fmi.slave import FATAL, WARNING
 from lockstep.operating_system import available_cores, pin
 from lockstep.tick.operations import Judge
 
@@ -95,6 +95,10 @@ class Jobs:
         job = self.address + number * _SIZE
         while not self._library.job_finish(self.pool, job, PATIENCE):
             pass  # Python handles signals here
+
+    def failed(self, number: int) -> bool:
+        """Return whether a step that is complete failed, or asked for the end."""
+        return bool(self.structures[number].status > WARNING)
 
     def finish(self, number: int, time: float) -> None:
         """Report what a step that is complete logged, and judge its status."""

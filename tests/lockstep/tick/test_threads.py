@@ -79,13 +79,14 @@ WAYS = {
 }
 TROUBLES = {
     "none": {},
-    "warning": {"a": {"at": 20, "trouble": WARN}, "b": {"at": 20, "trouble": WARN}},
+    "warning": {"a": {"at": 21, "trouble": WARN}, "b": {"at": 21, "trouble": WARN}},
     "error": {"b": {"at": 20, "trouble": FAIL, "work": 300.0}},
-    "error of the first": {"a": {"at": 20, "trouble": FAIL, "work": 500.0}, "b": {"at": 20, "trouble": FAIL}},
-    "end before a step": {"b": {"at": 20, "trouble": END_BEFORE}},
+    # in every second tick b is finished first, as d reads it
+    "error of the first": {"a": {"at": 21, "trouble": FAIL, "work": 500.0}, "b": {"at": 21, "trouble": FAIL}},
+    "end before a step": {"b": {"at": 21, "trouble": END_BEFORE}},
     "end after a step": {"a": {"at": 20, "trouble": END_AFTER}, "b": {"at": 20, "trouble": END_AFTER}},
     "value": {"b": {"at": 21, "trouble": NOT_A_NUMBER}, "e": {"at": 6, "trouble": FAIL}},
-    "value of the first, then an error": {"a": {"at": 20, "trouble": NOT_A_NUMBER}, "b": {"at": 20, "trouble": FAIL}},
+    "value of the first, then an error": {"a": {"at": 21, "trouble": NOT_A_NUMBER}, "b": {"at": 21, "trouble": FAIL}},
 }
 
 
