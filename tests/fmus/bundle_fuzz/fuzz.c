@@ -63,7 +63,7 @@ static const fmi2CallbackFunctions callbacks = {logger, give, take, NULL, NULL};
 
 static void fail(const char *why)
 {
-    fprintf(stderr, "fuzz: %s\n", why);
+    fprintf(stderr, "fuzz: %s, after %ld fatal failures\n", why, counts[4]);
     abort();
 }
 

@@ -8,7 +8,12 @@ from pathlib import Path
 
 from fmus.c_fmu import HEADERS
 from lockstep.bundle.compile import sources
+from lockstep.bundle.ports import Choice
 
+# all but fatal_at: an FMU that failed fatally must not be called, so that its memory stays
+CHOICE = Choice(
+    outputs=("all",), parameters=tuple(f"*.{n}" for n in ("gain", "trim", "label", "fail_at", "end_at", "nan_at"))
+)
 SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow"
 OPTIONS = ("-std=c99", "-O0", "-fno-sanitize-recover=all", "-DTICK_EXPORT=", "-DTICK_ONE_THREAD")
 

@@ -8,15 +8,15 @@ import shutil
 import fmpy
 import pytest
 
-from fmus.bundle_fuzz.fuzz_bundle import build_fuzzer, run_fuzzer
-from fmus.bundle_host import MS, Choice, bundled
+from fmus.bundle_fuzz.fuzz_bundle import CHOICE, build_fuzzer, run_fuzzer
+from fmus.bundle_host import MS, bundled
 from lockstep import Component
 from lockstep.fmi.model_description import read_description
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
 def test_no_sequence_of_calls_breaks_memory_or_states(cells, tmp_path):
-    path = bundled(cells, tmp_path / "four.fmu", Choice(outputs=("all",)))
+    path = bundled(cells, tmp_path / "four.fmu", CHOICE)
     resources = tmp_path / "unpacked" / "resources"
     fmpy.extract(str(path), str(resources.parent))
     guid = read_description(Component(name="it", source=path, period=MS)).guid
