@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -35,9 +36,11 @@ class Delays:
             raise InputError(f"Delays: must be >= 0, got {self.samples} samples and {self.actuation!r} s")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class DesignedLoop:
     """A design with the parameters of a run, to be opened at the plant input for any delay.
+
+    What does not depend on that delay is prepared once.
 
     `plant` is the linear model of the real spacecraft, with the sensors and wheels of the design; None for the model
     that the controller was designed on.
@@ -61,10 +64,8 @@ class DesignedLoop:
         InputError
             For a parameter that the controller does not have or refuses.
         """
-        model = self.design.model if self.plant is None else self.plant
-        prepared = self.controller()
-        reached = _reached(np.hstack([model.a, model.b_torque]))
-        a, b, c = reached.T @ model.a @ reached, reached.T @ model.b_torque, model.c @ reached
+        prepared = self.controller
+        a, b, c = self._reached_model
         period, n, s = prepared.period, prepared.wheels, prepared.states
         lag, late = self.delays.samples, self.delays.actuation + extra_delay
 
@@ -122,11 +123,19 @@ class DesignedLoop:
         makes = -self.design.controller.wheel_axis.T
         return np.asarray(np.linalg.pinv(makes)), makes
 
+    @cached_property
     def controller(self) -> PreparedController:
-        """Return the controller of the run, prepared."""
+        """The controller of the run, prepared."""
         matrices = self.design.controller
         values = port_values("controller", interface.ports(matrices), self.parameters)
         return prepare(matrices, interface.parameters(matrices, values.__getitem__))
+
+    @cached_property
+    def _reached_model(self) -> tuple[Array, Array, Array]:
+        """Matrices a, b and c of the plant, of the states that the wheels reach."""
+        model = self.design.model if self.plant is None else self.plant
+        reached = _reached(np.hstack([model.a, model.b_torque]))
+        return reached.T @ model.a @ reached, reached.T @ model.b_torque, model.c @ reached
 
 
 def _history_rows(prepared: PreparedController) -> int:

@@ -55,7 +55,7 @@ def stationary(
     fine : with the fine guidance sensor, else the coarse star tracker
     jitter, noise : with the disturbances of the wheels; with the noise of the sensors
     """
-    prepared = DesignedLoop(design=design, plant=plant, parameters={"star_tracker.fine": fine}).controller()
+    prepared = DesignedLoop(design=design, plant=plant, parameters={"star_tracker.fine": fine}).controller
     loop = _close(design, plant, prepared, fine, jitter, noise)
     first, rest = loop.transitions
     steps = prepared.phases

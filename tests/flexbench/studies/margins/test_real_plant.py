@@ -25,7 +25,7 @@ def test_the_loop_is_opened_with_the_plant_of_the_run(delivered, built):
     assert loop.real.spacecraft.mode_count == structure.mode_count == ALL_MODES
     plant = loop.designed.plant
     assert plant.index.modes == 40
-    assert len(loop.designed.controller().feedback[0]) < 40 + 40  # of 25 modes: the controller does not know
+    assert len(loop.designed.controller.feedback[0]) < 40 + 40  # of 25 modes: the controller does not know
     errors = np.zeros(40)
     errors[39] = 0.5
     assert_allclose(loop.real.spacecraft.damping[:40], structure.damping[:40] * (1.0 + errors), rtol=1e-15)
