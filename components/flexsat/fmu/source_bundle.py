@@ -6,9 +6,11 @@ import ast
 import importlib.util
 import sys
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 ALLOWED = frozenset({"numpy", "pythonfmu"})  # with the standard library, all that a built FMU may need
+_MOST_MODULES = 1000  # whose imports are kept: more than all FMUs have
 
 
 def collect(module: str) -> dict[str, bytes]:
@@ -33,7 +35,7 @@ def collect(module: str) -> dict[str, bytes]:
         found["/".join(name.split(".")) + ("/__init__.py" if is_package else ".py")] = source
         if "." in name:
             todo.append(name.rpartition(".")[0])  # importing a module runs the packages above it
-        todo += _imports(ast.parse(source, filename=str(path)), name, is_package, path)
+        todo += _imports(source, name, is_package, path)
     return dict(sorted(found.items()))
 
 
@@ -44,8 +46,13 @@ def _locate(name: str) -> tuple[Path, bool]:
     return Path(spec.origin), spec.submodule_search_locations is not None
 
 
-def _imports(tree: ast.Module, name: str, is_package: bool, path: Path) -> Iterator[str]:
-    """Yield the modules of the package that a module imports when it is loaded."""
+@lru_cache(_MOST_MODULES)  # several FMUs have the same
+def _imports(source: bytes, name: str, is_package: bool, path: Path) -> tuple[str, ...]:
+    """Return the modules of the package that a module imports when it is loaded."""
+    return tuple(_imported(ast.parse(source, filename=str(path)), name, is_package, path))
+
+
+def _imported(tree: ast.Module, name: str, is_package: bool, path: Path) -> Iterator[str]:
     for node, inside in _statements(tree, False):
         if isinstance(node, ast.ImportFrom) and node.level > 0:
             if inside:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array, make_read_only
 from ..fixed_order import inverse, product
-from .free_modes import Blocks, ClampedModes, FreeModes, vibration
+from .free_modes import Blocks, ClampedModes, Coupled, FreeModes, vibration
 from .loads import Loads, at_mounts, lateral_axes, prepare_loads
 from .plant_parameters import PlantMatrices, PlantParameters
 
@@ -125,7 +125,7 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
     half, half_held = free.transition(0.5 * step)
     speeds = np.vstack([-motion.carried[3:], loads.slopes])  # rate and slope rates, from eta'
     of_z = product(speeds, free.velocity)
-    turned, turned_by_load = _turned(motion, step)
+    turned, turned_by_load = _turned(motion, step, whole, whole_held)
     middle = _velocities(motion, half.after(of_z), product(of_z, half_held.times(motion.drive)), 0.5 * step)
     inputs = n + 6 * matrices.mounts + 6
     none = np.zeros((0, 0))
@@ -169,10 +169,12 @@ def _velocities(motion: Motion, of_z: Array, of_load: Array, time: float) -> Arr
     return rows
 
 
-def _turned(motion: Motion, step: float) -> tuple[Array, Array]:
-    """Map z and momentum, (3, vector), and the loads, (3, r), to the integral of the rate over a step."""
+def _turned(motion: Motion, step: float, whole: Blocks | Coupled, held: Blocks | Coupled) -> tuple[Array, Array]:
+    """Map z and momentum, (3, vector), and the loads, (3, r), to the integral of the rate over a step.
+
+    `whole` and `held` are the transition of z over the step, and its integral.
+    """
     resultant = motion.loads.force[:6]
-    whole, held = motion.free.transition(step)
     moved = -product(motion.carried[3:], motion.free.displacement)
     by_load = 0.5 * step**2 * product(motion.compliance[3:], resultant) + product(moved, held.times(motion.drive))
     return np.hstack([whole.after(moved) - moved, step * motion.compliance[3:], np.zeros_like(by_load)]), by_load

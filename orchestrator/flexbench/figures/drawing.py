@@ -191,6 +191,7 @@ def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
     drawn = BytesIO()
     figure.savefig(drawn, format="png", dpi=RESOLUTION, metadata={"Software": None})
     write_atomically(png, drawn.getvalue())
+    figure.set_layout_engine("none")  # its parts keep their places: finding them takes as long as to draw them
     write_atomically(svg, _svg(figure, name).encode())
     return [png, svg]
 
