@@ -367,11 +367,11 @@ def repeat(short, folder, times):
 
 @pytest.mark.slow
 @needs_browser
-def test_page_of_a_long_run_is_small_and_keeps_every_peak(tmp_path, runs, flexsat, open_page):
+def test_page_of_a_long_run_is_small_and_keeps_every_peak(tmp_path, runs, report, open_page):
+    """`test_paper.py` does it with all sections."""
     folder = tmp_path / "long"
     repeat(runs / "distributed-slew", folder, times=30)
-    done = flexsat("report", folder, timeout=300.0)
-    assert done.returncode == 0, done.stderr
+    report([folder])
     assert (folder / "report.html").stat().st_size < 15_000_000
     page = open_page(folder / "report.html", WIDE)
     signals = flexbench.load(folder)
