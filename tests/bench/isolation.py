@@ -4,8 +4,8 @@
 in short blocks. Of the single steps the quickest tenth, the median and the slowest tenth are printed, which shows what
 else the machine does. The aim is below 60 us more. Nothing passes or fails here. First each component is isolated
 alone, then all of a system, stepped in turn; then two isolated ones, one after the other and side by side: plants,
-whose steps are shorter than waking a core takes, and two in C with longer ones; at last whole runs with all components
-isolated and none.
+whose steps are shorter than waking a core takes, and two in C with longer ones; whole runs with all components isolated and
+none; at last small compiled FMUs with both ticks.
 """
 
 from __future__ import annotations
@@ -142,6 +142,7 @@ def main(steps: int) -> None:
         )
         pairs(working, steps)
         runs(load_system(Path(folder, CONFIGURATION, f"{SCENARIO}.ssd")), Path(folder, "run"))
+        small_steps(Path(folder))
 
 
 def pairs(component: Component, steps: int) -> None:
@@ -175,6 +176,25 @@ def runs(system: System, out: Path) -> None:
         times = [simulate(way, out, stop_time=DURATION, overwrite=True).wall_time for way in (system, alone)]
         print(f"a run of {DURATION:g} s with {count} steps: {times[0]:.2f} s, all isolated {times[1]:.2f} s, "
               f"{(times[1] - times[0]) / count * 1e6:.1f} us more a step", flush=True)  # fmt: skip
+
+
+def small_steps(folder: Path) -> None:
+    """Print what a tick of small compiled FMUs takes, in the process, in their own and in one, with both ticks."""
+    from scaling import TICK, WIDTH, write_ring
+
+    from lockstep import load_system, simulate
+
+    print("a tick of small compiled FMUs, us with the tick in Python and in C")
+    for count in (2, 6):
+        ring = load_system(write_ring(folder / f"ring{count}", count, WIDTH))
+        for words, isolated in (("in the process", False), ("in their own", True), ("in one, if > 4", None)):
+            chosen = replace(ring, components=tuple(replace(c, isolated=isolated) for c in ring.components))
+            stop = (4000 if isolated is not False else 20_000) * TICK / 1e9
+            found = []
+            for tick in ("python", "c"):
+                done = [simulate(chosen, folder / "small", stop_time=stop, overwrite=True, tick=tick) for _ in range(3)]
+                found.append(min(one.wall_time / one.ticks for one in done) * 1e6)
+            print(f"{count:4} {words:16}" + "".join(f"{time:9.1f}" for time in found), flush=True)
 
 
 if __name__ == "__main__":
