@@ -148,6 +148,8 @@ def _design(system: System, plant: str, controller: str, overrides: Mapping[str,
     designs = designs_for(parts.configuration, parts.plant.source)
     of_plant, of_controller = (_given(system, part, overrides) for part in (plant, controller))
     chosen: ControllerDesign = "published" if of_controller.get("design") == "published" else "robust"
+    if of_plant.get("as_published") and "as_published" not in designs.variants:
+        raise InputError(f"{plant}.as_published: nothing of {parts.configuration} was published; set it to false")
     return designs.flown(bool(of_plant.get("as_published")), chosen)
 
 

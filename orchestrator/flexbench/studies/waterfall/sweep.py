@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from flexsat.arrays import Array
-from flexsat.description.built_in import CONFIGURATIONS
-from flexsat.design.chain import Design, build_designs
+from flexsat.design.chain import Design
 from flexsat.parameters import RPM
 from lockstep import InputError, load_system, read_signals
 
 from ...loop.fmu_choice import Report, choose_fmus, silent
+from ...loop.loop_parts import loop_parts
+from ...loop.spacecraft import designs_for
 from ...runs.jobs import Job, run_jobs
 from ...runs.json_file import read_table, write_json
 from ..spectra.welch import estimate, noise_bandwidth
@@ -148,12 +149,15 @@ def _overrides(design: Design, speed: float, seed: int) -> dict[str, Any]:
 
 def design_of(system: Path, as_published: bool = False) -> Design:
     """Return the design of a system of flexsat, or that as published; raise InputError for any other."""
-    loaded = load_system(system)
-    for name in CONFIGURATIONS:
-        if loaded.name.startswith(name):
-            designs = build_designs(name)
-            return designs.as_published if as_published else designs.corrected
-    raise InputError(f"{system}: not a system of flexsat; `flexsat build` writes fmus/<configuration>/<scenario>.ssd")
+    parts = loop_parts(load_system(system))
+    if parts is None:
+        raise InputError(
+            f"{system}: not a system of flexsat; `flexsat build` writes fmus/<configuration>/<scenario>.ssd"
+        )
+    designs = designs_for(parts.configuration, parts.plant.source)
+    if as_published and "as_published" not in designs.variants:
+        raise InputError(f"{system}: nothing of {parts.configuration} was published; leave out --as-published")
+    return designs.as_published if as_published else designs.corrected
 
 
 def measure(folder: Path, design: Design, stop: float) -> tuple[Array, Array, float]:
