@@ -4,8 +4,8 @@
 in short blocks. Of the single steps the quickest tenth, the median and the slowest tenth are printed, which shows what
 else the machine does. The aim is below 60 us more. Nothing passes or fails here. First each component is isolated
 alone, then all of a system, stepped in turn; then two isolated ones, one after the other and side by side: plants,
-whose steps are shorter than waking a core takes, and two in C with longer ones; whole runs with all components isolated and
-none; at last small compiled FMUs with both ticks.
+whose steps are shorter than waking a core takes, and two in C with longer ones; whole runs with all components
+isolated and none; at last small compiled FMUs with both ticks.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ class CTick:
                         self._handle(reason, look)
                         reason = run(place)
         except BaseException as error:
-            self._requests.adopt()
+            self._requests.stop()
             if threads is not None:
                 threads.stop(error)
             raise

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from ctypes import addressof, c_void_p
 from time import monotonic
 from typing import Any
 
+from lockstep.errors import RunError
 from lockstep.processes.cpu_affinity import core_assignment
 from lockstep.tick.operations import Requested
 from lockstep.tick.pack import Packed
@@ -20,6 +22,7 @@ class Requests:
         """Set the links in the state of the tick."""
         self._requests = tuple(requests)
         connections = list(dict.fromkeys(one.connection for one in requests))
+        self._connections = connections
         self._links = [connection.link for connection in connections]
         for connection in connections:
             connection.adopt_from_c = self.adopt
@@ -45,3 +48,10 @@ class Requests:
         for number, requested in enumerate(self._requests):
             if requested.connection.link.asking == number + 1:
                 requested.adopt()
+
+    def stop(self) -> None:
+        """Wait for the answers to all requests, after an error: what is closed next must not be at work."""
+        self.adopt()
+        for connection in self._connections:
+            with suppress(RunError, KeyboardInterrupt):  # the error that is raised came first
+                connection.settle()
