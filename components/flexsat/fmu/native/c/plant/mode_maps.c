@@ -141,15 +141,15 @@ void map_rows(const FreeModes *free, const Map *map, int columns, const double *
 
 void structure_of(const FreeModes *free, const double *blocks, const double *z, double *structure)
 {
-    int part, i, j;
+    int part, i;
 
     for (part = 0; part < free->parts; part++) {
         const int from = free->first[part], k = free->first[part + 1] - from;
         const double *row = blocks + free->place[part];
         for (i = 0; i < k; i++, row += 2 * k) {
-            double sum = 0.0;
-            for (j = 0; j < k; j++)
-                sum += row[j] * z[from + j] + row[k + j] * z[free->q[from + j]];
+            double sum = 0.0; /* the second coordinates of a part stand one after the other too */
+            add_times_vector(1, k, row, z + from, &sum);
+            add_times_vector(1, k, row + k, z + free->q[from], &sum);
             structure[free->mode[from + i]] = sum;
         }
     }

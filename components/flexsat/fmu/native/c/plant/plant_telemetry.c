@@ -11,16 +11,18 @@
 static void add_wheels(const Plant *plant, const double *eta, double momentum[3])
 {
     const Motion *motion = &plant->motion;
-    const int m = motion->matrices.modes, s = motion->matrices.mounts;
-    int wheel, i, j;
+    const int s = motion->matrices.mounts;
+    double *slopes = plant->work.speeds; /* (u), of all mounts */
+    int wheel, i;
 
+    times_vector(motion->loads.turns, motion->matrices.modes, motion->loads.slopes, eta, slopes);
     for (wheel = 0; wheel < motion->matrices.wheels; wheel++) {
         const double *axis = motion->matrices.data->wheel_axis + 3 * wheel, axial = plant->state.axial[wheel];
         double slope[3] = {0.0, 0.0, 0.0};
         for (i = 0; i < 3; i++) {
             const int row = motion->loads.mount_slope[i * s + motion->matrices.data->mount_of_wheel[wheel]];
-            for (j = 0; j < m && row >= 0; j++)
-                slope[i] += motion->loads.slopes[(size_t)row * (size_t)m + (size_t)j] * eta[j];
+            if (row >= 0)
+                slope[i] = slopes[row];
         }
         momentum[0] += axial * (axis[0] + slope[1] * axis[2] - slope[2] * axis[1]);
         momentum[1] += axial * (axis[1] + slope[2] * axis[0] - slope[0] * axis[2]);
