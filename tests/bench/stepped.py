@@ -1,8 +1,9 @@
 """Time of 300,000 steps from Python over that of one call, for two small FMUs and, with --loop, for flexsat's loop.
 
-`python tests/bench/stepped.py [STEPS] [--loop SYSTEM.ssd]`. One call is `run.run_until(t)`, steps are `run.step()`;
-both take turns on runs of the same system, in memory, and the quickest of three rounds counts. Then what a step costs
-with a value read and one set, and what a snapshot and its restoring take. Nothing passes or fails here.
+`python tests/bench/stepped.py [STEPS] [--loop SYSTEM.ssd]`. One call is `run.step(n)`, steps are `run.step()`; they
+take turns on runs of the same system in memory, part by part, and the quickest part counts: a shared machine disturbs
+both alike. Then what a step costs with a value read and set, and what a snapshot and its restoring take. Nothing passes
+or fails here.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from lockstep import Component, Connection, InputError, System
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 from scaling import wide_fmu  # noqa: E402
 
-ROUNDS = 3
+PARTS = 300  # of the run, between which the ways of running take turns; the quickest of each counts
 MS = 1_000_000  # [ns]
 
 
@@ -44,43 +45,42 @@ def pair(folder: Path) -> System:
     )
 
 
-def measure(system: System, steps: int, read: str, write: str | None, tick: str) -> None:
+def measure(system: System, steps: int, read: str, write: str, tick: str) -> None:
     """Print the times of a system."""
-    stop = steps * system.tick / 1e9
-    calls, single, used = [], [], []
-    for _ in range(ROUNDS):
-        with lockstep.open(system, stop_time=stop, tick=tick) as run:
-            started = perf_counter()
-            run.run_until(stop)
-            calls.append(perf_counter() - started)
-        with lockstep.open(system, stop_time=stop, tick=tick) as run:
-            started = perf_counter()
-            for _ in range(steps):
-                run.step()
-            single.append(perf_counter() - started)
-        with lockstep.open(system, stop_time=stop, tick=tick) as run:
-            count = steps // 10
-            started = perf_counter()
-            for _ in range(count):
-                run.step()
-                value = run[read]
-                if write is not None:
-                    run.set(write, value)
-            used.append((perf_counter() - started) * steps / count)
-            state = 0.0
-            with suppress(InputError):  # of FMUs without states
-                started = perf_counter()
-                for _ in range(10):
-                    run.restore(run.snapshot())
-                state = (perf_counter() - started) / 10
-    one, stepped, exchanged = (min(times) for times in (calls, single, used))
-    print(f"{system.name}, tick in {tick}: {steps} ticks")
-    print(f"  one call          {one / steps * 1e6:8.3f} us a tick")
-    print(f"  step()            {stepped / steps * 1e6:8.3f} us a tick   {stepped / one:.2f} x one call")
-    what = "a value read" + (" and one set" if write else "")
-    print(f"  step(), {what:24}{exchanged / steps * 1e6:8.3f} us a tick")
+    part = steps // PARTS
+    stop = PARTS * part * system.tick / 1e9
+    times: dict[str, list[float]] = {"one call": [], "step()": [], "step(), one value read and set": []}
+    state = 0.0
+    with (
+        lockstep.open(system, stop_time=stop, tick=tick) as one,
+        lockstep.open(system, stop_time=stop, tick=tick) as stepped,
+        lockstep.open(system, stop_time=stop, tick=tick) as used,
+    ):
+        for number in range(1, PARTS + 1):
+            marks = [perf_counter()]
+            one.step(part)
+            marks.append(perf_counter())
+            for _ in range(part):
+                stepped.step()
+            marks.append(perf_counter())
+            for _ in range(part // 10):
+                used.step()
+                used.set(write, used[read])
+            marks.append(perf_counter())
+            for name, begin, end, count in zip(times, marks[:-1], marks[1:], (part, part, part // 10), strict=True):
+                times[name].append((end - begin) / count)
+            if number == 1:
+                with suppress(InputError):  # of FMUs without states
+                    for _ in range(10):
+                        started = perf_counter()
+                        one.restore(one.snapshot())
+                        state = min(state or 1.0, perf_counter() - started)
+    print(f"{system.name}, tick in {tick}: {PARTS * part} ticks")
+    best = {name: min(found) for name, found in times.items()}
+    for name, each in best.items():
+        print(f"  {name:32}{each * 1e6:9.3f} us a tick{each / best['one call']:8.2f} x one call")
     if state:
-        print(f"  snapshot and restore {state * 1e3:8.3f} ms")
+        print(f"  {'snapshot and restore':32}{state * 1e3:9.3f} ms")
 
 
 def main() -> None:
