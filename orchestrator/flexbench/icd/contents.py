@@ -36,7 +36,8 @@ _HEADER = ("port", "size", "type", "unit (shown)", "frame", "every", "range", "s
 _CONVENTIONS = (
     "Names follow the structured convention of FMI 2.0; arrays are numbered from 1. All values are SI; a display "
     "unit is given where another one is usual.",
-    "Body axes: origin at the centre of the aperture, x and y in its plane, z along its normal. Quaternions are scalar "
+    "Body axes: origin at the centre of mass at rest, which is the centre of the aperture if the bus has no mass; x "
+    "and y in the plane of the aperture, z along its normal. Quaternions are scalar "
     "last and, like modified Rodrigues parameters (MRP), turn inertial components into body components; MRP are those "
     "of the short rotation.",
     "Where the two configurations differ a cell reads centralised / distributed.",

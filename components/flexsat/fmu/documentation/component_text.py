@@ -47,7 +47,8 @@ PAPER = (
     " Space Structures with Distributed Momentum Actuators, IEEE Aerospace Conference 2025, arXiv 2410.07376."
 )
 FRAMES = (
-    "Body axes: origin at the bus, x and y in the plane of the structure, z normal to it. Inertial axes: where the"
+    "Body axes: origin at the centre of mass at rest, x and y in the plane of the structure, z normal to it; without a"
+    " mass of the bus that is the centre of the aperture. Inertial axes: where the"
     " body axes are at attitude zero.",
     "Attitudes are “body from inertial”: they take components in inertial axes to components in body axes."
     " Quaternions are scalar-last. Modified Rodrigues parameters (MRP) are the rotation axis times the tangent of a"

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ...description.configuration import Configuration
+from ...description.placement import ALONG, Device, Site
 from ...ports.table import FmiVersion, PortTable
 from ...spacecraft.assembly import Spacecraft
 from .component_text import ComponentText
@@ -95,4 +96,28 @@ def draw(spacecraft: Spacecraft, config: Configuration, component: str) -> dict[
 
 def _layout(config: Configuration) -> str:
     wheel = f"{config.wheel.inertia:.3g} kg.m2 and {config.wheel.torque_limit:.3g} N.m"
-    return f"This one carries {config.layout}; each wheel has {wheel}."
+    sites = ", ".join(f"{site.name} {_place(site)}" for site in config.all_sites)
+    return (
+        f"This one carries {config.layout}; each wheel has {wheel}. The structure has {config.plate.plant_modes} modes,"
+        f" of which the controller is designed with {config.plate.design_modes}, and {config.plate.area_density:.4g}"
+        f" kg/m2; the bus has {config.bus.mass:.6g} kg. Sites, in m from the centre of the aperture: {sites}."
+        f" Gyros: {_devices(config.gyros)}. Accelerometers: {_devices(config.accelerometers)}."
+    )
+
+
+def _place(site: Site) -> str:
+    if site.on_bus is None:
+        return f"{site.radius:g} @ {site.angle:g} deg from x"
+    return f"({', '.join(f'{x:g}' for x in site.on_bus)})"
+
+
+def _devices(devices: Sequence[Device]) -> str:
+    """Return sites and axes in the order of the devices: bus +x, +y, +z; site1 +x, +y."""
+    names = {axis: name for name, axis in ALONG.items()}
+    groups: list[tuple[str, list[str]]] = []
+    for device in devices:
+        axis = names.get(device.axis) or f"({', '.join(f'{x:.4g}' for x in device.axis)})"
+        if not groups or groups[-1][0] != device.site:
+            groups.append((device.site, []))
+        groups[-1][1].append(axis)
+    return "; ".join(f"{site} {', '.join(axes)}" for site, axes in groups)

@@ -8,7 +8,7 @@ CONTROLLER = ComponentText(
     title="LQG attitude controller",
     summary="Estimates attitude, rate, deformation and wheel speeds, and commands the torque of every wheel.",
     models=(
-        "A sampled controller of 200 Hz: a Kalman filter with 25 modes and the accelerometers' filters in its model,"
+        "A sampled controller: a Kalman filter with structural modes and the accelerometers' filters in its model,"
         " a linear-quadratic regulator on attitude, rate, modes and wheel speeds, slew guidance, and saturation.",
         "The star tracker has a sample every 20th step only; the gain is periodic: star_tracker.valid marks the new"
         " sample, and the gain of the step follows from how long ago that was.",

@@ -8,10 +8,10 @@ PLANT = ComponentText(
     title="Flexible spacecraft",
     summary="A 30 m segmented telescope structure on a bus, free in space, turned by reaction wheels.",
     models=(
-        "A free rigid body with 25 structural modes and its reaction wheels: translation, attitude, deformation and"
+        "A free rigid body with structural modes and its reaction wheels: translation, attitude, deformation and"
         " wheel spin, fully coupled through the mass matrix. The structure is 60 hexagonal tiles of 2 m side in four"
         " rings around a hexagonal hole whose six corners are fixed to the bus: a Kirchhoff plate in bending,"
-        " discrete Kirchhoff triangles on a mesh of 138 nodes and 216 triangles, mass 4200 kg.",
+        " discrete Kirchhoff triangles on a mesh of 138 nodes and 216 triangles.",
         "Each wheel spins about its own axis on a bearing without friction, unless wheel.friction_torque is set:"
         " dry friction of at most that torque, which brakes the wheel against its mount and then holds it. A large"
         " value models a seized wheel. It may change at any time in a run. The motor torque acts on the wheel and"
@@ -19,9 +19,7 @@ PLANT = ComponentText(
         " body and modes. Motor torque is the input; the wheels do not saturate in speed.",
         "Left out: gravity gradient and other environment (external.force and external.torque are there for it),"
         " in-plane deformation, large deformation, viscous friction, thermal effects.",
-        "Sites in the order of their numbers: the bus at the origin, then ten sites on the structure, radius [m] at"
-        " angle from x [deg]: 6.27 @ 180, 14.176 @ 60, @ 0, @ 180, @ -120, @ -60, @ 120, 6.27 @ 0, 7.66 @ -90, 7.66"
-        " @ 90. Mounts are those of them that carry wheels, in the same order.",
+        "Mounts are the sites that carry wheels, in the order of the sites.",
     ),
     equations=(
         Equation(

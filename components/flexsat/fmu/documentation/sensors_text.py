@@ -16,9 +16,8 @@ SENSORS = ComponentText(
         " and speed, and broadband noise that stands for all other harmonics, held over fast_period. The sum over the"
         " wheels of one mount is given as a force and a torque on that mount, in body axes, to connect to the"
         " plant's inputs of the same names.",
-        "Gyros: bus x, y, z, then x, y at each of the ten sites (23). Accelerometers: bus x, y, z, then z at each"
-        " site (13). One encoder a wheel. Left out: bias, drift, scale factor, misalignment, quantisation, latency,"
-        " outages.",
+        "Gyros and accelerometers are numbered as above. One encoder a wheel. Left out: bias, drift, scale factor,"
+        " misalignment, quantisation, latency, outages.",
     ),
     equations=(
         Equation(
