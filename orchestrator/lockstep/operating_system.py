@@ -266,6 +266,12 @@ def refuses_programs(folder: Path) -> bool:
     return False
 
 
+def only_this_user_writes(folder: Path) -> bool:
+    """Return whether no other user can write into a folder, as far as the system knows users by number."""
+    status = folder.stat()
+    return not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
+
+
 def physical_memory() -> int:
     """Return the memory of this machine [bytes]."""
     return int(psutil.virtual_memory().total)

@@ -58,6 +58,8 @@ def restore_state(name: str, slave: Slave, state: State, exchange: Exchange, tim
     if not isinstance(slave, Stateful):
         raise InputError(f"{name}: cannot restore a state; give --reinitialise {name}")
     if _has_one_file(slave):
+        if FILE not in state:
+            raise FileNotFoundError(f"{FILE} is not among {', '.join(state) or 'its files'}")
         exchange.check(name, "SetFMUstate", time, slave.restore_bytes(state[FILE]))
         return
     folder = temporary / _FOLDER

@@ -21,6 +21,7 @@ from functools import cache
 from pathlib import Path
 from time import perf_counter
 
+from lockstep.operating_system import only_this_user_writes
 from lockstep.tick.structures import LAYOUT, TickOperation, TickState
 
 FOLDER = Path(__file__).parent
@@ -126,11 +127,10 @@ def cache_folder() -> Path | None:
     folder = Path(base, "lockstep")
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        status = folder.stat()
+        if not only_this_user_writes(folder):
+            return None  # what others can write there would run here
     except OSError:
         return None
-    if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
-        return None  # what others can write there would run here
     return folder if os.access(folder, os.W_OK | os.X_OK) else None
 
 
