@@ -114,7 +114,7 @@ def test_options_reach_the_command(callback):
     assert seen["seed"] == 4
     absent = ("out", "stop_time", "record_period", "tick", "shadow", "resume", "restart_from", "pace")
     assert {name: seen[name] for name in absent} == dict.fromkeys(absent)
-    assert (seen["record"], seen["step_size"], seen["overwrite"]) == ((), (), False)
+    assert (seen["record"], seen["step_size"], seen["tick"], seen["overwrite"]) == ((), (), (), False)
 
 
 def test_options_with_any_number_of_values_end_at_the_next_option(callback):
