@@ -112,7 +112,7 @@ def test_options_reach_the_command(callback):
     assert seen["settings"] == ("plant.seed=-1", "b.c=2")
     assert seen["delay"] == ("a:b=3",)
     assert seen["seed"] == 4
-    absent = ("out", "stop_time", "record_period", "tick", "shadow", "resume", "restart_from", "pace")
+    absent = ("out", "stop_time", "record_period", "shadow", "resume", "restart_from", "pace")
     assert {name: seen[name] for name in absent} == dict.fromkeys(absent)
     assert (seen["record"], seen["step_size"], seen["tick"], seen["overwrite"]) == ((), (), (), False)
 
