@@ -216,7 +216,7 @@ def _flown(
 def _slew_limits(controller: Mapping[str, NDArray[Any]], parameters: Mapping[str, Any]) -> dict[str, Array]:
     """Return what the controller plans slews with, as its parameters set it.
 
-    NaN for wheels of unequal limits, and for those that are not along body axes: about each, theirs is not a sum.
+    NaN for wheels of unequal limits, and for those that are not along body axes: their torques about one do not add up.
     """
     unequal = ("wheel.torque_limit_factor", "wheel.speed_band_factor", "wheel.speed_offset", "keep_out.")
     along = "wheel_axis" in controller and np.all(np.count_nonzero(controller["wheel_axis"], axis=1) == 1)

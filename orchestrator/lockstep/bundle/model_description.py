@@ -77,7 +77,7 @@ def _co_simulation(root: ET.Element, contents: Contents) -> None:
 def _units(ports: Iterable[Port]) -> tuple[dict[str, Unit], dict[str, str]]:
     """Return units by the names that they have in the bundle, and the names by port.
 
-    Units of one name that differ are told apart by the component.
+    Units of one name that differ get the name of the component too.
     """
     units: dict[str, Unit] = {}
     names: dict[str, str] = {}
