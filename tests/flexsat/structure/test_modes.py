@@ -9,7 +9,8 @@ from scipy.sparse.linalg import eigsh
 from skfem import Basis, BilinearForm, ElementTriMorley, MeshTri
 from skfem.helpers import dd, ddot, eye, trace
 
-from flexsat.parameters import SITES, Aperture, Plate
+from flexsat.description.built_in import configuration
+from flexsat.parameters import Aperture, Plate
 from flexsat.structure import modes as subject
 from flexsat.structure.kirchhoff_plate import assemble
 from flexsat.structure.mesh import Mesh, record_mesh, refinable_mesh
@@ -173,7 +174,9 @@ def test_rayleigh_damping(of_record):
 
 def test_nodes_of_the_sites(of_record):
     mesh = of_record.mesh
-    for radius, angle in SITES:
+    sites = configuration("distributed").structure_sites
+    assert len(sites) == 10
+    for radius, angle in ((site.radius, site.angle) for site in sites):
         x, y = mesh.nodes[mesh.node_at(radius, angle)]
         assert_allclose([np.hypot(x, y), np.cos(np.arctan2(y, x) - np.radians(angle))], [radius, 1.0], atol=1e-3)
     with pytest.raises(ValueError, match=r"site 5.0 m @ 10.0 deg: no mesh node; nearest is [\d.]+ m off"):

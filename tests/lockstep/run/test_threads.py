@@ -86,7 +86,7 @@ def test_a_thread_that_calls_simulate_keeps_its_cores_during_the_run(good, tmp_p
     looking = threading.Thread(target=look)
     looking.start()
     try:
-        simulate(system(good, 2.0, isolated=True), tmp_path / "out", stop_time=20.0)
+        simulate(system(good, 2.0, isolated=True), tmp_path / "out", stop_time=200.0)
     finally:
         ended.set()
         looking.join()
