@@ -35,7 +35,7 @@ FOLDERS = {
         *("cli", "cli/spacecraft", "cli/options", "report", "report/sections", "figures", "adapt", "studies"),
         *("studies/layouts", "studies/paper", "studies/spillover"),
         *("studies/margins", "studies/health", "studies/robustness", "studies/shadow", "studies/waterfall"),
-        *("studies/spectra", "studies/budget", "runs", "loop", "icd", "html"),
+        *("studies/spectra", "studies/budget", "campaign", "runs", "loop", "icd", "html"),
     ),
 }  # fmt: skip
 
