@@ -35,7 +35,7 @@ FOLDERS = {
         *("cli", "cli/spacecraft", "cli/options", "report", "report/sections", "figures", "adapt", "studies"),
         *("studies/layouts", "studies/paper", "studies/spillover"),
         *("studies/margins", "studies/health", "studies/robustness", "studies/shadow", "studies/waterfall"),
-        *("studies/spectra", "studies/budget", "campaign", "runs", "loop", "icd", "html"),
+        *("studies/spectra", "studies/budget", "campaign", "campaign/statistics", "runs", "loop", "icd", "html"),
     ),
 }  # fmt: skip
 
@@ -73,7 +73,7 @@ ALLOWED = {
         "jinja2": {"html", "report", "icd"},
         "xarray": {"", "runs"},  # "": the package itself
         "pyarrow": {"runs.export"},
-        "scipy": {"runs.export", "studies"},
+        "scipy": {"runs.export", "studies", "campaign"},
     },
 }  # fmt: skip
 # What travels in the FMUs: reached from the shells. numpy alone, but for the one class that pythonfmu calls.

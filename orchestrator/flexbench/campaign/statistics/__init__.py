@@ -1,0 +1,1 @@
+"""Statistics of campaigns: numbers with confidence bounds that assume no distribution."""
