@@ -35,7 +35,8 @@ FOLDERS = {
         *("cli", "cli/spacecraft", "cli/options", "report", "report/sections", "figures", "adapt", "studies"),
         *("studies/layouts", "studies/paper", "studies/spillover"),
         *("studies/margins", "studies/health", "studies/robustness", "studies/shadow", "studies/waterfall"),
-        *("studies/spectra", "studies/budget", "campaign", "campaign/statistics", "runs", "loop", "icd", "html"),
+        *("campaign", "campaign/statistics", "studies/spectra", "studies/budget", "engine", "runs", "loop"),
+        *("icd", "html"),
     ),
 }  # fmt: skip
 
@@ -68,12 +69,13 @@ ALLOWED = {
         "flexsat": "*",
         "lockstep": "*",
         "matplotlib": {"figures"},
-        "rich": {"cli", "studies", "runs.jobs"},
+        "rich": {"cli", "studies", "engine.job_progress", "campaign"},
         "click": {"cli"},
         "jinja2": {"html", "report", "icd"},
         "xarray": {"", "runs"},  # "": the package itself
-        "pyarrow": {"runs.export"},
+        "pyarrow": {"runs.export", "campaign"},
         "scipy": {"runs.export", "studies", "campaign"},
+        "distributed": {"engine.pools"},
     },
 }  # fmt: skip
 # What travels in the FMUs: reached from the shells. numpy alone, but for the one class that pythonfmu calls.

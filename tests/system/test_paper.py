@@ -196,7 +196,7 @@ def test_the_command_builds_and_simulates_both_kinds_of_fmus(short):
 # The first seconds of a run of the study, with the FMUs in Python
 PYTHON_RUN = """
 from flexbench.studies.paper.paper import plan_jobs
-from flexbench.runs.jobs import run_job
+from flexbench.engine.jobs import run_job
 from dataclasses import replace
 fmus, folder, name, duration = given
 jobs = plan_jobs(Path(fmus), Path(folder), ["as_published", "corrected"], [1], duration)

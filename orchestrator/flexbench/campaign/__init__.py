@@ -21,9 +21,11 @@ results.parquet
     `failure` string: "", error (of the run), crash, hang, vanished      `cause` string: one line, "" if completed
     `simulated_time` double [s]      `rows_sha256` string: of the recorded rows
 timings.parquet
-    what differs between two executions: `number`, `attempts` int64, `wall_time` [s], `worker` string, `ended` [s, epoch]
+    what differs between two executions: `number`, `attempts` int64, `wall_time` [s], `worker` string, `ended` [s of the
+    epoch]
 bands.parquet
-    with `histories = "bands"`: `system` string, `signal` string, `time` double [s], `runs` int64, `least`, `pNN`..., `largest`
+    with `histories = "bands"`: `system` string, `signal` string, `time` double [s], `runs` int64, `least`, `pNN`...,
+    `largest`
 runs/N/
     results folders of the runs whose histories are kept, and of `flexsat campaign rerun`
 

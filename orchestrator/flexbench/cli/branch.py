@@ -49,7 +49,7 @@ def branch(
     from lockstep.checkpoint.file import read_checkpoint
     from lockstep.system.clock import seconds
 
-    from ..runs.branches import run_branches, varied
+    from ..engine.branches import run_branches, varied
     from ..runs.study_folder import study_folder
 
     with study_folder(out, "branch") as folder:

@@ -60,7 +60,7 @@ CALLS = {
     ),
     "branch": (
         ("branch", "t=1.ckpt", "--vary", "a.x", "1"),
-        "flexbench.runs.branches:run_branches",
+        "flexbench.engine.branches:run_branches",
         (),
         {
             "--vary": (("b.y", "5", "6"), "'b.y': '6'"),

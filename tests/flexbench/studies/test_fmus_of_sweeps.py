@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from flexbench.cli.parser import PROGRAM
+from flexbench.engine.jobs import run_job
 from flexbench.loop.fmu_choice import kind_of
-from flexbench.runs.jobs import run_job
 from flexbench.studies.budget import split
 from flexbench.studies.budget.evaluate import Windows
 from flexbench.studies.health import study as health

@@ -1,9 +1,9 @@
-"""Many branches of one checkpoint, in parallel processes: `flexbench.runs.branches`."""
+"""Many branches of one checkpoint, in parallel processes: `flexbench.engine.branches`."""
 
 import numpy as np
 import pytest
 
-from flexbench.runs.branches import run_branches
+from flexbench.engine.branches import run_branches
 from lockstep import InputError, load_system, read_signals, simulate
 from lockstep.checkpoint.file import read_checkpoint
 from lockstep.checkpoint.restart import Restart

@@ -24,10 +24,10 @@ from flexsat.parameters import ARCSECOND
 from flexsat.runtime.rotations import error_rotation, mrp_from_quaternion, quaternion_from_rotation_vector
 from lockstep import InputError, load_system
 
+from ...engine.jobs import Job, run_jobs
 from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...runs import histories
 from ...runs.flown_design import planned_slew
-from ...runs.jobs import Job, run_jobs
 from ...runs.json_file import read_table, write_json
 from ...runs.run_folder import Run, read_run
 from .evaluate import INDICES, LEVELS, Budget, ErrorHistory, Windows, compute_budget, since_default, steady_error

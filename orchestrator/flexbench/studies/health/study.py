@@ -8,8 +8,8 @@ from typing import Any
 
 from lockstep import InputError, load_system
 
+from ...engine.jobs import Job, run_jobs
 from ...loop.fmu_choice import Report, choose_fmus, silent
-from ...runs.jobs import Job, run_jobs
 from ...runs.json_file import write_json
 from ...runs.run_folder import read_run
 from .analysis import SETTLED, Health, analyse

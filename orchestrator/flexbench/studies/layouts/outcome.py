@@ -10,9 +10,9 @@ from flexsat.parameters import ARCSECOND, ConfigurationName
 from lockstep import Signals
 from lockstep.results.read_run_record import read_run_record
 
+from ...engine.jobs import Finished
 from ...loop.scenarios import ScenarioName
 from ...runs import histories
-from ...runs.jobs import Finished
 from ...runs.loop_monitor import found_lines
 from ...runs.loop_numbers import QUANTITIES as LOOP_QUANTITIES
 from ...runs.loop_numbers import LoopNumbers, numbers_of, settling_band

@@ -11,10 +11,10 @@ from lockstep import InputError, load_system
 from lockstep.operating_system import available_cores
 from lockstep.plan.plan import Plan as RunPlan
 
+from ...engine.jobs import Job, run_jobs
 from ...loop.feasibility import needs_of
 from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
-from ...runs.jobs import Job, run_jobs
 from .outcome import RECORD, measure
 from .plan import Comparison, Plan
 from .result_file import write_result

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from lockstep.results.read_run_record import read_run_record
 
+from ...engine.jobs import Job, run_jobs
 from ...loop.equivalence import Difference, compare_folders
-from ...runs.jobs import Job, run_jobs
 from ...runs.json_file import read_table, write_json
 from .paper import plan_jobs
 from .published import Variant

@@ -10,8 +10,8 @@ from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
 from lockstep.results.read_run_record import read_run_record
 
+from ...engine.jobs import Job, run_jobs
 from ...loop.scenarios import SCENARIOS, ScenarioName, Value, scalar_overrides, scenario_parameters
-from ...runs.jobs import Job, run_jobs
 from .published import Variant
 from .table import Key, Results, as_csv, as_json, as_markdown, as_text
 

@@ -11,10 +11,10 @@ import numpy as np
 from flexsat.parameters import ARCSECOND, DEFAULT_DESIGN, ConfigurationName, ControllerDesign
 from lockstep import InputError, Signals, load_system
 
+from ...engine.jobs import Job, run_jobs
 from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...loop.scenarios import ScenarioName, Value, scalar_overrides, scenario_parameters
 from ...runs import histories
-from ...runs.jobs import Job, run_jobs
 from ...runs.json_file import write_json
 from ...runs.metrics import root_mean_square
 from ...runs.run_folder import Run, read_run

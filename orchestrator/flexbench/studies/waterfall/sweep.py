@@ -19,10 +19,10 @@ from flexsat.design.chain import Design
 from flexsat.parameters import RPM
 from lockstep import InputError, load_system, read_signals
 
+from ...engine.jobs import Job, run_jobs
 from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...loop.loop_parts import loop_parts
 from ...loop.spacecraft import designs_for
-from ...runs.jobs import Job, run_jobs
 from ...runs.json_file import read_table, write_json
 from ..spectra.welch import estimate, noise_bandwidth
 from .campbell import imbalance_deformation, modal_frequencies

@@ -6,8 +6,8 @@ import json
 import pytest
 
 from flexbench.cli.parser import main
+from flexbench.engine.jobs import Finished, run_job
 from flexbench.runs import histories
-from flexbench.runs.jobs import Finished, run_job
 from flexbench.runs.metrics import root_mean_square
 from flexbench.runs.metrics_file import evaluate
 from flexbench.studies.layouts import study

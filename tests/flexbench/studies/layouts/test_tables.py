@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from flexbench.runs.jobs import Finished, Job
+from flexbench.engine.jobs import Finished, Job
 from flexbench.runs.windows import Window
 from flexbench.studies.layouts.outcome import QUANTITIES, growing, lost_by, measure
 from flexbench.studies.layouts.result_file import as_csv, as_json, as_text

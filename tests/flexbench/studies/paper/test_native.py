@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 from flexbench.cli.parser import main
+from flexbench.engine.jobs import run_job
 from flexbench.html.document import Paragraph, Table
 from flexbench.loop.equivalence import Difference
 from flexbench.report import paper_pages
 from flexbench.report.study_table import study_table
-from flexbench.runs.jobs import run_job
 from flexbench.studies.paper import native as module
 from flexbench.studies.paper import paper
 from flexbench.studies.paper.native import FILE, TOLERANCE, NativeRun, NativeStudy, read_native, write_native

@@ -2,7 +2,7 @@
 
 import pytest
 
-from flexbench.runs.branches import varied
+from flexbench.engine.branches import varied
 from lockstep import InputError
 
 

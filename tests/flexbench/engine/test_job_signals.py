@@ -9,7 +9,7 @@ import tomllib
 
 import pytest
 
-from flexbench.runs.jobs import Job, run_job, run_jobs
+from flexbench.engine.jobs import Job, run_job, run_jobs
 from fmus.wanderer.wanderer import wanderer
 from lockstep import Component, InputError, System, read_signals, write_ssd
 from lockstep.interrupt import Stopped, ended_by_signals

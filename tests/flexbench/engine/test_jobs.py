@@ -6,10 +6,12 @@ import os
 import subprocess
 from pathlib import Path
 
+import psutil
 import pytest
 
-from flexbench.runs import jobs as jobs_module
-from flexbench.runs.jobs import Job, run_jobs
+from flexbench.engine import jobs as jobs_module
+from flexbench.engine.job_progress import show_jobs
+from flexbench.engine.jobs import Job, run_jobs
 from lockstep import InputError, RunError
 
 
@@ -50,15 +52,16 @@ def test_results_are_in_the_order_of_the_jobs():
 
 
 @pytest.mark.usefixtures("shell")
-def test_each_job_runs_in_its_own_process():
+def test_jobs_share_processes_that_live_on():
     pids = run_jobs([Shell(f"echo $PPID {k}") for k in range(3)], processes=1)
 
-    assert len({text.split()[0] for text in pids}) == 3
+    assert len({text.split()[0] for text in pids}) == 1
+    assert not psutil.pid_exists(int(pids[0].split()[0]))
 
 
 @pytest.mark.usefixtures("shell")
 def test_dead_process_is_reported_by_the_name_of_its_job():
-    with pytest.raises(RunError, match=r"^fatal: its process died; run it alone with `flexsat run` to see why$"):
+    with pytest.raises(RunError, match=r"^fatal: its process ended with exit code 3, twice; run it alone"):
         run_jobs([Deadly("echo fatal")], processes=1)
 
 
@@ -95,7 +98,7 @@ def test_title_of_a_job_is_the_name_of_its_folder(tmp_path: Path):
 
 
 def test_progress_without_terminal_is_one_line_for_each_finished_run(capsys):
-    with jobs_module._show(["a", "b"]) as show:
+    with show_jobs(["a", "b"]) as show:
         for title, simulated in (("a", 1.0), ("b", 2.0), ("a", 3.0), ("a", 3.0), ("b", 3.0)):
             show(title, simulated, 3.0)
 

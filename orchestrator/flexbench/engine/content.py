@@ -1,0 +1,94 @@
+"""Files by their content: what a task needs is named by SHA-256, and reaches each machine once."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from lockstep.errors import InputError
+
+_FOLDER = "flexsat-files"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, order=True)
+class File:
+    """A file by its content. The suffix is kept, as readers go by it."""
+
+    digest: str
+    suffix: str
+
+    @property
+    def name(self) -> str:
+        """Name of the file in a store."""
+        return self.digest + self.suffix
+
+
+def digest_of(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def put(path: Path, store: Path) -> File:
+    """Copy a file into a store, unless it is there; return its name there. InputError if it cannot be read."""
+    try:
+        file = File(digest=digest_of(path), suffix=path.suffix)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    if not (store / file.name).is_file():
+        store.mkdir(parents=True, exist_ok=True)
+        _whole(store / file.name, path)
+    return file
+
+
+def _whole(target: Path, source: Path) -> None:
+    partial = target.with_name(f".{target.name}-{os.getpid()}")
+    try:
+        shutil.copyfile(source, partial)
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def found(files: Iterable[File], shared: Path | None) -> dict[File, Path]:
+    """Return where files are on this machine: in the store of the campaign, if it can be seen, or in this one's own."""
+    places = [*([] if shared is None else [shared]), _own()]
+    return {file: place / file.name for file in files for place in reversed(places) if _holds(place / file.name, file)}
+
+
+def receive(contents: Mapping[File, bytes]) -> None:
+    """Keep files in the store of this machine."""
+    for file, content in contents.items():
+        folder = _own()
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        partial = folder / f".{file.name}-{os.getpid()}"
+        partial.write_bytes(content)
+        partial.replace(folder / file.name)
+
+
+def _own() -> Path:
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    return Path(tempfile.gettempdir(), f"{_FOLDER}-{user}")
+
+
+def _holds(path: Path, file: File) -> bool:
+    """Return whether a file is there with its content; looked at again only where it has changed."""
+    try:
+        state = path.stat()
+    except OSError:
+        return False
+    return _digest_then(path, state.st_mtime_ns, state.st_size) == file.digest
+
+
+@lru_cache(256)
+def _digest_then(path: Path, _changed: int, _size: int) -> str:
+    try:
+        return digest_of(path)
+    except OSError:
+        return ""
