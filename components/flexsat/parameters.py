@@ -26,6 +26,10 @@ FINE_ERROR = Range(minimum=0.0, maximum=60.0 * ARCSECOND)  # rad; six times the 
 TURN = Range(minimum=-2.0 * math.pi, maximum=2.0 * math.pi)  # rad
 
 ModeChoice = Literal["frequency", "coupling"]
+MeshKind = Literal["record", "tiles"]
+MESH_KINDS: tuple[MeshKind, ...] = ("record", "tiles")
+Support = Literal["vertices", "edge"]
+SUPPORTS: tuple[Support, ...] = ("vertices", "edge")
 MODE_CHOICES: tuple[ModeChoice, ...] = ("frequency", "coupling")
 CONTROLLER_DESIGNS: tuple[ControllerDesign, ...] = ("published", "robust")
 
@@ -40,10 +44,23 @@ class Aperture:
     """The segmented aperture: hexagonal tiles in rings round a hexagonal hole of the same size."""
 
     tile_side: Annotated[float, "m", POSITIVE] = 2.0  # P, section 5
-    rings: Annotated[int, "1", POSITIVE] = 4  # P: 60 tiles
+    rings: Annotated[int, "1", Range(minimum=1, maximum=20)] = 4  # P: 60 tiles
+    mesh: MeshKind = "record"  # of the paper's aperture alone; "tiles": six triangles a tile, of any aperture
+    refinements: Annotated[int, "1", Range(minimum=0, maximum=4)] = 0  # of "tiles": each splits triangles in four
+    support: Support = "vertices"  # what of the hole's edge is clamped to the bus: its six corners, or all of it
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        if self.mesh not in MESH_KINDS or self.support not in SUPPORTS:
+            raise ValueError(
+                f"Aperture.mesh must be one of {', '.join(MESH_KINDS)}, and support one of {', '.join(SUPPORTS)}; got"
+                f" {self.mesh!r} and {self.support!r}"
+            )
+        if self.mesh == "record" and ((self.tile_side, self.rings) != (2.0, 4) or self.refinements):
+            raise ValueError(
+                'Aperture.mesh: "record" is made for tiles of 2.0 m in 4 rings without refinements, got'
+                f' {self.tile_side} m in {self.rings} with {self.refinements}; write mesh = "tiles"'
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,25 +72,32 @@ class Plate:
     area_density: Annotated[float, "kg/m2", POSITIVE] = 4200.0 / (360.0 * math.sqrt(3.0))  # P: 4200 kg over 60 hexagons
     damping_ratio: Annotated[float, "1", Range(minimum=0.0, below=1.0)] = 0.005  # P: Rayleigh, at both frequencies
     damping_frequencies: Annotated[tuple[float, float], "Hz", POSITIVE] = (0.5, 10.0)  # C
-    plant_modes: Annotated[int, "1", POSITIVE] = ALL_MODES  # the lowest, of what is simulated
-    design_modes: Annotated[int, "1", POSITIVE] = PUBLISHED_MODES  # that the controller is designed with
-    design_modes_by: ModeChoice = "frequency"  # which: the lowest, as in C, or those most coupled to rigid motion (P)
 
     def __post_init__(self) -> None:
         check_ranges(self)
-        if self.design_modes > self.plant_modes:
-            raise ValueError(
-                f"Plate.design_modes must be at most plant_modes ({self.plant_modes}), got {self.design_modes}"
-            )
-        if self.design_modes_by not in MODE_CHOICES:
-            known = ", ".join(MODE_CHOICES)
-            raise ValueError(f"Plate.design_modes_by must be one of {known}, got {self.design_modes_by!r}")
 
     def rayleigh(self) -> tuple[float, float]:
         """Return beta_M [1/s] and beta_K [s] of F = beta_M I + beta_K K: 2 zeta w_i = beta_M + beta_K w_i^2."""
         low, high = (2.0 * math.pi * f for f in self.damping_frequencies)
         beta_k = 2.0 * self.damping_ratio / (low + high)
         return beta_k * low * high, beta_k
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Modes:
+    """How many modes of the structure the plant has, and which of them the controller is designed with."""
+
+    plant: Annotated[int, "1", POSITIVE] = ALL_MODES  # the lowest, of what is simulated
+    design: Annotated[int, "1", POSITIVE] = PUBLISHED_MODES  # that the controller is designed with
+    design_by: ModeChoice = "frequency"  # which: the lowest, as in C, or those most coupled to rigid motion (P)
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        if self.design > self.plant:
+            raise ValueError(f"Modes.design must be at most plant ({self.plant}), got {self.design}")
+        if self.design_by not in MODE_CHOICES:
+            known = ", ".join(MODE_CHOICES)
+            raise ValueError(f"Modes.design_by must be one of {known}, got {self.design_by!r}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,8 +19,7 @@ from flexbench.report import study_sections, write_report
 from flexbench.runs.histories import pointing_error
 from flexsat.description.built_in import configuration
 from flexsat.parameters import ARCSECOND
-from flexsat.structure.mesh import record_mesh
-from flexsat.structure.modes import build_structure
+from flexsat.spacecraft.flexible import structure_of
 from lockstep import Component, System, read_signals, write_ssd
 
 ROOT = Path(__file__).parents[2]
@@ -148,7 +147,7 @@ def test_slider_shows_the_recorded_deflection(page_file, open_page, runs):
     page = open_page(page_file, WIDE)
     signals = read_signals(runs / "distributed-slew", ["plant.modal.displacement"])
     config = configuration("distributed")
-    shape = build_structure(record_mesh(config.aperture), config.plate).shape[::3]
+    shape = structure_of(config).deflection[:, 2]
     scene, slider = page.locator("#scene"), page.locator("#frame")
     frames = int(slider.get_attribute("max")) + 1
     rows = -(-len(signals.time) // frames)  # between two frames

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 from ..controller_weights import ConfigurationName, Weights
-from ..parameters import Aperture, Plate, Rates, SensorNoise, Slew, SpeedSelection, Wheel
+from ..parameters import Aperture, Modes, Plate, Rates, SensorNoise, Slew, SpeedSelection, Wheel
+from .appendage import Appendage
 from .placement import BUS, Bus, Device, Site, Vector
 
 NAME = re.compile(r"[a-z][a-z0-9_]*")  # a folder of fmus/, and a part of the models' names
@@ -41,8 +42,10 @@ class Configuration:
     gyros: tuple[Device, ...]
     accelerometers: tuple[Device, ...]
     bus: Bus = field(default_factory=Bus)
-    aperture: Aperture = field(default_factory=Aperture)
+    aperture: Aperture | None = field(default_factory=Aperture)  # None: there is none
     plate: Plate = field(default_factory=Plate)
+    appendages: tuple[Appendage, ...] = ()
+    modes: Modes = field(default_factory=Modes)
     noise: SensorNoise = field(default_factory=SensorNoise)
     rates: Rates = field(default_factory=Rates)
     slew: Slew = field(default_factory=Slew)
@@ -55,6 +58,14 @@ class Configuration:
         for name in names:
             if name == BUS or names.count(name) > 1:
                 raise ValueError(f"Configuration.sites: two sites are called {name!r}; give each a name of its own")
+        if self.aperture is None and not self.appendages:
+            raise ValueError(
+                "Configuration.appendages: there is neither an aperture nor an appendage; give one of them"
+            )
+        called = [one.name for one in self.appendages]
+        for name in called:
+            if called.count(name) > 1:
+                raise ValueError(f"Configuration.appendages: two are called {name!r}; give each a name of its own")
         for kind in ("wheels", "gyros", "accelerometers"):
             self._check_devices(kind)
         axes = [device.axis for device in self.wheels]
@@ -64,10 +75,10 @@ class Configuration:
                 " lie in no plane are needed"
             )
         for sensor in self.accelerometers:
-            if self.site(sensor.site).on_bus is None and abs(sensor.axis[2]) < 1.0:
+            if self.site(sensor.site).on_plate and abs(sensor.axis[2]) < 1.0:
                 raise ValueError(
                     f"Configuration.accelerometers: the one at {sensor.site} senses along {sensor.axis}; on the"
-                    " structure, which moves along z, they sense along +z or -z"
+                    " aperture, which moves along z, they sense along +z or -z"
                 )
         if self.release is not None:
             known = sorted(site.name for site in self.structure_sites)

@@ -1,33 +1,58 @@
-"""Refuse a spacecraft's file whose structure has no mesh, too few modes, or no node at a site."""
+"""Refuse a spacecraft's file that asks for more modes than its structure has, or for nodes that it lacks."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from ..parameters import Aperture, Plate
-from ..structure.mesh import record_mesh
-from ..structure.modes import clamped_dofs
+from ..parameters import Aperture, Modes
+from ..structure.mesh import Mesh, mesh_of
+from ..structure.modes import mode_limit
+from .appendage import Appendage
+from .fields import make, read_fields
 from .placement import Site
-from .source import Source
-
-FREEDOMS = 3  # of a node
+from .source import Source, meant
 
 
-def check_structure(source: Source, values: dict[str, Any], sites: tuple[Site, ...]) -> None:
-    """Compare what a file says of aperture, plate and sites with the mesh; raise SpacecraftFileError."""
-    try:
-        mesh = record_mesh(values.get("aperture", Aperture()))
-    except ValueError:
-        source.refuse(["aperture"], "there is a mesh for tiles of 2 m side in 4 rings only; leave the table out")
-    plate: Plate = values.get("plate", Plate())
-    most = FREEDOMS * len(mesh.nodes) - len(clamped_dofs(mesh, "vertices"))
-    if plate.plant_modes > most:
-        source.refuse(["plate", "plant_modes"], f"must be at most {most}, the modes of the mesh", plate.plant_modes)
+def read_modes(source: Source, table: Any, aperture: Aperture | None, appendages: Sequence[Appendage]) -> Modes:
+    """Return the numbers of modes; what is left out is that of the paper's spacecraft, or what there is.
+
+    Raises
+    ------
+    SpacecraftFileError
+        For more modes than aperture and appendages have.
+    """
+    values = read_fields(source, table, ["modes"], Modes)
+    most = sum(min(one.modes, one.structure.mode_count) for one in appendages)
+    most += 0 if aperture is None else mode_limit(aperture)
+    if values.setdefault("plant", min(Modes().plant, most)) > most:
+        source.refuse(["modes", "plant"], f"must be at most {most}, the modes of the structure", values["plant"])
+    values.setdefault("design", min(Modes().design, values["plant"]))
+    return make(source, ["modes"], Modes, values)
+
+
+def check_nodes(
+    source: Source, sites: Sequence[Site], aperture: Aperture | None, appendages: Sequence[Appendage]
+) -> None:
+    """Refuse sites that are no nodes of the structure; raise SpacecraftFileError."""
+    names = [f"{one.name}.{name}" for one in appendages for name in one.structure.names]
+    mesh = None if aperture is None else mesh_of(aperture)
     for site in sites:
-        if site.on_bus is None:
-            try:
-                mesh.node_at(site.radius, site.angle)
-            except ValueError as error:
-                why = str(error).partition(": ")[2]
-                source.refuse(["sites", site.name], f"{site.radius:g} m at {site.angle:g} deg: {why}; sites of the"
-                              " structure are nodes of its mesh, see the built-in spacecraft")  # fmt: skip
+        if site.node and site.node not in names:
+            some = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
+            source.refuse(["sites", site.name, "node"], f"no such node; there are {some or 'none'}"
+                          f"{meant(site.node, names)}", site.node)  # fmt: skip
+        if site.on_plate:
+            _check_polar(source, site, mesh)
+
+
+def _check_polar(source: Source, site: Site, mesh: Mesh | None) -> None:
+    if mesh is None:
+        source.refuse(["sites", site.name], "radius and angle are of a node of the aperture, and there is none; write"
+                      ' node = "appendage.node"')  # fmt: skip
+    try:
+        mesh.node_at(site.radius, site.angle)
+    except ValueError as error:
+        why = str(error).partition(": ")[2]
+        source.refuse(["sites", site.name], f"{site.radius:g} m at {site.angle:g} deg: {why}; sites of the"
+                      " structure are nodes of its mesh, see the built-in spacecraft")  # fmt: skip

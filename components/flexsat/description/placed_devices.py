@@ -27,10 +27,9 @@ def read_sites(source: Source, table: Any) -> tuple[Site, ...]:
         values = read_fields(source, entry, keys, Site, without=("name", "on_bus"), also=("on_bus",))
         if "on_bus" in entry:
             values["on_bus"] = _vector(source, entry["on_bus"], [*keys, "on_bus"], "m")
-        elif "radius" not in values:
-            source.refuse(
-                keys, "has no place; write radius and angle of a node of the structure, or on_bus = [x, y, z]"
-            )
+        elif "radius" not in values and "node" not in values:
+            source.refuse(keys, "has no place; write radius and angle of a node of the aperture, node of an appendage,"
+                          " or on_bus = [x, y, z]")  # fmt: skip
         found.append(make(source, keys, Site, {**values, "name": name}))
     return tuple(found)
 
@@ -54,11 +53,12 @@ def read_devices(source: Source, entries: Any, kind: str, sites: tuple[Site, ...
         axes = entry["axes"]
         if not isinstance(axes, list) or not axes:
             source.refuse([*keys, "axes"], 'must be a list such as ["+x", [1, 1, 1]]', axes)
-        found += [Device(site=site, axis=_axis(source, a, [*keys, "axes", k])) for k, a in enumerate(axes)]
+        found += [Device(site=site, axis=read_axis(source, a, [*keys, "axes", k])) for k, a in enumerate(axes)]
     return tuple(found)
 
 
-def _axis(source: Source, value: Any, keys: list[Key]) -> Vector:
+def read_axis(source: Source, value: Any, keys: list[Key]) -> Vector:
+    """Return the unit vector of an axis: a text such as "+x", or a direction; raise SpacecraftFileError."""
     if isinstance(value, str):
         if value not in ALONG:
             source.refuse(keys, f"must be {', '.join(ALONG)}, or a direction such as [1, 1, 1]", value)

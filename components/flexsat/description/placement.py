@@ -28,7 +28,7 @@ TRIANGLE = 1e-9  # of the largest moment of inertia: rounding of a plane or slen
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Site:
-    """A place for devices: a node of the structure at a polar position, or a point of the rigid bus.
+    """A place for devices: a node of the aperture at a polar position, one of an appendage, or a point of the bus.
 
     Positions are from the centre of the aperture, in body axes.
     """
@@ -37,11 +37,19 @@ class Site:
     radius: Annotated[float, "m", NOT_NEGATIVE] = 0.0
     angle: Annotated[float, "deg", Range(minimum=-360.0, maximum=360.0)] = 0.0  # from body x; as files of sites give it
     on_bus: Annotated[Vector, "m"] | None = None  # None: on the structure
+    node: str = ""  # of an appendage, as appendage.node
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        if self.node and (self.radius or self.angle or self.on_bus is not None):
+            raise ValueError("Site.node is a node of an appendage: leave out radius, angle and on_bus, or leave it out")
         if self.on_bus is not None and (self.radius or self.angle):
             raise ValueError("Site.on_bus is a position on the bus: leave out radius and angle, or leave out on_bus")
+
+    @property
+    def on_plate(self) -> bool:
+        """Whether it is a node of the aperture."""
+        return self.on_bus is None and not self.node
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -20,9 +20,10 @@ from ..parameters import (
     SpeedSelection,
     Wheel,
 )
+from .appendage_tables import read_appendages
 from .configuration import Configuration, Release, check_name
 from .fields import make, read_fields, refuse_as
-from .nodes import check_structure
+from .nodes import check_nodes, read_modes
 from .placed_devices import read_devices, read_sites
 from .placement import Bus, Site
 from .source import Source
@@ -33,7 +34,20 @@ DENSITY = "/rtHz"  # ends the unit of a noise density
 _TABLES: Mapping[str, type] = {"aperture": Aperture, "plate": Plate, "rates": Rates, "slew": Slew,
                                "speeds": SpeedSelection}  # fmt: skip
 _DEVICES = ("wheels", "gyros", "accelerometers")
-KEYS = ("name", "layout", *_DEVICES, "sites", "bus", "wheel", *_TABLES, "noise", "controller", "as_published")
+KEYS = (
+    "name",
+    "layout",
+    *_DEVICES,
+    "sites",
+    "bus",
+    "wheel",
+    *_TABLES,
+    "modes",
+    "appendages",
+    "noise",
+    "controller",
+    "as_published",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +56,7 @@ class SpacecraftFile:
 
     text: str
     configurations: Mapping[ControllerDesign, Configuration]
+    files: Mapping[str, bytes] = field(default_factory=dict)  # the modal files that it names, by their own names
 
     @property
     def name(self) -> str:
@@ -63,11 +78,11 @@ def read_spacecraft(path: Path) -> SpacecraftFile:
         ) from None
     except UnicodeDecodeError as error:
         raise SpacecraftFileError(f"{path}: not UTF-8 at byte {error.start}; a spacecraft's file is TOML") from None
-    return parse_spacecraft(text, path.name)
+    return parse_spacecraft(text, path.name, path.parent)
 
 
-def parse_spacecraft(text: str, name: str) -> SpacecraftFile:
-    """Return the spacecraft of a file's text; `name` stands for the file in messages."""
+def parse_spacecraft(text: str, name: str, folder: Path = Path()) -> SpacecraftFile:
+    """Return the spacecraft of a file's text; `name` stands for the file in messages, `folder` has its modal files."""
     source = Source(name=name, text=text)
     tables = source.tables()
     source.check_keys(tables, [], KEYS)
@@ -78,7 +93,12 @@ def parse_spacecraft(text: str, name: str) -> SpacecraftFile:
     if "bus" in tables:
         values["bus"] = _bus(source, tables["bus"])
     sites = read_sites(source, tables.get("sites", {}))
-    check_structure(source, values, sites)
+    values["appendages"], files = read_appendages(source, tables.get("appendages", []), folder)
+    if values["appendages"] and "aperture" not in tables and "plate" not in tables:
+        values["aperture"] = None  # what is given is all that is flexible
+    aperture = values.setdefault("aperture", Aperture())
+    values["modes"] = read_modes(source, tables.get("modes", {}), aperture, values["appendages"])
+    check_nodes(source, sites, aperture, values["appendages"])
     for kind in _DEVICES:
         if kind not in tables:
             source.refuse([kind], "is missing; write for example"
@@ -96,6 +116,7 @@ def parse_spacecraft(text: str, name: str) -> SpacecraftFile:
     weights = _weights(source, tables.get("controller", {}))
     return SpacecraftFile(
         text=text,
+        files=files,
         configurations={
             design: make(source, [], Configuration, {**common, "weights": weights[design]})
             for design in CONTROLLER_DESIGNS

@@ -55,7 +55,7 @@ class Design:
     @property
     def known_modes(self) -> Index:
         """Which of the plant's modes the controller is designed with, in its order; from 0."""
-        return np.arange(self.structure.mode_count)[modes_of_design(self.structure, self.config.plate)]
+        return np.arange(self.structure.mode_count)[modes_of_design(self.structure, self.config.modes)]
 
 
 def without_rounding(mass: Array) -> Array:
@@ -139,7 +139,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         raise ValueError(f"as_published: {config.name} has no published release; it flies without it")
     release = config.release if as_published else None
     structure, response = _structure(replace(config, weights=Weights()), as_published)
-    spacecraft = keep_modes(structure, modes_of_design(structure, config.plate))
+    spacecraft = keep_modes(structure, modes_of_design(structure, config.modes))
     noise, period = config.noise, config.rates.controller
     model = linearise(spacecraft, response.nominal, noise.filter_frequency)
     regulator = design_regulator(spacecraft, model, config.weights, period)

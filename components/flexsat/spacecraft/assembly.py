@@ -19,8 +19,9 @@ from ..description.placement import ALONG, Device, Site
 from ..fixed_order import product
 from ..parameters import ConfigurationName, Wheel
 from ..runtime.rotations import skew
-from ..structure.mesh import polar, record_mesh
-from ..structure.modes import Structure, build_structure
+from ..structure.mesh import polar
+from ..structure.structure import Structure
+from .flexible import node_of, structure_of
 from .rigid_bus import join
 
 
@@ -45,6 +46,7 @@ class Spacecraft:
 
     name: ConfigurationName
     mass: float  # kg
+    centre: Array  # (3,) of mass at rest, from the origin [m]
     inertia: Array  # (3, 3) [kg.m2] about the centre of mass
     frequency: Array  # (m,) [rad/s]
     damping: Array  # (m,) [1/s]
@@ -165,23 +167,27 @@ def _points(structure: Structure, config: Configuration, placed: Sequence[Device
         rows = zip(on_structure, config.release.mode_rows, strict=True)
         moved = {site.name: config.site(row) for site, row in rows}
     used = {device.site for device in placed}
-    nodes = {name: structure.mesh.node_at(site.radius, site.angle) for name, site in moved.items() if name in used}
+    nodes = {name: node_of(structure, site) for name, site in moved.items() if name in used}
     sites = [config.site(device.site) for device in placed]
     return Points(
-        position=np.array([position_of(site) for site in sites]),
+        position=np.array([position_of(structure, site) for site in sites]),
         axis=np.array([device.axis for device in placed]),
         slope=np.array([structure.slope_at(nodes[s.name]) if s.name in nodes else modes for s in sites]),
         deflection=np.array([structure.deflection_at(nodes[s.name]) if s.name in nodes else modes for s in sites]),
     )
 
 
-def position_of(site: Site) -> Array:
+def position_of(structure: Structure, site: Site) -> Array:
     """Return the position of a site from the centre of the aperture, (3,) [m], body axes."""
-    return np.append(polar(site.radius, site.angle), 0.0) if site.on_bus is None else np.array(site.on_bus)
+    if site.on_bus is not None:
+        return np.array(site.on_bus)
+    if site.node:
+        return np.array(structure.position[node_of(structure, site)])
+    return np.append(polar(site.radius, site.angle), 0.0)
 
 
 def build_spacecraft(config: Configuration, as_published: bool = False) -> Spacecraft:
-    """Place the devices of a configuration on the structure with the mesh of record, and add the bus.
+    """Place the devices of a configuration on its structure, and add the bus.
 
     Parameters
     ----------
@@ -191,9 +197,9 @@ def build_spacecraft(config: Configuration, as_published: bool = False) -> Space
     Raises
     ------
     ValueError
-        For a site without a node of the mesh.
+        For a site without a node of the structure.
     """
-    structure = build_structure(record_mesh(config.aperture), config.plate)
+    structure = structure_of(config)
     whole = join(structure, config.bus)
     wheels, gyros, accelerometers = (
         _points(structure, config, placed, as_published)
@@ -206,6 +212,7 @@ def build_spacecraft(config: Configuration, as_published: bool = False) -> Space
     return Spacecraft(
         name=config.name,
         mass=whole.mass,
+        centre=whole.centre,
         inertia=whole.inertia,
         frequency=structure.frequency,
         damping=structure.damping,

@@ -10,7 +10,7 @@ from ..arrays import Array
 from ..description.placement import Bus
 from ..fixed_order import product
 from ..runtime.rotations import skew
-from ..structure.modes import Structure
+from ..structure.structure import Structure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,12 +24,12 @@ class Whole:
 
 
 def join(structure: Structure, bus: Bus) -> Whole:
-    """Return structure and bus as one body. The structure's own centre of mass is that of the aperture, by symmetry.
+    """Return structure and bus as one body.
 
     With c the centre of mass of the whole, the moment of the modes' momentum about it is L_w - c x L_v, and the inertia
     about it follows by Steiner's theorem.
     """
-    if bus.mass == 0.0:
+    if bus.mass == 0.0 and not np.any(structure.first_moment):
         return Whole(
             mass=structure.total_mass,
             centre=np.zeros(3),
@@ -38,7 +38,7 @@ def join(structure: Structure, bus: Bus) -> Whole:
         )
     own, place = bus.inertia_matrix, np.array(bus.centre_of_mass)
     mass = structure.total_mass + bus.mass
-    centre = bus.mass * place / mass
+    centre = (bus.mass * place + structure.first_moment) / mass
     inertia = structure.inertia + own + bus.mass * _of_point(place) - mass * _of_point(centre)
     return Whole(
         mass=mass,

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..description.configuration import Configuration
-from ..parameters import Plate
+from ..parameters import Modes
 from .assembly import Points, Spacecraft, build_spacecraft
 
 
@@ -33,21 +33,21 @@ class ModelErrors:
 
 def with_modes(config: Configuration, count: int) -> Configuration:
     """Return the configuration with a plant of the lowest `count` modes, and a controller that knows no more."""
-    known = min(count, config.plate.design_modes)
-    return replace(config, plate=replace(config.plate, plant_modes=count, design_modes=known))
+    known = min(count, config.modes.design)
+    return replace(config, modes=replace(config.modes, plant=count, design=known))
 
 
-def modes_of_design(spacecraft: Spacecraft, plate: Plate) -> slice | list[int]:
+def modes_of_design(spacecraft: Spacecraft, modes: Modes) -> slice | list[int]:
     """Return the modes that the controller is designed with: the lowest, or those most coupled to rigid motion.
 
     The coupling of a mode is the share of the spacecraft's mass and moments of inertia that moves with it: what it
     adds to a force or torque that accelerates the whole spacecraft.
     """
-    if plate.design_modes_by == "frequency":
-        return slice(plate.design_modes)
+    if modes.design_by == "frequency":
+        return slice(modes.design)
     share = np.sum(spacecraft.translation**2, axis=0) / spacecraft.mass
     share = share + np.sum(spacecraft.rotation**2 / np.diag(spacecraft.inertia)[:, None], axis=0)
-    strongest = np.argsort(-share, kind="stable")[: plate.design_modes]
+    strongest = np.argsort(-share, kind="stable")[: modes.design]
     return sorted(strongest.tolist())
 
 

@@ -1,4 +1,4 @@
-"""Triangle meshes of the segmented aperture: 60 hexagonal tiles of one side, in four rings round a hexagonal hole."""
+"""Triangle meshes of the segmented aperture: hexagonal tiles of one side, in rings round a hexagonal hole."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def triangle_areas(nodes: Array, triangles: Index) -> Array:
 
 
 def tile_centres(aperture: Aperture) -> Array:
-    """Return the centres of the tiles, (60, 2) [m]; the tile over the hole is left out."""
+    """Return the centres of the tiles, (k, 2) [m], 60 in four rings; the tile over the hole is left out."""
     pitch = np.sqrt(3.0) * aperture.tile_side
     first, second = polar(pitch, 0.0), polar(pitch, 60.0)
     rings = range(-aperture.rings, aperture.rings + 1)
@@ -122,6 +122,12 @@ def record_mesh(aperture: Aperture) -> Mesh:
     triangles = _counter_clockwise(nodes, triangles[inside])
     triangles = triangles[triangle_areas(nodes, triangles) > SLIVER_AREA]
     return Mesh(nodes=nodes, triangles=triangles, hole=np.arange(6))
+
+
+@lru_cache
+def mesh_of(aperture: Aperture) -> Mesh:
+    """Return the mesh that an aperture asks for."""
+    return record_mesh(aperture) if aperture.mesh == "record" else refinable_mesh(aperture, aperture.refinements)
 
 
 def refinable_mesh(aperture: Aperture, refinements: int = 0) -> Mesh:

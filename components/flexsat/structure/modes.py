@@ -1,10 +1,8 @@
-"""The supported structure: its lowest modes and how they take part in rigid motion."""
+"""The supported plate: its lowest modes and how they take part in rigid motion."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,37 +11,16 @@ from scipy.sparse.linalg import eigsh
 
 from ..arrays import Array
 from ..fixed_order import on_grid, product
-from ..parameters import Plate
-from .kirchhoff_plate import PlateMatrices, assemble
-from .mesh import Mesh
+from ..parameters import ALL_MODES, Aperture, Plate, Support
+from .kirchhoff_plate import EDGES, PlateMatrices, assemble
+from .mesh import Mesh, mesh_of
 from .refinement import Eigenpairs, refine
+from .structure import Structure
 
-Support = Literal["vertices", "edge"]
+FREEDOMS = 3  # of a node
 DENSE_LIMIT = 2000  # degrees of freedom up to which the full eigenvalue problem is quicker than the sparse one
 TIE = 2e-5  # relative difference below which deflections are those of symmetric nodes; the next is 3.5e-4
 PARTNER_GAP = 1e-6  # relative frequency difference below which two modes are one degenerate pair
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Structure:
-    """Mass-normalised modes of the plate clamped at the hole, in body axes."""
-
-    mesh: Mesh
-    frequency: Array  # (m,) [rad/s]
-    shape: Array  # (3n, m): nodal w [1/sqrt(kg)] and rotations x, y [1/(m sqrt(kg))] per unit modal displacement
-    translation: Array  # (3, m): L_v [sqrt(kg)]
-    rotation: Array  # (3, m): L_w [m sqrt(kg)]
-    damping: Array  # (m,): Rayleigh damping F [1/s]
-    total_mass: float  # kg
-    inertia: Array  # (3, 3) about the origin [kg.m2]
-
-    def slope_at(self, node: int) -> Array:
-        """Return the rotation vector of a node per unit modal displacement, (3, m)."""
-        return np.vstack([self.shape[3 * node + 1 : 3 * node + 3], np.zeros(self.shape.shape[1])])
-
-    def deflection_at(self, node: int) -> Array:
-        """Return the displacement of a node per unit modal displacement, (3, m), along z only."""
-        return np.vstack([np.zeros((2, self.shape.shape[1])), self.shape[3 * node]])
 
 
 def clamped_dofs(mesh: Mesh, support: Support) -> NDArray[np.intp]:
@@ -154,23 +131,50 @@ def fix_signs(frequency: Array, shapes: Array, rotation: Array) -> Array:
 
 
 @lru_cache(maxsize=8)  # both variants of a design and both configurations have the same
-def build_structure(mesh: Mesh, plate: Plate, support: Support = "vertices") -> Structure:
-    """Assemble the plate on a mesh, clamp it, and keep the lowest modes with Rayleigh damping."""
+def build_structure(mesh: Mesh, plate: Plate, count: int = ALL_MODES, support: Support = "vertices") -> Structure:
+    """Assemble the plate on a mesh, clamp it, and keep the lowest `count` modes with Rayleigh damping."""
     matrices = assemble(mesh, plate)
     clamped = clamped_dofs(mesh, support)
     if matrices.mass.shape[0] - len(clamped) <= DENSE_LIMIT:
-        frequency, shapes = refined_modes(matrices, clamped, plate.plant_modes)
+        frequency, shapes = refined_modes(matrices, clamped, count)
     else:
-        frequency, shapes = solve_modes(matrices, clamped, plate.plant_modes)
+        frequency, shapes = solve_modes(matrices, clamped, count)
         shapes = fix_signs(frequency, shapes, matrices.rotation)
+    return of_plate(mesh, plate, matrices, frequency, shapes)
+
+
+def aperture_structure(aperture: Aperture, plate: Plate, count: int) -> Structure:
+    """Return the lowest modes of an aperture, all it has if there are fewer than `count`."""
+    return build_structure(mesh_of(aperture), plate, min(count, mode_limit(aperture)), aperture.support)
+
+
+def mode_limit(aperture: Aperture) -> int:
+    """Return how many modes an aperture has on its mesh."""
+    mesh = mesh_of(aperture)
+    return FREEDOMS * len(mesh.nodes) - len(clamped_dofs(mesh, aperture.support))
+
+
+def of_plate(mesh: Mesh, plate: Plate, matrices: PlateMatrices, frequency: Array, shapes: Array) -> Structure:
+    """Return the modal data of a plate in the plane z = 0; its shapes, (3n, m), are mass-normalised.
+
+    By its symmetry the centre of mass is the origin.
+    """
     beta_m, beta_k = plate.rayleigh()
+    nodes, modes = len(mesh.nodes), len(frequency)
+    nodal = shapes.reshape(nodes, FREEDOMS, modes)
+    none = np.zeros((nodes, 1, modes))
+    pairs = np.sort(np.concatenate([mesh.triangles[:, [a, b]] for a, b in EDGES]), axis=1)
     return Structure(
-        mesh=mesh,
         frequency=frequency,
-        shape=shapes,
+        damping=beta_m + beta_k * frequency**2,
         translation=product(matrices.translation, shapes),
         rotation=product(matrices.rotation, shapes),
-        damping=beta_m + beta_k * frequency**2,
         total_mass=matrices.total_mass,
+        first_moment=np.zeros(3),
         inertia=matrices.inertia,
+        position=np.column_stack([mesh.nodes, np.zeros(nodes)]),
+        deflection=np.concatenate([none, none, nodal[:, :1]], axis=1),
+        slope=np.concatenate([nodal[:, 1:], none], axis=1),
+        edges=np.unique(pairs, axis=0),
+        mesh=mesh,
     )

@@ -96,7 +96,7 @@ def robustness(
         },
         modes=(modes or errors.MODE_COUNTS) if "modes" in chosen else (),
     )
-    carried = parameters_of(names[0]).plate.plant_modes
+    carried = parameters_of(names[0]).modes.plant
     plan.check(stop_time, carried)  # before anything is built
     missing = tuple(name for name in names if not (fmus / name / f"{scenario}.ssd").is_file())
     if missing:

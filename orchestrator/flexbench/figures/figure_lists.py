@@ -44,7 +44,9 @@ def design_figures(designs: Mapping[ConfigurationName, Designs], as_published: b
     chosen = {name: every.variant(variant) for name, every in designs.items()}
     mark = "-as-published" if as_published else ""
     drawn: Drawn = {} if as_published else {"structure": lambda: structure_layout(chosen)}
-    drawn[f"mode-shapes{mark}"] = lambda: mode_shapes(next(iter(chosen.values())))  # one structure
+    first = next(iter(chosen.values()))
+    if first.config.aperture is not None:
+        drawn[f"mode-shapes{mark}"] = lambda: mode_shapes(first)  # one structure
     drawn[f"campbell{mark}"] = lambda: campbell_diagram(chosen)
     if not as_published:
         drawn["software"] = software_diagram

@@ -18,8 +18,9 @@ from matplotlib.tri import Triangulation
 from flexbench.studies.paper.published import MODE_FREQUENCIES
 from flexsat.arrays import Array
 from flexsat.design.chain import Design
-from flexsat.structure.mesh import record_mesh
-from flexsat.structure.modes import Structure, build_structure
+from flexsat.spacecraft.flexible import structure_of
+from flexsat.structure.mesh import Mesh
+from flexsat.structure.structure import Structure
 from lockstep.errors import InputError
 
 from .drawing import STYLE, WIDTH
@@ -38,20 +39,22 @@ def mode_shapes(structure: Structure | Design, count: int = 6) -> Figure:
 
     Parameters
     ----------
-    structure : mass-normalised modes; of a design, those of its structure on the mesh of record
+    structure : mass-normalised modes; of a design, those of its structure
     count : how many
 
     Raises
     ------
     InputError
-        If the structure has fewer modes, or none is asked for.
+        If the structure has fewer modes, none is asked for, or it has no aperture.
     """
     if isinstance(structure, Design):
-        structure = build_structure(record_mesh(structure.config.aperture), structure.config.plate)
+        structure = structure_of(structure.config)
     available = len(structure.frequency)
     if not 1 <= count <= available:
         raise InputError(f"mode_shapes: count must be from 1 to {available}, got {count}")
-    deflection = structure.shape[::3, :count]
+    if structure.mesh is None:
+        raise InputError("mode_shapes: drawn over an aperture, and the structure has none")
+    deflection = structure.deflection[: len(structure.mesh.nodes), 2, :count]
     limit = float(np.max(np.abs(deflection)))
     levels = np.linspace(-limit, limit, LEVELS + 1)
     columns = min(COLUMNS, count)
@@ -60,7 +63,7 @@ def mode_shapes(structure: Structure | Design, count: int = 6) -> Figure:
         figure = Figure(figsize=(WIDTH, 0.8 + rows * HEIGHT), layout="constrained")
         grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
         for mode, axes in enumerate(grid[:count]):
-            _draw_shape(axes, structure, deflection[:, mode], levels)
+            _draw_shape(axes, structure.mesh, structure.deflection, deflection[:, mode], levels)
             axes.set_title(_title(structure, mode))
         for axes in grid[count:]:
             axes.set_visible(False)
@@ -83,8 +86,7 @@ def mode_shapes(structure: Structure | Design, count: int = 6) -> Figure:
     return figure
 
 
-def _draw_shape(axes: Axes, structure: Structure, deflection: Array, levels: Array) -> None:
-    mesh = structure.mesh
+def _draw_shape(axes: Axes, mesh: Mesh, moved: Array, deflection: Array, levels: Array) -> None:
     x, y = mesh.nodes.T
     plate = Triangulation(x, y, mesh.triangles)
     axes.tricontourf(plate, deflection, levels=levels, cmap=COLOURS)
@@ -93,7 +95,7 @@ def _draw_shape(axes: Axes, structure: Structure, deflection: Array, levels: Arr
     rim = mesh.nodes[mesh.hole]
     rim = rim[np.argsort(np.arctan2(rim[:, 1], rim[:, 0]))]
     axes.add_patch(Polygon(rim.tolist(), **BUS))
-    clamped = np.flatnonzero(~structure.shape.reshape(len(x), -1).any(axis=1))
+    clamped = np.flatnonzero(~moved[: len(x)].any(axis=(1, 2)))
     axes.plot(x[clamped], y[clamped], label="clamped", **CLAMPED)
 
 

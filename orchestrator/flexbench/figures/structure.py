@@ -18,6 +18,7 @@ from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import ConfigurationName
 from flexsat.spacecraft.assembly import Points, Spacecraft
+from flexsat.spacecraft.flexible import structure_of
 from flexsat.structure.mesh import tile_centres, tile_vertices
 from lockstep.errors import InputError
 
@@ -75,6 +76,10 @@ def structure_layout(designs: Mapping[ConfigurationName, Design]) -> Figure:
 
 def _draw_tiles(axes: Axes, design: Design) -> None:
     aperture = design.config.aperture
+    if aperture is None:
+        places = structure_of(design.config).position[:, :2]
+        axes.plot(*places.T, linestyle="none", marker=".", markersize=2.0, color=EDGE, zorder=1.0)
+        return
     tiles = [tile_vertices(centre, aperture.tile_side) for centre in tile_centres(aperture)]
     axes.add_collection(PolyCollection(tiles, facecolors=TILE, edgecolors=EDGE, linewidths=0.6))
     bus = tile_vertices(np.zeros(2), aperture.tile_side)

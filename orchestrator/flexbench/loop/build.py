@@ -119,7 +119,10 @@ def build_files(
             copy = folder / spacecraft.name / FILE
             write_atomically(copy, spacecraft.text.encode())
             written = write_icd(designs, folder / spacecraft.name, identities[spacecraft.name])
-            for one in (copy, *written):
+            data = [folder / spacecraft.name / name for name in spacecraft.files]
+            for target, content in zip(data, spacecraft.files.values(), strict=True):
+                write_atomically(target, content)
+            for one in (copy, *data, *written):
                 print_line(str(one))
     except BuildError as error:
         raise InputError(str(error)) from None

@@ -49,7 +49,7 @@ def properties_of(spacecraft: SpacecraftFile, name: str) -> Properties:
         config=config,
         craft=craft,
         modes=mode_table(craft),
-        known=np.arange(craft.mode_count)[modes_of_design(craft, config.plate)].tolist(),
+        known=np.arange(craft.mode_count)[modes_of_design(craft, config.modes)].tolist(),
         reach=envelope(craft.wheels.axis),
         nominal_speed=nominal,
         net_momentum=net_momentum(craft, nominal),
@@ -78,8 +78,7 @@ def property_lines(found: Properties) -> Iterator[str]:
     sensors = f"{len(craft.gyros.axis)} gyros, {len(craft.accelerometers.axis)} accelerometers"
     yield f"{config.name}: {config.layout}; {sensors}"
     yield f"mass {craft.mass:.6g} kg, of which bus {config.bus.mass:.6g} kg"
-    centre = config.bus.mass * np.array(config.bus.centre_of_mass) / craft.mass
-    yield f"centre of mass {_vector(centre)} m from the centre of the aperture"
+    yield f"centre of mass {_vector(craft.centre)} m from the origin"
     moments, products = np.diag(craft.inertia), craft.inertia[[0, 0, 1], [1, 2, 2]]
     products = np.where(np.abs(products) < ROUNDING * moments.max(), 0.0, products)
     yield f"inertia about it xx, yy, zz {_vector(moments, 6)} kg.m2; xy, xz, yz {_vector(products, 6)}"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from flexsat.description.built_in import CONFIGURATIONS, built_in
 from flexsat.description.configuration import check_name
-from flexsat.description.spacecraft_file import START, SpacecraftFile, parse_spacecraft, read_spacecraft
+from flexsat.description.spacecraft_file import START, SpacecraftFile, read_spacecraft
 from flexsat.design.chain import Designs, build_designs, designs_of
 from flexsat.errors import SpacecraftFileError
 from flexsat.parameters import ConfigurationName
@@ -67,12 +67,14 @@ def spacecraft_of(name: ConfigurationName, fmu: Path) -> SpacecraftFile:
     """
     if name in CONFIGURATIONS:
         return built_in(name)
+    return read_file(_file_of(name, fmu))
+
+
+def _file_of(name: ConfigurationName, fmu: Path) -> Path:
     for folder in fmu.parents[:LEVELS]:
         path = folder / FILE
-        if path.is_file():
-            spacecraft = read_file(path)
-            if spacecraft.name == name:
-                return spacecraft
+        if path.is_file() and read_file(path).name == name:
+            return path
     raise InputError(
         f"{name}: no built-in spacecraft, and no {FILE} of it with {fmu}; build its FMUs with `flexsat build FILE`"
     )
@@ -82,7 +84,8 @@ def designs_for(name: ConfigurationName, fmu: Path) -> Designs:
     """Return the designs of the spacecraft that an FMU was built for; raise InputError if they are not known."""
     if name in CONFIGURATIONS:
         return build_designs(name)
-    return _designs(spacecraft_of(name, fmu).text)
+    path = _file_of(name, fmu)
+    return _designs(path, path.read_bytes())
 
 
 def design_file(spacecraft: SpacecraftFile, path: Path) -> Designs:
@@ -97,5 +100,5 @@ def design_file(spacecraft: SpacecraftFile, path: Path) -> Designs:
 
 
 @lru_cache(maxsize=2)
-def _designs(text: str) -> Designs:
-    return design_file(parse_spacecraft(text, FILE), Path(FILE))
+def _designs(path: Path, _content: bytes) -> Designs:
+    return design_file(read_file(path), path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -15,8 +16,7 @@ from flexsat.arrays import Array
 from flexsat.description.configuration import Configuration
 from flexsat.parameters import DEFAULT_DESIGN
 from flexsat.spacecraft.assembly import build_spacecraft
-from flexsat.structure.mesh import record_mesh
-from flexsat.structure.modes import build_structure
+from flexsat.spacecraft.flexible import structure_of
 from lockstep import InputError, Signals
 
 from .derived_histories import ERRORS, MODAL, design_of, fully_recorded
@@ -32,14 +32,17 @@ def geometry_data(run: Run) -> dict[str, Any]:
 
 @lru_cache(maxsize=2)
 def _geometry(config: Configuration) -> dict[str, Any]:
-    structure = build_structure(record_mesh(config.aperture), config.plate)
-    mesh, wheels = structure.mesh, build_spacecraft(config).wheels
+    structure = structure_of(config)
+    mesh, craft = structure.mesh, build_spacecraft(config)
+    if mesh is None:
+        raise InputError("the animation is that of an aperture, and the spacecraft has none")
+    wheels = replace(craft.wheels, position=craft.wheels.position + craft.centre)
     sites = [_node_at(mesh.nodes, position) for position in wheels.position]
     return {
         "nodes": encode(mesh.nodes.astype(np.float32)),
         "triangles": encode(mesh.triangles.astype(np.uint16)),
         "hole": [int(node) for node in mesh.hole],
-        "shapes": encode(structure.shape[::3].astype(np.float32)),  # node by node
+        "shapes": encode(structure.deflection[: len(mesh.nodes), 2].astype(np.float32)),  # node by node
         "modes": len(structure.frequency),
         "wheels": [
             {"node": node, "axis": [float(x) for x in axis]} for node, axis in zip(sites, wheels.axis, strict=True)
@@ -49,12 +52,14 @@ def _geometry(config: Configuration) -> dict[str, Any]:
 
 
 def has_known_shapes(run: Run, design: FlownDesign) -> bool:
-    """Return whether the modes that flew are those of its description, if there is one: their shapes are known."""
+    """Return whether the modes that flew are those of a described aperture, so that their shapes are known."""
     try:
         config = run.spacecraft.configurations[DEFAULT_DESIGN]
     except InputError:
         return False
-    stock = build_structure(record_mesh(config.aperture), config.plate).frequency
+    if config.aperture is None:
+        return False
+    stock = structure_of(config).frequency
     return design.modes <= len(stock) and bool(np.allclose(design.frequency, stock[: design.modes], rtol=1e-6))
 
 

@@ -23,7 +23,7 @@ def described(tmp_path_factory):
     path = tmp_path_factory.mktemp("described") / "small.toml"
     write_start(path)
     text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("plant_modes = 60", "plant_modes = 8"), encoding="utf-8")
+    path.write_text(text.replace("plant = 60", "plant = 8"), encoding="utf-8")
     return path
 
 

@@ -10,8 +10,7 @@ from flexbench.report.motion_data import motion_data
 from flexbench.runs.flown_design import flown_part, write_flown
 from flexbench.runs.run_folder import Run
 from flexsat.description.built_in import configuration
-from flexsat.structure.mesh import record_mesh
-from flexsat.structure.modes import build_structure
+from flexsat.spacecraft.flexible import structure_of
 from lockstep import Signals
 
 MODES = 198
@@ -20,7 +19,7 @@ TIME = np.arange(10_000) * 0.005
 
 def test_motion_data_give_the_recorded_deflections_and_torques(designs, tmp_path):
     config = configuration("distributed")
-    shape = build_structure(record_mesh(config.aperture), config.plate).shape[::3]
+    shape = structure_of(config).deflection[:, 2]
     modal = np.random.default_rng(5).normal(size=(len(TIME), MODES)) * np.logspace(-4, -7, MODES)
     torque = np.sin(TIME[:, None] + np.arange(33))
     columns = {f"plant.modal.displacement[{k + 1}]": modal[:, k] for k in range(MODES)}

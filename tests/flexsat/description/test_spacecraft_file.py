@@ -9,7 +9,19 @@ from flexsat.description.built_in import CONFIGURATIONS, built_in, configuration
 from flexsat.description.placement import Bus, Device, Site
 from flexsat.description.spacecraft_file import parse_spacecraft, read_spacecraft
 from flexsat.errors import SpacecraftFileError
-from flexsat.parameters import ARCSECOND, DEGREE, RPM, Aperture, Plate, Rates, SensorNoise, Slew, SpeedSelection, Wheel
+from flexsat.parameters import (
+    ARCSECOND,
+    DEGREE,
+    RPM,
+    Aperture,
+    Modes,
+    Plate,
+    Rates,
+    SensorNoise,
+    Slew,
+    SpeedSelection,
+    Wheel,
+)
 
 TEXT = """\
 name = "pyramid"
@@ -33,9 +45,9 @@ imbalance_force = "1e-7 N/rpm2"
 [noise]
 gyro = "1e-4 deg/s/rtHz"
 star_tracker_fine = "0.2 arcsec"
-[plate]
-plant_modes = 40
-design_modes = 7
+[modes]
+plant = 40
+design = 7
 [controller]
 mrp = 2e6
 [controller.published]
@@ -67,7 +79,7 @@ def test_units_and_defaults_of_a_file():
     # a density of white noise, over the root of the period: 200 Hz
     assert robust.noise.gyro == pytest.approx(1e-4 * DEGREE * math.sqrt(200.0), rel=1e-15)
     assert robust.noise.star_tracker_fine == pytest.approx(0.2 * ARCSECOND, rel=1e-15)
-    assert robust.plate == Plate(plant_modes=40, design_modes=7)
+    assert robust.modes == Modes(plant=40, design=7)
     assert (robust.weights, published.weights) == (Weights(mrp=2e6), Weights(mrp=5e6, rate=0.0))
     assert robust.release is None
 
@@ -105,7 +117,7 @@ def test_the_files_of_the_paper_say_what_the_classes_have_from_paper_and_release
         (
             "angle =",
             "angel =",
-            "my.toml:9: sites.tip.angel: no such key of sites.tip; there are radius, angle, on_bus; did",
+            "my.toml:9: sites.tip.angel: no such key of sites.tip; there are radius, angle, node, on_bus; did",
         ),
         ('"60 deg"', '"63 deg"', "my.toml:9: sites.tip: 14.176 m at 63 deg: no mesh node; nearest is 0.742 m off"),
         ('[500, 500.0, "600 kg.m2"]', "[1, 1, 3]", "my.toml:13: bus.inertia: is that of no rigid body: its principal"),
@@ -116,9 +128,9 @@ def test_the_files_of_the_paper_say_what_the_classes_have_from_paper_and_release
         ),
         ('mass = "800 kg"', "mass = 0", "my.toml:12: bus.mass: must be > 0 for a bus with inertia"),
         ("1e-4 deg/s/rtHz", "1 deg/s/rtHz", 'my.toml:20: noise.gyro = "1 deg/s/rtHz": is a deviation of 0.247 of'),
-        ("design_modes = 7", "design_modes = 70", "my.toml:24: plate.design_modes: must be at most plant_modes (40)"),
-        ("plant_modes = 40", "plant_modes = 400", "my.toml:23: plate.plant_modes = 400: must be at most 396"),
-        ("plant_modes = 40", "plant_modes = 40.5", "my.toml:23: plate.plant_modes = 40.5: must be a whole number"),
+        ("design = 7", "design = 70", "my.toml:24: modes.design: must be at most plant (40)"),
+        ("plant = 40", "plant = 400", "my.toml:23: modes.plant = 400: must be at most 396"),
+        ("plant = 40", "plant = 40.5", "my.toml:23: modes.plant = 40.5: must be a whole number"),
         ("mrp = 2e6", "mrp = nan", "my.toml:26: controller.mrp = nan: must be finite, a number"),
         ("mrp = 5e6", "mrp = -5e6", "my.toml:28: controller.published.mrp: must be >= 0, got -5000000.0"),
         (
@@ -135,11 +147,11 @@ def test_the_files_of_the_paper_say_what_the_classes_have_from_paper_and_release
             "my.toml:7: accelerometers: the one at tip senses along",
         ),
         (
-            "[plate]",
-            "[aperture]\nrings = 3\n[plate]",
-            "my.toml:22: aperture: there is a mesh for tiles of 2 m side in 4",
+            "[modes]",
+            "[aperture]\nrings = 3\n[modes]",
+            'my.toml:22: aperture.mesh: "record" is made for tiles of 2.0 m in 4',
         ),
-        ("[plate]", "[as_published]\nmodes = 5\n[plate]", "my.toml:22: as_published.mode_rows: must have each site"),
+        ("[modes]", "[as_published]\nmodes = 5\n[modes]", "my.toml:22: as_published.mode_rows: must have each site"),
     ],
 )
 def test_a_wrong_file_is_refused_in_one_line(old, new, message):

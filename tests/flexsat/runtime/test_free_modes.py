@@ -85,7 +85,7 @@ def test_coordinates_that_couple_step_as_those_that_do_not(design, quiet_run):
 
 def test_a_step_of_more_modes_is_second_order_too(quiet_run, distributed):
     """All that acts on 60 modes, one step of 1 ms in two and in four: errors in eta' fall by four."""
-    config = replace(distributed.config, plate=replace(distributed.config.plate, plant_modes=MODES))
+    config = replace(distributed.config, modes=replace(distributed.config.modes, plant=MODES))
     matrices = plant_matrices(build_spacecraft(config), distributed.plant.nominal_speed, 1e-3)
     rng = np.random.default_rng(9)
     parameters = quiet_run(

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexsat.description.built_in import configuration
-from flexsat.parameters import Plate
+from flexsat.parameters import Modes
 from flexsat.spacecraft.assembly import build_spacecraft
 from flexsat.spacecraft.properties import RIGID, envelope, mode_table
 
@@ -44,7 +44,7 @@ def test_wheels_in_one_plane_have_no_envelope():
 
 
 def test_free_modes_and_their_reach():
-    craft = build_spacecraft(replace(configuration("centralised"), plate=Plate(plant_modes=30)))
+    craft = build_spacecraft(replace(configuration("centralised"), modes=Modes(plant=30)))
     modes = mode_table(craft)
 
     # a free mode of frequency w obeys det(K - w^2 M) = 0: the coupling lifts it, or leaves it where it is uncoupled

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from flexsat.description.built_in import configuration
 from flexsat.description.placement import ALONG, Bus, Device, direction
 from flexsat.design.chain import plant_matrices
-from flexsat.parameters import Plate
+from flexsat.parameters import Modes
 from flexsat.runtime import plant
 from flexsat.spacecraft.assembly import build_spacecraft, lateral_axes
 
@@ -20,7 +20,7 @@ FEW_ULP = 1e-12
 
 @pytest.fixture(scope="module")
 def bare():
-    return replace(configuration("centralised"), plate=Plate(plant_modes=MODES, design_modes=MODES))
+    return replace(configuration("centralised"), modes=Modes(plant=MODES, design=MODES))
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,10 @@ from ...description.configuration import Configuration
 from ...description.placement import ALONG, Device, Site
 from ...ports.table import FmiVersion, PortTable
 from ...spacecraft.assembly import Spacecraft
+from ...spacecraft.flexible import structure_of
 from .component_text import ComponentText
 from .controller_text import CONTROLLER
-from .drawing import icon, model_picture
+from .drawing import Shown, icon, model_picture
 from .licences import licence_files
 from .native_notes import NativeNotes
 from .page import external_dependencies, page, replay_instructions
@@ -88,9 +89,10 @@ def accompanying_files(
 
 def draw(spacecraft: Spacecraft, config: Configuration, component: str) -> dict[str, bytes]:
     """Return the pictures of an FMU by their path in the archive."""
+    shown = Shown(structure=structure_of(config), aperture=config.aperture)
     return {
-        MODEL_PICTURE: model_picture(spacecraft, component, config.aperture),
-        "terminalsAndIcons/icon.png": icon(spacecraft, component, config.aperture),
+        MODEL_PICTURE: model_picture(spacecraft, component, shown),
+        "terminalsAndIcons/icon.png": icon(spacecraft, component, shown),
     }
 
 
@@ -98,8 +100,8 @@ def _layout(config: Configuration) -> str:
     wheel = f"{config.wheel.inertia:.3g} kg.m2 and {config.wheel.torque_limit:.3g} N.m"
     sites = ", ".join(f"{site.name} {_place(site)}" for site in config.all_sites)
     return (
-        f"This one carries {config.layout}; each wheel has {wheel}. The structure has {config.plate.plant_modes} modes,"
-        f" of which the controller is designed with {config.plate.design_modes}, and {config.plate.area_density:.4g}"
+        f"This one carries {config.layout}; each wheel has {wheel}. The structure has {config.modes.plant} modes,"
+        f" of which the controller is designed with {config.modes.design}, and {config.plate.area_density:.4g}"
         f" kg/m2; the bus has {config.bus.mass:.6g} kg. Sites, in m from the centre of the aperture: {sites}."
         f" Gyros: {_devices(config.gyros)}. Accelerometers: {_devices(config.accelerometers)}."
     )

@@ -15,11 +15,14 @@ from matplotlib.figure import Figure
 from ...arrays import Array
 from ...parameters import Aperture
 from ...spacecraft.assembly import Points, Spacecraft
-from ...structure.mesh import record_mesh, tile_centres, tile_vertices
+from ...structure.mesh import tile_centres, tile_vertices
+from ...structure.structure import Structure
 
 SIZE, ICON_SIZE = 480, 128  # pixels
 RESOLUTION = 120  # pixels an inch
 ARROW = 1.9  # m, of a wheel's axis
+PAPER = 15.588457268119894  # m: largest coordinate of the paper's aperture
+SMALLEST = 0.1  # m
 TRACKER = (0.85, 1.0)  # m; it sits on the bus, drawn next to the gyros there
 
 # Okabe and Ito (2008), colours for the colour-blind; shapes differ too
@@ -30,6 +33,20 @@ _STYLE: dict[Any, Any] = {  # any: the type of a key is the list of all of them
     "font.family": "DejaVu Sans",
     "mathtext.fontset": "dejavusans",
 }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shown:
+    """What is flexible of a spacecraft, as it is drawn."""
+
+    structure: Structure
+    aperture: Aperture | None
+
+    @property
+    def scale(self) -> float:
+        """Size over that of the paper's aperture."""
+        places = np.abs(self.structure.position[:, :2])
+        return float(f"{max(float(places.max(initial=0.0)), SMALLEST) / PAPER:.3g}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,14 +65,14 @@ EMPHASIS = {
 }
 
 
-def model_picture(spacecraft: Spacecraft, component: str, aperture: Aperture) -> bytes:
+def model_picture(spacecraft: Spacecraft, component: str, shown: Shown) -> bytes:
     """Return model.png: the structure seen along z, devices with a legend, a scale in metres."""
     emphasis = EMPHASIS[component]
     with matplotlib.rc_context(_STYLE):
-        figure, axes = _canvas(SIZE, legend=True)
-        _draw_structure(axes, aperture, emphasis)
-        _draw_devices(axes, spacecraft, emphasis, scale=1.0)
-        _draw_frame(axes)
+        figure, axes = _canvas(SIZE, shown.scale, legend=True)
+        _draw_structure(axes, shown, emphasis)
+        _draw_devices(axes, spacecraft, emphasis, shown.scale, scale=1.0)
+        _draw_frame(axes, shown.scale)
         count, sites = spacecraft.wheel_count, len({tuple(p) for p in spacecraft.wheels.position.tolist()})
         where = "on the bus" if sites == 1 else f"at {sites} places"
         axes.set_title(f"{component}: {count} wheels {where}, {spacecraft.mode_count} modes", fontsize=9.0)
@@ -63,51 +80,56 @@ def model_picture(spacecraft: Spacecraft, component: str, aperture: Aperture) ->
         return _png(figure)
 
 
-def icon(spacecraft: Spacecraft, component: str, aperture: Aperture) -> bytes:
+def icon(spacecraft: Spacecraft, component: str, shown: Shown) -> bytes:
     """Return the icon: the same without words."""
     emphasis = EMPHASIS[component]
-    figure, axes = _canvas(ICON_SIZE, legend=False)
-    _draw_structure(axes, aperture, emphasis)
-    _draw_devices(axes, spacecraft, emphasis, scale=0.55)
+    figure, axes = _canvas(ICON_SIZE, shown.scale, legend=False)
+    _draw_structure(axes, shown, emphasis)
+    _draw_devices(axes, spacecraft, emphasis, shown.scale, scale=0.55)
     return _png(figure)
 
 
-def _canvas(pixels: int, *, legend: bool) -> tuple[Figure, Axes]:
+def _canvas(pixels: int, size: float, *, legend: bool) -> tuple[Figure, Axes]:
     figure = Figure(figsize=(pixels / RESOLUTION, pixels / RESOLUTION), dpi=RESOLUTION)
     axes = figure.add_axes((0.02, 0.10, 0.96, 0.83) if legend else (0.0, 0.0, 1.0, 1.0))
-    reach = 16.8 if legend else 16.0
+    reach = size * (16.8 if legend else 16.0)
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     axes.set_axis_off()
     return figure, axes
 
 
-def _draw_structure(axes: Axes, aperture: Aperture, emphasis: Emphasis) -> None:
-    tiles = [tile_vertices(centre, aperture.tile_side) for centre in tile_centres(aperture)]
-    face = "#DCE9F2" if emphasis.structure else "0.95"
-    axes.add_collection(PolyCollection(tiles, facecolors=face, edgecolors="0.55", linewidths=0.7))
-    if emphasis.structure:
-        mesh = record_mesh(aperture)
-        edges = {tuple(sorted((int(a), int(b)))) for t in mesh.triangles for a, b in zip(t, np.roll(t, 1), strict=True)}
-        lines = [mesh.nodes[list(edge)] for edge in sorted(edges)]
+def _draw_structure(axes: Axes, shown: Shown, emphasis: Emphasis) -> None:
+    aperture, structure = shown.aperture, shown.structure
+    if aperture is not None:
+        tiles = [tile_vertices(centre, aperture.tile_side) for centre in tile_centres(aperture)]
+        face = "#DCE9F2" if emphasis.structure else "0.95"
+        axes.add_collection(PolyCollection(tiles, facecolors=face, edgecolors="0.55", linewidths=0.7))
+    if emphasis.structure or aperture is None:
+        lines = [structure.position[edge, :2] for edge in structure.edges]
         axes.add_collection(LineCollection(lines, colors="#0072B2", linewidths=0.3, alpha=0.45))
+    if aperture is None:
+        axes.plot(*structure.position[:, :2].T, linestyle="none", marker=".", markersize=2.0, color="0.45", zorder=2)
+        return
     hole = tile_vertices(np.zeros(2), aperture.tile_side)
     axes.add_collection(PolyCollection([hole], facecolors="white", edgecolors="0.2", linewidths=1.0))
 
 
-def _draw_devices(axes: Axes, spacecraft: Spacecraft, emphasis: Emphasis, scale: float) -> None:
-    gyros, accelerometers = (_places(points) for points in (spacecraft.gyros, spacecraft.accelerometers))
-    mounts = spacecraft.mounts.position[:, :2]
+def _draw_devices(axes: Axes, spacecraft: Spacecraft, emphasis: Emphasis, size: float, scale: float) -> None:
+    centre = spacecraft.centre[:2]  # devices are placed from it, and the structure from the origin
+    gyros, accelerometers = (_places(points) + centre for points in (spacecraft.gyros, spacecraft.accelerometers))
+    mounts = spacecraft.mounts.position[:, :2] + centre
     wheel = WHEEL if emphasis.wheels else FAINT
     gyro, accelerometer, tracker = (GYRO, ACCELEROMETER, "black") if emphasis.sensors else (FAINT, FAINT, FAINT)
-    position, axis = spacecraft.wheels.position[:, :2], spacecraft.wheels.axis[:, :2]
+    position, axis = spacecraft.wheels.position[:, :2] + centre, spacecraft.wheels.axis[:, :2]
     flat = np.linalg.norm(axis, axis=1) > 0.5  # those that spin about z would be points
-    axes.quiver(*position[flat].T, *(ARROW * axis[flat]).T, angles="xy", scale_units="xy", scale=1.0, color=wheel,
-                width=0.006, zorder=3)  # fmt: skip
+    arrows = size * ARROW * axis[flat]
+    axes.quiver(*position[flat].T, *arrows.T, angles="xy", scale_units="xy", scale=1.0, color=wheel, width=0.006,
+                zorder=3)  # fmt: skip
     for places, area, marker, colour, name, order in (
         (mounts, 150.0, "o", wheel, "wheels", 4),
         (gyros, 46.0, "s", gyro, "gyros", 5),
         (accelerometers, 18.0, "^", accelerometer, "accelerometers", 6),
-        (np.array([TRACKER]), 90.0, "*", tracker, "star tracker", 7),
+        (size * np.array([TRACKER]), 90.0, "*", tracker, "star tracker", 7),
     ):
         face, edge, line = colour, "0.25" if marker == "^" else "white", 0.4
         if marker == "o":
@@ -121,15 +143,15 @@ def _places(points: Points) -> Array:
     return np.array(list(dict.fromkeys((x, y) for x, y, _ in points.position.tolist())))
 
 
-def _draw_frame(axes: Axes) -> None:
+def _draw_frame(axes: Axes, size: float) -> None:
     """Draw the body axes and a scale, outside the structure."""
-    x, y, long, beyond = -16.0, -15.6, 2.6, 3.1
+    x, y, long, beyond = (size * value for value in (-16.0, -15.6, 2.6, 3.1))
     for along, name in (((1.0, 0.0), "x"), ((0.0, 1.0), "y")):
         tip = (x + long * along[0], y + long * along[1])
         axes.annotate("", tip, (x, y), arrowprops={"arrowstyle": "-|>", "color": "0.2", "linewidth": 0.9})
         axes.annotate(name, (x + beyond * along[0], y + beyond * along[1]), ha="center", va="center", color="0.2")
-    axes.plot([10.5, 15.5], [-15.6, -15.6], color="0.2", linewidth=1.2)
-    axes.annotate("5 m", (13.0, -15.3), ha="center", va="bottom", color="0.2")
+    axes.plot([size * 10.5, size * 15.5], [y, y], color="0.2", linewidth=1.2)
+    axes.annotate(f"{5.0 * size:g} m", (size * 13.0, size * -15.3), ha="center", va="bottom", color="0.2")
 
 
 def _png(figure: Figure) -> bytes:

@@ -90,7 +90,7 @@ def run_layouts(
             wheels[name] = wheels_of(name, done.job.folder)
     result = Comparison(
         plan=plan,
-        modes=configuration(CONFIGURATIONS[0]).plate.plant_modes,
+        modes=configuration(CONFIGURATIONS[0]).modes.plant,
         errors={seed: plan.dispersion.draw(seed) for seed in plan.seeds},
         outcomes=outcomes,
         wheels=wheels,

@@ -82,7 +82,7 @@ def compare_mode_choices(
 
 def _judge(name: ConfigurationName, controller_design: ControllerDesign, modes_by: ModeChoice, modes: int) -> Choice:
     config = configuration(name, controller_design)
-    design = build_design(replace(config, plate=replace(config.plate, design_modes_by=modes_by)))
+    design = build_design(replace(config, modes=replace(config.modes, design_by=modes_by)))
     plants = Plants(design, modes)
     found = {gain: stability(plants, Corner(modes=modes, gain=gain)) for gain in GAINS}
     settled = None

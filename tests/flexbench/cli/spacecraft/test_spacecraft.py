@@ -21,7 +21,7 @@ def test_the_start_is_shown(start, capsys):
     shown = capsys.readouterr().out
     assert shown.startswith("mine: four wheels in a pyramid on the bus; 2 gyros, 1 accelerometers\n")
     # 800 kg at 1 m below 4200.03 kg of structure, as printed; four of 4.4 N.m at 45 degrees
-    assert "centre of mass 0, 0, -0.16 m from the centre of the aperture\n" in shown
+    assert "centre of mass 0, 0, -0.16 m from the origin\n" in shown
     assert "net momentum of the wheels there 0, 0, 0 N.m.s\n" in shown
     assert "torque about x, y, z 6.223, 6.223, 12.45 N.m" in shown
     assert "note:" not in shown

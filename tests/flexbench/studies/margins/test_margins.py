@@ -251,7 +251,7 @@ def test_delay_margin_with_the_authors_matrices_as_published(monkeypatch, reques
         pytest.skip(f"the authors' finite-element data are not there: {DATA}")
     with np.load(DATA) as archive:
         data = dict(archive)
-    monkeypatch.setattr(spacecraft, "build_structure", lambda _mesh, plate: authors_structure(data, plate))
+    monkeypatch.setattr(spacecraft, "structure_of", lambda config: authors_structure(data, config.plate))
     monkeypatch.setattr(
         Mesh, "node_at", lambda mesh, *site: int(np.argmin(np.linalg.norm(mesh.nodes - polar(*site), axis=1)))
     )  # the authors' inner sites are up to 7 cm from those of flexsat
@@ -274,17 +274,7 @@ def authors_structure(data, plate):
     stiffness = csc_array(0.5 * (data["stiffness"] + data["stiffness"].T))
     matrices = replace(assemble(mesh, plate), stiffness=stiffness)
     frequency, shape = structure.solve_modes(matrices, data["clamped_dofs"].astype(np.intp), 25)
-    beta_m, beta_k = plate.rayleigh()
-    return structure.Structure(
-        mesh=mesh,
-        frequency=frequency,
-        shape=shape,
-        translation=matrices.translation @ shape,
-        rotation=matrices.rotation @ shape,
-        damping=beta_m + beta_k * frequency**2,
-        total_mass=matrices.total_mass,
-        inertia=matrices.inertia,
-    )
+    return structure.of_plate(mesh, plate, matrices, frequency, shape)
 
 
 def test_delays_of_the_system_and_of_the_margin_act_alike(designs):
