@@ -1,4 +1,4 @@
-"""Modal data of cantilever beams in closed form: clamped and free ones, on a hub, through a file, against their checks."""
+"""Modal data of cantilever beams in closed form: clamped, free, on a hub, through a file, against their checks."""
 
 from dataclasses import replace
 
@@ -178,7 +178,7 @@ def test_a_free_structure_has_its_own_frequencies_again():
 
 
 def test_appendages_turn_with_their_angle():
-    """Mass, inertia and participation are tensors: turned by 90 deg about x, bending along y becomes bending along z."""
+    """Mass, inertia, participation are tensors: turned by 90 deg about x, bending along y becomes bending along z."""
     own = structure_from(beam(4))
     quarter = rotation_about(np.array([0.5 * np.pi, 0.0, 0.0]))
     placed = turned(Placed(name="a", structure=own, at=np.array([0.0, 2.0, 0.0]), body_from_own=quarter))
