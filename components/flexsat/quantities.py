@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, get_type_hints
 
 
@@ -56,19 +57,28 @@ class Quantity:
 
 def quantity(owner: type, name: str) -> Quantity:
     """Return unit and range of a field that is annotated with a unit; raise ValueError for any other."""
-    hint = get_type_hints(owner, include_extras=True).get(name)
-    unit, *limits = getattr(hint, "__metadata__", (None,))
-    if unit is None:
+    known = _quantities(owner).get(name)
+    if known is None:
         raise ValueError(f"{owner.__name__}.{name}: no such parameter with a unit")
-    return Quantity(unit=unit, range=limits[0] if limits else Range())
+    return known
+
+
+@cache  # reading annotations compiles each of them
+def _quantities(owner: type) -> dict[str, Quantity]:
+    """Return unit and range of the fields that are annotated with a unit."""
+    found = {}
+    for name, hint in get_type_hints(owner, include_extras=True).items():
+        unit, *limits = getattr(hint, "__metadata__", (None,))
+        if unit is not None:
+            found[name] = Quantity(unit=unit, range=limits[0] if limits else Range())
+    return found
 
 
 def check_ranges(parameters: Any) -> None:
     """Refuse a value outside the range of its field, by name; called from `__post_init__`."""
-    owner = type(parameters)
-    for name, hint in get_type_hints(owner, include_extras=True).items():
-        if hasattr(hint, "__metadata__"):
-            known, value = quantity(owner, name), getattr(parameters, name)
-            for number in value if isinstance(value, tuple) else (value,):
-                if number not in known.range:
-                    raise ValueError(f"{owner.__name__}.{name} [{known.unit}] must be {known.range}, got {number!r}")
+    owner: type = type(parameters)
+    for name, known in _quantities(owner).items():
+        value = getattr(parameters, name)
+        for number in value if isinstance(value, tuple) else (value,):
+            if number not in known.range:
+                raise ValueError(f"{owner.__name__}.{name} [{known.unit}] must be {known.range}, got {number!r}")

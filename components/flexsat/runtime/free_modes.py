@@ -19,7 +19,7 @@ import numpy as np
 
 from ..arrays import Array, Complex, Flags, make_read_only
 from ..fixed_order import inverse, product
-from .zero_order_hold import transition
+from .zero_order_hold import transition, transition_and_half
 
 WORST_CONDITION = 1e6  # of the eigenvectors: six digits are lost
 
@@ -87,6 +87,10 @@ class FreeModes:
         real_power, real_integral = np.exp(other * time), time * _mean_growth(other * time).real
         return self._blocks(power, real_power), self._blocks(integral, real_integral)
 
+    def transition_and_half(self, time: float) -> tuple[tuple[Blocks, Blocks], tuple[Blocks, Blocks]]:
+        """Return the transition over a time and that over half of it."""
+        return self.transition(time), self.transition(0.5 * time)
+
     def _blocks(self, pair: Complex, alone: Array) -> Blocks:
         second = np.where(self.oscillates, pair.real, alone)
         return Blocks(pp=pair.real, pq=pair.imag, qp=-pair.imag, qq=second)
@@ -108,6 +112,11 @@ class ClampedModes:
         """Return exp(A t) and its integral from 0 to t."""
         exponential, integral = transition(self.matrix, time)
         return Coupled(matrix=exponential), Coupled(matrix=integral)
+
+    def transition_and_half(self, time: float) -> tuple[tuple[Coupled, Coupled], tuple[Coupled, Coupled]]:
+        """Return exp(A t) and its integral from 0 to t, over a time and over half of it."""
+        whole, half = transition_and_half(self.matrix, time)
+        return (Coupled(matrix=whole[0]), Coupled(matrix=whole[1])), (Coupled(matrix=half[0]), Coupled(matrix=half[1]))
 
 
 def _mean_growth(exponent: Array | Complex) -> Complex:

@@ -121,8 +121,7 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
         raise ValueError(f"the plant's period must be > 0 s, got {step!r}")
     matrices, free, loads = motion.matrices, motion.free, motion.loads
     n, r = matrices.wheels, loads.force.shape[1]
-    whole, whole_held = free.transition(step)
-    half, half_held = free.transition(0.5 * step)
+    (whole, whole_held), (half, half_held) = free.transition_and_half(step)
     speeds = np.vstack([-motion.carried[3:], loads.slopes])  # rate and slope rates, from eta'
     of_z = product(speeds, free.velocity)
     turned, turned_by_load = _turned(motion, step, whole, whole_held)

@@ -30,9 +30,22 @@ def transition(a: Array, period: float) -> tuple[Array, Array]:
         integral += term / (k + 1)
     integral *= step
     for _ in range(squarings):
-        integral += product(exponential, integral)
-        exponential = product(exponential, exponential)
+        exponential, integral = _doubled(exponential, integral)
     return exponential, integral
+
+
+def transition_and_half(a: Array, period: float) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Return the transition over a period and that over half of it: the first is the square of the second.
+
+    Both have the bits of `transition`, of whose last squaring they are the two sides.
+    """
+    half = transition(a, 0.5 * period)
+    squared = 0.5 * period * float(np.linalg.norm(a, 1)) > 0.25  # otherwise both are polynomials
+    return _doubled(*half) if squared else transition(a, period), half
+
+
+def _doubled(exponential: Array, integral: Array) -> tuple[Array, Array]:
+    return product(exponential, exponential), integral + product(exponential, integral)
 
 
 def matrix_exponential(matrix: Array) -> Array:

@@ -17,9 +17,11 @@ _KINDS = ("Real", "Integer", "Boolean", "String")  # types that a connector decl
 def outside_of(system: System) -> list[Outside]:
     """Return the connectors of the whole system whose variables the FMUs have: another FMU may stand in for one."""
     found = []
+    components = {name: system.component(name) for name in {port.component for port in system.ports}}
+    descriptions = {name: read_description(component) for name, component in components.items()}  # each file once
     for port in system.ports:
-        component = system.component(port.component)
-        variable = read_description(component).variables.get(port.variable)
+        component = components[port.component]
+        variable = descriptions[port.component].variables.get(port.variable)
         if variable is not None and variable.type in _KINDS:
             found.append((port, variable, component))
     return found

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
-from flexsat.runtime.zero_order_hold import matrix_exponential, transition, zero_order_hold
+from flexsat.runtime.zero_order_hold import matrix_exponential, transition, transition_and_half, zero_order_hold
 
 
 def test_held_undamped_mode_matches_closed_form():
@@ -74,3 +74,14 @@ def test_invalid_arguments_are_refused():
     for period in (0.0, -0.1, np.nan):
         with pytest.raises(ValueError, match="period must be > 0 s"):
             zero_order_hold(np.eye(2), np.zeros((2, 1)), period)
+
+
+@pytest.mark.parametrize("norm", [0.1, 0.4, 0.5, 0.6, 1.0, 37.0])
+def test_a_period_and_its_half_have_the_bits_of_each_alone(norm):
+    a = np.random.default_rng(5).normal(size=(7, 7))
+    period = norm / np.linalg.norm(a, 1)
+
+    together = transition_and_half(a, period)
+
+    for pair, alone in zip(together, (transition(a, period), transition(a, 0.5 * period)), strict=True):
+        np.testing.assert_array_equal(pair, alone)
