@@ -159,10 +159,20 @@ def test_a_number_is_one_of_those_that_six_seeds_gave(table, scatter, cell):
 
 
 @pytest.fixture(scope="module")
-def short(flexsat, tmp_path_factory):
+def short(fmus, flexsat, tmp_path_factory):
     """Return the results of the whole command with runs of seconds, and what it printed."""
     folder = tmp_path_factory.mktemp("short")
-    words = ("paper", "--as-published", "--stop-time", "2.5", "--fmus", folder / "fmus", "--out", folder / "results")
+    words = (
+        fmus,
+        "paper",
+        "--as-published",
+        "--stop-time",
+        "2.5",
+        "--fmus",
+        folder / "fmus",
+        "--out",
+        folder / "results",
+    )
     done = flexsat(*words, script=Path(__file__).with_name("short_study.py"), timeout=900.0, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert sorted(path.name for path in folder.iterdir()) == ["fmus", "results"]
