@@ -34,6 +34,7 @@ def link_build(built, names, folder, *, native, without_native):
 
 if __name__ == "__main__":
     import short_study
+
     from flexbench.cli.parser import main
     from flexbench.loop import build
     from flexbench.report import paper_pages
