@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.stats import norm, qmc, sobol_indices, spearmanr
+from scipy.stats import norm, qmc, rankdata, sobol_indices
 
 from flexsat.arrays import Array
 from lockstep import InputError
@@ -67,12 +67,13 @@ def rank_correlations(
     if count < LEAST_RUNS or np.ptp(values[finite]) == 0.0:
         return []
     reach = float(norm.ppf(0.5 * (1.0 + confidence)))
+    ranks = rankdata(values[finite])
     found = []
     for name, column in inputs.items():
         chosen = column[finite]
         if not np.all(np.isfinite(chosen)) or np.ptp(chosen) == 0.0:
             continue
-        value = float(spearmanr(chosen, values[finite]).statistic)
+        value = float(np.corrcoef(rankdata(chosen), ranks)[0, 1])
         half = reach * math.sqrt((1.0 + 0.5 * value**2) / (count - 3))
         middle = math.atanh(min(max(value, -1.0 + 1e-12), 1.0 - 1e-12))
         low, high = math.tanh(middle - half), math.tanh(middle + half)

@@ -1,0 +1,117 @@
+// Colours of plots for light and dark pages, canvases at the resolution of the screen, and the data of the page.
+
+const contents = JSON.parse(document.getElementById("contents").textContent);
+const darkScreen = matchMedia("(prefers-color-scheme: dark)");
+const LIGHT = { ink: "#333b45", grid: "#e3e6ea", rule: "#9aa3ad", paper: "#ffffff", limit: "#b00020", selected: "#d55e00",
+  systems: ["#0072b2", "#009e73", "#cc79a7", "#7a5195"] };
+const DARK = { ink: "#c6ced8", grid: "#2c3540", rule: "#6b7683", paper: "#161b22", limit: "#ff8a8a", selected: "#ffab5e",
+  systems: ["#6cb8ee", "#4fd1a5", "#eaa5cb", "#b9a0e0"] };
+let printing = false;
+
+/** Return the colours of the page as it is shown, or printed. */
+function colours() {
+  return darkScreen.matches && !printing ? DARK : LIGHT;
+}
+
+/** Return the bytes of one data element. */
+function bytesOf(id) {
+  const letters = atob(document.getElementById(id).textContent);
+  const bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
+  return bytes.buffer;
+}
+
+const LOST = 65535, STEPS = 65534;
+
+/** Return the values of a column; NaN for a run without one. */
+function valuesOf(column) {
+  if (!column.values) {
+    const codes = new Uint16Array(bytesOf(column.id));
+    const scale = (column.high - column.low) / STEPS;
+    column.values = Float64Array.from(codes, (code) => (code === LOST ? NaN : column.low + code * scale));
+  }
+  return column.values;
+}
+
+/** Return the name of a column with its unit, if it has one. */
+function labelOf(column) {
+  return column.unit && column.unit !== "1" ? `${column.name} [${column.unit}]` : column.name;
+}
+
+/** Return the numbers of a system's runs. */
+function numbersOf(system) {
+  if (!system.numberValues) system.numberValues = new Int32Array(bytesOf(system.numbers));
+  return system.numberValues;
+}
+
+/** Make an element with properties and children. */
+function make(tag, properties = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [key, value] of Object.entries(properties)) {
+    if (key in element) element[key] = value; else element.setAttribute(key, value);
+  }
+  element.append(...children);
+  return element;
+}
+
+/** Return the pen of a canvas, cleared, in units of CSS pixels, and its size. */
+function penOf(canvas) {
+  const { clientWidth: width, clientHeight: height } = canvas;
+  const ratio = window.devicePixelRatio || 1;
+  canvas.width = Math.max(1, Math.round(width * ratio));
+  canvas.height = Math.max(1, Math.round(height * ratio));
+  const pen = canvas.getContext("2d");
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  pen.font = "11px system-ui, sans-serif";
+  return { pen, width, height };
+}
+
+/** Return an axis between two values: positions, ticks with texts; logarithmic over more than two decades. */
+function axisOf(low, high, from, to, { logarithmic = false, most = 5 } = {}) {
+  if (!(high > low)) [low, high] = [low - (Math.abs(low) * 0.05 || 1), high + (Math.abs(high) * 0.05 || 1)];
+  const log = logarithmic && low > 0 && high / low > 100;
+  const [a, b] = log ? [Math.log10(low), Math.log10(high)] : [low, high];
+  const at = (value) => from + ((log ? Math.log10(value) : value) - a) / (b - a) * (to - from);
+  const value = (position) => { const v = a + (position - from) / (to - from) * (b - a); return log ? 10 ** v : v; };
+  const ticks = [];
+  if (log) {
+    const every = Math.max(1, Math.ceil((b - a) / most));
+    for (let power = Math.ceil(a); power <= b; power += every) ticks.push([10 ** power, formatNumber(10 ** power)]);
+  } else {
+    const step = stepFor(b - a, most);
+    for (let k = Math.ceil(a / step); k * step <= b + 1e-9 * step; k++) ticks.push([k * step, formatNumber(Number((k * step).toPrecision(12)))]);
+  }
+  return { at, value, ticks, log, low, high };
+}
+
+/** Draw the axes of a plot: ticks, grid, and what is along x. */
+function drawFrame(pen, frame, x, y, label) {
+  const { ink, grid, rule } = colours();
+  pen.lineWidth = 1;
+  pen.fillStyle = ink;
+  pen.strokeStyle = grid;
+  pen.textAlign = "right";
+  pen.textBaseline = "middle";
+  for (const [value, text] of y.ticks) {
+    stroke(pen, [[frame.left, y.at(value)], [frame.right, y.at(value)]]);
+    pen.fillText(text, frame.left - 5, y.at(value));
+  }
+  pen.textAlign = "center";
+  pen.textBaseline = "top";
+  for (const [value, text] of x.ticks) {
+    stroke(pen, [[x.at(value), frame.top], [x.at(value), frame.bottom]]);
+    pen.fillText(text, x.at(value), frame.bottom + 5);
+  }
+  pen.textAlign = "right";
+  pen.fillText(label, frame.right, frame.bottom + 19);
+  pen.strokeStyle = rule;
+  stroke(pen, [[frame.left, frame.top], [frame.left, frame.bottom], [frame.right, frame.bottom]]);
+}
+
+/** Draw a line through points. */
+function stroke(pen, points) {
+  pen.beginPath();
+  for (const [x, y] of points) pen.lineTo(x, y);
+  pen.stroke();
+}
