@@ -6,7 +6,7 @@ Sources: P, the paper (Cachim et al., IEEE Aerospace 2025, arXiv 2410.07376); C,
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 from .controller_weights import DEFAULT_DESIGN as DEFAULT_DESIGN
@@ -101,8 +101,21 @@ class Modes:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Harmonic:
+    """One harmonic of a wheel's imbalance: force and torque over speed squared, at a multiple of the wheel's angle."""
+
+    order: Annotated[float, "1", Range(above=0.0, maximum=100.0)]
+    force: Annotated[float, "N.s2/rad2", IMBALANCE] = 0.0
+    torque: Annotated[float, "N.m.s2/rad2", IMBALANCE] = 0.0
+    phase: Annotated[float, "rad", TURN] = 0.0  # at wheel angle 0
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Wheel:
-    """One reaction wheel and its imbalance. The broadband part stands for every harmonic but the first."""
+    """A kind of reaction wheel and its imbalance. The broadband part stands for what no harmonic describes."""
 
     inertia: Annotated[float, "kg.m2", POSITIVE] = 0.84  # P, table 1
     torque_limit: Annotated[float, "N.m", Range(above=0.0, maximum=1e6)] = 0.8  # P, table 1
@@ -115,12 +128,25 @@ class Wheel:
         0.7852e-7 * 3600.0
     )  # C: 60^2 in rpm2, held 5 ms
     broadband_torque: Annotated[float, "N.m", Range(minimum=0.0, maximum=10.0)] = 0.3239e-7 * 3600.0  # C
+    # What follows P's wheels have not; 0: none.
+    speed_limit: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1e6)] = 0.0  # either sense, where torque ends
+    full_torque_speed: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1e6)] = (
+        0.0  # above it the motor's limit falls to zero at speed_limit, in a line; 0: it does not fall
+    )
+    torque_step: Annotated[float, "N.m", Range(minimum=0.0, maximum=1e6)] = 0.0  # of the motor's digital command
+    friction_torque: Annotated[float, "N.m", Range(minimum=0.0, maximum=1e6)] = 0.0  # dry, of the bearing
+    harmonics: tuple[Harmonic, ...] = ()  # of the imbalance, beside the first
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        if self.full_torque_speed > self.speed_limit:
+            raise ValueError(
+                f"Wheel.full_torque_speed must be at most speed_limit ({self.speed_limit:g} rad/s; 0: none), got"
+                f" {self.full_torque_speed!r}"
+            )
 
     def scaled(self, factor: float) -> Wheel:
-        """Return a wheel with `factor` times the inertia, torque and imbalance (P: 5.5 for the bus wheels)."""
+        """Return a wheel with `factor` times the inertia, torques and imbalance (P: 5.5 for the bus wheels)."""
         return Wheel(
             inertia=factor * self.inertia,
             torque_limit=factor * self.torque_limit,
@@ -129,7 +155,13 @@ class Wheel:
             imbalance_torque=factor * self.imbalance_torque,
             broadband_force=factor * self.broadband_force,
             broadband_torque=factor * self.broadband_torque,
-        )
+            speed_limit=self.speed_limit,
+            full_torque_speed=self.full_torque_speed,
+            torque_step=factor * self.torque_step,
+            friction_torque=factor * self.friction_torque,
+            harmonics=tuple(replace(one, force=factor * one.force, torque=factor * one.torque)
+                            for one in self.harmonics),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

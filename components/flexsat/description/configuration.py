@@ -11,6 +11,7 @@ from ..controller_weights import ConfigurationName, Weights
 from ..parameters import Aperture, Modes, Plate, Rates, SensorNoise, Slew, SpeedSelection, Wheel
 from .appendage import Appendage
 from .placement import BUS, Bus, Device, Site, Vector
+from .wheel_set import WheelSet
 
 NAME = re.compile(r"[a-z][a-z0-9_]*")  # a folder of fmus/, and a part of the models' names
 FLAT = "_flat"  # ends the names of models with flat variable names
@@ -35,7 +36,7 @@ class Configuration:
 
     name: ConfigurationName
     layout: str  # of the wheels, in words
-    wheel: Wheel  # every wheel is one of these
+    wheel: Wheel  # every wheel that has none of its own
     weights: Weights
     sites: tuple[Site, ...]  # beside the bus
     wheels: tuple[Device, ...]
@@ -97,6 +98,11 @@ class Configuration:
                 self.site(device.site)
             except ValueError as error:
                 raise ValueError(f"Configuration.{kind}: {error}") from None
+
+    @property
+    def wheel_set(self) -> WheelSet:
+        """What each wheel is, as arrays in the order of the wheels."""
+        return WheelSet.of([device.wheel or self.wheel for device in self.wheels])
 
     @property
     def structure_sites(self) -> tuple[Site, ...]:

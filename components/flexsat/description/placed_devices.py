@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
+from ..parameters import Wheel
 from .fields import make, read_fields
 from .lines import Key
 from .placement import ALONG, BUS, Device, Site, Vector, direction
@@ -11,6 +13,7 @@ from .source import Source, meant
 from .units import number_in
 
 DEVICE_KEYS = ("at", "axes")
+KIND = "kind"  # of a wheel
 
 
 def read_sites(source: Source, table: Any) -> tuple[Site, ...]:
@@ -34,15 +37,23 @@ def read_sites(source: Source, table: Any) -> tuple[Site, ...]:
     return tuple(found)
 
 
-def read_devices(source: Source, entries: Any, kind: str, sites: tuple[Site, ...]) -> tuple[Device, ...]:
-    """Return wheels or sensors in the order of their entries and axes; raise SpacecraftFileError if one is refused."""
+def read_devices(
+    source: Source, entries: Any, kind: str, sites: tuple[Site, ...], wheels: Mapping[str, Wheel] | None = None
+) -> tuple[Device, ...]:
+    """Return wheels or sensors in the order of their entries and axes; raise SpacecraftFileError if one is refused.
+
+    Parameters
+    ----------
+    kind : "wheels", "gyros", "accelerometers"
+    wheels : kinds of wheels by name, which entries may have as `kind`; None: devices have no kinds
+    """
     if not isinstance(entries, list) or not entries:
         source.refuse([kind], f'must be a list such as [{{ at = "{BUS}", axes = ["+x", "+y", "+z"] }}]', entries)
     names = [BUS, *(site.name for site in sites)]
     found = []
     for i, entry in enumerate(entries):
         keys: list[Key] = [kind, i]
-        source.check_keys(entry, keys, DEVICE_KEYS)
+        source.check_keys(entry, keys, DEVICE_KEYS if wheels is None else (*DEVICE_KEYS, KIND))
         for key in DEVICE_KEYS:
             if key not in entry:
                 source.refuse(keys, f"{key} is missing; write for example axes = [\"+x\"]" if key == "axes"
@@ -53,7 +64,16 @@ def read_devices(source: Source, entries: Any, kind: str, sites: tuple[Site, ...
         axes = entry["axes"]
         if not isinstance(axes, list) or not axes:
             source.refuse([*keys, "axes"], 'must be a list such as ["+x", [1, 1, 1]]', axes)
-        found += [Device(site=site, axis=read_axis(source, a, [*keys, "axes", k])) for k, a in enumerate(axes)]
+        wheel = None
+        if wheels is not None and KIND in entry:
+            if entry[KIND] not in wheels:
+                known = f"there are {', '.join(wheels)}" if wheels else "there are none"
+                source.refuse([*keys, KIND], f"no such kind of wheel; {known}{meant(str(entry[KIND]), wheels)}; a table"
+                              " [wheel_kinds.NAME] makes one", entry[KIND])  # fmt: skip
+            wheel = wheels[entry[KIND]]
+        found += [
+            Device(site=site, axis=read_axis(source, a, [*keys, "axes", k]), wheel=wheel) for k, a in enumerate(axes)
+        ]
     return tuple(found)
 
 

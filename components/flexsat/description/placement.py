@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from ..arrays import Array
+from ..parameters import Wheel
 from ..quantities import NOT_NEGATIVE, Range, check_ranges
 
 Vector = tuple[float, float, float]
@@ -54,10 +55,11 @@ class Site:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Device:
-    """A wheel or a sensor: the site that it is mounted on, and its axis."""
+    """A wheel or a sensor: the site that it is mounted on, its axis, and what kind of wheel it is."""
 
     site: str
     axis: Vector  # unit vector in body axes
+    wheel: Wheel | None = None  # of a wheel that is not the spacecraft's usual one; sensors have none
 
     def __post_init__(self) -> None:
         if not abs(math.hypot(*self.axis) - 1.0) <= UNIT:

@@ -18,7 +18,6 @@ from ..parameters import (
     SensorNoise,
     Slew,
     SpeedSelection,
-    Wheel,
 )
 from .appendage_tables import read_appendages
 from .configuration import Configuration, Release, check_name
@@ -27,6 +26,8 @@ from .nodes import check_nodes, read_modes
 from .placed_devices import read_devices, read_sites
 from .placement import Bus, Site
 from .source import Source
+from .wheel_kinds import TABLE as WHEEL_KINDS
+from .wheel_kinds import read_kinds, read_wheel
 
 START = Path(__file__).with_name("start.toml")  # a file to start from, for str.format with `name`
 LARGEST = 1_000_000  # bytes of a file: far more than any spacecraft takes
@@ -41,6 +42,7 @@ KEYS = (
     "sites",
     "bus",
     "wheel",
+    WHEEL_KINDS,
     *_TABLES,
     "modes",
     "appendages",
@@ -99,11 +101,12 @@ def parse_spacecraft(text: str, name: str, folder: Path = Path()) -> SpacecraftF
     aperture = values.setdefault("aperture", Aperture())
     values["modes"] = read_modes(source, tables.get("modes", {}), aperture, values["appendages"])
     check_nodes(source, sites, aperture, values["appendages"])
+    kinds = read_kinds(source, tables.get(WHEEL_KINDS, {}))
     for kind in _DEVICES:
         if kind not in tables:
             source.refuse([kind], "is missing; write for example"
                           f' {kind} = [{{ at = "bus", axes = ["+x", "+y", "+z"] }}]')  # fmt: skip
-        values[kind] = read_devices(source, tables[kind], kind, sites)
+        values[kind] = read_devices(source, tables[kind], kind, sites, kinds if kind == "wheels" else None)
     if "as_published" in tables:
         values["release"] = _release(source, tables["as_published"], sites)
     common = {
@@ -111,7 +114,7 @@ def parse_spacecraft(text: str, name: str, folder: Path = Path()) -> SpacecraftF
         "name": _name(source, tables),
         "layout": _text(source, tables, "layout", f"{len(values['wheels'])} wheels"),
         "sites": sites,
-        "wheel": _wheel(source, tables.get("wheel", {})),
+        "wheel": read_wheel(source, tables.get("wheel", {})),
     }
     weights = _weights(source, tables.get("controller", {}))
     return SpacecraftFile(
@@ -151,19 +154,6 @@ def _bus(source: Source, table: Any) -> Bus:
     if len(values.get("inertia", ())) == 3:  # moments alone
         values["inertia"] = (*values["inertia"], 0.0, 0.0, 0.0)
     return make(source, ["bus"], Bus, values)
-
-
-def _wheel(source: Source, table: Any) -> Wheel:
-    values = read_fields(source, table, ["wheel"], Wheel, also=["factor"])
-    wheel = make(source, ["wheel"], Wheel, values)
-    factor = table.get("factor", 1.0)
-    if isinstance(factor, bool) or not isinstance(factor, (int, float)) or not 0.0 < factor < math.inf:
-        source.refuse(["wheel", "factor"], "must be a number > 0: it multiplies inertia, torque limit, imbalance and"
-                      " broadband jitter of the wheel", factor)  # fmt: skip
-    try:
-        return wheel if factor == 1.0 else wheel.scaled(float(factor))
-    except ValueError as error:
-        source.refuse(["wheel", "factor"], str(error), factor)
 
 
 def _noise(source: Source, table: Any, rates: Rates) -> SensorNoise:

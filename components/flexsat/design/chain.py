@@ -12,6 +12,7 @@ from ..arrays import Array, Index
 from ..controller_weights import Variant, variant_of
 from ..description.built_in import configuration
 from ..description.configuration import Configuration
+from ..description.wheel_set import over_largest
 from ..parameters import (
     ConfigurationName,
     ControllerDesign,
@@ -76,7 +77,8 @@ def plant_matrices(
     Without `flexible_accelerometers` the motion of the modes is left out of the accelerometers, as the authors'
     measurement function does for the centralised configuration (PHYSICS section 7).
     """
-    wheels = spacecraft.wheels
+    wheels, wheel_set = spacecraft.wheels, spacecraft.wheel_set
+    torque_limit, torque_factor = over_largest(wheel_set.torque_limit)
     deflection = np.einsum("ni,nim->nm", spacecraft.accelerometers.axis, spacecraft.accelerometers.deflection)
     if not flexible_accelerometers:
         deflection = np.zeros_like(deflection)
@@ -92,8 +94,13 @@ def plant_matrices(
         wheel_axis=wheels.axis,
         wheel_sense=np.sign(np.sum(turned * wheels.axis, axis=1)),
         wheel_slope=wheels.slope,
-        wheel_inertia=spacecraft.wheel.inertia,
-        torque_limit=spacecraft.wheel.torque_limit,
+        wheel_inertia=wheel_set.inertia,
+        torque_limit=torque_limit,
+        torque_limit_factor=torque_factor,
+        speed_limit=wheel_set.speed_limit,
+        full_torque_speed=wheel_set.full_torque_speed,
+        torque_step=wheel_set.torque_step,
+        friction_torque=wheel_set.friction_torque,
         step_size=step_size,
         nominal_speed=nominal_speed,
         gyro_axis=spacecraft.gyros.axis,
@@ -140,7 +147,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     release = config.release if as_published else None
     structure, response = _structure(replace(config, weights=Weights()), as_published)
     spacecraft = keep_modes(structure, modes_of_design(structure, config.modes))
-    noise, period = config.noise, config.rates.controller
+    noise, period, wheels = config.noise, config.rates.controller, config.wheel_set
     model = linearise(spacecraft, response.nominal, noise.filter_frequency)
     regulator = design_regulator(spacecraft, model, config.weights, period)
     phases = whole_multiple("Rates.star_tracker", config.rates.star_tracker, period)
@@ -148,7 +155,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     coarse, fine = (
         design_estimator(
             model,
-            assumed.wheel,
+            assumed.wheel_set.broadband,
             measurement_noise(model, assumed.noise, star_tracker),
             config.weights.process_noise,
             period,
@@ -161,11 +168,17 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     if config.weights.jitter_cancellation > 0.0:
         quick = linearise(keep_modes(structure, slice(MODES)), response.nominal, noise.filter_frequency)
         against_jitter = jitter_torque(
-            quick, config.wheel, fine, regulator.gain, model, period, config.weights.jitter_cancellation
+            quick, wheels, fine, regulator.gain, model, period, config.weights.jitter_cancellation
         )
     reference = linearise(spacecraft, response.nominal, noise.filter_frequency, gyroscopic=False)
     reference_a, reference_b = reference.rigid_and_flexible()
     shaper_frequency, shaper_damping = dominant_pole(spacecraft)
+    # a motor whose torque falls with speed gives least at the top of its band: what the controller counts on
+    torque_limit, torque_factor = over_largest(wheels.torque_at(np.abs(response.nominal) + wheels.speed_band))
+    speed_band, band_factor = over_largest(wheels.speed_band)
+    (force, force_factor), (torque, torque_imbalance_factor) = map(
+        over_largest, (wheels.imbalance_force, wheels.imbalance_torque)
+    )
     controller = ControllerMatrices(
         a=model.a,
         b_torque=model.b_torque,
@@ -179,7 +192,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         reference_b=reference_b,
         nominal_speed=response.nominal,
         wheel_axis=spacecraft.wheels.axis,
-        wheel_inertia=config.wheel.inertia,
+        wheel_inertia=wheels.inertia,
         inertia=spacecraft.inertia,
         modes=spacecraft.mode_count,
         period=period,
@@ -187,13 +200,19 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         shaper_damping=shaper_damping,
         gyros=model.gyro_count,
         accelerometers=model.index.accelerometers,
-        torque_limit=config.wheel.torque_limit,
-        speed_band=config.wheel.speed_band,
-        imbalance_force=config.wheel.imbalance_force,
-        imbalance_torque=config.wheel.imbalance_torque,
+        torque_limit=torque_limit,
+        speed_band=speed_band,
+        imbalance_force=force,
+        imbalance_torque=torque,
         authority=config.slew.authority,
         slew_start=config.slew.start_time,
+        torque_limit_factor=torque_factor,
+        speed_band_factor=band_factor,
+        imbalance_force_factor=force_factor,
+        imbalance_torque_factor=torque_imbalance_factor,
     )
+    broadband_force, broadband_force_factor = over_largest(wheels.broadband_force)
+    broadband_torque, broadband_torque_factor = over_largest(wheels.broadband_torque)
     return Design(
         config=config,
         as_published=as_published,
@@ -218,10 +237,18 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
             star_tracker_coarse=noise.star_tracker_coarse,
             star_tracker_fine=noise.star_tracker_fine,
             filter_frequency=noise.filter_frequency,
-            imbalance_force=config.wheel.imbalance_force,
-            imbalance_torque=config.wheel.imbalance_torque,
-            broadband_force=config.wheel.broadband_force,
-            broadband_torque=config.wheel.broadband_torque,
+            imbalance_force=force,
+            imbalance_torque=torque,
+            broadband_force=broadband_force,
+            broadband_torque=broadband_torque,
+            imbalance_force_factor=force_factor,
+            imbalance_torque_factor=torque_imbalance_factor,
+            broadband_force_factor=broadband_force_factor,
+            broadband_torque_factor=broadband_torque_factor,
+            harmonic_order=np.ascontiguousarray(wheels.harmonic_order.T),
+            harmonic_force=np.ascontiguousarray(wheels.harmonic_force.T),
+            harmonic_torque=np.ascontiguousarray(wheels.harmonic_torque.T),
+            harmonic_phase=np.ascontiguousarray(wheels.harmonic_phase.T),
             step_size=config.rates.sensors,
             fast_period=period,
             star_tracker_period=config.rates.star_tracker,

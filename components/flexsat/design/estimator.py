@@ -28,7 +28,15 @@ class Estimator:
 
 def assumed_by_filter(config: Configuration) -> Configuration:
     """Return the configuration with the noise and the broadband jitter that the filter's design assumes."""
-    noise, wheel, weights = config.noise, config.wheel, config.weights
+    noise, weights = config.noise, config.weights
+
+    def assumed(wheel: Wheel) -> Wheel:
+        return replace(
+            wheel,
+            broadband_force=weights.broadband * wheel.broadband_force,
+            broadband_torque=weights.broadband * wheel.broadband_torque,
+        )
+
     return replace(
         config,
         noise=replace(
@@ -39,10 +47,9 @@ def assumed_by_filter(config: Configuration) -> Configuration:
             star_tracker_coarse=weights.star_tracker_noise * noise.star_tracker_coarse,
             star_tracker_fine=weights.star_tracker_noise * noise.star_tracker_fine,
         ),
-        wheel=replace(
-            wheel,
-            broadband_force=weights.broadband * wheel.broadband_force,
-            broadband_torque=weights.broadband * wheel.broadband_torque,
+        wheel=assumed(config.wheel),
+        wheels=tuple(
+            device if device.wheel is None else replace(device, wheel=assumed(device.wheel)) for device in config.wheels
         ),
     )
 
@@ -74,24 +81,23 @@ def _noise_scale(model: LinearModel) -> Array:
 
 
 def process_covariance(
-    model: LinearModel, wheel: Wheel, process_noise: float, period: float, as_published: bool = False
+    model: LinearModel, broadband: Array, process_noise: float, period: float, as_published: bool = False
 ) -> Array:
     """Return the covariance of what disturbs the state over a period, (n, n); arguments as in `design_estimator`."""
     _, b_torque, b_jitter = model.sampled(period)
     wheels = model.index.wheels
-    broadband = np.repeat([wheel.broadband_force, wheel.broadband_torque], 2 * wheels) ** 2
-    columns = b_jitter
+    variance, columns = broadband**2, b_jitter
     if as_published:
         # the release orders jitter by wheel and counts its columns from the first input, which is a torque
         by_wheel = np.arange(4 * wheels).reshape(4, wheels).T.ravel()
-        broadband = broadband[by_wheel]
+        variance = variance[by_wheel]
         columns = np.hstack([b_torque, b_jitter[:, by_wheel]])[:, : 4 * wheels]
-    return np.asarray(np.diag(process_noise * _noise_scale(model)) + product(columns * broadband, columns.T))
+    return np.asarray(np.diag(process_noise * _noise_scale(model)) + product(columns * variance, columns.T))
 
 
 def design_estimator(
     model: LinearModel,
-    wheel: Wheel,
+    broadband: Array,
     variance: Array,
     process_noise: float,
     period: float,
@@ -103,7 +109,8 @@ def design_estimator(
     Parameters
     ----------
     model : linear model with the filter states
-    wheel : for the broadband disturbance, which enters through the jitter inputs held over `period`
+    broadband : (4 n,) deviations of the broadband disturbance, which enters through the jitter inputs held over
+        `period`
     variance : (y,) of the measurements, the star tracker's three last
     process_noise : variance added to every state at each step
     period : [s]
@@ -113,7 +120,7 @@ def design_estimator(
     Source: P, section 6; the composition over a period replaces its 10 000 plain iterations.
     """
     a, b_torque, b_jitter = model.sampled(period)
-    q = process_covariance(model, wheel, process_noise, period, as_published)
+    q = process_covariance(model, broadband, process_noise, period, as_published)
     fast = model.c[:-3]
     information_fast = product(fast.T / variance[:-3], fast)
     information_all = product(model.c.T / variance, model.c)

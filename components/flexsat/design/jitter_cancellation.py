@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from ..arrays import Array
+from ..description.wheel_set import WheelSet
 from ..fixed_order import product, solve
-from ..parameters import Wheel
 from ..runtime.zero_order_hold import zero_order_hold
 from ..spacecraft.linear_model import LinearModel, StateIndex
 from .estimator import Estimator
@@ -23,7 +23,7 @@ MODES = 60  # of the structure that count: up to 15 Hz, beyond the harmonics of 
 
 def jitter_torque(
     plant: LinearModel,
-    wheel: Wheel,
+    wheel_set: WheelSet,
     estimator: Estimator,
     feedback: Array,
     model: LinearModel,
@@ -35,7 +35,7 @@ def jitter_torque(
     Parameters
     ----------
     plant : linear model of the structure with enough modes
-    wheel : with its imbalance
+    wheel_set : with the imbalance of each wheel
     estimator : periodic filter; its gain between samples of the star tracker is used
     feedback : (n, r) on the first r states of the estimate
     model : that the estimator predicts with
@@ -60,11 +60,11 @@ def jitter_torque(
     assumed = product(rest, own_jitter)
 
     result = np.zeros((n, 4 * n))
-    force, couple = wheel.imbalance_force, wheel.imbalance_torque
-    if force == 0.0 and couple == 0.0:
+    if not wheel_set.imbalance.any():
         return result
     for speed in sorted(set(plant.nominal_speed.tolist())):
         wheels = np.flatnonzero(plant.nominal_speed == speed)
+        force, couple = wheel_set.imbalance_force[wheels], wheel_set.imbalance_torque[wheels]
         z = _phasor(speed * period)
         # phasors of exp(j angle), angle at mid-step: force (-j, 1), torque (-1, -j), times speed squared
         columns = [wheels + k * n for k in range(4)]
@@ -92,12 +92,12 @@ def jitter_torque(
         returned[:n, :n] += unit
         torques = _least_squares(strain, returned, n, effort)
         up, down = torques[:n], torques[n:]  # re and im of each wheel's torque
-        if force > 0.0:
-            result[:, columns[0]] = -down / (force * speed**2)
-            result[:, columns[1]] = up / (force * speed**2)
-        else:
-            result[:, columns[2]] = -up / (couple * speed**2)
-            result[:, columns[3]] = -down / (couple * speed**2)
+        # the torques of a wheel are those of its force, or of its torque where it has no force
+        pushing, twisting = force > 0.0, (force == 0.0) & (couple > 0.0)
+        result[:, columns[0][pushing]] = -down[:, pushing] / (force[pushing] * speed**2)
+        result[:, columns[1][pushing]] = up[:, pushing] / (force[pushing] * speed**2)
+        result[:, columns[2][twisting]] = -up[:, twisting] / (couple[twisting] * speed**2)
+        result[:, columns[3][twisting]] = -down[:, twisting] / (couple[twisting] * speed**2)
     return result
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
+from ..description.wheel_set import over_largest
 from ..fixed_order import complement, product
 from ..parameters import Weights
 from ..spacecraft.assembly import Spacecraft
@@ -29,7 +30,8 @@ class Regulator:
 
 def null_wheel_basis(spacecraft: Spacecraft) -> Array:
     """Return an orthonormal basis, (n, n - 3), of wheel speed changes that leave the net momentum alone."""
-    return complement(spacecraft.wheels.axis)
+    _, share = over_largest(spacecraft.wheel_set.inertia)
+    return complement(spacecraft.wheels.axis * share[:, np.newaxis])
 
 
 def design_regulator(spacecraft: Spacecraft, model: LinearModel, weights: Weights, period: float) -> Regulator:
@@ -59,7 +61,9 @@ def design_regulator(spacecraft: Spacecraft, model: LinearModel, weights: Weight
     diagonal[index.modal_velocity] = weights.modal_velocity / spacecraft.frequency**2
     diagonal[moving:] = weights.null_wheel_speed / weights.scale
     state_weight = np.diag(diagonal)
-    torque_weight = weights.torque / weights.scale * np.eye(spacecraft.wheel_count)
+    # each wheel's torque weighs as a share of its limit
+    _, limits = over_largest(spacecraft.wheel_set.torque_limit)
+    torque_weight = weights.torque / weights.scale * np.diag(1.0 / limits**2)
 
     ad, bd, _ = model.sampled(period)
     n = index.unfiltered

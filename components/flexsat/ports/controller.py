@@ -116,10 +116,12 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
              display_unit="ms", description="known delay from sampling to the step that uses it, whole milliseconds"),
         Port(name="delay.actuation", causality="parameter", unit="s", start=0.0, minimum=0.0, maximum=LONGEST_DELAY,
              display_unit="ms", description="known delay from the torque output to the wheels, whole milliseconds"),
-        Port(name="wheel.torque_limit_factor", causality="parameter", unit="1", size=n, start=1.0, minimum=0.0,
-             maximum=1e3, description="torque limit of each wheel over wheel.torque_limit; 0: it is not used"),
-        Port(name="wheel.speed_band_factor", causality="parameter", unit="1", size=n, start=1.0, minimum=0.0,
-             maximum=1e3, description="speed band of each wheel over wheel.speed_band"),
+        Port(name="wheel.torque_limit_factor", causality="parameter", unit="1", size=n, minimum=0.0,
+             maximum=1e3, start=tuple(model.torque_limit_factor.tolist()),
+             description="torque limit of each wheel over wheel.torque_limit; 0: it is not used"),
+        Port(name="wheel.speed_band_factor", causality="parameter", unit="1", size=n, minimum=0.0,
+             maximum=1e3, start=tuple(model.speed_band_factor.tolist()),
+             description="speed band of each wheel over wheel.speed_band"),
         Port(name="wheel.speed_offset", causality="parameter", unit="rad/s", size=n, start=0.0, minimum=-1e3,
              maximum=1e3, display_unit="rpm",
              description="speed of each wheel less the nominal one where slews begin: what it has left of its band"),
@@ -132,6 +134,12 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
                  maximum=math.pi, display_unit="deg",
                  description=f"half-angle of the {name} cone: slews lead round it; 0: none"),
         )),
+        *(
+            Port(name=f"jitter.{name}_factor", causality="parameter", unit="1", size=n, minimum=0.0, maximum=1e3,
+                 start=tuple(getattr(model, f"{name}_factor").tolist()),
+                 description=f"jitter.{name} of each wheel over that number, as the controller believes")
+            for name in ("imbalance_force", "imbalance_torque")
+        ),
     )  # fmt: skip
 
 
@@ -162,8 +170,8 @@ def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> Contro
         authority=value("slew.authority"),
         measurement_delay=value("delay.measurement"),
         actuation_delay=value("delay.actuation"),
-        imbalance_force=value("jitter.imbalance_force"),
-        imbalance_torque=value("jitter.imbalance_torque"),
+        imbalance_force=value("jitter.imbalance_force") * np.array(value("jitter.imbalance_force_factor")),
+        imbalance_torque=value("jitter.imbalance_torque") * np.array(value("jitter.imbalance_torque_factor")),
         guidance=value("slew.guidance"),
         during_slew=value("command.during_slew"),
         capture_angle=value("initial.capture_angle"),

@@ -103,7 +103,7 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              minimum=-1e6, maximum=1e6,
              description="initial wheel angle"),
         parameter_port(Wheel, "torque_limit", name="wheel.torque_limit", start=model.torque_limit,
-                       description="largest torque of one motor"),
+                       description="largest torque of a motor, times its wheel.torque_limit_factor"),
         Port(name="dispersion.frequency", causality="parameter", unit="1", size=m,
              minimum=-1.0, maximum=1.0,
              description="relative error of each modal frequency"),
@@ -116,11 +116,23 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
         Port(name="gyroscopics", causality="parameter", kind="boolean", start=True,
              description="false leaves out the gyroscopic torques of the wheels, to tell what they contribute"),
         Port(name="wheel.friction_torque", causality="parameter", unit="N.m", size=n, minimum=0.0, maximum=1e6,
-             variability="tunable",
+             variability="tunable", start=tuple(model.friction_torque.tolist()),
              description="dry friction of the bearing: brakes the wheel against its mount, then holds it; 0: none"),
         Port(name="dispersion.participation", causality="parameter", unit="1", size=m,
              minimum=-1.0, maximum=1.0,
              description="relative error of each mode's coupling to the motion of the rigid body"),
+        Port(name="wheel.torque_limit_factor", causality="parameter", unit="1", size=n, minimum=0.0, maximum=1e3,
+             start=tuple(model.torque_limit_factor.tolist()),
+             description="torque limit of each motor over wheel.torque_limit; 0: it gives none"),
+        parameter_port(Wheel, "speed_limit", name="wheel.speed_limit", size=n, display_unit="rpm",
+                       start=tuple(model.speed_limit.tolist()),
+                       description="wheel speed, either sense, at which the motor's torque ends; 0: none"),
+        parameter_port(Wheel, "full_torque_speed", name="wheel.full_torque_speed", size=n, display_unit="rpm",
+                       start=tuple(model.full_torque_speed.tolist()),
+                       description="wheel speed above which the motor's limit falls, in a line, to zero at"
+                       " wheel.speed_limit; 0: it does not fall"),
+        parameter_port(Wheel, "torque_step", name="wheel.torque_step", size=n, start=tuple(model.torque_step.tolist()),
+                       description="the motor rounds its command to whole steps of this; 0: none"),
     )  # fmt: skip
 
 
@@ -162,4 +174,8 @@ def parameters(model: PlantMatrices, value: Callable[[str], Any]) -> PlantParame
         inertia_dispersion=value("dispersion.inertia"),
         gyroscopics=value("gyroscopics"),
         participation_dispersion=value("dispersion.participation")[: model.modes],
+        torque_factor=value("wheel.torque_limit_factor"),
+        speed_limit=value("wheel.speed_limit"),
+        full_torque_speed=value("wheel.full_torque_speed"),
+        torque_step=value("wheel.torque_step"),
     )

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from ..parameters import Rates, SensorNoise, Wheel
 from ..quantities import quantity
 from ..runtime.periods import whole_multiple
 from ..runtime.sensor_parameters import SensorMatrices, SensorParameters
+from ..runtime.wheel_jitter import Harmonics
 from .declared import parameter_port
 from .table import Port
 
 # Ports that the sensors read of the plant, and those that the controller reads of the sensors; arrays by name.
 TRUTH = ("attitude.quaternion", "wheel.speed", "gyro_site.rate", "accelerometer_site.acceleration", "wheel.angle")
+JITTER_NUMBERS = ("imbalance_force", "imbalance_torque", "broadband_force", "broadband_torque")
 MEASUREMENTS = (
     "gyro.rate",
     "accelerometer.acceleration",
@@ -111,6 +115,16 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
                        description="standard deviation of the broadband force, held over fast_period"),
         parameter_port(Wheel, "broadband_torque", name="jitter.broadband_torque", start=model.broadband_torque,
                        description="standard deviation of the broadband torque, held over fast_period"),
+        *(
+            Port(name=f"jitter.{name}_factor", causality="parameter", unit="1", size=n, minimum=0.0, maximum=1e3,
+                 start=tuple(getattr(model, f"{name}_factor").tolist()),
+                 description=f"jitter.{name} of each wheel over that number")
+            for name in JITTER_NUMBERS
+        ),
+        # spacecraft whose wheels have no further harmonics have no number that would do nothing
+        *[Port(name="jitter.harmonics_factor", causality="parameter", unit="1", size=n, minimum=0.0, maximum=1e3,
+               start=1.0, description="multiplies the harmonics of each wheel beside the first")][: len(
+               model.harmonic_order)],
     )  # fmt: skip
 
 
@@ -134,6 +148,7 @@ def parameters(model: SensorMatrices, value: Callable[[str], Any], step: float |
     step = step or given
     known = "the step of" if step else "fast_period ="
     step = step or value("fast_period")
+    numbers = [value(f"jitter.{name}") * np.array(value(f"jitter.{name}_factor")) for name in JITTER_NUMBERS]
     grade = "fine" if value("star_tracker.fine") else "coarse"
     return SensorParameters(
         seed=value("seed"),
@@ -147,13 +162,26 @@ def parameters(model: SensorMatrices, value: Callable[[str], Any], step: float |
         fast_steps=whole_multiple("fast_period", value("fast_period"), step),
         star_tracker_steps=whole_multiple("star_tracker.period", value("star_tracker.period"), step, known),
         jitter=value("jitter.enabled"),
-        imbalance_force=value("jitter.imbalance_force"),
-        imbalance_torque=value("jitter.imbalance_torque"),
-        broadband_force=value("jitter.broadband_force"),
-        broadband_torque=value("jitter.broadband_torque"),
+        imbalance_force=numbers[0],
+        imbalance_torque=numbers[1],
+        broadband_force=numbers[2],
+        broadband_torque=numbers[3],
+        harmonics=_harmonics(model, value),
         wrench_of_jitter=model.wrench_of_jitter,
         wheels=len(model.nominal_speed),
         gyros=model.gyros,
         accelerometers=model.accelerometers,
         nominal_speed=model.nominal_speed,
+    )
+
+
+def _harmonics(model: SensorMatrices, value: Callable[[str], Any]) -> Harmonics | None:
+    if not len(model.harmonic_order):
+        return None
+    factor = np.array(value("jitter.harmonics_factor"))
+    return Harmonics(
+        order=model.harmonic_order,
+        force=model.harmonic_force * factor,
+        torque=model.harmonic_torque * factor,
+        phase=model.harmonic_phase,
     )

@@ -23,7 +23,7 @@ class PreparedFriction:
     wheels: Index  # (b,) those with friction
     limits: Array  # (b,) [N.m]
     step_length: float  # s
-    wheel_inertia: float  # kg.m2
+    wheel_inertia: Array  # (b,) [kg.m2]
     mount_speed: Array  # (b, vector): axial speed of the mounts at the end of a step, from the state's vector
     torque_of_speed: Array  # (b, b) [N.m.s/rad]: coupled through the structure
     load_of_torque: Array  # (r, b)
@@ -43,12 +43,12 @@ def prepare(plant: PreparedPlant, limits: Array) -> PreparedFriction:
     at_end = plant.motion.free.transition(plant.step_length)[0].after(of_z)
     of_load = product(mount[:, : 2 * m + 6], plant.driven[:-3])
     load_of_torque = plant.load_of_input[:, wheels]
-    response = product(of_load, load_of_torque) + np.eye(len(wheels)) * (plant.step_length / plant.wheel_inertia)
+    response = product(of_load, load_of_torque) + np.diag(plant.step_length / plant.wheel_inertia[wheels])
     return PreparedFriction(
         wheels=wheels,
         limits=limits[wheels],
         step_length=plant.step_length,
-        wheel_inertia=plant.wheel_inertia,
+        wheel_inertia=plant.wheel_inertia[wheels],
         mount_speed=np.hstack([at_end, of_momentum, of_load]),
         torque_of_speed=inverse(response),
         load_of_torque=load_of_torque,

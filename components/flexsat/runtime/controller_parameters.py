@@ -34,7 +34,7 @@ class ControllerMatrices:
     reference_b: Array  # (r, n)
     nominal_speed: Array  # (n,) [rad/s]
     wheel_axis: Array  # (n, 3)
-    wheel_inertia: float  # kg.m2
+    wheel_inertia: Array  # (n,) [kg.m2]
     inertia: Array  # (3, 3) [kg.m2]
     modes: int
     period: float  # s, that the gains were designed for
@@ -48,6 +48,10 @@ class ControllerMatrices:
     imbalance_torque: float  # N.m.s2/rad2
     authority: float  # share of torque and speed band that the slew may use
     slew_start: float  # s, when a slew begins unless commanded otherwise
+    torque_limit_factor: Array  # (n,) of each wheel over the numbers above, which are those of the largest
+    speed_band_factor: Array
+    imbalance_force_factor: Array
+    imbalance_torque_factor: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,8 +68,8 @@ class ControllerParameters:
     authority: float  # share of torque and speed band that the slew may use
     measurement_delay: float  # s, from sampling to the call that uses it; known, whole milliseconds
     actuation_delay: float  # s, from the call to when the torque acts
-    imbalance_force: float  # N.s2/rad2
-    imbalance_torque: float  # N.m.s2/rad2
+    imbalance_force: Array | float  # (n,) [N.s2/rad2]
+    imbalance_torque: Array | float  # (n,) [N.m.s2/rad2]
     guidance: str = "bang-coast-bang"  # one of GUIDANCES
     during_slew: str = "refuse"  # one of DURING_SLEW
     capture_angle: float = CAPTURE_ANGLE  # rad

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..fixed_order import product
-from . import bearing_friction, rotations
+from . import bearing_friction, motors, rotations
 from .bearing_friction import PreparedFriction
 from .named_state import NOT_SAVED
 from .prepared_plant import MIDDLE, PRODUCTS, PreparedPlant, at_step, prepare, prepare_motion
@@ -310,8 +310,10 @@ def _hold(prepared: PreparedPlant, state: PlantState, inputs: Array, friction: P
     work, load = state.work, state.work.total
     work.given[:] = inputs
     torque = work.torque
+    motors.quantise(prepared.motors, torque)
     np.minimum(torque, prepared.most_torque, out=torque)
     np.maximum(torque, prepared.least_torque, out=torque)
+    motors.limit_by_speed(prepared.motors, state.speed, torque)
     prepared.load_of_input.dot(work.given, out=work.load)
     np.add(work.load, state.internal, out=load)  # with those of the last step, to predict the middle of this one
     if friction is not None:
@@ -380,9 +382,14 @@ def telemetry(prepared: PreparedPlant, state: PlantState) -> Telemetry:
         energy=float(
             0.5 * (body @ momentum + speed @ modal_momentum)
             + 0.5 * eta @ (motion.stiffness * eta)
-            + 0.5 * np.sum(state.momentum * state.momentum) / prepared.wheel_inertia
+            + 0.5 * _spin(prepared.wheel_inertia, state.momentum)
         ),
         modal_displacement=eta,
         modal_velocity=speed,
         rms_deformation=math.hypot(*eta.tolist()) / math.sqrt(motion.mass[0, 0]),
     )
+
+
+def _spin(inertia: Array, momentum: Array) -> float:
+    """Return the sum of squared axial momenta over inertias [J]; wheels of one inertia are divided by it once."""
+    return float(np.sum(momentum * momentum * (inertia[0] / inertia)) / inertia[0])

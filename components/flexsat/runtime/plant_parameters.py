@@ -25,8 +25,13 @@ class PlantMatrices:
     wheel_axis: Array  # (n, 3)
     wheel_sense: Array  # (n,): +1 if (a, b, axis) is right-handed, else -1
     wheel_slope: Array  # (n, 3, m)
-    wheel_inertia: float  # kg.m2
-    torque_limit: float  # N.m, of one motor
+    wheel_inertia: Array  # (n,) [kg.m2]
+    torque_limit: float  # N.m, of the strongest motor
+    torque_limit_factor: Array  # (n,) of each motor, over that
+    speed_limit: Array  # (n,) [rad/s]; 0: none
+    full_torque_speed: Array  # (n,) [rad/s]: above it the torque falls to zero at the speed limit; 0: it does not fall
+    torque_step: Array  # (n,) [N.m], of the motor's command; 0: none
+    friction_torque: Array  # (n,) [N.m]
     step_size: float  # s, recommended
     nominal_speed: Array  # (n,) [rad/s]
     gyro_axis: Array  # (g, 3)
@@ -92,18 +97,34 @@ class PlantParameters:
     modal_velocity: Array  # (m,) [m sqrt(kg)/s]
     wheel_speed: Array  # (n,) relative to the mount, about the axis [rad/s]
     wheel_angle: Array  # (n,) [rad]
-    torque_limit: float  # N.m, of each motor
+    torque_limit: float  # N.m, times the factor of each motor
     frequency_dispersion: Array  # (m,) relative error of the frequencies
     damping_dispersion: Array  # (m,) relative error of the modal damping
     inertia_dispersion: Array  # (3,) relative error of the principal inertias
     gyroscopics: bool = True  # False leaves out the gyroscopic torques of the wheels
     participation_dispersion: Array | float = 0.0  # (m,) relative error of each mode's coupling to rigid motion
+    torque_factor: Array | float = 1.0  # (n,) of the torque limit, of each motor; 0: it has failed
+    speed_limit: Array | float = 0.0  # (n,) [rad/s]; 0: none
+    full_torque_speed: Array | float = 0.0  # (n,) [rad/s]; 0: the torque does not fall with speed
+    torque_step: Array | float = 0.0  # (n,) [N.m]; 0: none
 
     def __post_init__(self) -> None:
         if not np.linalg.norm(self.mrp) <= 1.0:
             raise ValueError(f"initial.mrp: norm must be <= 1 (short rotation), got {np.linalg.norm(self.mrp):.6g}")
         if not self.torque_limit > 0.0:
             raise ValueError(f"wheel.torque_limit must be > 0 N.m, got {self.torque_limit!r}")
+        for port, given in (("wheel.torque_limit_factor", self.torque_factor), ("wheel.speed_limit", self.speed_limit),
+                            ("wheel.full_torque_speed", self.full_torque_speed),
+                            ("wheel.torque_step", self.torque_step)):  # fmt: skip
+            for k, value in enumerate(np.atleast_1d(given).tolist()):
+                if not value >= 0.0:
+                    raise ValueError(f"{port}[{k + 1}] must be >= 0, got {value!r}")
+        for k, (full, most) in enumerate(np.broadcast(self.full_torque_speed, self.speed_limit)):
+            if full > most:
+                raise ValueError(
+                    f"wheel.full_torque_speed[{k + 1}] must be at most wheel.speed_limit[{k + 1}] = {most:g} rad/s, got"
+                    f" {float(full)!r}"
+                )
         for name, errors in (("frequency", self.frequency_dispersion), ("inertia", self.inertia_dispersion)):
             if not np.all(errors > -1.0):
                 raise ValueError(f"dispersion.{name}: every relative error must be > -1, got {float(errors.min())!r}")
@@ -133,6 +154,10 @@ def parameters_of_run(
     inertia_dispersion: Array,
     gyroscopics: bool = True,
     participation_dispersion: Array | float = 0.0,
+    torque_factor: Array | float = 1.0,
+    speed_limit: Array | float = 0.0,
+    full_torque_speed: Array | float = 0.0,
+    torque_step: Array | float = 0.0,
 ) -> PlantParameters:
     """Return the parameters of a run, with what is random at its start drawn from the seed.
 
@@ -158,4 +183,8 @@ def parameters_of_run(
         inertia_dispersion=inertia_dispersion,
         gyroscopics=gyroscopics,
         participation_dispersion=participation_dispersion,
+        torque_factor=torque_factor,
+        speed_limit=speed_limit,
+        full_torque_speed=full_torque_speed,
+        torque_step=torque_step,
     )

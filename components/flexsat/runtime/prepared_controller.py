@@ -43,9 +43,9 @@ class PreparedController:
     actuation_delay: float  # s
     torque_limit: Array  # (n,) [N.m]
     speed_band: Array  # (n,) [rad/s]
-    imbalance_force: float  # N.s2/rad2
-    imbalance_torque: float  # N.m.s2/rad2
-    wheel_inertia: float  # kg.m2
+    imbalance_force: Array  # (n,) [N.s2/rad2]
+    imbalance_torque: Array  # (n,) [N.m.s2/rad2]
+    wheel_inertia: Array  # (n,) [kg.m2]
     inertia: Array  # (3, 3) [kg.m2]
     nominal_speed: Array  # (n,) [rad/s]
     c: Array  # (y, s)
@@ -122,8 +122,8 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         actuation_delay=parameters.actuation_delay,
         torque_limit=torque_limit,
         speed_band=speed_band,
-        imbalance_force=parameters.imbalance_force,
-        imbalance_torque=parameters.imbalance_torque,
+        imbalance_force=np.ones(n) * parameters.imbalance_force,
+        imbalance_torque=np.ones(n) * parameters.imbalance_torque,
         wheel_inertia=matrices.wheel_inertia,
         inertia=matrices.inertia,
         nominal_speed=matrices.nominal_speed,

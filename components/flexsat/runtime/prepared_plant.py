@@ -10,6 +10,7 @@ from ..arrays import Array, make_read_only
 from ..fixed_order import inverse, product
 from .free_modes import Blocks, ClampedModes, Coupled, FreeModes, vibration
 from .loads import Loads, at_mounts, lateral_axes, prepare_loads
+from .motors import Motors, prepare_motors
 from .plant_parameters import PlantMatrices, PlantParameters
 
 PRODUCTS = 9  # products of velocities in the accelerations: w x v, and w_i w_j as xx yy zz xy xz yz
@@ -52,7 +53,8 @@ class PreparedPlant:
     load_count: int
     most_torque: Array  # (n,): limits of the motors [N.m]
     least_torque: Array
-    wheel_inertia: float  # kg.m2
+    motors: Motors
+    wheel_inertia: Array  # (n,) [kg.m2]
     load_of_input: Array  # (r, inputs)
     load_of_internal: Array  # (r, 2 n + 6): from gyroscopic torques and momentum terms
     coupled: Array  # (2 m, 2 m): z of the step's end, from z; (0, 0) where its pairs do not couple: then
@@ -127,6 +129,7 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
     turned, turned_by_load = _turned(motion, step, whole, whole_held)
     middle = _velocities(motion, half.after(of_z), product(of_z, half_held.times(motion.drive)), 0.5 * step)
     inputs = n + 6 * matrices.mounts + 6
+    most = motion.parameters.torque_limit * (np.ones(n) * motion.parameters.torque_factor)
     none = np.zeros((0, 0))
     return PreparedPlant(
         motion=motion,
@@ -138,8 +141,9 @@ def at_step(motion: Motion, step: float) -> PreparedPlant:
         accelerometers=len(matrices.accelerometer_axis),
         input_count=inputs,
         load_count=r,
-        most_torque=np.full(n, motion.parameters.torque_limit),
-        least_torque=np.full(n, -motion.parameters.torque_limit),
+        most_torque=most,
+        least_torque=-most,
+        motors=prepare_motors(motion.parameters, most, matrices.wheel_inertia, step),
         wheel_inertia=matrices.wheel_inertia,
         load_of_input=loads.of_held[:, :inputs].copy(),
         load_of_internal=loads.of_held[:, inputs:].copy(),
@@ -229,7 +233,7 @@ def _output_map(motion: Motion) -> Array:
     speed, gyro = slice(6, 6 + n), slice(6 + n, 6 + n + g)
     linear[speed, 3:6] = -matrices.wheel_axis
     linear[speed, 6 : 6 + u] = -product(_placed(matrices, matrices.wheel_axis), loads.mount_slopes)
-    linear[speed, momentum] = np.eye(n) / matrices.wheel_inertia
+    linear[speed, momentum] = np.eye(n) / matrices.wheel_inertia[:, np.newaxis]
     linear[gyro, 3:6], linear[gyro, 6 : 6 + u] = matrices.gyro_axis, loads.gyro_slopes
     linear[gyro.stop :, 6 + u : 6 + u + k] = np.eye(k)
     linear[gyro.stop :, momentum.stop :] = _accelerometer_products(matrices)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..arrays import Array
+from .wheel_jitter import Harmonics
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,10 +22,18 @@ class SensorMatrices:
     star_tracker_coarse: float  # rad
     star_tracker_fine: float  # rad
     filter_frequency: float  # Hz
-    imbalance_force: float  # N.s2/rad2
+    imbalance_force: float  # N.s2/rad2, and the next three: of the wheel that has most
     imbalance_torque: float  # N.m.s2/rad2
     broadband_force: float  # N
     broadband_torque: float  # N.m
+    imbalance_force_factor: Array  # (n,) of each wheel, over that; and the next three
+    imbalance_torque_factor: Array
+    broadband_force_factor: Array
+    broadband_torque_factor: Array
+    harmonic_order: Array  # (p, n): harmonics beside the first
+    harmonic_force: Array  # (p, n) [N.s2/rad2]
+    harmonic_torque: Array  # (p, n) [N.m.s2/rad2]
+    harmonic_phase: Array  # (p, n) [rad]
     step_size: float  # s
     fast_period: float  # s, of gyros, accelerometers and encoders
     star_tracker_period: float  # s
@@ -45,15 +54,16 @@ class SensorParameters:
     fast_steps: int  # steps between samples of gyros, accelerometers and encoders
     star_tracker_steps: int  # steps between samples of the star tracker
     jitter: bool
-    imbalance_force: float  # N.s2/rad2
-    imbalance_torque: float  # N.m.s2/rad2
-    broadband_force: float  # N, held over fast_steps
-    broadband_torque: float  # N.m
+    imbalance_force: Array | float  # (n,) [N.s2/rad2]
+    imbalance_torque: Array | float  # (n,) [N.m.s2/rad2]
+    broadband_force: Array | float  # (n,) [N], held over fast_steps
+    broadband_torque: Array | float  # (n,) [N.m]
     wheels: int
     gyros: int
     accelerometers: int
     wrench_of_jitter: Array  # (6 s, 4 wheels)
     nominal_speed: Array  # (wheels,) [rad/s]: what the encoders show before their first sample
+    harmonics: Harmonics | None = None  # beside the first; None: none
 
     def __post_init__(self) -> None:
         if self.seed < 0:

@@ -11,6 +11,7 @@ from ..arrays import Array, make_read_only
 from . import rotations
 from . import wheel_jitter as jitter
 from .sensor_parameters import SensorParameters
+from .wheel_jitter import Harmonics
 from .zero_order_hold import matrix_exponential
 
 STREAM = 2  # a component's own random streams: plant and sensors may be given the same seed
@@ -67,11 +68,12 @@ class PreparedSensors:
     star_tracker_steps: int
     star_tracker_noise: float  # rad, each axis
     jitter: bool
-    imbalance_force: float  # N.s2/rad2
-    imbalance_torque: float  # N.m.s2/rad2
+    imbalance_force: Array  # (n,) [N.s2/rad2]
+    imbalance_torque: Array  # (n,) [N.m.s2/rad2]
+    harmonics: Harmonics | None
     transition: Array  # (2, 4): from the four rows of the filter to its next output and rate
     deviation: Array  # (g + k + n,): noise of gyros, accelerometers, encoders
-    broadband_deviation: Array  # (4, 1)
+    broadband_deviation: Array  # (4, n)
     wrench_of_jitter: Array  # (6 s, 4 n)
     nominal_speed: Array  # (n,) [rad/s]
 
@@ -88,7 +90,7 @@ def prepare(parameters: SensorParameters) -> PreparedSensors:
     chain[0, 1], chain[1, 0], chain[1, 1], chain[1, 2] = corner, -corner, -np.sqrt(2.0) * corner, corner
     chain[2, 3] = 1.0 / h
     sampled = matrix_exponential(chain * h)
-    new = sampled[:2, 3:]
+    new, ones = sampled[:2, 3:], np.ones(parameters.wheels)
     accelerometer_noise = (
         parameters.gyro_noise if parameters.accelerometer_noise_is_gyros else parameters.accelerometer_noise
     )
@@ -102,8 +104,9 @@ def prepare(parameters: SensorParameters) -> PreparedSensors:
         star_tracker_steps=parameters.star_tracker_steps,
         star_tracker_noise=parameters.star_tracker_noise,
         jitter=parameters.jitter,
-        imbalance_force=parameters.imbalance_force,
-        imbalance_torque=parameters.imbalance_torque,
+        imbalance_force=ones * parameters.imbalance_force,
+        imbalance_torque=ones * parameters.imbalance_torque,
+        harmonics=parameters.harmonics,
         transition=np.hstack([sampled[:2, :2], sampled[:2, 2:3] - new, new]),
         deviation=np.concatenate(
             [
@@ -112,7 +115,9 @@ def prepare(parameters: SensorParameters) -> PreparedSensors:
                 np.full(parameters.wheels, parameters.encoder_noise),
             ]
         ),
-        broadband_deviation=np.array([[parameters.broadband_force]] * 2 + [[parameters.broadband_torque]] * 2),
+        broadband_deviation=np.array(
+            [ones * parameters.broadband_force] * 2 + [ones * parameters.broadband_torque] * 2
+        ),
         wrench_of_jitter=parameters.wrench_of_jitter,
         nominal_speed=parameters.nominal_speed,
     )
@@ -186,6 +191,8 @@ def step(prepared: PreparedSensors, state: SensorState, inputs: SensorInputs) ->
             prepared.imbalance_torque,
             state.jitter,
         )
+        if prepared.harmonics is not None:
+            jitter.add_harmonics(prepared.harmonics, inputs.speed, inputs.angle, prepared.step, state.jitter)
         state.jitter += state.broadband
         prepared.wrench_of_jitter.dot(state.jitter.ravel(), out=outputs.wrench)
     state.count += 1

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..description.configuration import Configuration
 from ..description.placement import ALONG, Device, Site
+from ..description.wheel_set import WheelSet
 from ..fixed_order import product
-from ..parameters import ConfigurationName, Wheel
+from ..parameters import ConfigurationName
 from ..runtime.rotations import skew
 from ..structure.mesh import polar
 from ..structure.structure import Structure
@@ -52,7 +53,7 @@ class Spacecraft:
     damping: Array  # (m,) [1/s]
     translation: Array  # (3, m): L_v [sqrt(kg)]
     rotation: Array  # (3, m): L_w [m sqrt(kg)]
-    wheel: Wheel
+    wheel_set: WheelSet
     wheels: Points
     mounts: Points  # where wheels sit: the bus first, then the sites that carry wheels; axes unused
     mount_of_wheel: NDArray[np.intp]  # (n,)
@@ -218,7 +219,7 @@ def build_spacecraft(config: Configuration, as_published: bool = False) -> Space
         damping=structure.damping,
         translation=structure.translation,
         rotation=whole.rotation,
-        wheel=config.wheel,
+        wheel_set=config.wheel_set,
         wheels=_from(whole.centre, wheels),
         mounts=_from(whole.centre, _points(structure, config, mounts, as_published)),
         mount_of_wheel=np.array([occupied.index(device.site) for device in config.wheels]),

@@ -122,7 +122,7 @@ def linearise(
     velocity = np.zeros((6 + modes, 6 + modes))  # force of (v, w, eta')
     velocity[6:, 6:] = -np.diag(spacecraft.damping)
     if gyroscopic:
-        velocity -= spacecraft.gyroscopic_matrix(spacecraft.wheel.inertia * nominal_speed)
+        velocity -= spacecraft.gyroscopic_matrix(spacecraft.wheel_set.inertia * nominal_speed)
     displacement = np.vstack([np.zeros((6, modes)), -np.diag(spacecraft.frequency**2)])
 
     a = np.zeros((index.size, index.size))
@@ -137,7 +137,7 @@ def linearise(
     a[np.ix_(moving, moving)] = product(rows, velocity[:, 3:])
     b_torque[moving] = product(rows, spacecraft.torque_influence)
     b_jitter[moving] = product(rows, jitter_influence)
-    b_torque[index.wheel_speed] = np.eye(wheels) / spacecraft.wheel.inertia
+    b_torque[index.wheel_speed] = np.eye(wheels) / spacecraft.wheel_set.inertia[:, None]
 
     corner = 2.0 * np.pi * filter_frequency
     sensed = corner * product(accelerometer_map(spacecraft), inverse_mass)

@@ -28,7 +28,7 @@ class ModeTable:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Envelope:
-    """The resultant of wheels that each give at most one, in any direction."""
+    """The resultant of wheels that each give at most their own, in any direction."""
 
     about: Array  # (3,): most about body x, y, z
     weakest: float  # most about the weakest direction
@@ -56,7 +56,7 @@ def mode_table(spacecraft: Spacecraft) -> ModeTable:
 
 
 def envelope(axes: Array) -> Envelope:
-    """Return what wheels along axes, (n, 3), give together.
+    """Return what wheels along axes, (n, 3), give together: each at most as much as its axis is long.
 
     Their resultants fill a zonotope. Each of its faces is spanned by two axes, and lies at the sum of the shares of all
     wheels along its normal; the most about a direction is where it leaves the first face.
@@ -66,6 +66,8 @@ def envelope(axes: Array) -> Envelope:
     ValueError
         If all axes lie in one plane.
     """
+    longest = float(np.linalg.norm(axes, axis=1).max())
+    axes = axes / longest
     first, second = np.triu_indices(len(axes), 1)
     normals = np.cross(axes[first], axes[second])
     lengths = np.linalg.norm(normals, axis=1)
@@ -76,7 +78,7 @@ def envelope(axes: Array) -> Envelope:
     nearest = int(np.argmin(reach))
     with np.errstate(divide="ignore"):
         about = np.min(reach[:, None] / np.abs(normals), axis=0)
-    return Envelope(about=about, weakest=float(reach[nearest]), direction=normals[nearest])
+    return Envelope(about=longest * about, weakest=longest * float(reach[nearest]), direction=normals[nearest])
 
 
 def _over_largest(values: Array) -> Array:

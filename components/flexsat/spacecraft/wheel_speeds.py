@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from ..arrays import Array, Complex
-from ..parameters import SpeedSelection
+from ..parameters import RPM, SpeedSelection
 from .assembly import Spacecraft
 
 TIE = 1e-9  # relative difference of responses below which rounding would choose
@@ -24,18 +24,18 @@ class WheelResponse:
     nominal: Array  # (n,) [rad/s]
 
 
-def imbalance_response(spacecraft: Spacecraft, frequency: Array) -> Array:
+def imbalance_response(spacecraft: Spacecraft, frequency: Array, imbalance: Array | None = None) -> Array:
     """Return the largest singular value from a wheel's four imbalance inputs to the modal velocities, (n, k).
 
     Parameters
     ----------
     spacecraft : the configuration, wheels at rest (no gyroscopic terms)
     frequency : (k,) [rad/s]
+    imbalance : (4 n,) of a harmonic, in the order of jitter; None: of the first
     """
-    wheel, wheels, modes = spacecraft.wheel, spacecraft.wheel_count, spacecraft.mode_count
+    wheels, modes = spacecraft.wheel_count, spacecraft.mode_count
     mass = spacecraft.mass_matrix
-    scale = np.repeat([wheel.imbalance_force, wheel.imbalance_torque], 2 * wheels)
-    inputs = spacecraft.jitter_influence * scale
+    inputs = spacecraft.jitter_influence * (spacecraft.wheel_set.imbalance if imbalance is None else imbalance)
     resultant = inputs[:6].reshape(6, 4, wheels).transpose(2, 0, 1)  # (n, 6, 4)
     force, coupling = inputs[6:].reshape(modes, 4, wheels), mass[6:, :6]
     rate = 1j * frequency[:, None]
@@ -90,12 +90,47 @@ def select_speeds(spacecraft: Spacecraft, selection: SpeedSelection) -> WheelRes
     """Choose each wheel's nominal speed: the minimum of the response times speed squared, worst over its band.
 
     Source: P, section 4, and its release for the grid of 1000 speeds and the window of 50 rpm.
+
+    Raises
+    ------
+    ValueError
+        If no speed leaves a wheel's band below its speed limit.
     """
     hertz, window = speed_grid(selection)
-    response = imbalance_response(spacecraft, 2.0 * np.pi * hertz) * hertz**2
+    response = _all_harmonics(spacecraft, hertz) * hertz**2
     worst = maximum_filter1d(response, window, axis=1, mode="nearest")
     margin = int(np.ceil(window / 2)) - 1  # the band must lie inside the range
     inner = slice(margin, selection.points - margin)
+    worst = _within_limits(spacecraft, 2.0 * np.pi * hertz, worst, inner)
     least = worst[:, inner].min(axis=1, keepdims=True)
     best = margin + np.argmax(worst[:, inner] <= (1.0 + TIE) * least, axis=1)  # the first of those alike
     return WheelResponse(speed=2.0 * np.pi * hertz, response=response, worst=worst, nominal=2.0 * np.pi * hertz[best])
+
+
+def _all_harmonics(spacecraft: Spacecraft, hertz: Array) -> Array:
+    """Return the root sum square of the responses to each harmonic, (n, k), for wheels at speeds (k,) [Hz]."""
+    wheels, response = spacecraft.wheel_set, imbalance_response(spacecraft, 2.0 * np.pi * hertz)
+    for order in sorted(set(wheels.harmonic_order.ravel().tolist())):
+        force, torque = (
+            np.sqrt(np.sum(np.where(wheels.harmonic_order == order, size, 0.0) ** 2, axis=1))
+            for size in (wheels.harmonic_force, wheels.harmonic_torque)
+        )
+        imbalance = np.concatenate([force, force, torque, torque])
+        response = np.hypot(response, imbalance_response(spacecraft, order * 2.0 * np.pi * hertz, imbalance))
+    return response
+
+
+def _within_limits(spacecraft: Spacecraft, speed: Array, worst: Array, inner: slice) -> Array:
+    """Return the responses (n, k), infinite at speeds (k,) [rad/s] whose band reaches a wheel's speed limit."""
+    wheels = spacecraft.wheel_set
+    limited = np.flatnonzero(wheels.speed_limit > 0.0)
+    for k in limited.tolist():
+        beyond = speed + wheels.speed_band[k] >= wheels.speed_limit[k]
+        if beyond[inner].all():
+            raise ValueError(
+                f"Wheel.speed_limit of wheel {k + 1}, {wheels.speed_limit[k] / RPM:.4g} rpm, leaves no nominal speed:"
+                f" the slowest that is considered is {speed[inner][0] / RPM:.4g} rpm, with a band of"
+                f" {wheels.speed_band[k] / RPM:.4g} rpm either side; set it higher, or SpeedSelection.lowest lower"
+            )
+        worst = np.where((np.arange(len(worst)) == k)[:, None] & beyond, np.inf, worst)
+    return worst

@@ -61,7 +61,7 @@ def excitation_of(contract: Contract) -> Excitation:
     # the state is the MRP, a quarter of a small angle; a wheel's torque acts on the body with the other sign
     body = model.wheel_axis.T @ model.feedback
     stiffness, damping = -body[:, :3] / 4.0, -body[:, rates]
-    call = _SHARE * model.torque_limit
+    call = _SHARE * model.torque_limit * float(model.torque_limit_factor.min())
     x, y, z = scalar_names(ports["star_tracker.mrp"])
     gyros = zip(scalar_names(ports["gyro.rate"]), axes, strict=True)
     return Excitation(

@@ -132,10 +132,10 @@ def _draw_first_harmonic(axes: Axes, design: Design) -> None:
 def _draw_chosen(upper: Axes, lower: Axes, design: Design) -> None:
     """Mark chosen speeds: on the harmonic with their bands, and below with the deformation of that wheel."""
     axis, nominal = design.spacecraft.wheels.axis, design.response.nominal
-    band = design.config.wheel.speed_band / RPM
+    bands = design.config.wheel_set.speed_band / RPM
     for name, look in AXES.items():
         wheels = np.flatnonzero([axis_name(one) == name for one in axis])
-        speed = nominal[wheels] / RPM
+        speed, band = nominal[wheels] / RPM, bands[wheels]
         made = [
             imbalance_deformation(design.structure, w, np.array([w]))[wheel, 0] / MICROMETRE
             for wheel, w in zip(wheels, nominal[wheels].tolist(), strict=True)
@@ -145,19 +145,17 @@ def _draw_chosen(upper: Axes, lower: Axes, design: Design) -> None:
         upper.hlines(speed / 60.0, speed - band, speed + band, color=look.colour, linewidth=2.2, zorder=3.5)
         upper.plot(speed, speed / 60.0, **style)
         lower.plot(speed, made, **style)
-        for value in np.unique(speed):
-            lower.axvspan(value - band, value + band, color=look.colour, alpha=0.12, linewidth=0.0)
+        for value, width in sorted(set(zip(speed.tolist(), band.tolist(), strict=True))):
+            lower.axvspan(value - width, value + width, color=look.colour, alpha=0.12, linewidth=0.0)
 
 
 def _legend(design: Design) -> list[Line2D | Patch]:
-    band, lowest = design.config.wheel.speed_band / RPM, design.config.speeds.lowest * 60.0
+    band, lowest = design.config.wheel_set.speed_band / RPM, design.config.speeds.lowest * 60.0
+    chosen_band = f", ±{band[0]:.0f} rpm" if np.ptp(band) == 0.0 else " with their bands"
     line = MARK | {"linestyle": "-", "linewidth": 2.2, "markersize": 6.5}
     chosen = {name: line | {"color": look.colour, "marker": look.marker} for name, look in AXES.items()}
     return [
-        *(
-            Line2D([], [], label=f"wheels about {name}: chosen, ±{band:.0f} rpm", **look)
-            for name, look in chosen.items()
-        ),
+        *(Line2D([], [], label=f"wheels about {name}: chosen{chosen_band}", **look) for name, look in chosen.items()),
         Line2D([], [], label="first harmonic: Hz = rpm/60", **FIRST),
         Patch(label=f"below {lowest:.0f} rpm: not searched", **NOT_SEARCHED),
         Line2D([], [], label="mode of the free spacecraft", **(MODE | {"color": "0.6", "linewidth": 1.0})),

@@ -61,8 +61,8 @@ def structure_layout(designs: Mapping[ConfigurationName, Design]) -> Figure:
             _draw_tiles(axes, design)
             _draw_wheels(axes, design.spacecraft)
             _draw_sensors(axes, design.spacecraft)
-            wheel, count = design.config.wheel, design.spacecraft.wheel_count
-            axes.set_title(f"{name}: {count} wheels of {wheel.inertia:.3g} kg·m², {wheel.torque_limit:.3g} N·m")
+            kinds = design.config.wheel_set.kinds.replace(" of ", " wheels of ", 1).replace(" and ", ", ")
+            axes.set_title(f"{name}: {kinds.replace('kg.m2', 'kg·m²').replace('N.m', 'N·m')}")
             axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH), aspect="equal", xticks=TICKS, yticks=TICKS)
             axes.set_xlabel("x [m]")
         panels[0].set_ylabel("y [m]")

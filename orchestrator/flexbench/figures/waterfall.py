@@ -51,9 +51,9 @@ def waterfall_figure(result: Waterfall, design: Design) -> Figure:
 
 def allowed_bands(design: Design) -> list[tuple[float, float]]:
     """Return the union of the wheels' allowed bands [rad/s], lowest first."""
-    band = design.config.wheel.speed_band
+    nominal, band = design.response.nominal, design.config.wheel_set.speed_band
     joined: list[tuple[float, float]] = []
-    for low, high in sorted((w - band, w + band) for w in design.response.nominal.tolist()):
+    for low, high in sorted(zip((nominal - band).tolist(), (nominal + band).tolist(), strict=True)):
         if joined and low <= joined[-1][1]:
             joined[-1] = (joined[-1][0], max(high, joined[-1][1]))
         else:

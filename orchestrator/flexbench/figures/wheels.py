@@ -62,12 +62,13 @@ def wheel_responses(design: Design) -> Figure:
 
 def equal_wheels(design: Design) -> list[list[int]]:
     """Group the wheels whose response and chosen speed are the same, each group in ascending order."""
-    response, nominal = design.response.response, design.response.nominal
+    response, nominal, band = design.response.response, design.response.nominal, design.config.wheel_set.speed_band
     groups: list[list[int]] = []
     for wheel in range(len(nominal)):
         for group in groups:
             first = group[0]
-            if nominal[first] == nominal[wheel] and np.allclose(response[first], response[wheel], rtol=SAME, atol=0.0):
+            alike = nominal[first] == nominal[wheel] and band[first] == band[wheel]
+            if alike and np.allclose(response[first], response[wheel], rtol=SAME, atol=0.0):
                 group.append(wheel)
                 break
         else:
@@ -78,7 +79,7 @@ def equal_wheels(design: Design) -> list[list[int]]:
 def _draw_group(axes: Axes, design: Design, group: list[int]) -> None:
     result, first = design.response, group[0]
     speed, nominal = result.speed / RPM, result.nominal[first] / RPM
-    band = design.config.wheel.speed_band / RPM
+    band = design.config.wheel_set.speed_band[first] / RPM
     colour = AXES[axis_name(design.spacecraft.wheels.axis[first])].colour
     axes.axvspan(nominal - band, nominal + band, color=colour, **BAND)
     axes.axvline(nominal, color=colour, **CHOSEN)
@@ -101,10 +102,11 @@ def _numbers(group: list[int]) -> str:
 
 
 def _legend(design: Design) -> list[Line2D | Patch]:
-    window, band = design.config.speeds.window * 60.0, design.config.wheel.speed_band / RPM
+    window, band = design.config.speeds.window * 60.0, design.config.wheel_set.speed_band / RPM
+    allowed = f"allowed: ±{band[0]:.0f} rpm" if np.ptp(band) == 0.0 else "allowed"
     return [
         Line2D([], [], label="response to its imbalance", **RESPONSE),
         Line2D([], [], label=f"its maximum over {window:.0f} rpm", color="black", **WORST),
         Line2D([], [], label="chosen speed: minimum of that maximum", color="black", **CHOSEN),
-        Patch(label=f"allowed: ±{band:.0f} rpm", color="0.3", **BAND),
+        Patch(label=allowed, color="0.3", **BAND),
     ]

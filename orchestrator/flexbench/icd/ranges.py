@@ -21,10 +21,10 @@ def signal_ranges(design: Design) -> dict[str, Range]:
     parameters are those of the short rotation. Jitter: all harmonics of a mount in phase at the top of the speed band,
     and four standard deviations of its broadband part.
     """
-    wheel, nominal = design.config.wheel, design.plant.nominal_speed
-    torque = (-wheel.torque_limit, wheel.torque_limit)
-    band = (-wheel.speed_band, wheel.speed_band)
-    speed = (float(np.min(nominal)) - wheel.speed_band, float(np.max(nominal)) + wheel.speed_band)
+    wheels, nominal = design.config.wheel_set, design.plant.nominal_speed
+    most, widest = float(wheels.torque_limit.max()), float(wheels.speed_band.max())
+    torque, band = (-most, most), (-widest, widest)
+    speed = (float(np.min(nominal - wheels.speed_band)), float(np.max(nominal + wheels.speed_band)))
     ranges: dict[str, Range] = {
         "wheel.torque": torque,
         "reference.torque": torque,
@@ -48,10 +48,10 @@ def signal_ranges(design: Design) -> dict[str, Range]:
 
 def _jitter_bounds(design: Design) -> list[float]:
     """Return the largest component on any mount: force x, y, z [N], torque x, y, z [N.m]."""
-    sensors, wheel = design.sensors, design.config.wheel
-    top = np.abs(sensors.nominal_speed) + wheel.speed_band
-    force = sensors.imbalance_force * top**2 + SIGMAS * sensors.broadband_force
-    torque = sensors.imbalance_torque * top**2 + SIGMAS * sensors.broadband_torque
+    sensors, wheels = design.sensors, design.config.wheel_set
+    square = (np.abs(sensors.nominal_speed) + wheels.speed_band) ** 2
+    force = (wheels.imbalance_force + wheels.harmonic_force.sum(axis=1)) * square + SIGMAS * wheels.broadband_force
+    torque = (wheels.imbalance_torque + wheels.harmonic_torque.sum(axis=1)) * square + SIGMAS * wheels.broadband_torque
     bounds = np.abs(sensors.wrench_of_jitter) @ np.concatenate([force, force, torque, torque])
     return [float(np.max(part)) for part in np.split(bounds, len(JITTER))]
 

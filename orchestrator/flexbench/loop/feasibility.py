@@ -156,7 +156,10 @@ def needs_of(plan: Plan) -> Needs | None:
         torques.append(np.abs(wheels) * changes.max())
         momenta.append(base(motion.end) + wheels * float(np.abs(motion.scale * motion.rates).max()))
     own = number_of(parts.plant, parts.name("wheel.torque_limit"), parameters)
-    torque, torque_limit = _hardest(torques, np.minimum(prepared.torque_limit, np.inf if own is None else own))
+    names = [parts.name("wheel.torque_limit_factor", k + 1) for k in range(prepared.wheels)]
+    shares = np.array([1.0 if one is None else one for one in numbers_of(parts.plant, names, parameters)])
+    limits = np.full(prepared.wheels, np.inf) if own is None else own * shares
+    torque, torque_limit = _hardest(torques, np.minimum(prepared.torque_limit, limits))
     momentum, momentum_limit = _hardest(momenta, prepared.wheel_inertia * prepared.speed_band)
     return Needs(
         angles=tuple(motion.angle for motion in motions),

@@ -32,7 +32,8 @@ class Properties:
     craft: Spacecraft
     modes: ModeTable
     known: Sequence[int]  # modes of the clamped structure that the controller is designed with
-    reach: Envelope  # of wheels that give one each
+    torque: Envelope  # of the wheels at their limits [N.m]
+    momentum: Envelope  # of the wheels at the ends of their speed bands [N.m.s]
     nominal_speed: Array  # (n,) [rad/s]
     net_momentum: Array  # (3,) [N.m.s], of all wheels at their nominal speeds
 
@@ -41,6 +42,7 @@ def properties_of(spacecraft: SpacecraftFile, name: str) -> Properties:
     """Return what a spacecraft is; raise InputError, which names it, if no nominal speeds can be chosen."""
     config = spacecraft.configurations[DEFAULT_DESIGN]
     craft = build_spacecraft(config)
+    wheels = craft.wheel_set
     try:
         nominal = select_speeds(craft, config.speeds).nominal
     except ValueError as error:
@@ -50,7 +52,8 @@ def properties_of(spacecraft: SpacecraftFile, name: str) -> Properties:
         craft=craft,
         modes=mode_table(craft),
         known=np.arange(craft.mode_count)[modes_of_design(craft, config.modes)].tolist(),
-        reach=envelope(craft.wheels.axis),
+        torque=envelope(craft.wheels.axis * wheels.torque_limit[:, np.newaxis]),
+        momentum=envelope(craft.wheels.axis * (wheels.inertia * wheels.speed_band)[:, np.newaxis]),
         nominal_speed=nominal,
         net_momentum=net_momentum(craft, nominal),
     )
@@ -58,12 +61,12 @@ def properties_of(spacecraft: SpacecraftFile, name: str) -> Properties:
 
 def net_momentum(craft: Spacecraft, nominal: Array) -> Array:
     """Return the momentum of all wheels at their nominal speeds, (3,) [N.m.s]."""
-    return np.asarray(craft.wheel.inertia * nominal @ craft.wheels.axis)
+    return np.asarray((craft.wheel_set.inertia * nominal) @ craft.wheels.axis)
 
 
 def bias_line(craft: Spacecraft, nominal: Array) -> str | None:
     """Return a line about net momentum of the wheels at their nominal speeds; None if it cancels."""
-    net, most = net_momentum(craft, nominal), craft.wheel.inertia * float(np.sum(np.abs(nominal)))
+    net, most = net_momentum(craft, nominal), float(np.sum(craft.wheel_set.inertia * np.abs(nominal)))
     if float(np.linalg.norm(net)) <= CANCELLED * most:
         return None
     return (
@@ -74,7 +77,7 @@ def bias_line(craft: Spacecraft, nominal: Array) -> str | None:
 
 def property_lines(found: Properties) -> Iterator[str]:
     """Yield lines about mass, wheels and envelopes."""
-    config, craft, wheel, reach = found.config, found.craft, found.config.wheel, found.reach
+    config, craft, wheels = found.config, found.craft, found.craft.wheel_set
     sensors = f"{len(craft.gyros.axis)} gyros, {len(craft.accelerometers.axis)} accelerometers"
     yield f"{config.name}: {config.layout}; {sensors}"
     yield f"mass {craft.mass:.6g} kg, of which bus {config.bus.mass:.6g} kg"
@@ -83,12 +86,12 @@ def property_lines(found: Properties) -> Iterator[str]:
     products = np.where(np.abs(products) < ROUNDING * moments.max(), 0.0, products)
     yield f"inertia about it xx, yy, zz {_vector(moments, 6)} kg.m2; xy, xz, yz {_vector(products, 6)}"
     speeds = found.nominal_speed / RPM
-    yield f"nominal wheel speeds {speeds.min():.1f} to {speeds.max():.1f} rpm, +-{wheel.speed_band / RPM:.1f} rpm"
+    band = _span(wheels.speed_band / RPM, 1)
+    yield f"nominal wheel speeds {speeds.min():.1f} to {speeds.max():.1f} rpm, +-{band} rpm"
     yield f"net momentum of the wheels there {_vector(found.net_momentum)} N.m.s"
-    envelopes = (("torque", "N.m", wheel.torque_limit), ("momentum", "N.m.s", wheel.inertia * wheel.speed_band))
-    for what, unit, each in envelopes:
+    for what, unit, reach in (("torque", "N.m", found.torque), ("momentum", "N.m.s", found.momentum)):
         yield (
-            f"{what} about x, y, z {_vector(each * reach.about)} {unit}; in any direction {each * reach.weakest:.4g}"
+            f"{what} about x, y, z {_vector(reach.about)} {unit}; in any direction {reach.weakest:.4g}"
             f" {unit}, weakest along {_vector(reach.direction)}"
         )
     if (line := bias_line(craft, found.nominal_speed)) is not None:
@@ -112,6 +115,12 @@ def mode_rows(found: Properties, count: int) -> Iterator[tuple[str, ...]]:
             _share(modes.controllability[k]),
             _share(modes.observability[k]),
         )
+
+
+def _span(values: Array, digits: int) -> str:
+    """Return numbers of all wheels as one, or as the least and the largest."""
+    least, largest = (f"{value:.{digits}f}" for value in (values.min(), values.max()))
+    return least if least == largest else f"{least} to {largest}"
 
 
 def _share(value: float) -> str:

@@ -47,7 +47,7 @@ def _geometry(config: Configuration) -> dict[str, Any]:
         "wheels": [
             {"node": node, "axis": [float(x) for x in axis]} for node, axis in zip(sites, wheels.axis, strict=True)
         ],
-        "torque_limit": float(config.wheel.torque_limit),
+        "torque_limit": float(config.wheel_set.torque_limit.max()),
     }
 
 

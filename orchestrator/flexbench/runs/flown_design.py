@@ -220,7 +220,12 @@ def _slew_limits(controller: Mapping[str, NDArray[Any]], parameters: Mapping[str
     """
     unequal = ("wheel.torque_limit_factor", "wheel.speed_band_factor", "wheel.speed_offset", "keep_out.")
     along = "wheel_axis" in controller and np.all(np.count_nonzero(controller["wheel_axis"], axis=1) == 1)
-    if not along or any(name.startswith(unequal) for name in parameters):
+    alike = all(
+        np.ptp(controller[name]) == 0.0
+        for name in ("wheel_inertia", "torque_limit_factor", "speed_band_factor")
+        if name in controller
+    )
+    if not along or not alike or any(name.startswith(unequal) for name in parameters):
         return {
             "slew_inertia": np.full((3, 3), np.nan),
             "slew_torque": np.full(3, np.nan),
@@ -231,7 +236,7 @@ def _slew_limits(controller: Mapping[str, NDArray[Any]], parameters: Mapping[str
         return float(parameters.get(port, controller[name]))
 
     capability = np.sum(np.abs(controller["wheel_axis"]), axis=0) * of_run("slew.authority", "authority")
-    momentum = float(controller["wheel_inertia"]) * of_run("wheel.speed_band", "speed_band")
+    momentum = float(np.ravel(controller["wheel_inertia"])[0]) * of_run("wheel.speed_band", "speed_band")
     return {
         "slew_inertia": controller["inertia"],
         "slew_torque": capability * of_run("wheel.torque_limit", "torque_limit"),

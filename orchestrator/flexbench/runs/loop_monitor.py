@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.arrays import Array
+from flexsat.description.wheel_set import WheelSet
 from flexsat.fmu.python.load_matrices import MODEL_FILE
 from flexsat.parameters import DEFAULT_DESIGN, Wheel
 from flexsat.runtime.rotations import error_angle
@@ -21,6 +22,7 @@ from lockstep.fmi.safe_zip import open_file
 from lockstep.results.monitor import Found
 from lockstep.results.read_run_record import read_run_record
 from lockstep.results.signal_patterns import matching
+from lockstep.system.component import Component
 from lockstep.system.system import Connection, System
 
 from ..loop.loop_parts import LoopParts, Parameters, flag_of, loop_parts, number_of, numbers_of
@@ -141,23 +143,23 @@ def _limits(parts: LoopParts, parameters: Parameters) -> tuple[Array, Array]:
     """Return the torque limit [N.m] and the speed band [rad/s] of each wheel, (n,): those of plant and controller."""
     wheels, ports = len(parts.torques), parts.ports
     try:
-        nominal = spacecraft_of(parts.configuration, parts.plant.source).configurations[DEFAULT_DESIGN].wheel
+        nominal = spacecraft_of(parts.configuration, parts.plant.source).configurations[DEFAULT_DESIGN].wheel_set
     except InputError:  # its file is lost; plant and controller have limits of their own
-        nominal = Wheel(torque_limit=NO_LIMIT, speed_band=NO_LIMIT)
+        nominal = WheelSet.of([Wheel(torque_limit=NO_LIMIT, speed_band=NO_LIMIT)] * wheels)
+
+    def factors_of(component: Component, port: str) -> Array:
+        names = [parts.name(port, k + 1) for k in range(wheels)]
+        # an FMU of an earlier version has none
+        return np.array([1.0 if one is None else one for one in numbers_of(component, names, parameters)])
+
     known = number_of(parts.plant, parts.name("wheel.torque_limit"), parameters)
-    limit = np.full(wheels, nominal.torque_limit if known is None else known)
-    band = np.full(wheels, nominal.speed_band)
+    limit, band = nominal.torque_limit, nominal.speed_band
+    if known is not None:
+        limit = known * factors_of(parts.plant, "wheel.torque_limit_factor")
     if ports is None:
         return limit, band
     own = [number_of(ports, parts.name(port), parameters) for port in ("wheel.torque_limit", "wheel.speed_band")]
-    factors = [
-        # an FMU of an earlier version has none
-        np.array([1.0 if one is None else one for one in numbers_of(ports, names, parameters)])
-        for names in (
-            [parts.name(port, k + 1) for k in range(wheels)]
-            for port in ("wheel.torque_limit_factor", "wheel.speed_band_factor")
-        )
-    ]
+    factors = [factors_of(ports, port) for port in ("wheel.torque_limit_factor", "wheel.speed_band_factor")]
     if own[0] is not None:
         limit = np.minimum(limit, own[0] * factors[0])
     return limit, band * factors[1] if own[1] is None else own[1] * factors[1]

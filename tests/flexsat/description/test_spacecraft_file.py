@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from flexsat.controller_weights import Weights
@@ -14,6 +15,7 @@ from flexsat.parameters import (
     DEGREE,
     RPM,
     Aperture,
+    Harmonic,
     Modes,
     Plate,
     Rates,
@@ -84,6 +86,46 @@ def test_units_and_defaults_of_a_file():
     assert robust.release is None
 
 
+KINDS = """\
+[wheel_kinds.small]
+inertia = 0.25
+torque_limit = "200 mN.m"
+speed_limit = 300
+full_torque_speed = 200.0
+friction_torque = 1e-3
+harmonics = [
+  { order = 2, force = "1e-8 N/rpm2", phase = "90 deg" },
+  { order = 3.4, torque = 1e-7 },
+]
+[wheel_kinds.large]
+factor = 2
+harmonics = [{ order = 5, force = 1e-7 }]
+"""
+
+
+def test_wheels_of_several_kinds():
+    text = TEXT.replace('[500, 500.0, "600 kg.m2"]', "[500, 500.0, 600]")
+    for entry, kind in (('at = "top", axes', "small"), ('at = "bus", axes = ["+x", "-y"', "large")):
+        text = text.replace(entry, entry.replace('", axes', f'", kind = "{kind}", axes'))
+    found = parse_spacecraft(text + KINDS, "my.toml")
+    config = found.configurations["robust"]
+    small = Wheel(
+        inertia=0.25, torque_limit=0.2, speed_limit=300.0, full_torque_speed=200.0, friction_torque=1e-3,
+        harmonics=(Harmonic(order=2.0, force=1e-8 / RPM**2, phase=math.pi / 2.0), Harmonic(order=3.4, torque=1e-7)),
+    )  # fmt: skip
+    large = Wheel(harmonics=(Harmonic(order=5.0, force=1e-7),)).scaled(2.0)
+    assert [device.wheel for device in config.wheels] == [large, large, large, small]
+    assert large.harmonics == (Harmonic(order=5.0, force=2e-7),)
+    wheels = config.wheel_set
+    assert wheels.inertia.tolist() == [1.68, 1.68, 1.68, 0.25]
+    assert wheels.harmonic_order.tolist() == [[5.0, 1.0]] * 3 + [[2.0, 3.4]]
+    assert wheels.harmonic_force.tolist() == [[2e-7, 0.0]] * 3 + [[1e-8 / RPM**2, 0.0]]
+    assert wheels.kinds == "3 of 1.68 kg.m2 and 1.6 N.m, 1 of 0.25 kg.m2 and 0.2 N.m"
+    # full to 200 rad/s, a quarter at 275, none at 300; the others have no limit
+    speeds = np.array([1e3, -1e3, 0.0, -275.0])
+    assert wheels.torque_at(speeds) == pytest.approx([1.6, 1.6, 1.6, 0.05], rel=1e-12)
+
+
 def test_the_files_of_the_paper_say_what_the_classes_have_from_paper_and_release():
     assert CONFIGURATIONS == ("centralised", "distributed")
     small = Wheel()
@@ -105,6 +147,22 @@ def test_the_files_of_the_paper_say_what_the_classes_have_from_paper_and_release
         ("factor = 2.0", "factr = 2.0", "my.toml:15: wheel.factr: no such key of wheel; there are inertia"),
         ("inertia = 0.5", 'inertia = "4 kg"', 'my.toml:16: wheel.inertia = "4 kg": has the unit kg; it is measured in'),
         ("inertia = 0.5", "inertia = -1.0", "my.toml:16: wheel.inertia = -1.0: must be > 0 kg.m2"),
+        (
+            'at = "top"',
+            'at = "top", kind = "big"',
+            'my.toml:4: wheels[2].kind = "big": no such kind of wheel; there are',
+        ),
+        (
+            "inertia = 0.5",
+            "full_torque_speed = 3.0",
+            "my.toml:16: wheel.full_torque_speed: must be at most speed_limit (0",
+        ),
+        ("inertia = 0.5", "harmonics = [{ force = 1e-7 }]", "my.toml:16: wheel.harmonics[1]: order is missing"),
+        (
+            "inertia = 0.5",
+            "harmonics = [{ order = 0 }]",
+            "my.toml:16: wheel.harmonics[1].order = 0: must be > 0 and <=",
+        ),
         ("factor = 2.0", "factor = 0", "my.toml:15: wheel.factor = 0: must be a number > 0"),
         (
             'at = "top"',

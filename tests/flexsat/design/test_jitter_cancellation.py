@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
+from flexsat.description.wheel_set import WheelSet
 from flexsat.design.jitter_cancellation import jitter_torque
 
 PERIOD, EFFORT = 0.005, 1e-7
@@ -16,7 +17,7 @@ WHEEL = 3
 @pytest.fixture(scope="module")
 def torques(centralised):
     d = centralised
-    return jitter_torque(d.model, d.config.wheel, d.fine, d.regulator.gain, d.model, PERIOD, EFFORT)
+    return jitter_torque(d.model, d.config.wheel_set, d.fine, d.regulator.gain, d.model, PERIOD, EFFORT)
 
 
 def sampled(model):
@@ -75,5 +76,5 @@ def test_no_torque_costs_less(centralised, torques):
 
 def test_a_wheel_without_imbalance_needs_none(centralised):
     d = centralised
-    balanced = replace(d.config.wheel, imbalance_force=0.0, imbalance_torque=0.0)
+    balanced = WheelSet.of([replace(d.config.wheel, imbalance_force=0.0, imbalance_torque=0.0)] * 6)
     assert not jitter_torque(d.model, balanced, d.fine, d.regulator.gain, d.model, PERIOD, EFFORT).any()

@@ -216,7 +216,7 @@ def test_kalman_filter_repeats_over_the_star_trackers_period(variant, sensor):
 @pytest.mark.parametrize("variant", ["corrected", "as published"], indirect=True)
 def test_process_covariance_takes_the_columns_of_its_variant(variant):
     _, expected, _ = kalman_problem(variant, 1.0)
-    given = (variant.model, variant.config.wheel, variant.config.weights.process_noise, 0.005)
+    given = (variant.model, variant.config.wheel_set.broadband, variant.config.weights.process_noise, 0.005)
     scale = np.sqrt(np.diag(expected))
 
     q = process_covariance(*given, variant.as_published)
@@ -247,4 +247,4 @@ def test_attitude_without_star_tracker_is_refused(centralised):
     model = centralised.model
     blind = measurement_noise(model, centralised.config.noise, np.inf)
     with pytest.raises(ValueError, match="not stabilisable or not detectable"):
-        design_estimator(model, centralised.config.wheel, blind, 1e-12, 0.005, 20)
+        design_estimator(model, centralised.config.wheel_set.broadband, blind, 1e-12, 0.005, 20)

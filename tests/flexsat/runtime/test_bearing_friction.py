@@ -19,7 +19,7 @@ def friction(plant, size, *wheels):
 def test_a_wheel_brakes_at_the_rate_of_its_friction_and_then_turns_with_the_body(centralised, quiet_run, rigid):
     """Rigid body at rest, one wheel at 40 rad/s: rotor and body end at one rate, which keeps their momentum."""
     matrices, size, step = rigid(centralised), 50.0, 1e-3
-    inertia, rotor = centralised.spacecraft.inertia[0, 0], matrices.wheel_inertia
+    inertia, rotor = centralised.spacecraft.inertia[0, 0], matrices.wheel_inertia[0]
     speed = np.zeros(6)
     speed[0] = 40.0
     plant = stepper.prepare(matrices, quiet_run(matrices, wheel_speed=speed), step)
@@ -48,7 +48,7 @@ def test_friction_holds_a_wheel_against_its_motor_and_the_motor_overcomes_less_f
         state = stepper.init(plant)
         for _ in range(1000):
             outputs = stepper.step(plant, state, commanded, friction(plant, size, 1))
-        exact = torque * (1.0 / matrices.wheel_inertia + 1.0 / centralised.spacecraft.inertia[1, 1])
+        exact = torque * (1.0 / matrices.wheel_inertia[0] + 1.0 / centralised.spacecraft.inertia[1, 1])
         assert_allclose(outputs.wheel_speed[1], exact, rtol=1e-11, atol=1e-15)
 
 
@@ -66,14 +66,14 @@ def test_angular_momentum_is_kept_and_energy_lost_while_wheels_seize(request, co
     for step in (0.004, 0.002):
         plant = stepper.prepare(design.plant, parameters, step)
         state, nothing = stepper.init(plant), np.zeros(plant.input_count)
-        brakes = friction(plant, 40.0 * design.plant.wheel_inertia / 0.5, *seized)  # stopped within 0.5 s
+        brakes = friction(plant, 40.0 * design.plant.wheel_inertia[0] / 0.5, *seized)  # stopped within 0.5 s
         start = stepper.telemetry(plant, state)
         momenta, speeds = [], []
         for _ in range(round(1.0 / step)):
             outputs = stepper.step(plant, state, nothing, brakes)
             momenta.append(stepper.telemetry(plant, state).angular_momentum)
             speeds.append(outputs.wheel_speed[list(seized)].copy())
-        exchanged = np.linalg.norm(design.plant.wheel_inertia * parameters.wheel_speed[list(seized)])
+        exchanged = np.linalg.norm(design.plant.wheel_inertia[0] * parameters.wheel_speed[list(seized)])
         drift.append(np.linalg.norm(momenta - start.angular_momentum, axis=1).max() / exchanged)
         held = np.abs(speeds[len(speeds) * 6 // 10 :])
         assert held.max() < 1e-7 * 40.0  # gyroscopic terms of the step before stand for those of this one
@@ -103,11 +103,11 @@ def test_wheels_on_one_axis_are_held_together_within_a_step(centralised, quiet_r
     """Opposite wheels on a body that is lighter than they are: each brake turns the mount of the other."""
     matrices = rigid(centralised)
     mass = matrices.mass_matrix.copy()
-    mass[3, 3] = 0.5 * matrices.wheel_inertia
+    mass[3, 3] = 0.5 * matrices.wheel_inertia[0]
     speed = np.array([40.0, 0.0, 0.0, -25.0, 0.0, 0.0])
     matrices = replace(matrices, mass_matrix=mass)
     plant = stepper.prepare(matrices, quiet_run(matrices, wheel_speed=speed), 1e-3)
     outputs = stepper.step(plant, stepper.init(plant), np.zeros(plant.input_count), friction(plant, 1e9, 0, 3))
     assert np.abs(outputs.wheel_speed).max() < 1e-12 * 40.0  # rounding
-    turned = matrices.wheel_inertia * (speed[0] - speed[3]) / (mass[3, 3] + 2.0 * matrices.wheel_inertia)
+    turned = matrices.wheel_inertia[0] * (speed[0] - speed[3]) / (mass[3, 3] + 2.0 * matrices.wheel_inertia[0])
     assert_allclose(outputs.rate, [turned, 0.0, 0.0], rtol=1e-12, atol=1e-12)  # momentum is kept

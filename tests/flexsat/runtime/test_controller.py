@@ -85,7 +85,7 @@ def simulate(design, given, steps, valid=lambda k: k % 20 == 0, start=0.05):
         expected = simulation.propagate(x, known, now + actuation)[:r]  # at rest before the first measurement
         torque = out.reference_torque - design.regulator.gain @ (expected - out.reference)
         torque = np.clip(torque, -given.torque_limit, given.torque_limit)
-        room = design.controller.wheel_inertia / given.period
+        room = design.controller.wheel_inertia[0] / given.period
         speed = expected[-n:]
         torque = np.clip(torque, room * (-given.speed_band - speed), room * (given.speed_band - speed))
         if given.open_loop:
@@ -225,7 +225,7 @@ def test_motor_limit_then_speed_band(centralised, flight):
     sign = np.sign(torque_of(far))
     near = far.copy()
     near[speeds] = sign * (given.speed_band - 1e-4)  # the last 1e-4 rad/s in the direction asked for
-    room = centralised.controller.wheel_inertia * 1e-4 / given.period
+    room = centralised.controller.wheel_inertia[0] * 1e-4 / given.period
     assert room < given.torque_limit
     assert_allclose(sign * torque_of(near), room, rtol=1e-6)  # 1e-4 is a difference of numbers of 2.6 and 37
     beyond = far.copy()
@@ -295,7 +295,7 @@ def test_smoothed_reference_is_the_rigid_profile(design, flight):
         assert_allclose(reference[:3], [np.tan(0.25 * profile.rotation(time)[0]), 0.0, 0.0], rtol=1e-13)
         assert_allclose(reference[index.rate], rate, rtol=1e-13)
         assert not reference[index.modal_displacement].any()
-        wheels = design.plant.wheel_inertia * design.plant.wheel_axis.T @ reference[index.wheel_speed]
+        wheels = design.plant.wheel_inertia[0] * design.plant.wheel_axis.T @ reference[index.wheel_speed]
         assert_allclose(wheels, -inertia @ rate, atol=1e-10)  # no net momentum; rounding of some 20 N.m.s
 
 
@@ -308,7 +308,7 @@ def test_time_optimal_reference_keeps_momentum_and_turns_as_planned(design, flig
     for k, (reference, _) in found.items():
         rate, flexing = reference[index.rate], reference[index.modal_velocity]
         body = craft.inertia @ rate + craft.rotation @ flexing
-        wheels = design.plant.wheel_inertia * design.plant.wheel_axis.T @ reference[index.wheel_speed]
+        wheels = design.plant.wheel_inertia[0] * design.plant.wheel_axis.T @ reference[index.wheel_speed]
         assert_allclose(body, -wheels, atol=1e-9 * np.abs(wheels).max())  # 4400 steps of rounding
         # the angle of the whole is that of the rigid profile: J p + L_w eta/4 integrates the momentum
         turned = craft.inertia @ reference[:3] + 0.25 * craft.rotation @ reference[index.modal_displacement]

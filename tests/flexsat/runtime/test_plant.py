@@ -43,7 +43,7 @@ def equations(spacecraft, torque, jitter, force, moment):
         )
         change = np.linalg.solve(left, right)
         turn = 0.25 * ((1.0 - p @ p) * w + 2.0 * np.cross(p, w) + 2.0 * p * (p @ w))
-        spin = rho / spacecraft.wheel.inertia - np.sum(axis * mount, axis=1)
+        spin = rho / spacecraft.wheel_set.inertia - np.sum(axis * mount, axis=1)
         return np.concatenate([turn, change[:6], speed, change[6:], torque, spin])
 
     return derivative
@@ -195,7 +195,7 @@ def test_tumble_through_the_shadow_set(centralised, quiet_run, rigid):
 def test_spinning_up_one_wheel(centralised, quiet_run, run, rigid):
     """A rigid body at rest: body and rotor turn against each other, the motor's torque times time each."""
     matrices = rigid(centralised)
-    inertia, rotor, torque, duration = centralised.spacecraft.inertia[0, 0], matrices.wheel_inertia, 2.0, 3.0
+    inertia, rotor, torque, duration = centralised.spacecraft.inertia[0, 0], matrices.wheel_inertia[0], 2.0, 3.0
     commanded = np.zeros(6)
     commanded[0] = torque
     plant = stepper.prepare(matrices, quiet_run(matrices), 0.005)

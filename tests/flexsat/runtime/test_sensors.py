@@ -13,6 +13,7 @@ from scipy.stats import chi2
 from flexsat.runtime import sensors
 from flexsat.runtime.plant_parameters import PlantParameters, parameters_of_run
 from flexsat.runtime.sensor_parameters import SensorParameters
+from flexsat.runtime.wheel_jitter import Harmonics
 
 WHEELS, GYROS, ACCELEROMETERS = 4, 3, 2
 STEP = 0.001  # s
@@ -194,6 +195,24 @@ def test_harmonic_jitter_at_mid_step():
     middle = angle + 0.0025 * speed
     s, c, square = np.sin(middle), np.cos(middle), speed**2
     expected = [0.7 * square * s, 0.7 * square * c, -0.2 * square * c, 0.2 * square * s]
+    assert_allclose(out["wrench"], np.ravel(expected), rtol=1e-13, atol=1e-13)
+
+
+def test_further_harmonics_have_multiples_of_the_angle_and_a_phase():
+    """Two of the first wheel, one that is not whole of the second; they add to the first harmonic."""
+    speed, angle = np.array([30.0, -40.0, 50.0, 0.0]), np.array([0.1, 2.0, -3.0, 1.0])
+    order, phase = np.array([[2.0, 3.7, 1.0, 1.0], [4.0, 1.0, 1.0, 1.0]]), np.array([[0.4, -1.0, 0, 0], [0.0] * 4])
+    force, torque = np.array([[0.5, 0.3, 0, 0], [0.2, 0, 0, 0]]), np.array([[0.1, 0.0, 0, 0], [0.7, 0, 0, 0]])
+    table = Harmonics(order=order, force=force, torque=torque, phase=phase)
+    first = np.array([1.0, 0.0, 0.5, 2.0])
+    given = parameters(imbalance_force=first, step=0.005, fast_steps=1, harmonics=table)
+    (out,) = observe(given, 1, lambda _: {"speed": speed, "angle": angle})
+    middle, square = angle + 0.0025 * speed, speed**2
+    expected = np.array([first * square * np.sin(middle), first * square * np.cos(middle), 0.0 * speed, 0.0 * speed])
+    for p in range(2):
+        turned = order[p] * middle + phase[p]
+        s, c = np.sin(turned) * square, np.cos(turned) * square
+        expected += [force[p] * s, force[p] * c, -torque[p] * c, torque[p] * s]
     assert_allclose(out["wrench"], np.ravel(expected), rtol=1e-13, atol=1e-13)
 
 

@@ -21,7 +21,7 @@ def nominal_plant(design, quiet_run):
 
 def stepped(design, plant, x, inputs):
     """Take one plant step from a linear state; return the linear state after it, the outputs and the true change."""
-    index, inertia = design.model.index, design.plant.wheel_inertia
+    index, inertia = design.model.index, design.plant.wheel_inertia[0]
     state = nonlinear.init(plant)
     # translation moves with the structure, so that there is no net linear momentum
     drift = -design.plant.mass_matrix[:3, 6:] @ x[index.modal_velocity] / design.plant.mass_matrix[0, 0]

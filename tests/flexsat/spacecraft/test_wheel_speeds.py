@@ -28,8 +28,8 @@ def test_response_of_one_wheel(distributed, wheel):
     model = linearise(craft, np.zeros(33), 80.0)
     n = model.index.unfiltered
     inputs = wheel + 33 * np.arange(4)
-    wheel_data = craft.wheel
-    scale = [wheel_data.imbalance_force] * 2 + [wheel_data.imbalance_torque] * 2
+    data = craft.wheel_set
+    scale = [data.imbalance_force[wheel]] * 2 + [data.imbalance_torque[wheel]] * 2
     pick = np.eye(n)[model.index.modal_velocity]
     system = control.ss(model.a[:n, :n], model.b_jitter[:n, inputs] * scale, pick, np.zeros((25, 4)))
     frequency = 2.0 * np.pi * np.array([3.5, 5.0, 13.7, 60.0])

@@ -97,10 +97,11 @@ def draw(spacecraft: Spacecraft, config: Configuration, component: str) -> dict[
 
 
 def _layout(config: Configuration) -> str:
-    wheel = f"{config.wheel.inertia:.3g} kg.m2 and {config.wheel.torque_limit:.3g} N.m"
+    kinds = config.wheel_set.kinds
+    wheels = f"its wheels are {kinds}" if "," in kinds else f"each wheel has {kinds.partition(' of ')[2]}"
     sites = ", ".join(f"{site.name} {_place(site)}" for site in config.all_sites)
     return (
-        f"This one carries {config.layout}; each wheel has {wheel}. The structure has {config.modes.plant} modes,"
+        f"This one carries {config.layout}; {wheels}. The structure has {config.modes.plant} modes,"
         f" of which the controller is designed with {config.modes.design}, and {config.plate.area_density:.4g}"
         f" kg/m2; the bus has {config.bus.mass:.6g} kg. Sites, in m from the centre of the aperture: {sites}."
         f" Gyros: {_devices(config.gyros)}. Accelerometers: {_devices(config.accelerometers)}."

@@ -15,8 +15,11 @@ PLANT = ComponentText(
         "Each wheel spins about its own axis on a bearing without friction, unless wheel.friction_torque is set:"
         " dry friction of at most that torque, which brakes the wheel against its mount and then holds it. A large"
         " value models a seized wheel. It may change at any time in a run. The motor torque acts on the wheel and"
-        " back on the structure at its mount, limited to wheel.torque_limit. Gyroscopic torques of the wheels act on"
-        " body and modes. Motor torque is the input; the wheels do not saturate in speed.",
+        " back on the structure at its mount. Motor torque is the input: it is rounded to whole steps of"
+        " wheel.torque_step, then limited to wheel.torque_limit times wheel.torque_limit_factor. Torque that speeds a"
+        " wheel up is limited further where it has a wheel.speed_limit: above wheel.full_torque_speed the limit falls,"
+        " in a line, to zero there; without one, to what reaches it within the step. 0 is no limit, no fall, no step."
+        " Gyroscopic torques of the wheels act on body and modes.",
         "Left out: gravity gradient and other environment (external.force and external.torque are there for it),"
         " in-plane deformation, large deformation, viscous friction, thermal effects.",
         "Mounts are the sites that carry wheels, in the order of the sites.",

@@ -13,7 +13,8 @@ SENSORS = ComponentText(
         " and given as the standard deviation of a sample. Accelerometers sense through a second-order Butterworth"
         " low-pass, which is stepped at every step.",
         "The jitter of the wheels: the first harmonic of static and dynamic imbalance from each wheel's true angle"
-        " and speed, and broadband noise that stands for all other harmonics, held over fast_period. The sum over the"
+        " and speed, further harmonics if the wheels have a table of them, and broadband noise that stands for the"
+        " rest, held over fast_period. Each wheel has factors on the four numbers of its jitter. The sum over the"
         " wheels of one mount is given as a force and a torque on that mount, in body axes, to connect to the"
         " plant's inputs of the same names.",
         "Gyros and accelerometers are numbered as above. One encoder a wheel. Left out: bias, drift, scale factor,"

@@ -36,7 +36,7 @@ def filter_covariance(design: Design, fine: bool) -> FilterCovariance:
     tracker = config.noise.star_tracker_fine if fine else config.noise.star_tracker_coarse
     variance = measurement_noise(model, config.noise, tracker)
     disturbance = process_covariance(
-        model, config.wheel, config.weights.process_noise, config.rates.controller, design.as_published
+        model, config.wheel_set.broadband, config.weights.process_noise, config.rates.controller, design.as_published
     )
     covariance = estimator.covariance
     predicted, corrected, innovations = [], [], []

@@ -64,6 +64,11 @@ class SystemLoop:
         return self.system.component(self.controller).period * NANOSECOND
 
 
+def weakest(design: Design) -> float:
+    """Return the torque limit of the weakest wheel [N.m]."""
+    return float(design.controller.torque_limit * design.controller.torque_limit_factor.min())
+
+
 def read_loop(
     system: System,
     overrides: Mapping[str, Value],
@@ -112,8 +117,8 @@ def read_loop(
         directions=directions,
         makes=makes,
         names=names,
-        amplitude=None if design is None else SHARE_OF_LIMIT * design.controller.torque_limit,
-        limit=None if design is None else design.controller.torque_limit,
+        amplitude=None if design is None else SHARE_OF_LIMIT * weakest(design),
+        limit=None if design is None else weakest(design),
         slow_period=None if design is None else design.config.rates.star_tracker,
         quiet={} if design is None else {**QUIET, **(QUIET_CONTROLLER if own_controller else {})},
     )

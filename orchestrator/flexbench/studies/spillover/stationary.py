@@ -106,8 +106,8 @@ def _close(
     feedback[:, : prepared.controlled] = prepared.feedback
     tracker = design.config.noise.star_tracker_fine if fine else design.config.noise.star_tracker_coarse
     deviation = np.sqrt(measurement_noise(plant, design.config.noise, tracker)) * float(noise)
-    wheel = design.config.wheel
-    broadband = np.repeat([wheel.broadband_force, wheel.broadband_torque], 2 * n) * float(jitter)
+    wheels = design.config.wheel_set
+    broadband = wheels.broadband * float(jitter)
     shaken = np.zeros((size + s, 4 * n))
     shaken[:size] = jd * broadband
 
@@ -122,7 +122,7 @@ def _close(
     # phasors of exp(j angle): force (sin, cos), torque (-cos, sin), held from the middle of the step
     omega = design.controller.nominal_speed
     middle, z = np.exp(0.5j * omega * prepared.period), np.exp(1j * omega * prepared.period)
-    force, couple = wheel.imbalance_force * omega**2, wheel.imbalance_torque * omega**2
+    force, couple = wheels.imbalance_force * omega**2, wheels.imbalance_torque * omega**2
     harmonic = np.zeros((4 * n, n), dtype=complex)
     for block, phasor in enumerate((-1j * force, force, -couple, -1j * couple)):
         harmonic[block * n : (block + 1) * n] = np.diag(phasor * middle)

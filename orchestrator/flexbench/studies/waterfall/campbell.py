@@ -102,11 +102,11 @@ def imbalance_deformation(spacecraft: Spacecraft, speed: float, frequency: Array
     speed : W [rad/s], of all wheels
     frequency : (f,) [rad/s]
     """
-    wheel, n = spacecraft.wheel, spacecraft.wheel_count
-    force, torque = wheel.imbalance_force * speed**2, wheel.imbalance_torque * speed**2
+    wheels, n = spacecraft.wheel_set, spacecraft.wheel_count
+    force, torque = wheels.imbalance_force * speed**2, wheels.imbalance_torque * speed**2
     # sin = Re(-i exp), cos = Re(exp): one column a wheel
     columns = spacecraft.jitter_influence.reshape(-1, 4, n)
-    load = np.einsum("qan,a->qn", columns, np.array([-1j * force, force, -torque, -1j * torque]))
+    load = np.einsum("qan,an->qn", columns, np.array([-1j * force, force, -torque, -1j * torque]))
     modal = _modal_response(spacecraft, speed, frequency, load)
     # P, section 5: the RMS over the aperture is the norm over the root of the mass
     return np.asarray(np.linalg.norm(modal, axis=1).T / np.sqrt(2.0 * spacecraft.mass))
@@ -151,7 +151,8 @@ def _mount_rates(spacecraft: Spacecraft, speed: float) -> tuple[Array, Array]:
     lever = np.hstack([rigid, spacecraft.mounts.slope.reshape(3 * count, -1)])
     torques = np.zeros((3 * count, 3 * count))
     for mount in range(count):
-        momentum = spacecraft.wheel.inertia * speed * spacecraft.wheels.axis[spacecraft.mount_of_wheel == mount].sum(0)
+        there = spacecraft.mount_of_wheel == mount
+        momentum = speed * spacecraft.wheel_set.inertia[there] @ spacecraft.wheels.axis[there]
         torques[3 * mount : 3 * mount + 3, 3 * mount : 3 * mount + 3] = -skew(momentum)
     return lever, torques
 
@@ -165,4 +166,4 @@ def _damping(spacecraft: Spacecraft) -> Array:
 
 
 def _gyroscopic(spacecraft: Spacecraft, speed: float) -> Array:
-    return spacecraft.gyroscopic_matrix(np.full(spacecraft.wheel_count, spacecraft.wheel.inertia * speed))
+    return spacecraft.gyroscopic_matrix(spacecraft.wheel_set.inertia * speed)

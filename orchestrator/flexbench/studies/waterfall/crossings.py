@@ -24,7 +24,7 @@ class Crossing:
         return bool(self.wheels)
 
 
-def find_crossings(speed: Array, modes: Array, nominal: Array, band: float) -> list[Crossing]:
+def find_crossings(speed: Array, modes: Array, nominal: Array, band: Array | float) -> list[Crossing]:
     """Return every crossing of the harmonic with a mode in the range of speeds, lowest first.
 
     Parameters
@@ -32,7 +32,7 @@ def find_crossings(speed: Array, modes: Array, nominal: Array, band: float) -> l
     speed : (k,) [rad/s], rising
     modes : (m, k) [rad/s]: frequencies at these speeds, taken as straight between them
     nominal : (n,) [rad/s]: chosen speed of each wheel
-    band : allowed either side of it [rad/s]
+    band : allowed either side of it [rad/s], of all wheels or (n,)
     """
     found = []
     for number, mode in enumerate(modes, start=1):

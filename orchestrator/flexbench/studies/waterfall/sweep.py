@@ -52,7 +52,7 @@ class Waterfall:
 
 def default_range(design: Design) -> tuple[float, float]:
     """Return the range of speeds [rad/s] that holds every allowed band, and as much again beside the fastest."""
-    return SLOWEST, float(design.response.nominal.max()) + 2.0 * design.config.wheel.speed_band
+    return SLOWEST, float(design.response.nominal.max()) + 2.0 * float(design.config.wheel_set.speed_band.max())
 
 
 def sweep(
@@ -123,7 +123,7 @@ def sweep(
         density=np.column_stack([density for _, density, _ in spectra]),
         rms=np.array([rms for _, _, rms in spectra]),
         predicted=predict(design, speeds),
-        crossings=find_crossings(grid, modes, design.response.nominal, design.config.wheel.speed_band),
+        crossings=find_crossings(grid, modes, design.response.nominal, design.config.wheel_set.speed_band),
     )
     write_waterfall(result, design, folder)
     return result

@@ -81,7 +81,9 @@ def test_white_noise_is_white_and_a_first_order_process_is_not():
 def test_covariance_repeats_after_a_period_and_no_correction_enlarges_it(design, fine):
     covariances = filter_covariance(design, fine)
     estimator, config = design.fine if fine else design.coarse, design.config
-    disturbance = process_covariance(design.model, config.wheel, config.weights.process_noise, config.rates.controller)
+    disturbance = process_covariance(
+        design.model, config.wheel_set.broadband, config.weights.process_noise, config.rates.controller
+    )
     again = estimator.a @ covariances.corrected[-1] @ estimator.a.T + disturbance
     scale = np.sqrt(np.diag(again))
     assert (again - covariances.predicted[0]) / np.outer(scale, scale) == pytest.approx(0.0, abs=1e-7)
@@ -93,7 +95,9 @@ def test_filter_with_the_right_model_is_consistent(design):
     """With truth from the filter's own model and noise NIS and NEES are one, and the innovations white."""
     estimator, config = design.coarse, design.config
     variance = measurement_noise(design.model, config.noise, config.noise.star_tracker_coarse)
-    disturbance = process_covariance(design.model, config.wheel, config.weights.process_noise, config.rates.controller)
+    disturbance = process_covariance(
+        design.model, config.wheel_set.broadband, config.weights.process_noise, config.rates.controller
+    )
     covariances = filter_covariance(design, fine=False)
     replays = {}
     for seed in range(1, 5):

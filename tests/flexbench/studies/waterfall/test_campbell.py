@@ -86,7 +86,7 @@ def test_deformation_is_that_of_the_linear_model(built, name):
     found = imbalance_deformation(craft, speed, frequency)
 
     model = linearise(craft, np.full(craft.wheel_count, speed), FILTER)
-    wheel, n = craft.wheel, craft.wheel_count
+    wheel, n = configuration(name).wheel, craft.wheel_count
     force, torque = wheel.imbalance_force * speed**2, wheel.imbalance_torque * speed**2
     for k, w in enumerate(frequency):
         transfer = np.linalg.solve(1j * w * np.eye(len(model.a)) - model.a, model.b_jitter)
@@ -118,8 +118,8 @@ def test_deformation_agrees_with_a_stepped_turn_of_one_wheel(built):
             np.array([speed]),
             np.array([speed * k * period]),
             period,
-            craft.wheel.imbalance_force,
-            craft.wheel.imbalance_torque,
+            craft.wheel_set.imbalance_force[[wheel]],
+            craft.wheel_set.imbalance_torque[[wheel]],
             out,
         )
         state = ad @ state + bd @ out[:, 0]

@@ -3,6 +3,7 @@
 import pickle
 import shutil
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -80,7 +81,11 @@ def _plants(layout: str) -> dict[str, PlantMatrices]:
         craft = build_spacecraft(config if modes is None else with_modes(config, modes), as_published=modes is not None)
         nominal = speeds.uniform(20.0, 80.0, craft.wheel_count)
         flexible = modes is None or config.release is None or config.release.flexible_accelerometers
-        variants[name] = plant_matrices(craft, nominal, config.rates.plant, flexible)
+        matrices = plant_matrices(craft, nominal, config.rates.plant, flexible)
+        # wheels of unequal inertia, which the layouts have not
+        variants[name] = replace(
+            matrices, wheel_inertia=matrices.wheel_inertia * speeds.uniform(0.5, 1.0, len(nominal))
+        )
     return variants
 
 

@@ -34,7 +34,11 @@ class Maker:
         given, random = design.controller, np.random.default_rng(1)
         self.ports = interface.ports(given)
         self.variants = {
-            "corrected": replace(given, jitter_torque=0.1 * random.normal(size=given.jitter_torque.shape)),
+            "corrected": replace(
+                given,
+                jitter_torque=0.1 * random.normal(size=given.jitter_torque.shape),
+                wheel_inertia=given.wheel_inertia * random.uniform(0.5, 1.0, len(given.wheel_inertia)),
+            ),
             "published": replace(given, feedback=0.5 * given.feedback),
             "as_published": replace(given, gain_coarse=0.8 * given.gain_coarse, gain_fine=0.7 * given.gain_fine),
         }
@@ -136,7 +140,8 @@ SCENARIOS: dict[str, tuple[dict[str, Any], Commands, float, int]] = {
     ),
     "round a cone, unequal wheels": (
         {"keep_out__first__direction": (2e-6, -2e-5, 1.0), "keep_out__first__half_angle": 1e-5,
-         "command__rotation": (4e-5, 0.0, 0.0), "command__start_time": 0.5, "wheel__torque_limit_factor": UNEQUAL},
+         "command__rotation": (4e-5, 0.0, 0.0), "command__start_time": 0.5, "wheel__torque_limit_factor": UNEQUAL,
+         "jitter__imbalance_force_factor": UNEQUAL, "jitter__imbalance_torque_factor": UNEQUAL[::-1]},
         {}, 1e-8, 1000,
     ),
     "quadratic programme, replanned": (

@@ -31,6 +31,19 @@ def motion_of(plants, random):
     }
 
 
+def motors_of(plants, random):
+    """Return values of ports for motors of unequal limits: some cannot speed their wheels up, some little, some all."""
+    speed = plants["corrected"].nominal_speed
+    limit = speed * random.uniform(0.95, 1.3, len(speed))
+    limit[::4] = 0.0  # none
+    return {
+        "wheel__torque_limit_factor": random.uniform(0.2, 1.2, len(speed)),
+        "wheel__speed_limit": limit,
+        "wheel__full_torque_speed": random.choice([0.0, 0.9, 1.0], len(speed)) * limit,
+        "wheel__torque_step": random.choice([0.0, 0.05], len(speed)),
+    }
+
+
 def few_modes(values, count):
     """Return the values with the given number of modes simulated, the others at rest."""
     changed = values | {"modes": count}
@@ -47,6 +60,14 @@ def test_full_plant(pair, plants):
 
     assert both.differences() == {name: pytest.approx(0.0, abs=SAME) for name in both.differences()}
     assert np.abs(both.native.view("rate")).max() > 1e-3  # it moves
+
+
+@pytest.mark.parametrize("layout", ["centralised"], indirect=True)
+def test_motors_of_unequal_limits(pair, plants):
+    random = np.random.default_rng(9)
+    both = pair(**few_modes(motion_of(plants, random), 20) | motors_of(plants, random))
+    both.run(1000, random)
+    assert both.differences() == {name: pytest.approx(0.0, abs=SAME) for name in both.differences()}
 
 
 def test_friction_and_step_lengths(pair, plants):

@@ -32,7 +32,7 @@ def variants(request: pytest.FixtureRequest) -> dict[str, SensorMatrices]:
     """Return matrices of the size of a layout: six wheels on one mount, or three on each of eleven."""
     mounts, on_each = (1, 6) if request.param == "centralised" else (11, 3)
     random = np.random.default_rng(1)
-    wheels = mounts * on_each
+    wheels, further = mounts * on_each, mounts // 4  # harmonics: none, or two
     wrench = random.normal(size=(6, mounts, 4, mounts, on_each)) * np.eye(mounts)[:, None, :, None]
     corrected = SensorMatrices(
         nominal_speed=random.uniform(20.0, 80.0, wheels),
@@ -49,6 +49,11 @@ def variants(request: pytest.FixtureRequest) -> dict[str, SensorMatrices]:
         imbalance_torque=3.5e-6,
         broadband_force=1.6e-3,
         broadband_torque=6.4e-4,
+        **{f"{name}_factor": random.uniform(0.0, 1.0, wheels) for name in interface.JITTER_NUMBERS},
+        harmonic_order=random.uniform(0.5, 6.0, (further, wheels)),
+        harmonic_force=random.uniform(0.0, 1e-5, (further, wheels)),
+        harmonic_torque=random.uniform(0.0, 1e-5, (further, wheels)),
+        harmonic_phase=random.uniform(-3.0, 3.0, (further, wheels)),
         step_size=STEP,
         fast_period=5e-3,
         star_tracker_period=0.1,
@@ -88,7 +93,8 @@ def truth(twin: Twin, k: int) -> None:
 
 def value_of(twin: Twin) -> Callable[[str], Any]:
     """Return what gives the value of a port of an instance."""
-    return lambda name: twin.view(name)[0].item()
+    sizes = {port.name: port.size for port in twin.table}
+    return lambda name: twin.view(name)[0].item() if sizes[name] is None else twin.view(name).copy()
 
 
 @pytest.mark.parametrize(

@@ -182,7 +182,7 @@ static void smooth_reference(const PreparedController *prepared, const Motion *p
     }
     times_vector(WHEELS, 3, prepared->slew_wheels.allocation[profile->allocation], momentum, speed);
     for (k = 0; k < WHEELS; k++)
-        speed[k] /= prepared->wheel_inertia;
+        speed[k] /= prepared->wheel_inertia[k];
 }
 
 static int any(int count, const double *values)
@@ -238,10 +238,10 @@ static void refer(const PreparedController *prepared, ControllerState *state, do
 static void saturate(const PreparedController *prepared, const Real *speed, Real *torque)
 {
     const double *limits = prepared->parameters.torque_limits, *bands = prepared->parameters.speed_bands;
-    const double scale = prepared->wheel_inertia / prepared->period;
     int k;
 
     for (k = 0; k < WHEELS; k++) {
+        const double scale = prepared->wheel_inertia[k] / prepared->period;
         const double limited = fmin(fmax(torque[k], -limits[k]), limits[k]);
         torque[k] = (Real)fmin(fmax(limited, scale * (-bands[k] - speed[k])), scale * (bands[k] - speed[k]));
     }

@@ -68,7 +68,7 @@ static int check_limits(Component *component, const ControllerParameters *parame
     return 0;
 }
 
-/* The limits of each wheel. A wheel whose torque is 0 has failed. */
+/* The limits and imbalance of each wheel. A wheel whose torque is 0 has failed. */
 static int read_wheels(Component *component, ControllerParameters *parameters)
 {
     const double *torque = component->real + PORT_WHEEL_TORQUE_LIMIT_FACTOR;
@@ -88,6 +88,10 @@ static int read_wheels(Component *component, ControllerParameters *parameters)
         parameters->torque_limits[k] = parameters->torque_limit * torque[k];
         parameters->speed_bands[k] = parameters->speed_band * band[k];
         parameters->speed_offset[k] = component->real[PORT_WHEEL_SPEED_OFFSET + k];
+        parameters->imbalance_force[k] = component->real[PORT_JITTER_IMBALANCE_FORCE] *
+                                         component->real[PORT_JITTER_IMBALANCE_FORCE_FACTOR + k];
+        parameters->imbalance_torque[k] = component->real[PORT_JITTER_IMBALANCE_TORQUE] *
+                                          component->real[PORT_JITTER_IMBALANCE_TORQUE_FACTOR + k];
     }
     return 0;
 }
@@ -135,8 +139,6 @@ int controller_parameters(Component *component, const ControllerData **matrices,
     parameters->authority = real[PORT_SLEW_AUTHORITY];
     parameters->measurement_delay = real[PORT_DELAY_MEASUREMENT];
     parameters->actuation_delay = real[PORT_DELAY_ACTUATION];
-    parameters->imbalance_force = real[PORT_JITTER_IMBALANCE_FORCE];
-    parameters->imbalance_torque = real[PORT_JITTER_IMBALANCE_TORQUE];
     parameters->capture_angle = real[PORT_INITIAL_CAPTURE_ANGLE];
     parameters->linear_attitude = boolean[PORT_AS_PUBLISHED];
     if (check_limits(component, parameters) || choose_guidance(component, parameters) ||

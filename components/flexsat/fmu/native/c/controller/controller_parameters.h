@@ -19,8 +19,8 @@ typedef struct ControllerParameters {
     double authority;         /* share of torque and speed band that the slew may use */
     double measurement_delay; /* s, from sampling to the call that uses it; known, whole milliseconds */
     double actuation_delay;   /* s, from the call to when the torque acts */
-    double imbalance_force;   /* N.s2/rad2 */
-    double imbalance_torque;  /* N.m.s2/rad2 */
+    double imbalance_force[WHEELS];  /* N.s2/rad2 */
+    double imbalance_torque[WHEELS]; /* N.m.s2/rad2 */
     Guidance guidance;
     int replans;              /* a command during a slew replaces it, else it is refused */
     double capture_angle;     /* rad */

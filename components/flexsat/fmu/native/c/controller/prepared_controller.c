@@ -9,14 +9,14 @@
 /* Arrange a matrix (rows, 4 n) for force a, force b, torque a, torque b as one for sines and cosines. */
 static void fill_jitter(const double *a, const ControllerParameters *parameters, double *folded, Panels *panels)
 {
-    const double force = parameters->imbalance_force, torque = parameters->imbalance_torque;
+    const double *force = parameters->imbalance_force, *torque = parameters->imbalance_torque;
     double *row = folded;
     int i, k;
 
     for (i = 0; i < panels->rows; i++, a += 4 * WHEELS, row += 2 * WHEELS)
         for (k = 0; k < WHEELS; k++) {
-            row[k] = force * a[k] + torque * a[3 * WHEELS + k];
-            row[WHEELS + k] = force * a[WHEELS + k] - torque * a[2 * WHEELS + k];
+            row[k] = force[k] * a[k] + torque[k] * a[3 * WHEELS + k];
+            row[WHEELS + k] = force[k] * a[WHEELS + k] - torque[k] * a[2 * WHEELS + k];
         }
     panels_fill(folded, panels);
 }
@@ -188,8 +188,8 @@ static int prepare_wheels(Component *component, const ControllerData *matrices, 
 
     for (k = 0; k < WHEELS; k++) {
         torque[k] = parameters->authority * parameters->torque_limits[k];
-        momentum[k] = parameters->authority * matrices->wheel_inertia * parameters->speed_bands[k];
-        offset[k] = matrices->wheel_inertia * parameters->speed_offset[k];
+        momentum[k] = parameters->authority * matrices->wheel_inertia[k] * parameters->speed_bands[k];
+        offset[k] = matrices->wheel_inertia[k] * parameters->speed_offset[k];
     }
     return slew_wheels(component, matrices->wheel_axis, torque, momentum, offset, &prepared->slew_wheels);
 }
@@ -218,7 +218,7 @@ int prepare_controller(Component *component, const ControllerData *matrices, con
         parameters->feed_forward_jitter && any(WHEELS * 4 * WHEELS, matrices->jitter_torque);
     prepared->optimal = parameters->guidance == QUADRATIC_PROGRAMME;
     prepared->knots = BRAKED + (prepared->optimal ? 2 * OPTIMUM_KNOTS : 4);
-    prepared->wheel_inertia = matrices->wheel_inertia;
+    memcpy(prepared->wheel_inertia, matrices->wheel_inertia, sizeof prepared->wheel_inertia);
     memcpy(prepared->inertia, matrices->inertia, sizeof prepared->inertia);
     memcpy(prepared->nominal_speed, matrices->nominal_speed, sizeof prepared->nominal_speed);
     if (prepare_wheels(component, matrices, prepared))

@@ -27,7 +27,7 @@ typedef struct PreparedController {
     Optimum *optimum; /* which works in this */
     KeepOut keep_out;
     SlewWheels slew_wheels; /* what each wheel may give to a slew */
-    double wheel_inertia;            /* kg.m2 */
+    double wheel_inertia[WHEELS];    /* kg.m2 */
     double inertia[9];               /* kg.m2 */
     double nominal_speed[WHEELS];    /* rad/s */
     Shaper shaper;

@@ -47,7 +47,7 @@ void spacecraft_move(RigidSpacecraft *spacecraft, const FlexsatReal *torque, dou
 
     for (k = 0; k < design->nominal_speed_rows; k++) {
         const double *axis = design->wheel_axis + 3 * k;
-        const double faster = torque[k] / design->wheel_inertia * step;
+        const double faster = torque[k] / design->wheel_inertia[k] * step;
         body[0] -= axis[0] * torque[k];
         body[1] -= axis[1] * torque[k];
         body[2] -= axis[2] * torque[k];

@@ -4,9 +4,9 @@
 
 #include "linear_algebra.h"
 
-double change_within(double value, double limit, double change)
+double change_within(double value, double least, double most, double change)
 {
-    if (value > limit || (value == limit && change > 0.0) || value < -limit || (value == -limit && change < 0.0))
+    if (value > most || (value == most && change > 0.0) || value < least || (value == least && change < 0.0))
         return 0.0;
     return change;
 }
@@ -34,7 +34,7 @@ void prepare_friction(Plant *plant, const double *limits)
         sparse_times(&motion->mount_speed, speed, mount);
         for (i = 0; i < b; i++)
             response[i * b + j] = mount[prepared->wheel[i]];
-        response[j * b + j] += prepared->length / motion->matrices.data->wheel_inertia;
+        response[j * b + j] += prepared->length / motion->matrices.data->wheel_inertia[prepared->wheel[j]];
     }
     invert(b, response, prepared->torque_of_speed);
 }
@@ -46,7 +46,7 @@ static void holding_torques(Plant *plant, const double *end, const double *load,
     const Motion *motion = &plant->motion;
     const PlantStep *prepared = plant->step;
     const PlantState *state = &plant->state;
-    const double inertia = motion->matrices.data->wheel_inertia;
+    const double *inertia = motion->matrices.data->wheel_inertia;
     double *speed = plant->work.seen, *mount = plant->work.unbraked;
     const int b = prepared->braked;
     int i, j;
@@ -59,7 +59,7 @@ static void holding_torques(Plant *plant, const double *end, const double *load,
         add_times_vector(6, 6, motion->compliance, state->momentum, speed);
     sparse_times(&motion->mount_speed, speed, mount);
     for (i = 0; i < motion->matrices.wheels; i++)
-        mount[i] += ((end != NULL ? state->axial[i] : 0.0) + prepared->length * torque[i]) / inertia;
+        mount[i] += ((end != NULL ? state->axial[i] : 0.0) + prepared->length * torque[i]) / inertia[i];
     for (i = 0; i < b; i++) {
         holding[i] = 0.0;
         for (j = 0; j < b; j++)
@@ -95,5 +95,5 @@ void add_friction_change(Plant *plant, const double *limits, const double *end, 
     holding_torques(plant, end, load, plant->work.given, holding);
     holding_torques(plant, NULL, load_change, torque_change, change);
     for (i = 0; i < prepared->braked; i++)
-        torque_change[prepared->wheel[i]] += change_within(holding[i], limits[prepared->wheel[i]], change[i]);
+        torque_change[prepared->wheel[i]] += change_within(holding[i], -limits[prepared->wheel[i]], limits[prepared->wheel[i]], change[i]);
 }

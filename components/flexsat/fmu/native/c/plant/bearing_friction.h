@@ -17,7 +17,7 @@ torques, without friction, are in `given`; `load` is the present one with them. 
 void add_friction_change(Plant *plant, const double *limits, const double *end, const double *load,
                          const double *load_change, double *torque_change);
 
-/* Return the change of a value that is cut off at +-limit; at the limit, on the side that the change points to. */
-double change_within(double value, double limit, double change);
+/* Return the change of a value that is cut off at its least and its most; at a limit, on the side that the change points to. */
+double change_within(double value, double least, double most, double change);
 
 #endif

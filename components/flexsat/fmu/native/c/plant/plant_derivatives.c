@@ -3,23 +3,18 @@
 #include <string.h>
 
 #include "bearing_friction.h"
+#include "motors.h"
 #include "ports.h"
 
 /* Set the present torques, limited, and the loads with them, as the friction finds them. */
 static void set_present(const Component *component, Plant *plant)
 {
     const Motion *motion = &plant->motion;
-    const double limit = motion->parameters.torque_limit;
     double *given = plant->work.given, *load = plant->work.present_load;
     int i;
 
     memcpy(given, component->real + PORT_WHEEL_TORQUE, (size_t)motion->loads.inputs * sizeof(double));
-    for (i = 0; i < motion->matrices.wheels; i++) {
-        if (given[i] > limit)
-            given[i] = limit;
-        if (given[i] < -limit)
-            given[i] = -limit;
-    }
+    drive_motors(plant, given);
     sparse_times(&motion->load_of_input, given, load);
     for (i = 0; i < motion->loads.count; i++)
         load[i] += plant->state.internal[i];
@@ -29,12 +24,14 @@ void plant_differentiate(const Component *component, Plant *plant, const double 
 {
     const Motion *motion = &plant->motion;
     const double *torque = component->real + PORT_WHEEL_TORQUE;
-    double *input_change = plant->work.input_change, *load_change = plant->work.load_change;
+    double least, most, *input_change = plant->work.input_change, *load_change = plant->work.load_change;
     int i;
 
     memcpy(input_change, seed + PORT_WHEEL_TORQUE, (size_t)motion->loads.inputs * sizeof(double));
-    for (i = 0; i < motion->matrices.wheels; i++)
-        input_change[i] = change_within(torque[i], motion->parameters.torque_limit, input_change[i]);
+    for (i = 0; i < motion->matrices.wheels; i++) { /* the steps of a motor's command are left out */
+        motor_range(plant, i, &least, &most);
+        input_change[i] = change_within(torque[i], least, most, input_change[i]);
+    }
     sparse_times(&motion->load_of_input, input_change, load_change);
     if (plant->step->braked > 0) {
         set_present(component, plant);

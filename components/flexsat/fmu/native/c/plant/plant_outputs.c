@@ -147,7 +147,7 @@ static void output_rows(const Motion *motion, int width, double *rows, double *m
         wheel_slopes(motion, i, slope);
         pick(slope, data->wheel_axis + 3 * i, -1.0, 3, mount_speed + i * speeds);
         memcpy(rows, mount_speed + i * speeds, (size_t)speeds * sizeof(double));
-        rows[speeds + k + i] = 1.0 / data->wheel_inertia;
+        rows[speeds + k + i] = 1.0 / data->wheel_inertia[i];
     }
     for (i = 0; i < g; i++, rows += width) {
         memcpy(rows + 3, data->gyro_axis + 3 * i, 3 * sizeof(double));

@@ -75,6 +75,26 @@ static int check_dispersion(Component *component, const char *name, const double
                   may_be_least ? ">=" : ">", number_text(least, text));
 }
 
+/* Refuse numbers of the motors that are negative, or a torque that falls beyond the speed limit. */
+static int check_motors(Component *component, const PlantParameters *given, const double *factor, int wheels)
+{
+    const char *const names[] = {"torque_limit_factor", "speed_limit", "full_torque_speed", "torque_step"};
+    const double *const values[] = {factor, given->speed_limit, given->full_torque_speed, given->torque_step};
+    char text[NUMBER_SIZE];
+    int i, j;
+
+    for (j = 0; j < 4; j++)
+        for (i = 0; i < wheels; i++)
+            if (!(values[j][i] >= 0.0))
+                return refuse(component, "wheel.%s[%d] must be >= 0, got %s", names[j], i + 1,
+                              number_text(values[j][i], text));
+    for (i = 0; i < wheels; i++)
+        if (given->full_torque_speed[i] > given->speed_limit[i])
+            return refuse(component, "wheel.full_torque_speed[%d] must be at most wheel.speed_limit[%d] = %g rad/s, got %s",
+                          i + 1, i + 1, given->speed_limit[i], number_text(given->full_torque_speed[i], text));
+    return 0;
+}
+
 static int check_parameters(Component *component, const PlantParameters *given, int modes)
 {
     const double norm = sqrt(given->mrp[0] * given->mrp[0] + given->mrp[1] * given->mrp[1] +
@@ -114,6 +134,10 @@ int read_parameters(Component *component, const PlantMatrices *matrices, PlantPa
     parameters->inertia_dispersion = real + PORT_DISPERSION_INERTIA;
     parameters->participation_dispersion = real + PORT_DISPERSION_PARTICIPATION;
     parameters->torque_limit = real[PORT_WHEEL_TORQUE_LIMIT];
+    parameters->speed_limit = real + PORT_WHEEL_SPEED_LIMIT;
+    parameters->full_torque_speed = real + PORT_WHEEL_FULL_TORQUE_SPEED;
+    parameters->torque_step = real + PORT_WHEEL_TORQUE_STEP;
+    parameters->torque_limits = memory_doubles(&component->memory, (size_t)n);
     parameters->gyroscopics = component->boolean[PORT_GYROSCOPICS];
     parameters->wheel_speed = memory_doubles(&component->memory, (size_t)n);
     parameters->wheel_angle = memory_doubles(&component->memory, (size_t)n);
@@ -124,10 +148,12 @@ int read_parameters(Component *component, const PlantMatrices *matrices, PlantPa
         const double drawn = random_uniform(&random, 0.0, TURN);
         parameters->wheel_speed[i] = matrices->data->nominal_speed[i] + real[PORT_INITIAL_WHEEL_SPEED_OFFSET + i];
         parameters->wheel_angle[i] = real[PORT_INITIAL_WHEEL_ANGLE + i] + (random_phases ? drawn : 0.0);
+        parameters->torque_limits[i] = parameters->torque_limit * real[PORT_WHEEL_TORQUE_LIMIT_FACTOR + i];
     }
     random_begin(&random, (uint64_t)seed, STREAM, ATTITUDE);
     for (i = 0; i < 3; i++)
         parameters->mrp[i] =
             real[PORT_INITIAL_MRP + i] + 0.25 * (real[PORT_INITIAL_ATTITUDE_DEVIATION] * random_normal(&random));
-    return check_parameters(component, parameters, m);
+    return check_parameters(component, parameters, m) ||
+           check_motors(component, parameters, real + PORT_WHEEL_TORQUE_LIMIT_FACTOR, n);
 }

@@ -24,7 +24,9 @@ typedef struct PlantParameters {
     const double *modal_displacement, *modal_velocity;                             /* (m) */
     const double *frequency_dispersion, *damping_dispersion, *inertia_dispersion; /* (m), (m), (3), relative */
     const double *participation_dispersion;                                        /* (m) relative */
-    double torque_limit;                                                           /* N.m */
+    double torque_limit;                                                           /* N.m, times the factor of each */
+    double *torque_limits;                                                         /* (n) [N.m] */
+    const double *speed_limit, *full_torque_speed, *torque_step; /* (n) [rad/s], [rad/s], [N.m]; 0: none */
     int gyroscopics;
 } PlantParameters;
 

@@ -7,6 +7,7 @@ mid-step. Error order: 2 in the step. */
 
 #include "bearing_friction.h"
 #include "linear_algebra.h"
+#include "motors.h"
 #include "ports.h"
 #include "rotations.h"
 
@@ -125,18 +126,11 @@ static void write_outputs(Component *component, Plant *plant)
 static void hold(Component *component, Plant *plant, const double *end)
 {
     const Motion *motion = &plant->motion;
-    const int n = motion->matrices.wheels, r = motion->loads.count;
-    const double limit = motion->parameters.torque_limit;
+    const int r = motion->loads.count;
     double *given = plant->work.given;
-    int i;
 
     memcpy(given, component->real + PORT_WHEEL_TORQUE, (size_t)motion->loads.inputs * sizeof(double));
-    for (i = 0; i < n; i++) {
-        if (given[i] > limit)
-            given[i] = limit;
-        if (given[i] < -limit)
-            given[i] = -limit;
-    }
+    drive_motors(plant, given);
     sparse_times(&motion->load_of_input, given, plant->work.input_load);
     /* with the internal loads of the last step, to predict the middle of this one */
     add(r, plant->work.input_load, plant->state.internal, plant->state.load);
@@ -271,7 +265,7 @@ void plant_begin(Component *component, Plant *plant)
             for (j = 0; j < m; j++)
                 speed += direction[axis] * slope[j] * given->modal_velocity[j];
         }
-        state->axial[i] = matrices->data->wheel_inertia * speed;
+        state->axial[i] = matrices->data->wheel_inertia[i] * speed;
         state->angle[i] = given->wheel_angle[i];
         state->speed[i] = given->wheel_speed[i];
     }

@@ -35,6 +35,7 @@ static double twice_energy(const Plant *plant, const double *eta, const double *
 {
     const Motion *motion = &plant->motion;
     const int m = motion->matrices.modes, size = 6 + m;
+    const double *inertia = motion->matrices.data->wheel_inertia;
     double energy = 0.0, rotors = 0.0;
     int i, j;
 
@@ -47,8 +48,8 @@ static double twice_energy(const Plant *plant, const double *eta, const double *
         energy += speed[i] * momentum + eta[i] * motion->stiffness[i] * eta[i];
     }
     for (i = 0; i < motion->matrices.wheels; i++)
-        rotors += plant->state.axial[i] * plant->state.axial[i];
-    return energy + rotors / motion->matrices.data->wheel_inertia;
+        rotors += plant->state.axial[i] * plant->state.axial[i] * (inertia[0] / inertia[i]);
+    return energy + rotors / inertia[0];
 }
 
 void plant_telemetry(Component *component, Plant *plant)

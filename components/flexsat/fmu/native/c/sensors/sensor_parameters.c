@@ -46,6 +46,7 @@ int sensor_parameters(Component *component, double step, SensorParameters *param
     const double given = real[PORT_STEP_SIZE], fast = real[PORT_FAST_PERIOD], slow = real[PORT_STAR_TRACKER_PERIOD];
     const char *known = "the step of";
     char text[NUMBER_SIZE];
+    int k;
 
     if (given > 0.0 && given < SHORTEST_STEP)
         return refuse(component, "step_size must be 0 for that of the first step, or >= %g s, got %s", SHORTEST_STEP,
@@ -72,9 +73,15 @@ int sensor_parameters(Component *component, double step, SensorParameters *param
     if (parameters->star_tracker_steps == 0)
         return refuse(component, "star_tracker.period = %g s must be a whole multiple of %s %g s", slow, known, step);
     parameters->jitter = boolean[PORT_JITTER_ENABLED];
-    parameters->imbalance_force = real[PORT_JITTER_IMBALANCE_FORCE];
-    parameters->imbalance_torque = real[PORT_JITTER_IMBALANCE_TORQUE];
-    parameters->broadband_force = real[PORT_JITTER_BROADBAND_FORCE];
-    parameters->broadband_torque = real[PORT_JITTER_BROADBAND_TORQUE];
+    for (k = 0; k < WHEELS; k++) {
+        parameters->imbalance_force[k] =
+            real[PORT_JITTER_IMBALANCE_FORCE] * real[PORT_JITTER_IMBALANCE_FORCE_FACTOR + k];
+        parameters->imbalance_torque[k] =
+            real[PORT_JITTER_IMBALANCE_TORQUE] * real[PORT_JITTER_IMBALANCE_TORQUE_FACTOR + k];
+        parameters->broadband_force[k] =
+            real[PORT_JITTER_BROADBAND_FORCE] * real[PORT_JITTER_BROADBAND_FORCE_FACTOR + k];
+        parameters->broadband_torque[k] =
+            real[PORT_JITTER_BROADBAND_TORQUE] * real[PORT_JITTER_BROADBAND_TORQUE_FACTOR + k];
+    }
     return check(component, parameters);
 }

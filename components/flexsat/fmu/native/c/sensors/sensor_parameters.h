@@ -5,6 +5,9 @@
 #include <stdint.h>
 
 #include "component.h"
+#include "ports.h"
+
+#define WHEELS PORT_WHEEL_SPEED_SIZE
 
 /* Deviations are standard deviations of one sample. */
 typedef struct SensorParameters {
@@ -19,10 +22,10 @@ typedef struct SensorParameters {
     int64_t fast_steps;               /* between samples of gyros, accelerometers and encoders */
     int64_t star_tracker_steps;       /* between samples of the star tracker */
     int jitter;
-    double imbalance_force;           /* N.s2/rad2 */
-    double imbalance_torque;          /* N.m.s2/rad2 */
-    double broadband_force;           /* N, held over fast_steps */
-    double broadband_torque;          /* N.m */
+    double imbalance_force[WHEELS];   /* N.s2/rad2 */
+    double imbalance_torque[WHEELS];  /* N.m.s2/rad2 */
+    double broadband_force[WHEELS];   /* N, held over fast_steps */
+    double broadband_torque[WHEELS];  /* N.m */
 } SensorParameters;
 
 /* Read and check them, for steps of this length [s]; 0: that of the parameter step_size. Where neither gives it, it

@@ -7,7 +7,6 @@ runtime/sensors.py, which documents it, and of fmu/python/sensors.py. */
 
 #include "data.h"
 #include "rotations.h"
-#include "wheel_jitter.h"
 #include "zero_order_hold.h"
 
 #define STREAM 2 /* a component's own random streams: plant and sensors may be given the same seed */
@@ -49,9 +48,9 @@ static int prepare(Component *component, PreparedSensors *prepared, double step)
     for (k = 0; k < WHEELS; k++)
         prepared->deviation[GYROS + ACCELEROMETERS + k] = parameters->encoder_noise;
     for (k = 0; k < WHEELS; k++) {
-        prepared->broadband_deviation[k] = prepared->broadband_deviation[WHEELS + k] = parameters->broadband_force;
-        prepared->broadband_deviation[2 * WHEELS + k] = parameters->broadband_torque;
-        prepared->broadband_deviation[3 * WHEELS + k] = parameters->broadband_torque;
+        prepared->broadband_deviation[k] = prepared->broadband_deviation[WHEELS + k] = parameters->broadband_force[k];
+        prepared->broadband_deviation[2 * WHEELS + k] = parameters->broadband_torque[k];
+        prepared->broadband_deviation[3 * WHEELS + k] = parameters->broadband_torque[k];
     }
     return 0;
 }
@@ -135,6 +134,14 @@ static void write_jitter(Component *component, const PreparedSensors *prepared, 
 
     harmonic_jitter(prepared->sines, WHEELS, component->real + PORT_WHEEL_SPEED, component->real + PORT_WHEEL_ANGLE, parameters->step,
                     parameters->imbalance_force, parameters->imbalance_torque, jitter);
+#ifdef PORT_JITTER_HARMONICS_FACTOR
+    {
+        double scratch[3 * WHEELS];
+        add_harmonics(&prepared->harmonics, prepared->sines, WHEELS, component->real + PORT_WHEEL_SPEED,
+                      component->real + PORT_WHEEL_ANGLE, parameters->step,
+                      component->real + PORT_JITTER_HARMONICS_FACTOR, scratch, jitter);
+    }
+#endif
     for (k = 0; k < 4 * WHEELS; k++)
         jitter[k] += state->broadband[k];
     sparse_times(&prepared->wrench_of_jitter, jitter, component->real + PORT_JITTER_FORCE_X);
@@ -152,6 +159,11 @@ int component_start(Component *component)
         sparse_of(&component->memory, WRENCHES, 4 * WHEELS, matrices->wrench_of_jitter, &prepared->wrench_of_jitter))
         return refuse(component, "the host gives no memory");
     prepared->sines = quickest_sines();
+    prepared->harmonics.count = matrices->harmonic_order_rows;
+    prepared->harmonics.order = matrices->harmonic_order;
+    prepared->harmonics.force = matrices->harmonic_force;
+    prepared->harmonics.torque = matrices->harmonic_torque;
+    prepared->harmonics.phase = matrices->harmonic_phase;
     component->own = prepared;
     component->state = (unsigned char *)state;
     component->state_size = sizeof *state;

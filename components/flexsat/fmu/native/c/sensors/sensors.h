@@ -9,8 +9,8 @@
 #include "random.h"
 #include "sensor_parameters.h"
 #include "sines.h"
+#include "wheel_jitter.h"
 
-#define WHEELS PORT_WHEEL_SPEED_SIZE
 #define GYROS PORT_GYRO_RATE_SIZE
 #define ACCELEROMETERS PORT_ACCELEROMETER_ACCELERATION_SIZE
 #define WRENCHES (6 * PORT_JITTER_FORCE_X_SIZE) /* their ports stand one after the other */
@@ -23,6 +23,7 @@ typedef struct PreparedSensors {
     double broadband_deviation[4 * WHEELS];
     Sparse wrench_of_jitter; /* a wheel acts on its own mount alone */
     Sines *sines;            /* for this processor */
+    Harmonics harmonics;     /* beside the first */
 } PreparedSensors;
 
 /* What the sensors remember between steps beside their outputs, which the ports hold. */
