@@ -39,8 +39,20 @@ class Block:
         return len(self.times)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Piece:
+    """Rows on their way to the disk, column by column. What `Columns` returns is valid until its next one."""
+
+    batch: pa.RecordBatch
+    numbers: NDArray[np.float64]  # (1 + n, rows): the 8 bytes of each value, in the order of the file; none of texts
+    message: memoryview | None = None  # the batch as a stream has it, if that is known
+
+
 class Columns:
-    """The columns of the signals in the order of the file, for so many rows; their memory is used again and again."""
+    """The columns of the signals in the order of the file, for so many rows; their memory is used again and again.
+
+    It is that of a message of the stream, which is the same for every full block but for its values.
+    """
 
     def __init__(self, signals: Sequence[Signal], size: int) -> None:
         self.size = size
@@ -51,19 +63,37 @@ class Columns:
                 by_type[signal.variable.scalar].append(number)
         self._ends = np.cumsum([0, *(len(by_type[scalar]) for scalar in _NUMBERS)]).tolist()
         self._widths = {scalar: len(by_type[scalar]) for scalar in _OTHERS}
-        self._times = np.zeros(size)
-        self._numbers = np.zeros((self._ends[-1], size))
-        self._others: list[NDArray[Any]] = [_empty((self._widths[scalar], size), scalar) for scalar in _OTHERS]
         places = {number: place for place, number in enumerate(n for group in by_type.values() for n in group)}
         self._order = [places[number] for number in range(len(places))]  # of the file, in a block
-        self._arrays = [_array(column) for column in (self._times, *self._in_order())]  # of texts: what they are now
-        self._batch = pa.RecordBatch.from_arrays(self._arrays, schema=self.schema)
-        texts = [k for k, field in enumerate(self.schema) if field.type == pa.string()]
-        self._texts = dict(zip(texts, [self._in_order()[k - 1] for k in texts], strict=True))
+        self._texts = [k for k, field in enumerate(self.schema) if field.type == pa.string()]
+        self._message: memoryview | None = None
+        self._batch: pa.RecordBatch | None = None
+        if self._texts:
+            self._body = np.zeros((len(self.schema), size))
+        else:
+            self._message, self._body, self._batch = _message(self.schema, size)
+        self._runs = self._runs_of_columns()
 
-    def _in_order(self) -> list[NDArray[Any]]:
-        columns = [column for part in (self._numbers, *self._others) for column in part]
-        return [columns[place] for place in self._order]
+    def _places(self) -> list[tuple[int, int]]:
+        """Return in which part of a block each column of the file is, after the time, and where there."""
+        widths = [self._ends[-1], *(self._widths[scalar] for scalar in _OTHERS)]
+        places = [(part, column) for part, width in enumerate(widths) for column in range(width)]
+        return [places[place] for place in self._order]
+
+    def _runs_of_columns(self) -> list[tuple[NDArray[Any], int, slice]]:
+        """Return rows of the body, and the neighbouring columns of a part of a block that are copied there."""
+        kinds = [np.dtype(np.float64), *(np.dtype(DTYPES[scalar]) for scalar in _OTHERS)]
+        runs: list[tuple[int, int, int, int]] = []  # first row, part, first column, how many
+        for row, (part, column) in enumerate(self._places(), 1):
+            first, *last, count = runs[-1] if runs else (0, 0, 0, 0)
+            if runs and last == [part, column - count] and row == first + count:
+                runs[-1] = (first, part, column - count, count + 1)
+            elif kinds[part] != np.object_:
+                runs.append((row, part, column, 1))
+        return [
+            (self._body[row : row + count].view(kinds[part]), part, slice(column, column + count))
+            for row, part, column, count in runs
+        ]
 
     def block(self) -> Block:
         """Return memory for as many rows."""
@@ -74,22 +104,33 @@ class Columns:
         rows = [tuple(part[k] for part in parts) for k in range(size)]
         return Block(times=np.zeros(size), numbers=numbers, others=others, parts=parts, rows=rows)
 
-    def batch(self, block: Block, count: int) -> pa.RecordBatch:
-        """Return the first rows of a block as Arrow's, valid until the next call.
+    def piece(self, block: Block, count: int) -> Piece:
+        """Return the first rows of a block, valid until the next call.
 
         It holds the interpreter for some microseconds, whatever the number of signals, unless there are texts: copy
         and write are done beside the loop.
         """
-        self._times[:count] = block.times[:count]
-        self._numbers[:, :count] = block.numbers[:count].T
-        for columns, values in zip(self._others, block.others, strict=True):
-            columns[:, :count] = values[:count].T
-        if not self._texts:
-            return self._batch if count == self.size else self._batch.slice(0, count)
-        arrays = [
-            _array(self._texts[k][:count]) if k in self._texts else array.slice(0, count)
-            for k, array in enumerate(self._arrays)
-        ]
+        self._body[0, :count] = block.times[:count]
+        parts = (block.numbers, *block.others)
+        for rows, part, columns in self._runs:
+            rows[:, :count] = parts[part][:count, columns].T
+        numbers = self._body[:, :count]
+        if self._batch is None:
+            return Piece(batch=self._with_texts(block, count), numbers=numbers)
+        if count == self.size:
+            return Piece(batch=self._batch, numbers=numbers, message=self._message)
+        return Piece(batch=self._batch.slice(0, count), numbers=numbers)
+
+    def _with_texts(self, block: Block, count: int) -> pa.RecordBatch:
+        """Return the first rows of a block, whose numbers are in the body, as Arrow's."""
+        parts, places = (block.numbers, *block.others), self._places()
+        arrays = []
+        for k, field in enumerate(self.schema):
+            if k in self._texts:
+                part, column = places[k - 1]
+                arrays.append(_array(parts[part][:count, column]))
+            else:
+                arrays.append(_array(self._body[k, :count].view(field.type.to_pandas_dtype())))
         return pa.RecordBatch.from_arrays(arrays, schema=self.schema)
 
     def copy(self, block: Block, count: int) -> pa.RecordBatch:
@@ -114,6 +155,30 @@ class Columns:
         columns = [column for part in (block.numbers, *block.others) for column in part.T]
         for k, place in enumerate(self._order, 1):
             columns[place][:count] = column_values(batch.column(k))
+
+
+def piece_of(batch: pa.RecordBatch) -> Piece:
+    """Return rows that were read."""
+    numbers = np.zeros((batch.num_columns, len(batch)))
+    for row, column in zip(numbers, batch.columns, strict=True):
+        if column.type != pa.string():
+            values = column_values(column)
+            row.view(values.dtype)[:] = values
+    return Piece(batch=batch, numbers=numbers)
+
+
+def _message(schema: pa.Schema, size: int) -> tuple[memoryview, NDArray[np.float64], pa.RecordBatch]:
+    """Return a message of a stream with so many rows of numbers, its values (columns, size), and the batch it holds."""
+    zeros = pa.py_buffer(bytes(8 * size))
+    empty = [pa.Array.from_buffers(field.type, size, [None, zeros]) for field in schema]
+    message = bytearray(pa.RecordBatch.from_arrays(empty, schema=schema).serialize())
+    memory = pa.py_buffer(message)
+    batch = pa.ipc.read_record_batch(memory, schema)
+    addresses = [column.buffers()[1].address - memory.address for column in batch.columns]
+    if addresses != list(range(addresses[0], addresses[0] + 8 * size * len(schema), 8 * size)):
+        raise AssertionError("the columns of a batch are expected one after the other")
+    values = np.frombuffer(message, np.float64, size * len(schema), addresses[0])
+    return memoryview(message), values.reshape(len(schema), size), batch
 
 
 def _empty(shape: tuple[int, int], scalar: Scalar) -> NDArray[Any]:

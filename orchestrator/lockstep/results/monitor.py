@@ -48,15 +48,13 @@ class Observed:
     def __init__(self, monitor: Monitor, add: Callable[..., None]) -> None:
         self._monitor, self._add = monitor, add
 
-    def block(self, batch: pa.RecordBatch, *, past: bool = False) -> None:
-        """Look at a block that was written; what one of an earlier part of the run shows is among the events."""
-        found = self.look(batch)
-        if not past:
-            self.note(found)
+    def block(self, batch: pa.RecordBatch) -> None:
+        """Look at a block of a run in memory."""
+        self.note(self.look(column_values(batch.column(0)).copy(), _Columns(batch)))
 
-    def look(self, batch: pa.RecordBatch) -> list[Found]:
-        """Return what a block shows; it may be called in another thread, for one block after another."""
-        return list(self._monitor.rows(column_values(batch.column(0)).copy(), _Columns(batch)))
+    def look(self, time: NDArray[np.float64], columns: Mapping[str, NDArray[Any]]) -> list[Found]:
+        """Return what rows show; it may be called in another thread, for some rows after others."""
+        return list(self._monitor.rows(time, columns))
 
     def end(self) -> list[dict[str, object]]:
         """Note what is known at the end, and return the tables for run.toml."""

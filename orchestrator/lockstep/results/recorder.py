@@ -9,15 +9,16 @@ from pathlib import Path
 import pyarrow as pa
 
 from lockstep.processes.cpu_affinity import core_assignment
-from lockstep.results.blocks import Block, Columns, Copied, Rows, schema_of
+from lockstep.results.blocks import Block, Columns, Copied, Piece, Rows, piece_of, schema_of
 from lockstep.results.conversion import Conversion
-from lockstep.results.monitor import Observed
+from lockstep.results.monitor import Found, Observed
 from lockstep.results.read import PARQUET, open_batches
 from lockstep.results.signal_patterns import Signal
 from lockstep.results.stream import STREAM
 from lockstep.results.stream_writer import StreamWriter
 
 _BLOCK_BYTES = 4_000_000  # of one batch on disk, when there are more signals
+_LOOK_BLOCKS = 8  # that a monitor looks at together: each look takes a millisecond
 _CONTINUED = f".{STREAM}.continued"  # the file of a resumed run, until it holds the rows saved before
 
 
@@ -60,6 +61,7 @@ class Recorder:
         self.count = 0  # rows in it
         self._spare = self._columns.block()
         self._size, self._rows, self._times = self.block.size, self.block.rows, self.block.times
+        self._seen = 0  # rows of the present group that the monitor has looked at
         self._blocks: list[pa.RecordBatch] = []  # of a run in memory
         self._kept = 0  # rows in them
         if folder is None:
@@ -67,7 +69,7 @@ class Recorder:
         cores = core_assignment().cores
         path = folder / (STREAM if saved is None else _CONTINUED)
         self._stream = StreamWriter(path, self._columns.schema, cores)
-        self._conversion = Conversion(folder, self._columns.schema, cores)
+        self._conversion = Conversion(folder, self._columns.schema, self._columns.size, cores)
         if saved is not None:
             self._continue(saved)
 
@@ -80,6 +82,7 @@ class Recorder:
         """Return what has been recorded so far, with the file on disk for good."""
         assert self._folder is not None
         self._complete_write()
+        self._look_at_rest()
         _write_through(self._folder / STREAM)
         return SavedRows(written=self._stream.rows, waiting=self._streamed(self.count))
 
@@ -93,7 +96,7 @@ class Recorder:
         """Return the first rows of the block as an Arrow stream."""
         waiting = pa.BufferOutputStream()
         with pa.ipc.new_stream(waiting, self.schema) as stream:
-            stream.write_batch(self._columns.batch(self.block, count))
+            stream.write_batch(self._columns.piece(self.block, count).batch)
         found: bytes = waiting.getvalue().to_pybytes()
         return found
 
@@ -101,6 +104,7 @@ class Recorder:
         """Close the file as it is, before another recorder continues it."""
         if self._folder is not None:
             self._complete_write()
+            self._look_at_rest()
             self._stream.close()
             self._conversion.discard()
 
@@ -140,6 +144,7 @@ class Recorder:
             _write_through(continued)
         except BaseException:
             self._stream.close()
+            self._conversion.discard()
             continued.unlink(missing_ok=True)
             raise
         continued.replace(self._folder / STREAM)
@@ -149,9 +154,11 @@ class Recorder:
 
     def _write(self, batch: pa.RecordBatch, *, past: bool) -> None:
         """Write rows of an earlier part of the run; what those that were on disk show is among the events."""
-        self._stream.write(batch)
-        if self._observed is not None:
-            self._observed.block(batch, past=past)
+        piece = piece_of(batch)
+        self._stream.write(piece)
+        found = [*self._written(piece), *self._unseen()]
+        if self._observed is not None and not past:
+            self._observed.note(found)
 
     def row(self, time: float) -> Rows:
         """Return the next row to fill in, in the order of `lockstep.fmi.slave.SCALARS`."""
@@ -170,8 +177,7 @@ class Recorder:
             self._keep(self._columns.copy(self.block, count))
             return
         self._complete_write()
-        look = _nothing if self._observed is None else self._observed.look
-        self._stream.begin(partial(self._columns.batch, self.block, count), look)
+        self._stream.begin(partial(self._columns.piece, self.block, count), self._written)
         self.block, self._spare = self._spare, self.block
         self._rows, self._times = self.block.rows, self.block.times
 
@@ -182,11 +188,36 @@ class Recorder:
         if self._observed is not None:
             self._observed.block(batch)
 
+    def _written(self, piece: Piece) -> list[Found]:
+        """Keep rows that are in the stream for the compressed file; return what a look at the last ones shows."""
+        conversion = self._conversion
+        conversion.add(piece)
+        found = []
+        if conversion.full or conversion.group.count - self._seen >= _LOOK_BLOCKS * self._size:
+            found = self._unseen()
+        if conversion.full:
+            conversion.next_group()
+            self._seen = 0
+        return found
+
+    def _unseen(self) -> list[Found]:
+        """Return what the rows show that were not looked at."""
+        group = self._conversion.group
+        begin, self._seen = self._seen, group.count
+        if self._observed is None or begin == group.count:
+            return []
+        return self._observed.look(*group.rows(begin, group.count))
+
+    def _look_at_rest(self) -> None:
+        """Note what the rows in the stream show that were not looked at."""
+        found = self._unseen()
+        if self._observed is not None:
+            self._observed.note(found)
+
     def _complete_write(self) -> None:
         """Wait for the block that is being written, and note what it shows."""
         if self._stream.busy:
             found = self._stream.wait()
-            self._conversion.written(self._stream.rows)
             if self._observed is not None:
                 self._observed.note(found)
 
@@ -219,14 +250,11 @@ class Recorder:
                     self._complete_write()
             finally:
                 self._stream.close()
+                self._look_at_rest()
         except BaseException:
             self._conversion.discard()
             raise
         self._conversion.finish(self._stream.rows)
-
-
-def _nothing(_batch: pa.RecordBatch) -> None:
-    """Look at a block that nothing observes."""
 
 
 def waiting_rows(saved: SavedRows, signals: Sequence[Signal]) -> int:

@@ -13,9 +13,12 @@ import numpy as np
 import pyarrow as pa
 
 from lockstep.operating_system import pin
+from lockstep.results.blocks import Piece
 
-Make = Callable[[], pa.RecordBatch]
-Look = Callable[[pa.RecordBatch], Any]
+_END = b"\xff\xff\xff\xff" + bytes(4)  # of a stream: a message of no length
+
+Make = Callable[[], Piece]
+Look = Callable[[Piece], Any]
 
 
 class StreamWriter:
@@ -25,7 +28,7 @@ class StreamWriter:
         """Make the file; the thread, which is started when it is needed, may run on these cores."""
         self._path, self._cores = path, cores
         self._file = pa.OSFile(str(path), "wb")  # unbuffered: survives a kill
-        self._writer = pa.ipc.new_stream(self._file, schema)
+        self._schema = schema
         self.rows = 0  # that are on disk
         self._failure: BaseException | None = None
         self._due: SimpleQueue[tuple[Make, Look] | None] = SimpleQueue()
@@ -49,17 +52,26 @@ class StreamWriter:
             raise failure
         return found
 
-    def write(self, batch: pa.RecordBatch) -> None:
+    def write(self, piece: Piece) -> None:
         """Write a batch in the calling thread."""
         end = self._file.tell()
         try:
-            self._writer.write_batch(batch)
+            self._begin()
+            self._append(piece)
         except BaseException as error:
             self._failure = error
             self._file.close()
             os.truncate(self._path, end)  # no part of a batch stays: readers would take it for a whole one
             raise
-        self.rows += len(batch)
+        self.rows += len(piece.batch)
+
+    def _begin(self) -> None:
+        """Write what a stream begins with, if it is empty."""
+        if not self._file.tell():
+            self._file.write(self._schema.serialize())
+
+    def _append(self, piece: Piece) -> None:
+        self._file.write(piece.batch.serialize() if piece.message is None else piece.message)
 
     def moved(self, path: Path) -> None:
         """Note that the file has another name."""
@@ -78,7 +90,8 @@ class StreamWriter:
             self._thread = None
         try:
             if self.whole:
-                self._writer.close()
+                self._begin()
+                self._file.write(_END)
         finally:
             self._file.close()
 
@@ -89,10 +102,10 @@ class StreamWriter:
             make, look = job
             found, failure = None, None
             try:
-                batch = make()
-                self.write(batch)
+                piece = make()
+                self.write(piece)
                 with np.errstate(over="ignore"):  # as in the loop
-                    found = look(batch)
+                    found = look(piece)
             except BaseException as error:  # raised where the loop waits
                 failure = error
             self._done.put((found, failure))

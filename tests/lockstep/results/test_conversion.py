@@ -61,8 +61,10 @@ def test_groups_are_converted_beside_the_run_into_the_same_file(tmp_path, monkey
     os.close(probe)
     made = record(tmp_path / "beside")
     assert [path.name for path in (tmp_path / "beside").iterdir()] == ["signals.arrows"]  # all that a kill leaves
+    made.saved()  # waits for what is being written
     made._conversion._end_thread()
-    assert made._conversion._file._read >= 240  # rows that the thread has read
+    assert made._conversion._file._writer is not None
+    assert made._conversion.group.count == 10  # the thread has written the 240 rows before
     made.close()
     assert whole(tmp_path / "beside") == at_the_end(tmp_path / "end", monkeypatch)
     assert pq.ParquetFile(tmp_path / "end/signals.parquet").num_row_groups == 7

@@ -3,6 +3,7 @@
 from time import monotonic, sleep
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
@@ -66,6 +67,24 @@ def test_a_batch_is_on_disk_as_soon_as_it_is_full(tmp_path):
     assert len(read_signals(tmp_path).time) == 31
 
 
+def test_a_full_block_is_written_as_arrow_writes_it(tmp_path):
+    """Types alternate, so that neighbours in the file are none in a block; the last block is not full."""
+    made = record(tmp_path, 35, close=False)
+    made.abandon()
+    with (tmp_path / "signals.arrows").open("rb") as file, pa.ipc.open_stream(file) as stream:
+        batches = list(stream)
+    assert [len(batch) for batch in batches] == [10, 10, 10]
+    expected = pa.BufferOutputStream()
+    with pa.ipc.new_stream(expected, made.schema) as writer:
+        for batch in batches:
+            writer.write_batch(batch)
+    assert (tmp_path / "signals.arrows").read_bytes() == expected.getvalue().to_pybytes()
+    row = np.arange(30)
+    written = pa.Table.from_batches(batches)
+    for name, values in (("time", row / 10), ("c.n", 2 * row), ("c.x[1]", row), ("c.ok", row % 2), ("c.x[2]", -row)):
+        np.testing.assert_array_equal(written.column(name).to_numpy(), values)
+
+
 def test_a_stream_cut_off_at_any_length_is_readable(tmp_path):
     made = record(tmp_path, 31, close=False)  # a full batch is written when the next row comes
     made.saved()  # waits for that
@@ -105,25 +124,23 @@ def test_a_failed_conversion_keeps_the_stream(tmp_path, monkeypatch):
 
 
 class Full:
-    """The writer of a stream that fails to write the third batch, as a disk that is full for a moment."""
+    """Fails to append the third batch to a stream, as a disk that is full for a moment."""
 
-    def __init__(self, writer):
-        self.writer, self.lengths = writer, []
+    def __init__(self, stream):
+        self.append, self.lengths = stream._append, []
+        stream._append = self
 
-    def write_batch(self, batch):
-        self.lengths.append(len(batch))
+    def __call__(self, piece):
+        self.lengths.append(len(piece.batch))
         if len(self.lengths) == 3:
             raise OSError(28, "No space left on device")
-        self.writer.write_batch(batch)
-
-    def close(self):
-        self.writer.close()
+        self.append(piece)
 
 
 def test_a_batch_whose_write_failed_is_not_written_again(tmp_path):
     """What fits after the failure must not follow half a batch: the stream would end there for its readers."""
     made = Recorder(tmp_path, SIGNALS, 10)
-    made._stream._writer = writer = Full(made._stream._writer)
+    writer = Full(made._stream)
     for row in range(40):
         made.row(row / 10)[1][:] = row
     with pytest.raises(OSError, match="No space left"):
@@ -137,7 +154,7 @@ def test_a_batch_whose_write_failed_is_not_written_again(tmp_path):
 @pytest.mark.parametrize("end", ["close", "saved"])
 def test_a_write_that_fails_beside_the_last_rows_is_reported_at_the_end(tmp_path, rows, end):
     made = Recorder(tmp_path, SIGNALS, 10)
-    made._stream._writer = writer = Full(made._stream._writer)
+    writer = Full(made._stream)
     for row in range(rows):
         made.row(row / 10)[1][:] = row
     if end == "saved" and rows == 30:
@@ -153,19 +170,14 @@ def test_a_write_that_fails_beside_the_last_rows_is_reported_at_the_end(tmp_path
 def test_a_block_is_not_filled_while_it_is_written(tmp_path):
     """The next rows come while a slow disk still has those before: no row of the file is one of a later block."""
 
-    class Slow:
-        def __init__(self, writer):
-            self.writer = writer
-
-        def write_batch(self, batch):
-            sleep(0.002)
-            self.writer.write_batch(batch)
-
-        def close(self):
-            self.writer.close()
-
     made = Recorder(tmp_path, SIGNALS, 10)
-    made._stream._writer = Slow(made._stream._writer)
+    append = made._stream._append
+
+    def slow(piece):
+        sleep(0.002)
+        append(piece)
+
+    made._stream._append = slow
     for row in range(205):
         made.row(row / 10)[1][:] = row
     made.close()
