@@ -43,7 +43,8 @@ def stem(name: str) -> str:
 
 def elements_of(array: str, names: Iterable[str]) -> list[str]:
     """Return the names that are elements of an array, in the order of their indices; none if there are none."""
-    found = [(index, name) for name in names for base, index in [split_element(name)] if index and base == array]
+    begun = (name for name in names if name.startswith(array))
+    found = [(index, name) for name in begun for base, index in [split_element(name)] if index and base == array]
     return [name for _, name in sorted(found)]
 
 

@@ -126,9 +126,12 @@ class LoopEvents:
             if len(parts) < 4 or min(map(len, parts)) < FEWEST_ROWS:
                 continue
             second = np.concatenate(parts)
-            parts = np.split(second[:, 0] - second[:, 0].mean(axis=0), np.cumsum([len(part) for part in parts])[:-1])
-            wheels, frequency = oscillating(parts, self._limit)
-            torques = float(np.mean(np.abs(second[:, 1]).sum(axis=1)))
+            wheels, frequency, torques = np.zeros(second.shape[2], np.bool_), 0.0, 0.0
+            if np.any(np.ptp(second[:, 0], axis=0) >= GROWN * self._limit):  # else no RMS about the mean is as large
+                ends = np.cumsum([len(part) for part in parts])[:-1]
+                parts = np.split(second[:, 0] - second[:, 0].mean(axis=0), ends)
+                wheels, frequency = oscillating(parts, self._limit)
+                torques = float(np.mean(np.abs(second[:, 1]).sum(axis=1)))
             if wheels.any() and torques > self._torque:
                 self._torque, self._frequency = torques, frequency
 

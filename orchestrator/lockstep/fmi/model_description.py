@@ -17,7 +17,7 @@ from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmi.declared_units import DeclaredUnits, declared_units
 from lockstep.fmi.description_corrections import correct, negated_aliases, read_root, readable, text_starts
 from lockstep.fmi.platforms import PLATFORMS, library_path
-from lockstep.fmi.safe_zip import open_file, open_zip
+from lockstep.fmi.safe_zip import open_file, open_zip, sha256_of
 from lockstep.fmi.slave import Scalar
 from lockstep.system.component import Component
 from lockstep.system.sums import Sums
@@ -161,7 +161,7 @@ def read_description(component: Component) -> Description:
     if component.sums is not None:
         return _describe_sums(component.sums)
     with open_file(component.source, component.archive, component.name) as stream:
-        digest = hashlib.sha256(stream.read()).hexdigest()
+        digest = sha256_of(stream, on_disk=component.archive is None)
         if digest in _read:
             return _located(_read[digest], component)
         stream.seek(0)

@@ -1,12 +1,15 @@
 """Open zip files that came from elsewhere with one-line errors, and extract only below their folder."""
 
+import hashlib
 import io
+import os
 import stat
 import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
+from time import time
 from typing import IO, BinaryIO, cast
 
 from lockstep.errors import InputError, refuse_undecodable
@@ -17,6 +20,10 @@ _SUSPICIOUS, _DENSEST = 200_000_000, 100  # above so many bytes, at most so many
 
 _UNIX = 3  # made on a file system with links
 _LOADED = ("binaries/", "resources/")  # what an FMU reads when it runs
+_SETTLED = 2.0  # [s] after which a file that changes has another time of change
+_MOST_KNOWN = 100  # digests that are kept
+_digests: dict[tuple[int, ...], str] = {}  # by device, number, size and times of change of the file
+_READ_BY_PEOPLE, _LICENSES = ("sources/", "documentation/"), "documentation/licenses/"
 
 _BROKEN = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError)
 
@@ -68,7 +75,10 @@ def is_inside(member: str) -> bool:
 
 
 def extract(archive: zipfile.ZipFile, folder: Path, name: str) -> None:
-    """Unpack an FMU to a folder; raise InputError for links, and TemporaryFolderError if the folder is the culprit."""
+    """Unpack what an FMU needs to run, and its licences, to a folder.
+
+    Raises InputError for links, and TemporaryFolderError if the folder is the culprit.
+    """
     for member in archive.infolist():
         linked = member.create_system == _UNIX and stat.S_ISLNK(member.external_attr >> 16)
         if linked and member.filename.startswith(_LOADED):
@@ -76,11 +86,15 @@ def extract(archive: zipfile.ZipFile, folder: Path, name: str) -> None:
                 f"{name}: {member.filename} is a symbolic link, which cannot be unpacked; pack the file itself"
             )
     try:
-        archive.extractall(folder)
+        archive.extractall(folder, [name for name in archive.namelist() if _is_needed(name)])
     except OSError as error:
         raise TemporaryFolderError(
             f"{name}: cannot be unpacked to {folder} ({error.strerror or error}); {_REMEDY}"
         ) from None
+
+
+def _is_needed(member: str) -> bool:
+    return member.startswith(_LICENSES) or not member.startswith(_READ_BY_PEOPLE)
 
 
 @contextmanager
@@ -125,3 +139,19 @@ def _open_member(file: Path | IO[bytes], path: Path, archive: Path, name: str) -
             raise InputError(f"{name}: no such file {path} in {archive}") from None
         with member:
             yield cast(BinaryIO, member)
+
+
+def sha256_of(stream: BinaryIO, *, on_disk: bool) -> str:
+    """Return the SHA-256 of a stream; that of a file on disk is computed again only when it may have changed."""
+    if not on_disk:
+        return hashlib.sha256(stream.read()).hexdigest()
+    known = os.fstat(stream.fileno())
+    key = known.st_dev, known.st_ino, known.st_size, known.st_mtime_ns, known.st_ctime_ns
+    if key not in _digests:
+        digest = hashlib.sha256(stream.read()).hexdigest()
+        if time() - max(known.st_mtime, known.st_ctime) <= _SETTLED:
+            return digest
+        if len(_digests) >= _MOST_KNOWN:
+            del _digests[next(iter(_digests))]
+        _digests[key] = digest
+    return _digests[key]

@@ -158,7 +158,7 @@ def _operation(operation: Operation) -> list[Packed] | None:
             width = operation.buffer.dtype.itemsize
             if operation.buffer.dtype == object:
                 return None
-            return [_moved(operation.source, operation.index, operation.buffer, _GATHERS[width])]
+            return _gathered(operation.source, operation.index, operation.buffer, _GATHERS[width])
         case Convert():
             count = len(operation.buffer)
             fields = {"buffer": operation.buffer, "first": operation.gain, "second": operation.bias, "count": count}
@@ -201,7 +201,28 @@ def _move_kind(move: Move) -> Kind:
 
 
 _GATHERS = {4: Kind.GATHER_4, 8: Kind.GATHER_8}
+_SHORTEST_RUN = 8  # of neighbours, on the average, that are copied each by itself
 _SCATTERS = {4: Kind.SCATTER_4, 8: Kind.SCATTER_8}
+
+
+def _runs(index: NDArray[np.intp]) -> list[tuple[int, int, int]] | None:
+    """Return where runs of neighbours begin, where they come from, and how long they are; None where they are short."""
+    edges = np.flatnonzero(np.diff(index) != 1) + 1
+    if (len(edges) + 1) * _SHORTEST_RUN > len(index) and len(edges):
+        return None
+    begins = [0, *edges.tolist()]
+    return [(k, int(index[k]), end - k) for k, end in zip(begins, [*begins[1:], len(index)], strict=True) if end > k]
+
+
+def _gathered(source: NDArray[Any], index: NDArray[np.intp], buffer: NDArray[Any], kind: Kind) -> list[Packed]:
+    runs = _runs(index)
+    if runs is None:
+        return [_moved(source, index, buffer, kind)]
+    parts = [(source[place : place + count], buffer[k : k + count]) for k, place, count in runs]
+    return [
+        Packed(kind=Kind.COPY, fields={"source": part, "buffer": target, "count": target.nbytes})
+        for part, target in parts
+    ]
 
 
 def _moved(source: NDArray[Any], index: NDArray[np.intp], buffer: NDArray[Any], kind: Kind) -> Packed:
@@ -280,7 +301,13 @@ def _capture(capture: Capture) -> list[Packed] | None:
     found = [Packed(kind=Kind.ROW)]
     for part, scalar in enumerate(SCALARS[:-1]):
         index = capture.index[scalar].astype(np.int64)
-        if len(index):
+        runs = None if _RECORDS[scalar] == Kind.RECORD_INTEGERS else _runs(index)
+        if runs is not None:
+            for k, place, count in runs:
+                fields = {"part": part, "values": k, "source": capture.sources[scalar][place : place + count],
+                          "count": count}  # fmt: skip
+                found.append(Packed(kind=Kind.RECORD_COPY, fields=fields))
+        elif len(index):
             fields = {"part": part, "source": capture.sources[scalar], "index": index, "count": len(index)}
             found.append(Packed(kind=_RECORDS[scalar], fields=fields))
     return found

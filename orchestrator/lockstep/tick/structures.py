@@ -5,7 +5,7 @@ from __future__ import annotations
 from ctypes import Structure, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from enum import IntEnum
 
-LAYOUT = 7
+LAYOUT = 8
 PARTS = 5  # of a row: all but texts
 
 
@@ -41,6 +41,8 @@ class Kind(IntEnum):
     PACE = 26
     REQUEST = 27
     ANSWER = 28
+    COPY = 29
+    RECORD_COPY = 30
 
 
 class Reason(IntEnum):

@@ -44,9 +44,16 @@ static int convert(const tick_operation *op)
 static int all_finite(const tick_operation *op)
 {
     const double *values = op->buffer;
+    double sums[8] = {0.0}; /* so many run at once, as none waits for the others */
+    size_t done = 0;
     int finite = 1;
-    for (size_t k = 0; k < op->count; k++)
-        finite &= is_finite(values[k]);
+    for (; done + 8 <= op->count; done += 8)
+        for (size_t i = 0; i < 8; i++)
+            sums[i] += values[done + i];
+    for (size_t i = 0; i < 8; i++)
+        finite &= is_finite(sums[i]); /* not finite if one of its values is not, or only the sum */
+    for (; done < op->count; done++)
+        finite &= is_finite(values[done]);
     for (size_t k = 0; !finite && k < op->count; k++)
         if (!is_finite(values[k]) && !op->marks[k])
             return 0;
@@ -247,6 +254,8 @@ static int run_tick(tick_state *state)
         case TICK_RECORD_REALS:
         case TICK_RECORD_WIDE: gather_8(op, row_of(op, rows)); break;
         case TICK_RECORD_INTEGERS: integers_as_reals(op, row_of(op, rows)); break;
+        case TICK_COPY: memcpy(op->buffer, op->source, op->count); break;
+        case TICK_RECORD_COPY: memcpy((char *)row_of(op, rows) + 8 * op->values, op->source, 8 * op->count); break;
         case TICK_ADD:
         case TICK_MULTIPLY:
         case TICK_HOLD_4:

@@ -13,7 +13,7 @@
 #include "requests.h"
 #include "threads.h"
 
-#define TICK_LAYOUT 7 /* of the structures and functions below; grows with each change */
+#define TICK_LAYOUT 8 /* of the structures and functions below; grows with each change */
 
 /* What an operation does. The fields of `tick_operation` that it uses are named behind it. */
 enum tick_kind {
@@ -50,7 +50,10 @@ enum tick_kind {
     TICK_PACE,   /* waits until the present time is due: see pace.h; buffer, first, marks, count */
     /* Steps in worker processes: TICK_CALLER_ACTS where C leaves it to the caller */
     TICK_REQUEST, /* requests a step of `length` by program `count` of the worker_link at instance; part: its number */
-    TICK_ANSWER   /* waits for its answer: instance, part */
+    TICK_ANSWER,  /* waits for its answer: instance, part */
+    /* Neighbouring values, of which no index is needed */
+    TICK_COPY,       /* buffer = source, count bytes */
+    TICK_RECORD_COPY /* the row's columns from `values` on = source, values of 8 bytes; count, part */
 };
 
 /* Why `tick_run` returned. */
