@@ -22,7 +22,7 @@ FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/embedded", "fmu/native", "fmu/python", "fmu/python/shim", "fmu/documentation"),
         *("design", "spacecraft", "description", "ports", "runtime", "structure", "parameters", "controller_weights"),
-        *("quantities", "fixed_order", "double_double", "arrays", "errors"),
+        *("quantities", "allocation", "fixed_order", "double_double", "arrays", "errors"),
     ),
     "lockstep": (
         *("__main__", "cli", "check", "check/latency", "check/dynamic", "check/static", "check/report", "simulation"),
@@ -241,8 +241,8 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     assert {"flexsat.runtime.plant", "flexsat.runtime.sensors", "flexsat.runtime.controller"} <= inside
     assert {module for module, _ in foreign} == {"flexsat.fmu.python.life_cycle"}
     assert {name.partition(".")[0] for _, name in foreign} == {"pythonfmu"}
-    allowed = {None, "runtime", "ports", "fmu", "fmu/python", "parameters", "quantities", "fixed_order", "arrays",
-               "controller_weights"}  # fmt: skip
+    allowed = {None, "runtime", "ports", "fmu", "fmu/python", "parameters", "quantities", "allocation",
+               "fixed_order", "arrays", "controller_weights"}  # fmt: skip
     assert {folder_of(module) for module in inside} <= allowed
 
 

@@ -140,6 +140,9 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
                  description=f"jitter.{name} of each wheel over that number, as the controller believes")
             for name in ("imbalance_force", "imbalance_torque")
         ),
+        Port(name="slew.least_peak", causality="parameter", kind="boolean",
+             description="divide the torque of slews between wheels so that the largest share of a limit is the least,"
+             " instead of the sum of the squares of the shares"),
     )  # fmt: skip
 
 
@@ -179,6 +182,7 @@ def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> Contro
         torque_factor=np.array(value("wheel.torque_limit_factor")),
         band_factor=np.array(value("wheel.speed_band_factor")),
         speed_offset=np.array(value("wheel.speed_offset")),
+        least_peak=value("slew.least_peak"),
         keep_out=keep_out(
             np.array(value("keep_out.axis")),
             np.array([value(f"keep_out.{name}.direction") for name in CONES]),

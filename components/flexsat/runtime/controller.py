@@ -16,6 +16,7 @@ from . import wheel_jitter as jitter
 from .named_state import NOT_SAVED
 from .prepared_controller import PreparedController, check_start, plan_motion, prepare
 from .slew_commands import after_first, command, first_turns, proceed, reference_attitude, start_from
+from .slew_guidance import share_of
 
 __all__ = [
     "ControllerOutputs",
@@ -276,8 +277,8 @@ def _refer(prepared: PreparedController, state: ControllerState, time: float) ->
     """
     period, profile, outputs = prepared.period, state.profile, state.outputs
     change = slew_motion.shaped_rate_change(profile, prepared.shaper, time, period)
-    allocation, momentum_axis = prepared.slew_wheels.allocations[profile.allocation], prepared.inertia @ profile.axis
-    torque = allocation.dot(momentum_axis * (change / period), out=outputs.reference_torque)
+    wheels, momentum_axis, torque = prepared.slew_wheels, prepared.inertia @ profile.axis, outputs.reference_torque
+    torque[:] = share_of(wheels, profile.allocation, momentum_axis * (change / period))
     reference = outputs.reference
     if prepared.smoothed:
         now = np.array([time])
@@ -286,7 +287,7 @@ def _refer(prepared: PreparedController, state: ControllerState, time: float) ->
         reference[:] = 0.0
         reference[:3] = 0.25 * float(profile.rotation(now)[0]) * profile.axis
         reference[3 + modes : 6 + modes] = rate * profile.axis
-        reference[6 + 2 * modes :] = allocation @ (momentum_axis * rate) / prepared.wheel_inertia
+        reference[6 + 2 * modes :] = share_of(wheels, profile.allocation, momentum_axis * rate) / prepared.wheel_inertia
     else:
         reference[:] = state.reference
         state.reference[:] = prepared.reference_a @ reference + prepared.reference_b @ torque

@@ -77,6 +77,7 @@ class ControllerParameters:
     torque_factor: Array | float = 1.0  # (n,) of the torque limit, of each wheel; 0: it has failed
     band_factor: Array | float = 1.0  # (n,) of the speed band
     speed_offset: Array | float = 0.0  # (n,) [rad/s], speed at rest less the nominal one
+    least_peak: bool = False  # divide the torque of slews by the least peak of the wheels' shares, not least squares
     keep_out: KeepOut = NO_CONES
 
     def __post_init__(self) -> None:

@@ -141,6 +141,7 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
             parameters.authority * torque_limit,
             parameters.authority * matrices.wheel_inertia * speed_band,
             matrices.wheel_inertia * (np.ones(n) * parameters.speed_offset),
+            parameters.least_peak,
         ),
         shaper=guidance.shaper_for_pole(matrices.shaper_frequency, matrices.shaper_damping, period),
         keep_out=parameters.keep_out,
@@ -214,7 +215,7 @@ def limits_of(prepared: PreparedController, axis: Array, allocation: int) -> tup
 
 def wheel_momentum(prepared: PreparedController, motion: slew_motion.Motion) -> Array:
     """Return the momentum (n,) [N.m.s] that each wheel gains for each rad/s of a motion's rate."""
-    return np.asarray(prepared.slew_wheels.allocations[motion.allocation] @ (prepared.inertia @ motion.axis))
+    return guidance.share_of(prepared.slew_wheels, motion.allocation, prepared.inertia @ motion.axis)
 
 
 def plan_turns(prepared: PreparedController, attitude: Array, rotation: Array) -> Array:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..allocation import least_peak, least_squares
 from ..arrays import Array, make_read_only
 from ..fixed_order import inverse, product
 
@@ -26,7 +27,10 @@ class Wheels:
     depends on the slew: torques limit short ones, momentum long ones.
     """
 
-    allocations: Array  # (k, n, 3): wheel torques of a body torque
+    axes: Array  # (n, 3)
+    limits: Array  # (k, n): weights of the divisions, relative to the largest
+    allocations: Array  # (k, n, 3): wheel torques of a body torque, by least squares over these weights
+    by_peak: bool  # divide by the least peak share of the limits instead
     per_torque: Array  # (n,) [1/(N.m)]: one over the torque that it may give; 0 for a wheel that has none
     per_rise: Array  # (n,) [1/(N.m.s)]: one over the momentum that it can still gain
     per_fall: Array  # (n,) [1/(N.m.s)]: one over the momentum that it can still lose
@@ -35,7 +39,7 @@ class Wheels:
         make_read_only(self)
 
 
-def wheels_for(axes: Array, torque: Array, momentum: Array, offset: Array) -> Wheels:
+def wheels_for(axes: Array, torque: Array, momentum: Array, offset: Array, by_peak: bool = False) -> Wheels:
     """Return what wheels of unequal limits may give.
 
     Parameters
@@ -43,6 +47,7 @@ def wheels_for(axes: Array, torque: Array, momentum: Array, offset: Array) -> Wh
     axes : (n, 3) unit vectors
     torque, momentum : (n,) that a slew may use [N.m], [N.m.s]
     offset : (n,) momentum at rest [N.m.s], beside that of the nominal speed
+    by_peak : divide torques so that the largest share of a wheel's limit is the least, not the sum of squares
 
     Raises
     ------
@@ -67,12 +72,15 @@ def wheels_for(axes: Array, torque: Array, momentum: Array, offset: Array) -> Wh
     alike = np.array_equal(by_momentum, by_torque)
     weights = [by_momentum] if alike else [by_momentum, by_torque, np.sqrt(by_momentum * by_torque)]
     try:
-        allocations = [allocation(axes, weight) for weight in weights]
+        allocations = [least_squares(axes, weight) for weight in weights]
     except np.linalg.LinAlgError:
         raise ValueError(
             "wheel.torque_limit_factor: the wheels that have torque cannot turn the body about all axes"
         ) from None
     return Wheels(
+        axes=axes,
+        limits=np.array(weights),
+        by_peak=by_peak,
         allocations=np.array(allocations),
         per_torque=np.divide(1.0, torque, out=np.zeros_like(torque), where=works),
         per_rise=1.0 / rise,
@@ -80,10 +88,11 @@ def wheels_for(axes: Array, torque: Array, momentum: Array, offset: Array) -> Wh
     )
 
 
-def allocation(axes: Array, weight: Array) -> Array:
-    """Return the least wheel torques (n, 3), squared over the weights (n,), of a body torque."""
-    weighted = axes * weight[:, np.newaxis]
-    return -product(weighted, inverse(product(axes.T, weighted)))
+def share_of(wheels: Wheels, division: int, torque: Array) -> Array:
+    """Return the wheel torques (n,) of a body torque (3,) by one of the divisions."""
+    if wheels.by_peak:
+        return least_peak(wheels.axes, wheels.limits[division], torque)
+    return np.asarray(wheels.allocations[division].dot(torque))
 
 
 def limits_about(wheels: Wheels, needed: Array) -> tuple[Array, Array]:
@@ -94,7 +103,10 @@ def limits_about(wheels: Wheels, needed: Array) -> tuple[Array, Array]:
     wheels : what they may give
     needed : (3, m) inertia times the axes of the slews [kg.m2]
     """
-    share = (wheels.allocations @ needed).swapaxes(1, 2)  # (k, m, n)
+    if wheels.by_peak:
+        share = np.array([[least_peak(wheels.axes, limits, one) for one in needed.T] for limits in wheels.limits])
+    else:
+        share = (wheels.allocations @ needed).swapaxes(1, 2)  # (k, m, n)
     torque = (np.abs(share) * wheels.per_torque).max(axis=2)
     momentum = np.maximum(share * wheels.per_rise, -share * wheels.per_fall).max(axis=2)
     return 1.0 / torque, 1.0 / momentum

@@ -16,6 +16,7 @@ from zipfile import ZipFile
 
 import numpy as np
 
+from flexsat.allocation import least_squares
 from flexsat.arrays import Array
 from flexsat.controller_weights import Variant
 from flexsat.fmu.python.load_matrices import MODEL_FILE, load_matrices
@@ -27,7 +28,6 @@ from flexsat.runtime.controller_parameters import ControllerMatrices
 from flexsat.runtime.prepared_controller import PreparedController, prepare, wheel_momentum
 from flexsat.runtime.rotations import quaternion_from_mrp
 from flexsat.runtime.slew_commands import planned_motions, start_from
-from flexsat.runtime.slew_guidance import allocation
 from flexsat.runtime.slew_motion import Motion
 from lockstep import InputError
 from lockstep.fmi.safe_zip import open_file
@@ -148,7 +148,7 @@ def needs_of(plan: Plan) -> Needs | None:
     motions = _planned(prepared, state, _initial_attitude(parts, parameters, prepared), commands[1:])
     last = max((motion.end for motion in motions), default=0.0) + float(prepared.shaper.shifts[0])
     stop, nothing = seconds(plan.stop_time), np.zeros(prepared.wheels)
-    base = _momentum(parts, parameters, prepared, allocation(matrices.wheel_axis, np.ones(prepared.wheels)))
+    base = _momentum(parts, parameters, prepared, least_squares(matrices.wheel_axis, np.ones(prepared.wheels)))
     torques, momenta = [nothing], [base(seconds(plan.system.start_time)), base(stop)]
     for motion in motions:
         wheels = wheel_momentum(prepared, motion)

@@ -141,8 +141,13 @@ SCENARIOS: dict[str, tuple[dict[str, Any], Commands, float, int]] = {
     "round a cone, unequal wheels": (
         {"keep_out__first__direction": (2e-6, -2e-5, 1.0), "keep_out__first__half_angle": 1e-5,
          "command__rotation": (4e-5, 0.0, 0.0), "command__start_time": 0.5, "wheel__torque_limit_factor": UNEQUAL,
-         "jitter__imbalance_force_factor": UNEQUAL, "jitter__imbalance_torque_factor": UNEQUAL[::-1]},
+         "jitter__imbalance_force_factor": UNEQUAL, "jitter__imbalance_torque_factor": UNEQUAL},
         {}, 1e-8, 1000,
+    ),
+    "least peak, unequal wheels": (
+        {"slew__least_peak": True, "command__rotation": (4e-5, 1e-5, -2e-5), "command__start_time": 0.5,
+         "wheel__torque_limit_factor": UNEQUAL, "wheel__speed_offset": UNEQUAL},
+        {}, 1e-8, 700,
     ),
     "quadratic programme, replanned": (
         {"slew__guidance": "qp", "command__during_slew": "replan", "command__rotation": SMALL,

@@ -180,7 +180,7 @@ static void smooth_reference(const PreparedController *prepared, const Motion *p
         reference[3 + MODES + k] = rate * profile->axis[k];
         momentum[k] = momentum_axis[k] * rate;
     }
-    times_vector(WHEELS, 3, prepared->slew_wheels.allocation[profile->allocation], momentum, speed);
+    share_torque(&prepared->slew_wheels, profile->allocation, momentum, speed);
     for (k = 0; k < WHEELS; k++)
         speed[k] /= prepared->wheel_inertia[k];
 }
@@ -209,7 +209,7 @@ static void refer(const PreparedController *prepared, ControllerState *state, do
     times_vector(3, 3, prepared->inertia, profile->axis, momentum_axis);
     for (k = 0; k < 3; k++)
         body_torque[k] = momentum_axis[k] * (change / prepared->period);
-    times_vector(WHEELS, 3, prepared->slew_wheels.allocation[profile->allocation], body_torque, torque);
+    share_torque(&prepared->slew_wheels, profile->allocation, body_torque, torque);
     if (prepared->smoothed) {
         smooth_reference(prepared, profile, time, momentum_axis, reference);
     } else {

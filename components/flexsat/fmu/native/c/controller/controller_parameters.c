@@ -140,6 +140,7 @@ int controller_parameters(Component *component, const ControllerData **matrices,
     parameters->measurement_delay = real[PORT_DELAY_MEASUREMENT];
     parameters->actuation_delay = real[PORT_DELAY_ACTUATION];
     parameters->capture_angle = real[PORT_INITIAL_CAPTURE_ANGLE];
+    parameters->least_peak = boolean[PORT_SLEW_LEAST_PEAK];
     parameters->linear_attitude = boolean[PORT_AS_PUBLISHED];
     if (check_limits(component, parameters) || choose_guidance(component, parameters) ||
         read_wheels(component, parameters))

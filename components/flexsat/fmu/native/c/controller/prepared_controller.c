@@ -191,7 +191,8 @@ static int prepare_wheels(Component *component, const ControllerData *matrices, 
         momentum[k] = parameters->authority * matrices->wheel_inertia[k] * parameters->speed_bands[k];
         offset[k] = matrices->wheel_inertia[k] * parameters->speed_offset[k];
     }
-    return slew_wheels(component, matrices->wheel_axis, torque, momentum, offset, &prepared->slew_wheels);
+    return slew_wheels(component, matrices->wheel_axis, torque, momentum, offset, parameters->least_peak,
+                       &prepared->slew_wheels);
 }
 
 int prepare_controller(Component *component, const ControllerData *matrices, const ControllerParameters *parameters,

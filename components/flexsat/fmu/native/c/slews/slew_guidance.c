@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "allocation.h"
 #include "linear_algebra.h"
 
 #define PI 3.14159265358979323846
@@ -73,7 +74,7 @@ static void scale_weights(double *weight)
 }
 
 int slew_wheels(Component *component, const double *axes, const double *torque, const double *momentum,
-                const double *offset, SlewWheels *wheels)
+                const double *offset, int by_peak, SlewWheels *wheels)
 {
     double rise[WHEELS], fall[WHEELS], weight[MOST_ALLOCATIONS][WHEELS];
     int k, alike = 1;
@@ -94,11 +95,22 @@ int slew_wheels(Component *component, const double *axes, const double *torque, 
         alike &= weight[0][k] == weight[1][k];
     }
     wheels->count = alike ? 1 : MOST_ALLOCATIONS;
+    wheels->by_peak = by_peak;
+    memcpy(wheels->axes, axes, sizeof wheels->axes);
+    memcpy(wheels->limits, weight, sizeof wheels->limits);
     for (k = 0; k < wheels->count; k++)
         if (allocate(axes, weight[k], wheels->allocation[k]))
             return refuse(component, "wheel.torque_limit_factor: the wheels that have torque cannot turn the body "
                                      "about all axes");
     return 0;
+}
+
+void share_torque(const SlewWheels *wheels, int division, const double torque[3], double *shares)
+{
+    if (wheels->by_peak)
+        least_peak(wheels->axes, wheels->limits[division], torque, shares);
+    else
+        times_vector(WHEELS, 3, wheels->allocation[division], torque, shares);
 }
 
 void limits_about(const SlewWheels *wheels, const double needed[3], double accelerations[MOST_ALLOCATIONS],
@@ -107,10 +119,10 @@ void limits_about(const SlewWheels *wheels, const double needed[3], double accel
     int one, k;
 
     for (one = 0; one < wheels->count; one++) {
-        const double *row = wheels->allocation[one];
-        double torque = 0.0, momentum = 0.0;
-        for (k = 0; k < WHEELS; k++, row += 3) {
-            const double share = row[0] * needed[0] + row[1] * needed[1] + row[2] * needed[2];
+        double torque = 0.0, momentum = 0.0, shares[WHEELS];
+        share_torque(wheels, one, needed, shares);
+        for (k = 0; k < WHEELS; k++) {
+            const double share = shares[k];
             torque = fmax(torque, fabs(share) * wheels->per_torque[k]);
             momentum = fmax(momentum, fmax(share * wheels->per_rise[k], -share * wheels->per_fall[k]));
         }

@@ -10,7 +10,10 @@ enum { MOST_ALLOCATIONS = 3 };
 
 /* What each wheel may give to a slew, and the ways to divide a body torque between the wheels. */
 typedef struct SlewWheels {
-    int count;                                       /* of allocations */
+    int count;                                       /* of divisions */
+    int by_peak;                                     /* divide by the least peak of the shares, not least squares */
+    double axes[WHEELS * 3];                         /* (n, 3) */
+    double limits[MOST_ALLOCATIONS][WHEELS];         /* weights of the divisions, relative to the largest */
     double allocation[MOST_ALLOCATIONS][WHEELS * 3]; /* (n, 3): wheel torques of a body torque */
     double per_torque[WHEELS]; /* 1/(N.m): one over the torque that it may give; 0 for a wheel that has none */
     double per_rise[WHEELS];   /* 1/(N.m.s): one over the momentum that it can still gain */
@@ -39,7 +42,10 @@ double profile_end(const Profile *profile); /* s, of the rigid manoeuvre */
 [N.m.s] at rest, beside that of the nominal speed. Refuse a wheel that stands beyond its momentum, or wheels that
 cannot turn the body about all axes. */
 int slew_wheels(Component *component, const double *axes, const double *torque, const double *momentum,
-                const double *offset, SlewWheels *wheels);
+                const double *offset, int by_peak, SlewWheels *wheels);
+
+/* The wheel torques (n) of a body torque by one of the divisions. */
+void share_torque(const SlewWheels *wheels, int division, const double torque[3], double *shares);
 
 /* The greatest acceleration [rad/s2] and rate [rad/s] of each allocation, about an axis for which `needed` is the
 inertia times it [kg.m2]. */
