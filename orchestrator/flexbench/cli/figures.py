@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from ..figures.figure_lists import Drawn
     from ..runs.run_folder import Run
 
-_TABLE_WIDTH = 150
 _EXAMPLES = """
 examples:
   {program} figures
@@ -88,11 +87,11 @@ def _robust_design(chosen: Sequence[ConfigurationName]) -> Drawn:
     from ..studies.spillover import mode_choice, trade_off
 
     choices = [choice.row for choice in mode_choice.compare_mode_choices(chosen)]
-    print_table(mode_choice.HEADER, choices, _TABLE_WIDTH)
+    print_table(mode_choice.HEADER, choices)
     curves = {name: trade_off.robust_trade_off(name) for name in chosen}
     for name, points in curves.items():
         print(f"{name}: factors of the robust design's weights")
-        print_table(trade_off.HEADER, [point.row for point in points], _TABLE_WIDTH)
+        print_table(trade_off.HEADER, [point.row for point in points])
     return robust_design_figures(curves)
 
 

@@ -38,7 +38,7 @@ def health(system: Path, seed_count: int, stop_time: float, out: Path | None, py
     with study_folder(out, "health") as folder:
         found = run_health(system, folder, numbers, stop_time, {}, jobs, python, partial(print, flush=True))
         save_figure(estimator_health(found), folder / "figures", "estimator-health")
-        print_table(HEADER, table_rows(found), 120)
+        print_table(HEADER, table_rows(found))
         outside = 100 * found.whiteness.outside
         print(f"innovations of seed {numbers[0]}: {outside:.1f} % of the lags beyond the 95 % bound of white noise")
         print(f"{RESULT}, figures and runs: {folder}")

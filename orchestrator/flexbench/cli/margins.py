@@ -39,7 +39,6 @@ exit code: 0 the loop is stable, 1 it is not, 2 bad input
 example:
   {program} margins fmus/centralised/fine_pointing.ssd --replace controller=vendor.fmu --find-delay
 """
-_WIDTH = 170  # of the table, where there is no terminal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,7 +142,15 @@ def margins(
     from ..studies.margins.stability_table import GAINS, Grid, grid_header, grid_rows
     from ..studies.margins.study import read_study, run_study
     from ..studies.margins.system_loop import read_loop, with_controller
-    from ..studies.margins.tables import EXACT_HEADER, HEADER, exact_rows, explanation, margin_rows, stability_text
+    from ..studies.margins.tables import (
+        EXACT_HEADER,
+        HEADER,
+        exact_rows,
+        explanation,
+        limit_text,
+        margin_rows,
+        stability_text,
+    )
 
     if analytic_only:
         names = MeasurementOptions.__dataclass_fields__
@@ -168,13 +175,14 @@ def margins(
         unstable = "stability" in content and content["stability"]["growth"] >= 0.0
         if "stability" in content:
             grid = content["stability"]["grid"]
-            print_table(grid_header(grid), grid_rows(grid), _WIDTH)
+            print_table(grid_header(grid), grid_rows(grid))
             print(stability_text(content))
         if exact_rows(content):
-            print_table(EXACT_HEADER, exact_rows(content), _WIDTH)
+            print_table(EXACT_HEADER, exact_rows(content))
         if margin_rows(content):
-            print_table(HEADER, margin_rows(content), _WIDTH)
+            print_table(HEADER, margin_rows(content))
             print(explanation(content))
+            print(limit_text(content))
         for name, figure in margin_figures(content, COHERENT).items():
             save_figure(figure, folder / "figures", name)
         print(f"margins.json and figures: {folder}")

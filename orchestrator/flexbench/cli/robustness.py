@@ -116,7 +116,7 @@ def robustness(
             python,
             partial(print, flush=True),
         )
-    print_table(errors.HEADER, errors.table_rows(outcomes), 120)
+    print_table(errors.HEADER, errors.table_rows(outcomes))
     unstable = sum(not outcome.stable for outcome in outcomes)
     print(f"{unstable} of {len(outcomes)} runs unstable; worst of seeds {numbers[0]} to {numbers[-1]} in each row")
     if unstable:

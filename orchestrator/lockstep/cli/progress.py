@@ -93,7 +93,7 @@ def print_summary(summary: RunSummary, *, profile: bool = False) -> None:
     print(f"{took}{recorded}: {summary.folder}")
     if summary.loop_time is not None:
         if profile:
-            print_table(TABLE_HEADER, summary.loop_time.table(), 120)
+            print_table(TABLE_HEADER, summary.loop_time.table())
         elif line := summary.loop_time.line():
             print(line)
     if summary.terminated:

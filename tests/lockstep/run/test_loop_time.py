@@ -62,8 +62,8 @@ def test_a_component_that_sleeps_has_the_largest_part(system, tmp_path, tick, ca
     assert "\nwall time of the loop: slow " in capsys.readouterr().out
     print_summary(summary, profile=True)
     lines = capsys.readouterr().out.splitlines()
-    row = next(line for line in lines if "slow" in line)
-    assert [cell.strip() for cell in row.split("│")[1:3]] == ["slow", "20"]
+    row = next(line for line in lines if line.startswith("slow "))
+    assert row.split()[:2] == ["slow", "20"]
     assert "##" in row
 
 

@@ -17,7 +17,6 @@ examples:
   {program} spacecraft distributed --list-modes 40
   {program} spacecraft centralised --file
 """
-_WIDTH = 120
 
 
 @command("spacecraft", _EXAMPLES)
@@ -42,5 +41,5 @@ def spacecraft(spacecraft: str, modes: int, show_file: bool) -> int:
         return 0
     found = properties_of(given, spacecraft)
     print("\n".join(property_lines(found)))
-    print_table(MODES_HEADER, mode_rows(found, modes), _WIDTH)
+    print_table(MODES_HEADER, mode_rows(found, modes))
     return 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import log10
+from math import atan, degrees, isfinite, log10
 from typing import Any
 
 from .estimate import COHERENT, CONFIDENCE, TOGETHER
@@ -80,6 +80,24 @@ def explanation(content: Mapping[str, Any]) -> str:
             "again there, with longer periods."
         )
     return text
+
+
+def limit_text(content: Mapping[str, Any]) -> str:
+    """Return what limits the loop and by how much, as one sentence: the smallest disk margin; nothing without one."""
+    loops = [(f"design: {name}", found) for name, found in content.get("analysis", {}).get("margins", {}).items()]
+    loops += [(f"measured: {name}", found["value"]) for name, found in content.get("measured", {})
+              .get("margins", {}).items() if "problem" not in found]  # fmt: skip
+    loops = [(name, found) for name, found in loops if isfinite(found["disk"])]
+    if not loops:
+        return ""
+    name, found = min(loops, key=lambda loop: float(loop[1]["disk"]))
+    half = 0.5 * float(found["disk"])
+    gain = f"{20.0 * log10((1.0 + half) / (1.0 - half)):.1f} dB" if half < 1.0 else "any factor"
+    phase = f"{2.0 * degrees(atan(half)):.0f} deg"
+    text = (f"What limits: `{name}` at {found['disk_at']:.3g} Hz, with a disk margin of {2.0 * half:.2f}: its gain may"
+            f" change by {gain} up or down, or its phase by {phase}")  # fmt: skip
+    exact = content.get("analysis", {}).get("exact", {}).get("delay")
+    return f"{text}; a further delay of {_delay(exact)} on all inputs destabilises it." if exact else f"{text}."
 
 
 def _cells(margins: Mapping[str, Any], uncertainty: Mapping[str, float]) -> Sequence[str]:

@@ -25,8 +25,8 @@ def test_the_start_is_shown(start, capsys):
     assert "net momentum of the wheels there 0, 0, 0 N.m.s\n" in shown
     assert "torque about x, y, z 6.223, 6.223, 12.45 N.m" in shown
     assert "note:" not in shown
-    assert "│ 3 " in shown
-    assert "│ 4 " not in shown
+    assert "\n3  " in shown
+    assert "\n4  " not in shown
 
 
 def test_a_file_is_never_overwritten(start, capsys):

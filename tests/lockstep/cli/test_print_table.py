@@ -1,0 +1,55 @@
+"""Tables: plain aligned lines where there is no terminal; on one, no broken word and no line wider than it."""
+
+import io
+import re
+import sys
+
+from lockstep.cli.print_table import parts, plain_lines, print_table
+
+HEADER = ("loop", "gain", "phase", "delay", "what is left out of it")
+ROWS = [("design: body axes", "-9.31 dB at 0.0821 Hz, +11.02 dB at 1.31 Hz", "38.2 deg at 0.5 Hz", "210.7 ms", "3"),
+        ("measured: x [rad]", "none found", "31.7 ± 0.4 deg at 0.5 Hz", "198.02 ± 2.1 ms", "12")]  # fmt: skip
+
+
+class Terminal(io.StringIO):
+    """A terminal that keeps what is written to it."""
+
+    def isatty(self):
+        return True
+
+
+def test_without_a_terminal_each_row_is_one_aligned_line(capsys):
+    print_table(HEADER, ROWS)
+    lines = capsys.readouterr().out.splitlines()
+
+    assert len(lines) == 3
+    assert [line.split("  ")[0] for line in lines[1:]] == ["design: body axes", "measured: x [rad]"]
+    for text in ("38.2 deg", "31.7 ±"):
+        assert next(line for line in lines if text in line).index(text) == lines[0].index("phase")
+    assert plain_lines([("name", "number"), ("a", "1"), ("b", "12.5")]) == [
+        "name  number",
+        "a          1",
+        "b       12.5",
+    ]
+    assert plain_lines([("only", "header")]) == ["only  header"]
+
+
+def test_on_a_terminal_of_80_columns_no_line_is_wider_and_no_word_is_broken(monkeypatch):
+    for width in (80, 60, 40):
+        screen = Terminal()
+        monkeypatch.setattr(sys, "stdout", screen)
+        monkeypatch.setenv("COLUMNS", str(width))
+        monkeypatch.setenv("TERM", "xterm")
+        print_table(HEADER, ROWS)
+        monkeypatch.undo()
+        shown = re.sub(r"\x1b\[[0-9;]*m", "", screen.getvalue())  # without colours
+        assert max(len(line) for line in shown.splitlines()) <= width
+        words = {word for row in (HEADER, *ROWS) for text in row for word in text.split()}
+        assert words <= set(shown.replace("│", " ").replace("┃", " ").split())
+
+
+def test_columns_without_room_follow_in_another_table_with_the_first_column():
+    table = [("name", "a" * 30, "b" * 30, "c" * 10), ("x", "", "", "")]
+    assert parts(table, 80) == [[0, 1, 2], [0, 3]]
+    assert parts(table, 200) == [[0, 1, 2, 3]]
+    assert parts(table, 10) == [[0, 1], [0, 2], [0, 3]]
