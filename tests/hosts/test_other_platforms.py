@@ -1,18 +1,28 @@
-"""The native FMUs for Windows and for Linux on ARM, in the host in C compiled for these, against those for Linux."""
+"""The native FMUs and a bundle of them for Windows and for Linux on ARM, in the host in C, against those for Linux."""
 
+import shutil
 import subprocess
+import zipfile
+from dataclasses import replace
 
+import fmpy
 import numpy as np
 import pytest
 from availability import c_host_lacks
-from hosting import COMPONENTS, NativeBench
+from hosting import COMPONENTS, TICK, NativeBench
 from other_platforms import build_host, build_libraries, emulator, lacks
 from test_c_host import call, loop, trajectory
 
 from fmus.native.library_facts import elf_facts, windows_facts
+from lockstep import load_system
+from lockstep.bundle.contents import contents
+from lockstep.bundle.ports import Choice
+from lockstep.bundle.write import bundle_bytes
+from lockstep.fmi.model_description import read_description
 
 PLATFORMS = {"win64": ".dll", "aarch64-linux": ".so"}
 SECOND = 1000  # ticks
+EVERYTHING = Choice(inputs=("none",), outputs=("all",))
 
 pytestmark = pytest.mark.skipif(bool(c_host_lacks()), reason=c_host_lacks() or "available")
 
@@ -83,8 +93,64 @@ def test_a_second_in_closed_loop_is_that_of_linux(native, setup, foreign):
     found = trajectory(done, names)  # after reset, from a saved and from a serialised state too, bitwise
 
     assert found.names == expected.names
-    ports = sorted({name.partition("[")[0] for name in names})
+    assert differences(expected, found) == {}
+
+
+def differences(expected, found):
+    """Return by port how far apart two runs are, over the largest value of it, where that is more than 1e-12."""
+    ports = sorted({name.partition("[")[0] for name in expected.names})
     apart = {port: np.abs(expected[port] - found[port]).max() for port in ports}
     largest = {port: max(np.abs(expected[port]).max(), np.abs(found[port]).max()) for port in ports}
     assert sum(value > 0.0 for value in largest.values()) > 20, "nothing moves, so that nothing is compared"
-    assert {port: apart[port] / largest[port] for port in ports if apart[port] > 1e-12 * largest[port]} == {}
+    return {port: apart[port] / largest[port] for port in ports if apart[port] > 1e-12 * largest[port]}
+
+
+@pytest.fixture(scope="module")
+def bundles(foreign, delivered, tmp_path_factory):
+    """Return a folder with the bundle of the closed loop, for Linux and for another platform, unpacked."""
+    platform, libraries = foreign
+    folder = tmp_path_factory.mktemp(f"bundle-{platform}")
+    system = load_system(delivered / "centralised" / "native" / "closed" / "fine_pointing.ssd")
+    parts = []
+    for part in system.components:
+        fmu = folder / part.source.name
+        shutil.copy(part.source, fmu)
+        library = f"{part.source.stem}{PLATFORMS[platform]}"
+        with zipfile.ZipFile(fmu, "a") as archive:
+            name = f"binaries/{platform}/{read_description(part).identifier}{PLATFORMS[platform]}"
+            archive.write(libraries / part.source.stem / platform / library, name)
+        parts.append(replace(part, source=fmu))
+    loop = replace(system, components=tuple(parts))
+    for one in ("linux64", platform):
+        (folder / "loop.fmu").write_bytes(bundle_bytes(contents(loop, {}, EVERYTHING, None), (one,)))
+        fmpy.extract(str(folder / "loop.fmu"), str(folder / one))
+    return folder
+
+
+def bundle_setup(unpacked, folder, suffix, root=""):
+    """Return the lines that run a bundle for a second, and the names of what the host prints."""
+    description = fmpy.read_model_description(str(unpacked))
+    identifier = description.coSimulation.modelIdentifier
+    outputs = [v for v in description.modelVariables if v.causality == "output" and v.type == "Real"]
+    resources = (unpacked / "resources").as_uri().replace("file:///", f"file:///{root}/" if root else "file:///")
+    library = f"{root}{unpacked / 'binaries' / folder / (identifier + suffix)}"
+    lines = [f"run {SECOND} {TICK}", f"fmu loop {library} {resources} {description.guid} 1"]
+    return [*lines, *(f"watch {v.valueReference}" for v in outputs)], [v.name for v in outputs]
+
+
+def test_a_bundle_of_the_closed_loop_is_that_of_linux(native, foreign, bundles):
+    """A system as one FMU loads the libraries of its components by itself: a second, from saved states too."""
+    platform, folder = foreign
+    lines, names = bundle_setup(bundles / "linux64", "linux64", ".so")
+    expected = trajectory(call(native, lines, environment={}), names)
+    given = native.path("setup.txt")
+    with emulator(platform, native.path("emulator")) as here:
+        lines, others = bundle_setup(bundles / platform, platform, PLATFORMS[platform], here.root)
+        given.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        command = [*here.command, f"{here.root}{folder / 'host'}", f"{here.root}{given}"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300,
+                              env=here.environment or None)  # fmt: skip
+    found = trajectory(done, names)
+
+    assert others == names
+    assert differences(expected, found) == {}
