@@ -6,7 +6,7 @@ import sys
 import traceback
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from importlib import import_module
+from importlib import import_module, metadata
 from pathlib import Path
 
 import click
@@ -18,6 +18,7 @@ from lockstep.interrupt import Stopped, ended_by_signals, exit_code
 from lockstep.processes.cpu_affinity import own_thread
 from lockstep.standard_streams import StreamError, standard_streams
 
+DISTRIBUTION = "flexsat"  # the name under which pip knows the packages
 BUG = 70  # exit code of an error of the program itself: EX_SOFTWARE of sysexits.h
 
 
@@ -51,7 +52,7 @@ class Program(click.Group):
             name,
             help=description,
             epilog=epilog,
-            params=[traceback_option()],
+            params=[_version_option(name), traceback_option()],
             context_settings=HELP_SETTINGS,
             no_args_is_help=False,
             subcommand_metavar="COMMAND ...",
@@ -144,6 +145,18 @@ class Program(click.Group):
             f"{what}: this is a bug of {self._label}, not of the input; please report it with the command line, "
             "the input files and what the same command prints with --traceback"
         )
+
+
+def _version_option(program: str) -> click.Option:
+    """Return the option that prints the version of the distribution, which both programs come from."""
+
+    def show(context: click.Context, _: click.Parameter, asked: bool) -> None:
+        if asked and not context.resilient_parsing:
+            click.echo(f"{program} {metadata.version(DISTRIBUTION)}")
+            context.exit()
+
+    return click.Option(["--version"], is_flag=True, expose_value=False, is_eager=True, callback=show,
+                        help="print the version and exit")  # fmt: skip
 
 
 def _refuse_paths(words: Sequence[str]) -> None:

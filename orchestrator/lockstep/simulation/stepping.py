@@ -30,12 +30,16 @@ def open(
 ) -> Run:
     """Open a run that is stepped: check the system, start and initialise the FMUs, and stay at the start time.
 
+    Parameters are those of `simulate`. Raises InputError if anything in the input is wrong.
+
+    Examples
+    --------
+    A control law in Python::
+
         with lockstep.open("loop.ssd", stop_time=10.0) as run:
             for time in run:
                 run.set("plant.torque", -2.0 * run["plant.rate"])
         run.signals["plant.rate"]
-
-    Parameters are those of `simulate`. Raises InputError if anything in the input is wrong.
     """
     chosen = chosen_options(options, named)
     interrupt = Interrupt()

@@ -34,11 +34,6 @@ def simulate(
 ) -> RunSummary:
     """Simulate a system from its start time, or from a checkpoint, to the stop time, and return its signals.
 
-        simulate("loop.ssd", stop_time=10.0)["plant.rate"]
-        simulate({"plant": "plant.fmu", "controller": "controller.fmu"},
-                 connections=[("plant.rate", "controller.rate"), ("controller.torque", "plant.torque")],
-                 periods={"plant": 0.001, "controller": 0.01}, stop_time=10.0)
-
     Parameters
     ----------
     system : what `load_system` returns, the path of a system file or of an FMU, or FMUs by name
@@ -60,6 +55,15 @@ def simulate(
         If a component, a value or the disk ends the run. What was simulated stays readable.
     KeyboardInterrupt
         After Ctrl-C, SIGTERM or SIGHUP, with the folder closed in the same way.
+
+    Examples
+    --------
+    Signals of a system file, and of FMUs connected by pairs of names::
+
+        simulate("loop.ssd", stop_time=10.0)["plant.rate"]
+        simulate({"plant": "plant.fmu", "controller": "controller.fmu"},
+                 connections=[("plant.rate", "controller.rate"), ("controller.torque", "plant.torque")],
+                 periods={"plant": 0.001, "controller": 0.01}, stop_time=10.0)
     """
     chosen = chosen_options(options, named)
     system = as_system(system, connections, periods, delays, kinds)

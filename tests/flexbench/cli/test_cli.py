@@ -139,3 +139,12 @@ def test_every_module_of_a_command_exists():
         command = PROGRAM.get_command(None, name)
         assert command.name == name
         assert importlib.import_module(command.callback.__module__).__doc__
+
+
+def test_the_version_of_both_programs_is_that_of_the_distribution(capsys):
+    from lockstep.__main__ import PROGRAM as lockstep_program
+
+    expected = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8"))
+    for program, name in ((PROGRAM, "flexsat"), (lockstep_program, "python -m lockstep")):
+        assert program.run(["--version"]) == 0
+        assert capsys.readouterr().out == f"{name} {expected['project']['version']}\n"

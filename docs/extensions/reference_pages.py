@@ -1,0 +1,55 @@
+"""Pages of reference, written before Sphinx reads: every command with its options, and the interface document."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+from sphinx.application import Sphinx
+
+from flexbench.cli.parser import PROGRAM
+from lockstep.__main__ import PROGRAM as LOCKSTEP
+from lockstep.cli.program import Program
+
+_MISSING = "The interface document is written by `flexsat build`; it was not there when these pages were built.\n"
+
+
+def command_page(program: Program, title: str) -> str:
+    """Return the help of all commands of a program as a page, a section a command."""
+    return "\n".join([f"# {title}\n", *_sections(program)])
+
+
+def _sections(program: Program) -> Iterator[str]:
+    context = click.Context(program, info_name=program.name, **program.context_settings)
+    for name in program.list_commands(context):
+        command = program.get_command(context, name)
+        inner = click.Context(command, info_name=name, parent=context, max_content_width=100, terminal_width=100)
+        yield f"## {name}\n\n```text\n{command.get_help(inner)}\n```\n"
+
+
+def _on_builder(app: Sphinx) -> None:
+    folder = Path(app.srcdir) / "reference"
+    folder.mkdir(exist_ok=True)
+    pages = {
+        "flexsat_commands.md": command_page(PROGRAM, "Commands of flexsat"),
+        "lockstep_commands.md": command_page(LOCKSTEP, "Commands of lockstep"),
+        "ports.md": _interface(Path(app.config.interface_document)),
+    }
+    for name, text in pages.items():
+        path = folder / name
+        if not path.exists() or path.read_text(encoding="utf-8") != text:  # else each build would read it again
+            path.write_text(text, encoding="utf-8")
+
+
+def _interface(document: Path) -> str:
+    if not document.is_file():
+        return f"# Ports\n\n{_MISSING}"
+    lines = document.read_text(encoding="utf-8").splitlines()
+    return "\n".join(line for line in lines if not line.startswith("![")) + "\n"  # the timeline stands below as text
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register with Sphinx."""
+    app.add_config_value("interface_document", "", "env")
+    app.connect("builder-inited", _on_builder)
+    return {"parallel_read_safe": True}

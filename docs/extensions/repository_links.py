@@ -1,0 +1,39 @@
+"""Links from a page to files of the repository that are no pages: the README becomes the first page, others are named."""
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+_LINK = re.compile(r"\[([^\]]*)\]\((\.\./[^)#\s]+)(#[^)\s]+)?\)")
+_CODE = re.compile(r"(^```.*?^```)", re.DOTALL | re.MULTILINE)
+
+
+def rewrite(text: str) -> str:
+    """Return a page whose links to the README lead to the page that includes it; other files are named with their path."""
+
+    def replaced(found: re.Match[str]) -> str:
+        words, target, anchor = found[1], found[2].removeprefix("../"), found[3] or ""
+        return f"[{words}](readme.md{anchor})" if target == "README.md" else f"{words} (`{target}`)"
+
+    return "".join(part if part.startswith("```") else _LINK.sub(replaced, part) for part in _CODE.split(text))
+
+
+def readme(root: Path) -> str:
+    """Return the README as a page in docs/: links into docs/ become links beside the page."""
+    text = (root / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")
+    return re.sub(r"\]\((orchestrator|components|examples)/", r"](../\1/", text)
+
+
+def _on_read(_: Sphinx, name: str, content: list[str]) -> None:
+    content[0] = rewrite(content[0])
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register with Sphinx."""
+    source = Path(app.srcdir)
+    (source / "readme.md").write_text(readme(source.parent), encoding="utf-8")
+    app.connect("source-read", _on_read)
+    return {"parallel_read_safe": os.name == "posix"}
