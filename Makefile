@@ -8,7 +8,7 @@ SANITIZERS := address,undefined,float-cast-overflow
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: run test bench peers sanitize lint clean
+.PHONY: run test bench peers sanitize lint docs clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed
@@ -39,6 +39,10 @@ lint: $(VENV)/installed-dev
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+# The pages of docs/ as HTML, in docs/build/html; the interface document in them is that of the FMUs in fmus/.
+docs: $(VENV)/installed-dev
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/build/html
 
 $(VENV)/pip: 
 	$(PYTHON) -m venv $(VENV)

@@ -1,4 +1,4 @@
-"""Pages of reference, written before Sphinx reads: every command with its options, and the interface document."""
+"""Pages written before Sphinx reads, from the code: commands with options, models with equations, the interface document."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,6 +8,8 @@ import click
 from sphinx.application import Sphinx
 
 from flexbench.cli.parser import PROGRAM
+from flexsat.fmu.documentation.component_text import FRAMES, PAPER, ComponentText
+from flexsat.fmu.documentation.content import TEXTS
 from lockstep.__main__ import PROGRAM as LOCKSTEP
 from lockstep.cli.program import Program
 
@@ -27,12 +29,26 @@ def _sections(program: Program) -> Iterator[str]:
         yield f"## {name}\n\n```text\n{command.get_help(inner)}\n```\n"
 
 
+def models_page() -> str:
+    """Return what each component models: the text, with equations and sources, that its FMU carries."""
+    parts = ["# Models and equations", "The same text stands in `documentation/index.html` of each FMU.", PAPER, *FRAMES]
+    for text in TEXTS.values():
+        parts += [f"## {text.title}", text.summary, *text.models, "### Equations", *_equations(text)]
+        parts += ["### Timing", *text.timing, "### State", *text.state]
+    return "\n\n".join(parts) + "\n"
+
+
+def _equations(text: ComponentText) -> list[str]:
+    return [f"<p>{one.formula}<br/>\n{one.meaning} ({one.source}).</p>" for one in text.equations]
+
+
 def _on_builder(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "reference"
     folder.mkdir(exist_ok=True)
     pages = {
         "flexsat_commands.md": command_page(PROGRAM, "Commands of flexsat"),
         "lockstep_commands.md": command_page(LOCKSTEP, "Commands of lockstep"),
+        "models.md": models_page(),
         "ports.md": _interface(Path(app.config.interface_document)),
     }
     for name, text in pages.items():

@@ -1,7 +1,11 @@
 """Delays of our own FMUs, measured, against the time semantics that their pages promise; no claim is contradicted."""
 
+import shutil
+
 import pytest
 
+from flexbench.cli.parser import main
+from fmus.vendor.vendor_fmu import vendor_fmu
 from lockstep.check.latency.probe_latency import ProbeSettings, probe_latency
 
 
@@ -72,3 +76,11 @@ def test_the_controller_answers_at_once(probed):
         assert (least, fed) == (0, True), measured
     # a rotation is commanded before the slew begins: in a run that goes on its inputs must not move
     assert "command.start_time" in report.unmoved
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="the controller is compiled with gcc")
+def test_flags_that_block_every_answer_are_named(tmp_path, capsys):
+    """The vendor's controller commands nothing but in mode 2, and ignores attitudes that are not marked as valid."""
+    assert main(["probe-latency", str(vendor_fmu(tmp_path))]) == 0
+
+    assert "more inputs have an answer with --set Mode=2 --set q_ok=3" in capsys.readouterr().out

@@ -59,6 +59,7 @@ class Response:
     rest: Array
     attitude: Array  # [N.m/rad]
     rate: Array  # [N.m.s/rad]
+    wheels: float = 0.0  # [N.m] largest change of a wheel's torque: more than 0 where the torques cancel on the body
 
 
 def respond(fmu: Path, adapters: Sequence[Adapter], excitation: Excitation, span: float) -> list[Response | str]:
@@ -117,9 +118,15 @@ def _variant(
     for answer in answers:
         if isinstance(answer, str):
             return answer
-    rest, *others = (np.asarray(answer) for answer in answers)
-    change = np.array(others).T - rest[:, None]
-    return Response(rest=rest, attitude=change[:, :3] / excitation.angle, rate=change[:, 3:] / excitation.speed)
+    wheels = np.array([np.asarray(answer) for answer in answers]).T  # [N.m] a row a wheel, a column an experiment
+    body = -excitation.wheel_axis.T @ wheels
+    change = body[:, 1:] - body[:, :1]
+    return Response(
+        rest=body[:, 0],
+        attitude=change[:, :3] / excitation.angle,
+        rate=change[:, 3:] / excitation.speed,
+        wheels=float(np.max(np.abs(wheels[:, 1:] - wheels[:, :1]))),
+    )
 
 
 def _all(calls: Sequence[Call]) -> list[object]:
@@ -135,7 +142,7 @@ def _torque(
     rotation: Array,
     rate: Array,
 ) -> Array:
-    """Return the body torque after `span` at this attitude error, reached at a constant rate."""
+    """Return the torque of each wheel after `span` at this attitude error, reached at a constant rate."""
     step = binding.adapter.step or excitation.period
     count = max(2, math.ceil(span / seconds(step)))
     with temporary_folder("adapt") as folder:
@@ -154,7 +161,7 @@ def _torque(
             adapted.getter("Real", np.array(references, np.uint32), torque)()
         finally:
             slave.close()
-    return np.asarray(-excitation.wheel_axis.T @ torque)
+    return torque
 
 
 def _set_sensors(slave: AdaptedSlave, binding: Binding, excitation: Excitation, rotation: Array, rate: Array) -> None:

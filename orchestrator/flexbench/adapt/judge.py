@@ -25,6 +25,7 @@ class Judgement:
     problems: tuple[str, ...]
     attitude: Array  # (3, 3), 1 on the diagonal is the reference
     rate: Array
+    silent: bool  # no wheel answers to anything: no change of a convention mends that
     bandwidth: float  # over the reference's; nan without a response
     damping: float  # ratio, over the reference's
 
@@ -39,6 +40,12 @@ def judge(response: Response, excitation: Excitation) -> Judgement:
     attitude: Array = np.asarray(np.linalg.solve(-excitation.stiffness, response.attitude), float)
     rate: Array = np.asarray(np.linalg.solve(-excitation.damping, response.rate), float)
     problems = [*_rest(response, excitation), *_pattern("attitude", attitude), *_pattern("rate", rate)]
+    due = excitation.angle * float(np.max(np.abs(excitation.stiffness)))
+    if np.max(np.abs([attitude, rate])) <= _SILENT < response.wheels / due:
+        problems = [
+            f"the wheels answer, by up to {response.wheels:.3g} N.m, but their torques cancel on the body: wheels count "
+            "about their own axes, of which some point the other way"
+        ]
     bandwidth = damping = float("nan")
     stiffer, harder = (float(np.median(np.linalg.norm(shares, axis=0))) for shares in (attitude, rate))
     if min(stiffer, harder) > _SILENT:
@@ -47,7 +54,10 @@ def judge(response: Response, excitation: Excitation) -> Judgement:
         # a bandwidth b times the reference's has b^2 its stiffness and b its damping; units break that law
         if abs(np.log10(bandwidth)) > _BANDWIDTH or abs(np.log10(damping)) > _DAMPING:
             problems.append(f"its stiffness is {stiffer:.3g} times and its damping {harder:.3g} times the reference's")
-    return Judgement(problems=tuple(problems), attitude=attitude, rate=rate, bandwidth=bandwidth, damping=damping)
+    silent = response.wheels / due <= _SILENT
+    return Judgement(
+        problems=tuple(problems), attitude=attitude, rate=rate, silent=silent, bandwidth=bandwidth, damping=damping
+    )
 
 
 def _rest(response: Response, excitation: Excitation) -> list[str]:
@@ -99,7 +109,9 @@ def axes_named(judgement: Judgement) -> str:
         return ""
     which = "torque, or both attitude and rate" if len(parts) == 2 else parts[0][0]
     axes = ", ".join(f"{axis} for {_axis(k, abs(k) - 1)}" for axis, k in zip(AXES, parts[0][1], strict=True))
-    return f"permuted or reversed axes of {which}: {axes}; see order, sign, frame and body_frame"
+    reversed_all = len(parts) == 1 and parts[0] == ("attitude", (-1, -2, -3))
+    keys = "direction" if reversed_all else "order, sign, frame and body_frame"
+    return f"permuted or reversed axes of {which}: {axes}; see {keys}"
 
 
 def _signed(shares: Array) -> Sequence[int] | None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from flexbench.adapt.excitation import Excitation, Response, respond
 from flexbench.adapt.judge import Judgement, axes_named, judge
@@ -43,6 +45,7 @@ class Verdict:
     cures: tuple[tuple[Change, ...], ...]
     axes: str  # a permutation of axes, described
     unseen: tuple[str, ...]  # inputs of the FMU that were constant
+    constants: Mapping[str, object]  # what the adapter feeds to inputs without a port
     step: Time  # [ns]
 
     @property
@@ -63,7 +66,7 @@ def check_adapter(fmu: Path, adapter: Adapter, excitation: Excitation) -> Verdic
     unseen = [b.entry for b in binding.inputs if not moved & {v.name for v in b.ports}]
     cures: list[tuple[Change, ...]] = []
     axes = ""
-    if judgement.problems:
+    if judgement.problems and not judgement.silent:
         changes = _changes(binding, excitation)
         singles = [(change,) for change in changes]
         cures = _cures(fmu, adapter, excitation, singles, _SPANS[0])
@@ -78,6 +81,7 @@ def check_adapter(fmu: Path, adapter: Adapter, excitation: Excitation) -> Verdic
         cures=tuple(cures),
         axes=axes,
         unseen=tuple(entry.variables[0] for entry in unseen),
+        constants=dict(adapter.constants),
         step=adapter.step or excitation.period,
     )
 
@@ -128,6 +132,23 @@ def _changes(binding: Binding, excitation: Excitation) -> list[Change]:
             number = binding.adapter.entries.index(bound.entry)
             declared, unit = (v.unit.name if v.unit else None for v in (bound.variables[0], bound.ports[0]))
             found += _changes_of(number, bound.entry, declared, unit)
+            if {v.name for v in bound.ports} == set(excitation.torque):
+                found += _wheel_signs(number, bound.entry, excitation)
+    return found
+
+
+def _wheel_signs(number: int, entry: AdapterEntry, excitation: Excitation) -> list[Change]:
+    """Return the changes for a controller that counts all wheels along the body axes, where some point against them."""
+    main = np.argmax(np.abs(excitation.wheel_axis), axis=1)
+    along = [int(np.sign(axis[k])) for axis, k in zip(excitation.wheel_axis, main, strict=True)]
+    if len(set(along)) == 1:
+        return []
+    location = entry.location.partition(": ")[2]
+    found = []
+    for signs in (along, [-sign for sign in along]):
+        sign = tuple(float(value) for value in np.array(signs) * np.array(entry.sign))
+        found.append(Change(number=number, key="sign", error=f"wheel axes that point the other way: {location}",
+                            remedy=f"sign = {[int(value) for value in sign]}", entry=replace(entry, sign=sign)))  # fmt: skip
     return found
 
 

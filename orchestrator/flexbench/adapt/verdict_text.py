@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from flexbench.adapt.attitude_words import MEASURED, quantities
 from flexbench.adapt.excitation import Excitation
 from flexbench.adapt.judge import AXES
 from flexbench.adapt.verdict import Verdict
@@ -26,6 +27,7 @@ def describe_verdict(verdict: Verdict, excitation: Excitation, fmu: Path, adapte
         lines.append(f"  {axis}              {attitude}    {rate}")
     if verdict.unseen:
         lines.append(f"constant, so not judged: {', '.join(verdict.unseen)}")
+    lines += _constants(verdict)
     if verdict.right:
         lines.append(
             f"right: the torque opposes each attitude and rate error about its own axis, with "
@@ -43,7 +45,21 @@ def describe_verdict(verdict: Verdict, excitation: Excitation, fmu: Path, adapte
         lines.append("each of these is right, the likeliest first; the FMU's documentation has to decide between them")
     elif verdict.cures and [change.key for change in verdict.cures[0]] == ["sign"]:
         lines.append("a wrong sign of the torque has the same effect as wrong signs of both attitude and rate")
+    elif judgement.silent:
+        lines.append("wrong: no wheel answers to anything; a parameter or constant may be missing, such as a mode or a flag: "
+                     f"flexsat probe-latency {fmu} shows which")  # fmt: skip
     elif not (verdict.cures or verdict.axes):
         lines.append("wrong: no change of one convention, or of two, is right; it may be no attitude controller, or "
                      "a parameter or constant may be missing")  # fmt: skip
+    return lines
+
+
+def _constants(verdict: Verdict) -> list[str]:
+    """Name what the adapter feeds as constants, and which of it looks like a measurement."""
+    if not verdict.constants:
+        return []
+    measured = [name for name in verdict.constants if quantities(name) & MEASURED]
+    lines = [f"constants of the adapter: {', '.join(f'{name} = {value}' for name, value in verdict.constants.items())}"]
+    if measured:
+        lines.append(f"constant, though its name is that of a measurement: {', '.join(measured)}; give it an [[input]] entry")
     return lines

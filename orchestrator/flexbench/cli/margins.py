@@ -14,6 +14,7 @@ from lockstep.cli.command import command
 from lockstep.cli.given_options import refuse_given
 from lockstep.cli.options import (
     DISTINGUISHED,
+    adapter_option,
     assignments,
     delay_option,
     option_group,
@@ -37,7 +38,8 @@ _EXAMPLES = """
 exit code: 0 the loop is stable, 1 it is not, 2 bad input
 
 example:
-  {program} margins fmus/centralised/fine_pointing.ssd --replace controller=vendor.fmu --find-delay
+  {program} margins fmus/centralised/fine_pointing.ssd --find-delay
+  {program} margins fmus/centralised/fine_pointing.ssd --replace controller=vendor.fmu --adapter vendor.toml
 """
 
 
@@ -91,6 +93,7 @@ measurement_options = option_group(
 @command("margins", _EXAMPLES)
 @system_argument
 @replace_option
+@adapter_option
 @click.option("--analytic-only", is_flag=True, help="only analyse the design, without a run")
 @click.option("--find-delay", is_flag=True, help="also find by bisection the delay that makes the loop unstable")
 @click.option("--modes", type=Several(COUNT), metavar="N...",
@@ -113,6 +116,7 @@ measurement_options = option_group(
 def margins(
     system: Path,
     replace: tuple[str, ...],
+    adapter: tuple[str, ...],
     analytic_only: bool,
     find_delay: bool,
     modes: tuple[int, ...] | None,
@@ -129,7 +133,7 @@ def margins(
     out: Path | None,
 ) -> int:
     """Determine gain, phase, delay and disk margins: of the design, and measured through the FMUs."""
-    from lockstep.adapter.component import replacements
+    from lockstep.adapter.component import replacements, with_replacements
     from lockstep.cli.run_options import folder_name
     from lockstep.ssp.load import load_system
 
@@ -159,8 +163,11 @@ def margins(
     loaded = with_delays(load_system(system), delay)
     chosen = choose_fmus([loaded], python)
     loaded = chosen.of(loaded)
-    for name, fmu in replacements(replace, loaded).items():
-        loaded = with_controller(loaded, name, fmu)
+    if adapter:
+        loaded = with_replacements(loaded, replace, adapter)
+    else:
+        for name, fmu in replacements(replace, loaded).items():
+            loaded = with_controller(loaded, name, fmu)
     overrides = {**seed_overrides(loaded, seed), **assignments(settings)}
     refuse_missed_samples(loaded, overrides)
     loop = read_loop(loaded, overrides, controller, plant, directions == "channels")

@@ -10,6 +10,7 @@ from flexbench.html.document import Block
 from flexbench.html.render import template_environment
 
 from .figure_images import Image, drawn_images, image_of, split_by_size, stored_images
+from .headline import headline_blocks
 from .layouts_page import TITLE, layouts_blocks
 from .loop_blocks import loop_blocks
 from .results import Result
@@ -68,7 +69,10 @@ def compose_page(results: Sequence[Result], studies: Sequence[Path] = (), window
 
 def _sections(runs: Sequence[RunData], studies: Sequence[Path]) -> Iterator[PageSection]:
     results = [run.result for run in runs]
-    yield PageSection(anchor="summary", title="Summary", blocks=summary_blocks(runs))
+    answer = headline_blocks(results, studies)
+    title = "Records of the runs" if answer else "Summary"
+    records = PageSection(anchor="summary", title=title, blocks=summary_blocks(runs))
+    yield PageSection(anchor="answer", title="In short", blocks=answer) if answer else records
     for study in studies:
         if compared := layouts_blocks(study):
             yield PageSection(anchor="layouts", title=TITLE, blocks=compared)
@@ -90,7 +94,10 @@ def _sections(runs: Sequence[RunData], studies: Sequence[Path]) -> Iterator[Page
         )
     for name, blocks in study_sections(results):
         yield PageSection(anchor=name.lower().replace(" ", "-"), title=name, blocks=blocks)
-    yield PageSection(anchor="events", title="Events and faults", blocks=event_blocks(results))
+    if any(result.events for result in results):
+        yield PageSection(anchor="events", title="Events and faults", blocks=event_blocks(results))
+    if answer:  # else it stands first
+        yield records
     for anchor, title, blocks_of in (
         ("system", "System", system_blocks),
         ("versions", "Versions and hashes", version_blocks),

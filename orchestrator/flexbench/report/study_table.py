@@ -17,7 +17,7 @@ from flexbench.studies.paper.table import number, when_lost
 from flexsat.description.built_in import CONFIGURATIONS
 
 TABLE = "table.json"
-_SHAPE = {
+STUDY_SHAPE = {
     "seeds": ["whole number"],
     "duration": "number",
     "rows": [
@@ -38,7 +38,7 @@ def study_folders(paths: Sequence[Path]) -> list[Path]:
 
 def study_table(folder: Path) -> list[Block]:
     """Return a table for each configuration: the published value and those of the runs."""
-    content = read_table(folder / TABLE, _SHAPE)
+    content = read_table(folder / TABLE, STUDY_SHAPE)
     assert content is not None  # the folder was chosen for it
     rows: list[dict[str, Any]] = content["rows"]
     variants = list(dict.fromkeys(row["variant"] for row in rows))

@@ -53,7 +53,9 @@ def replace_component(system: System, name: str, fmu: Path, adapter: Adapter | N
     """
     old = system.component(name)
     if adapter is None:
-        return _with(system, replace(old, source=fmu.absolute(), archive=None, sums=None))
+        same = replace(old, source=fmu.absolute(), archive=None, sums=None)
+        _check_ports(system, same)
+        return _with(system, same)
     new = Component(
         name=name,
         source=fmu.absolute(),
@@ -79,6 +81,19 @@ def replace_component(system: System, name: str, fmu: Path, adapter: Adapter | N
         connections=tuple(c for c in system.connections if c.to_component != name or c.input in shown),
         record=tuple(p for p in system.record if not _is_of(p, name) or matching(split_kind(p)[1], names)) or ("all",),
     )
+
+
+def _check_ports(system: System, new: Component) -> None:
+    """Refuse an FMU that lacks connected ports: its own may have other names, which is what adapters are for."""
+    has = read_description(new).variables
+    ends = [c.input for c in system.connections if c.to_component == new.name]
+    ends += [c.output for c in system.connections if c.from_component == new.name]
+    missing = [name for name in dict.fromkeys(ends) if name not in has]
+    if missing:
+        raise InputError(
+            f"--replace {new.name}={new.source}: the FMU has no {compact(missing)}, which the system connects; give "
+            f"--adapter FILE, which `adapt` drafts: flexsat adapt {new.source} --like {new.name} --out FILE"
+        )
 
 
 def _with(system: System, new: Component) -> System:

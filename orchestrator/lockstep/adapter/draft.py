@@ -6,6 +6,7 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,11 +22,17 @@ Synonyms = Sequence[Sequence[str]]  # words for the same quantity, group by grou
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Array:
-    """An array or a scalar: `pattern` has a star where the number stands."""
+    """An array, a scalar, or scalars named by their axes: `pattern` has a star where the number or the axis stands."""
 
     pattern: str
     base: int
     members: tuple[Variable, ...]
+    by_axis: bool = False  # q_s, q_x, q_y, q_z: members in this order; an adapter lists their names
+
+    @property
+    def variable(self) -> str:
+        """Return it as TOML writes it in an entry."""
+        return json.dumps([v.name for v in self.members] if self.by_axis else self.pattern)
 
 
 def draft_adapter(
@@ -63,7 +70,8 @@ class _Draft:
         inputs, outputs = (_arrays([v for v in variables if v.causality == c]) for c in ("input", "output"))
         wanted = [(name, group) for name, group in _ports(ports, "output") if needed & {v.name for v in group}]
         taken = self._match(wanted, outputs)
-        ignored = [array.pattern for array in outputs if array not in [a for _, _, a in taken]]
+        unused = [array for array in outputs if array not in [a for _, _, a in taken]]
+        ignored = [name for array in unused for name in _ignored(array)]
         lines.append(f"ignore = {json.dumps(ignored)}")
         doubts += [f"{name}: the system reads it, and no output of the FMU is like it" for name, _ in wanted
                    if name not in [n for n, _, _ in taken]]  # fmt: skip
@@ -82,7 +90,7 @@ class _Draft:
         first, count = array.members[0], len(array.members)
         attitude = self._is_attitude(name) and count in (3, 4)
         part = name if attitude or len(group) == count else f"{name}[1..{count}]"
-        lines = [f"[[{direction}]]", f"port = {json.dumps(part)}", f"variable = {json.dumps(array.pattern)}"]
+        lines = [f"[[{direction}]]", f"port = {json.dumps(part)}", f"variable = {array.variable}"]
 
         def doubt(key: str, text: str) -> None:
             lines[-1] += f"  # UNDECIDED: {text}"
@@ -90,12 +98,12 @@ class _Draft:
 
         if part != name:
             doubt("port", f"it has {count} elements, and the port {len(group)}; the first are taken")
-        if "*" in array.pattern and array.base != 1:
+        if "*" in array.pattern and array.base != 1 and not array.by_axis:
             lines.append(f"index_base = {array.base}")
         if attitude:
             lines.append(f'attitude = "{"quaternion" if count == 4 else "mrp"}"')
             if count == 4:
-                starts = [_number(v.start) for v in array.members]
+                starts = [1.0, 0.0, 0.0, 0.0] if array.by_axis else [_number(v.start) for v in array.members]
                 lines.append(f'scalar = "{"first" if starts[0] == 1.0 else "last"}"')
                 if starts not in ([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]):
                     doubt("scalar", "its start values do not show where the scalar is")
@@ -109,8 +117,9 @@ class _Draft:
         unit, port_unit = first.unit, group[0].unit
         if port_unit is not None and port_unit.name != "1":
             if unit is None:
-                lines.append(f"unit = {json.dumps(port_unit.name)}")
-                doubt("unit", "the FMU declares none; this is that of the port")
+                described = _described_unit(first, group[0].unit)
+                lines.append(f"unit = {json.dumps(described or port_unit.name)}")
+                doubt("unit", "the FMU declares none; this is " + ("in its description" if described else "that of the port"))
             elif unit.name in UNITS:
                 lines.append(f"unit = {json.dumps(unit.name)}")
         return lines
@@ -177,14 +186,46 @@ def _arrays(variables: Iterable[Variable]) -> list[_Array]:
             groups[variable.name][0] = variable
         else:
             groups[f"{parts[1]}*{parts[3]}"][int(parts[2])] = variable
-    found = []
+    found = _by_axis([variable for members in groups.values() for variable in members.values()])
+    grouped = {v.name for array in found for v in array.members}
     for pattern, members in groups.items():
+        if grouped & {v.name for v in members.values()}:
+            continue
         base = min(members)
         if "*" in pattern and len(members) > 1 and sorted(members) == list(range(base, base + len(members))):
             found.append(_Array(pattern=pattern, base=base, members=tuple(members[k] for k in sorted(members))))
         else:
             found += [_Array(pattern=v.name, base=1, members=(v,)) for v in members.values()]
     return found
+
+
+def _by_axis(variables: Iterable[Variable]) -> list[_Array]:
+    """Group scalars whose names end in x, y, z, and in s or w for the scalar part of a quaternion."""
+    groups: dict[str, dict[str, Variable]] = defaultdict(dict)
+    for variable in variables:
+        parts = re.fullmatch(r"(.*(?:[_.]|[a-z0-9](?=[XYZSW])|[a-z](?=[xyzsw])))([xyzswXYZSW])", variable.name)
+        if parts is not None:
+            groups[parts[1]].setdefault(parts[2].lower(), variable)
+    found = []
+    for prefix, members in groups.items():
+        scalar = [axis for axis in "sw" if axis in members]
+        if {"x", "y", "z"} <= set(members) and len(members) == 3 + len(scalar) and len(scalar) <= 1:
+            ordered = tuple(members[axis] for axis in (*scalar, "x", "y", "z"))
+            found.append(_Array(pattern=f"{prefix}*", base=1, members=ordered, by_axis=True))
+    return found
+
+
+def _ignored(array: _Array) -> list[str]:
+    return [v.name for v in array.members] if array.by_axis else [array.pattern]
+
+
+def _described_unit(variable: Variable, wanted: Unit | None) -> str | None:
+    """Return the unit that a description has in brackets, if it measures the same quantity."""
+    for name in re.findall(r"[\[(]([^\])]+)[\])]", variable.description or ""):
+        with suppress(ValueError):
+            if name.strip() in UNITS and gain_between(wanted, UNITS[name.strip()]):
+                return str(name.strip())
+    return None
 
 
 def _split(name: str) -> set[str]:

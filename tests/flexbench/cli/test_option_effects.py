@@ -159,6 +159,7 @@ EFFECTS = {
     "flexsat export-c": dict.fromkeys(("--configuration", "--design", "--precision", "--out", "--fmus"), _EXPORTED_C),
     "flexsat margins": {
         **dict.fromkeys(("--replace", "--set", "--out", "--amplitude", "--periods", "--settle"), _VENDOR),
+        "--adapter": "examples/test_vendor_controller.py::test_margins_are_measured_through_an_adapter",
         "--analytic-only": _VALUE_FILE + "test_measurement_options_beside_analytic_only_are_refused",
         **dict.fromkeys(("--modes", "--gains"), "flexbench/studies/margins/test_real_plant.py::"
                         "test_the_command_finds_the_published_design_unstable_on_30_modes"),

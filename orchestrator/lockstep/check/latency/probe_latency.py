@@ -12,6 +12,7 @@ from typing import Any, Literal
 from lockstep.array_names import array_of
 from lockstep.check.dynamic.experiment import Experiment, Port, read_experiment, read_other_experiment
 from lockstep.check.dynamic.probe_runner import ProbeRunner
+from lockstep.check.latency.blocking_flags import Flags, blocking_flags, silent
 from lockstep.check.latency.measure import PROGRESS, RESULT, measure
 from lockstep.errors import InputError, RunError, compact, suggestion
 from lockstep.fmi.model_description import Description, read_description
@@ -24,6 +25,7 @@ from lockstep.system.system import System
 
 Agreement = Literal["agrees", "contradicted", "not confirmed", "not excited", "no claim"]
 NUMBERS = ("Real", "Integer", "Boolean")
+_SHORT, _TRIAL = 12, 2.0  # steps and wall time [s] of a measurement with other values of flags
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,6 +89,7 @@ class LatencyReport:
     untried: int  # inputs, for lack of time
     unrepeatable: tuple[str, ...]  # outputs that differ between two equal runs, which are left out
     together: bool  # whether arrays were changed as a whole, for lack of time
+    blocked_by: Mapping[str, float]  # flags with values that let more inputs have an answer
 
     def of(self, agreement: Agreement) -> tuple[Pair, ...]:
         """Return the pairs of a agreement."""
@@ -136,7 +139,24 @@ def probe_latency(
         if result.status == "error":
             raise RunError(f"{path}: {result.message}")
         found = json.loads((runner.results / RESULT).read_text(encoding="utf-8"))
-    return _report(path, experiment, description, settings, found)
+        measured = _report(path, experiment, description, settings, found)
+        if not silent(experiment.inputs, measured.unmoved):
+            return measured
+
+        def answers(flags: Flags) -> int:
+            """Return how many pairs answer with other values of flags, by a short measurement."""
+            chosen = {port.name: port for port in experiment.inputs if port.name in flags}
+            starts = tuple((port.scalar, port.reference, _flag(port, flags[name])) for name, port in chosen.items())
+            inputs = tuple(replace(port, start=flags.get(port.name, port.start)) for port in experiment.inputs)
+            trial = replace(experiment, inputs=inputs, starts=(*experiment.starts, *starts))
+            short = {"steps": min(settings.steps, _SHORT), "seconds": _TRIAL, "archive": str(path.resolve())}
+            if runner.run(measure, trial, **short).status == "error":
+                return 0
+            return len(json.loads((runner.results / RESULT).read_text(encoding="utf-8"))["answers"])
+
+        before = answers({})
+        found_flags = blocking_flags(experiment, list(settings.starts or {}), answers, before)
+    return replace(measured, blocked_by=found_flags)
 
 
 def _set_up(path: Path, experiment: Experiment, description: Description, settings: ProbeSettings) -> Experiment:
@@ -233,7 +253,12 @@ def _report(
         untried=found["untried"],
         unrepeatable=tuple(found["unrepeatable"]),
         together=found["together"],
+        blocked_by={},
     )
+
+
+def _flag(port: Port, value: float) -> bool | int:
+    return bool(value) if port.kind == "Boolean" else int(value)
 
 
 def _named(inputs: list[str]) -> str:

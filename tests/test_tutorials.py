@@ -1,0 +1,31 @@
+"""The tutorials run as written, top to bottom: blocks of `sh` and of Python; those marked `text` show output."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+TUTORIALS = ("first_run", "controller_in_the_loop", "fmus_for_other_tools")
+BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+BUILT = "flexsat build\n"  # done once for all tests
+
+
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_a_tutorial_runs_top_to_bottom(name, delivered, tmp_path):
+    (tmp_path / "fmus").symlink_to(delivered)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = os.environ | {"PATH": programs}
+    blocks = BLOCK.findall((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8"))
+
+    assert len(blocks) > 1
+    for language, code in blocks:
+        command = ["bash", "-e", "-c", code] if language == "sh" else [sys.executable, "-c", code]
+        if code == BUILT:
+            continue
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{code}{done.stdout}{done.stderr}"
