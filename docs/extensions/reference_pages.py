@@ -1,4 +1,4 @@
-"""Pages written before Sphinx reads, from the code: commands with options, models with equations, the interface document."""
+"""Pages written before Sphinx reads, from the code: commands, models with equations, the interface document."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,7 +31,12 @@ def _sections(program: Program) -> Iterator[str]:
 
 def models_page() -> str:
     """Return what each component models: the text, with equations and sources, that its FMU carries."""
-    parts = ["# Models and equations", "The same text stands in `documentation/index.html` of each FMU.", PAPER, *FRAMES]
+    parts = [
+        "# Models and equations",
+        "The same text stands in `documentation/index.html` of each FMU.",
+        PAPER,
+        *FRAMES,
+    ]
     for text in TEXTS.values():
         parts += [f"## {text.title}", text.summary, *text.models, "### Equations", *_equations(text)]
         parts += ["### Timing", *text.timing, "### State", *text.state]

@@ -1,4 +1,4 @@
-"""Links from a page to files of the repository that are no pages: the README becomes the first page, others are named."""
+"""Links from a page to files of the repository that are no pages: the README is a page, others are named."""
 
 import os
 import re
@@ -12,7 +12,7 @@ _CODE = re.compile(r"(^```.*?^```)", re.DOTALL | re.MULTILINE)
 
 
 def rewrite(text: str) -> str:
-    """Return a page whose links to the README lead to the page that includes it; other files are named with their path."""
+    """Return a page whose links to the README lead to its page; other files are named with their path."""
 
     def replaced(found: re.Match[str]) -> str:
         words, target, anchor = found[1], found[2].removeprefix("../"), found[3] or ""
@@ -27,7 +27,7 @@ def readme(root: Path) -> str:
     return re.sub(r"\]\((orchestrator|components|examples)/", r"](../\1/", text)
 
 
-def _on_read(_: Sphinx, name: str, content: list[str]) -> None:
+def _on_read(_: Sphinx, _name: str, content: list[str]) -> None:
     content[0] = rewrite(content[0])
 
 

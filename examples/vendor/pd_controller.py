@@ -2,7 +2,7 @@
 
     pythonfmu build -f examples/vendor/pd_controller.py -d vendor
 
-makes vendor/PdController.fmu. It knows nothing of flexsat: six wheels on the three axes of the bus, an attitude quaternion
+makes vendor/PdController.fmu. It knows nothing of flexsat: six wheels on the axes of the bus, an attitude quaternion
 that turns body components into inertial ones, rates in deg/s, torques in N.m.
 """
 
@@ -36,21 +36,19 @@ class PdController(Fmi2Slave):
             self._real(f"torque_{wheel}", Fmi2Causality.output, "motor torque of a wheel [N.m]")
         self.register_variable(Integer("mode", causality=Fmi2Causality.input, variability=Fmi2Variability.discrete))
         for name in ("frequency", "damping"):
-            self.register_variable(
-                Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.fixed)
-            )
+            self.register_variable(Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.fixed))
 
     def _real(self, name, causality, description):
         self.register_variable(
             Real(name, causality=causality, variability=Fmi2Variability.discrete, description=description)
         )
 
-    def do_step(self, current_time, step_size):
+    def do_step(self, _current_time, _step_size):
         """Compute the torques from the inputs; each axis has two wheels, whose torques the structure feels reversed."""
         sign = -1.0 if self.q_s < 0.0 else 1.0  # of the two quaternions of an attitude the one of the short rotation
         angles = [-2.0 * sign * part for part in (self.q_x, self.q_y, self.q_z)]
         rates = [DEGREE * rate for rate in (self.rate_x, self.rate_y, self.rate_z)]
-        for axis, (angle, rate, inertia) in enumerate(zip(angles, rates, INERTIA)):
+        for axis, (angle, rate, inertia) in enumerate(zip(angles, rates, INERTIA, strict=True)):
             wanted = inertia * self.frequency * (self.frequency * angle + 2.0 * self.damping * rate)
             for wheel, along in ((axis + 1, 1.0), (axis + 4, -1.0)):
                 setattr(self, f"torque_{wheel}", along * 0.5 * wanted if self.mode == 1 else 0.0)

@@ -1,4 +1,4 @@
-"""A vendor's first flight: from the example of a foreign controller to a loop that holds, with the names it comes with."""
+"""A vendor's first flight: from the example of a foreign controller to a loop that holds, with its own names."""
 
 import json
 import shutil
@@ -115,7 +115,9 @@ def test_margins_are_measured_through_an_adapter(delivered, tmp_path, capsys):
     adapter.write_text(ADAPTER, encoding="utf-8")
     system = str(delivered / "centralised" / "native" / "fine_pointing.ssd")
     given = ["margins", system, "--replace", f"controller={fmu}", "--adapter", str(adapter), "--noise-free",
-             "--length", "10", "--periods", "2", "--settle", "1", "--band", "0.1", "2", "--out", str(tmp_path / "m")]  # fmt: skip
+             "--set", "plant.modes=25",  # on 198 it is unstable
+             "--length", "10", "--periods", "2", "--settle", "1", "--band", "0.1", "2",
+             "--out", str(tmp_path / "m")]  # fmt: skip
     assert main(given) == 0
     assert "measured: x" in capsys.readouterr().out
     measured = json.loads((tmp_path / "m" / "margins.json").read_text(encoding="utf-8"))["measured"]["margins"]

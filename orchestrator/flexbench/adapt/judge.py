@@ -43,8 +43,8 @@ def judge(response: Response, excitation: Excitation) -> Judgement:
     due = excitation.angle * float(np.max(np.abs(excitation.stiffness)))
     if np.max(np.abs([attitude, rate])) <= _SILENT < response.wheels / due:
         problems = [
-            f"the wheels answer, by up to {response.wheels:.3g} N.m, but their torques cancel on the body: wheels count "
-            "about their own axes, of which some point the other way"
+            f"the wheels answer, by up to {response.wheels:.3g} N.m, but their torques cancel on the body: each wheel "
+            "counts about its own axis, and some axes point the other way"
         ]
     bandwidth = damping = float("nan")
     stiffer, harder = (float(np.median(np.linalg.norm(shares, axis=0))) for shares in (attitude, rate))

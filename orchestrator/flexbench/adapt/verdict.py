@@ -147,8 +147,9 @@ def _wheel_signs(number: int, entry: AdapterEntry, excitation: Excitation) -> li
     found = []
     for signs in (along, [-sign for sign in along]):
         sign = tuple(float(value) for value in np.array(signs) * np.array(entry.sign))
-        found.append(Change(number=number, key="sign", error=f"wheel axes that point the other way: {location}",
-                            remedy=f"sign = {[int(value) for value in sign]}", entry=replace(entry, sign=sign)))  # fmt: skip
+        remedy = f"sign = {[int(value) for value in sign]}"
+        error = f"wheel axes that point the other way: {location}"
+        found.append(Change(number=number, key="sign", error=error, remedy=remedy, entry=replace(entry, sign=sign)))
     return found
 
 

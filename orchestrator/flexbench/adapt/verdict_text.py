@@ -46,8 +46,8 @@ def describe_verdict(verdict: Verdict, excitation: Excitation, fmu: Path, adapte
     elif verdict.cures and [change.key for change in verdict.cures[0]] == ["sign"]:
         lines.append("a wrong sign of the torque has the same effect as wrong signs of both attitude and rate")
     elif judgement.silent:
-        lines.append("wrong: no wheel answers to anything; a parameter or constant may be missing, such as a mode or a flag: "
-                     f"flexsat probe-latency {fmu} shows which")  # fmt: skip
+        lines.append("wrong: no wheel answers to anything; a parameter or constant may be missing, such as a mode or a "
+                     f"flag: flexsat probe-latency {fmu} shows which")  # fmt: skip
     elif not (verdict.cures or verdict.axes):
         lines.append("wrong: no change of one convention, or of two, is right; it may be no attitude controller, or "
                      "a parameter or constant may be missing")  # fmt: skip
@@ -61,5 +61,7 @@ def _constants(verdict: Verdict) -> list[str]:
     measured = [name for name in verdict.constants if quantities(name) & MEASURED]
     lines = [f"constants of the adapter: {', '.join(f'{name} = {value}' for name, value in verdict.constants.items())}"]
     if measured:
-        lines.append(f"constant, though its name is that of a measurement: {', '.join(measured)}; give it an [[input]] entry")
+        lines.append(
+            f"constant, though its name is that of a measurement: {', '.join(measured)}; give it an [[input]] entry"
+        )
     return lines

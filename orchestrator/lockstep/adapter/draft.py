@@ -16,6 +16,7 @@ from lockstep.fmi.model_description import Variable, read_description
 from lockstep.system.adapter_file import ATTITUDES
 from lockstep.system.component import Component
 from lockstep.system.unit_table import UNITS, gain_between
+from lockstep.system.units import Unit
 
 Synonyms = Sequence[Sequence[str]]  # words for the same quantity, group by group
 
@@ -119,7 +120,10 @@ class _Draft:
             if unit is None:
                 described = _described_unit(first, group[0].unit)
                 lines.append(f"unit = {json.dumps(described or port_unit.name)}")
-                doubt("unit", "the FMU declares none; this is " + ("in its description" if described else "that of the port"))
+                doubt(
+                    "unit",
+                    "the FMU declares none; this is " + ("in its description" if described else "that of the port"),
+                )
             elif unit.name in UNITS:
                 lines.append(f"unit = {json.dumps(unit.name)}")
         return lines

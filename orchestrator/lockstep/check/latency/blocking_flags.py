@@ -1,4 +1,4 @@
-"""Find the flags of an FMU whose values keep its outputs from answering: a mode that is off, a measurement not valid."""
+"""Find flags whose values keep the outputs of an FMU from answering: a mode off, a measurement not valid."""
 
 from __future__ import annotations
 

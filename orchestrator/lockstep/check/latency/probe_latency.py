@@ -149,7 +149,11 @@ def probe_latency(
             starts = tuple((port.scalar, port.reference, _flag(port, flags[name])) for name, port in chosen.items())
             inputs = tuple(replace(port, start=flags.get(port.name, port.start)) for port in experiment.inputs)
             trial = replace(experiment, inputs=inputs, starts=(*experiment.starts, *starts))
-            short = {"steps": min(settings.steps, _SHORT), "seconds": _TRIAL, "archive": str(path.resolve())}
+            short: dict[str, Any] = {
+                "steps": min(settings.steps, _SHORT),
+                "seconds": _TRIAL,
+                "archive": str(path.resolve()),
+            }
             if runner.run(measure, trial, **short).status == "error":
                 return 0
             return len(json.loads((runner.results / RESULT).read_text(encoding="utf-8"))["answers"])
