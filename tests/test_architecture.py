@@ -29,7 +29,7 @@ FOLDERS = {
         *("bundle", "checkpoint", "run", "ssp", "ssp/documents", "faults", "tick", "plan", "shadow", "adapter"),
         *("results",),
         *("processes", "fmi", "system", "interrupt", "operating_system", "standard_streams", "data_text"),
-        *("plain_values", "errors", "arrays", "array_names", "whole_file"),
+        *("plain_values", "errors", "arrays", "array_names", "whole_file", "version"),
     ),
     "flexbench": (
         *("cli", "cli/spacecraft", "cli/options", "report", "report/campaigns", "report/sections", "figures", "adapt"),

@@ -1,4 +1,7 @@
-"""The tutorials run as written, top to bottom: blocks of `sh` and of Python; those marked `text` show output."""
+"""The tutorials run as written, top to bottom: blocks of `sh` and of Python; those marked `text` show output.
+
+A comment before a block says the exit code where that is the point.
+"""
 
 import os
 import re
@@ -10,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 TUTORIALS = ("first_run", "controller_in_the_loop", "fmus_for_other_tools")
-BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+BLOCK = re.compile(r"^(?:<!-- exit code (\d) -->\n)?```(sh|python)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 BUILT = "flexsat build\n"  # done once for all tests
 
 
@@ -23,9 +26,9 @@ def test_a_tutorial_runs_top_to_bottom(name, delivered, tmp_path):
     blocks = BLOCK.findall((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8"))
 
     assert len(blocks) > 1
-    for language, code in blocks:
+    for expected, language, code in blocks:
         command = ["bash", "-e", "-c", code] if language == "sh" else [sys.executable, "-c", code]
         if code == BUILT:
             continue
         done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, f"{code}{done.stdout}{done.stderr}"
+        assert done.returncode == int(expected or 0), f"{code}{done.stdout}{done.stderr}"

@@ -21,8 +21,8 @@ from .study_table import STUDY_SHAPE, TABLE
 
 CITATION = (
     "The spacecraft and the published numbers: P. Cachim, W. Kraus, Z. Manchester, P. Lourenço, R. Ventura, Optimal "
-    "Attitude Control of Large Flexible Space Structures with Distributed Momentum Actuators, IEEE Aerospace Conference "
-    "2025, arXiv 2410.07376."
+    "Attitude Control of Large Flexible Space Structures with Distributed Momentum Actuators, IEEE Aerospace "
+    "Conference 2025, arXiv 2410.07376."
 )
 MOST_DESCRIBED = 6  # runs
 _SAID = ("pointing_error", "deformation", "torque")
@@ -100,8 +100,8 @@ def _of_study(folder: Path) -> list[Block]:
     rows = content["rows"]
     seeds = ", ".join(str(seed) for seed in content["seeds"])
     sentences = [
-        f"The paper's runs of {content['duration']:g} s through the FMUs, seeds {seeds}: slew and fine pointing of both "
-        "layouts of wheels."
+        f"The paper's runs of {content['duration']:g} s through the FMUs, seeds {seeds}: slew and fine pointing of "
+        "both layouts of wheels."
     ]
     lost: Mapping[str, Sequence[float | None]] = content.get("published_design_lost_at", {})
     if lost:

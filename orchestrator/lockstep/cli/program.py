@@ -6,7 +6,7 @@ import sys
 import traceback
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from importlib import import_module, metadata
+from importlib import import_module
 from pathlib import Path
 
 import click
@@ -17,8 +17,8 @@ from lockstep.errors import InputError, RunError, refuse_undecodable
 from lockstep.interrupt import Stopped, ended_by_signals, exit_code
 from lockstep.processes.cpu_affinity import own_thread
 from lockstep.standard_streams import StreamError, standard_streams
+from lockstep.version import VERSION
 
-DISTRIBUTION = "flexsat"  # the name under which pip knows the packages
 BUG = 70  # exit code of an error of the program itself: EX_SOFTWARE of sysexits.h
 
 
@@ -152,7 +152,7 @@ def _version_option(program: str) -> click.Option:
 
     def show(context: click.Context, _: click.Parameter, asked: bool) -> None:
         if asked and not context.resilient_parsing:
-            click.echo(f"{program} {metadata.version(DISTRIBUTION)}")
+            click.echo(f"{program} {VERSION}")
             context.exit()
 
     return click.Option(["--version"], is_flag=True, expose_value=False, is_eager=True, callback=show,
