@@ -1,13 +1,15 @@
 """Toy FMUs, systems made of them, and the command line in a fresh process."""
 
+import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from copied_process import Copies
 from lockstep import Component, Connection, System, write_ssd
 from lockstep.run.choose_tick import TickChoice, choose_tick
 
@@ -92,11 +94,25 @@ def each_tick(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.fixture(scope="session")
-def cli() -> RunCli:
-    """Return a function that runs `python -m lockstep` in a fresh process: an FMU may take it down."""
+def copies() -> Iterator[Copies]:
+    """Return a process that has imported the master, whose copies run programs."""
+    started = Copies(("lockstep.cli.program", "lockstep.cli.run", "lockstep.simulation"), os.environ, "-W", "error")
+    yield started
+    started.close()
+
+
+@pytest.fixture(scope="session")
+def cli(copies: Copies) -> RunCli:
+    """Return a function that runs `python -m lockstep` in a process of its own: an FMU may take it down.
+
+    The process is a copy of one that is there; a new one where it gets an environment or limits.
+    """
 
     def run(*arguments: object, **options: object) -> "subprocess.CompletedProcess[str]":
-        command = [sys.executable, "-W", "error", "-m", "lockstep", *map(str, arguments)]
+        program = ["-m", "lockstep", *map(str, arguments)]
+        if not options:
+            return copies.run(program, timeout=120.0)
+        command = [sys.executable, "-W", "error", *program]
         return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120, **options)  # type: ignore[call-overload,no-any-return]
 
     return run

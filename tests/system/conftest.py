@@ -4,11 +4,13 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from copied_process import Copies
 
 COMMAND = Path(sys.executable).with_name("flexsat")
 # warnings are errors in the programs too, their workers included; one thread each, as two run at a time
@@ -35,15 +37,32 @@ RunCli = Callable[..., "subprocess.CompletedProcess[str]"]
 RunScript = Callable[..., Any]
 
 
+IMPORTED = ("flexbench.cli.parser", "flexbench.loop.build", "flexbench.report.paper_pages", "flexsat.closed_loop",
+            "lockstep.simulation", "lockstep.check.check_fmu")  # fmt: skip
+
+
 @pytest.fixture(scope="session")
-def flexsat() -> RunCli:
-    """Return a function that runs the command `flexsat` as a user does, or a script in its place."""
+def copies() -> Iterator[Copies]:
+    """Return a process that has imported the packages, whose copies run programs."""
+    started = Copies(IMPORTED, ENVIRONMENT)
+    yield started
+    started.close()
+
+
+@pytest.fixture(scope="session")
+def flexsat(copies: Copies) -> RunCli:
+    """Return a function that runs the command `flexsat` in a copy of a process that is there.
+
+    A new process runs it where it gets limits, and runs a script in its place.
+    """
 
     def run(
         *arguments: object, timeout: float = 120.0, script: Path | None = None, **options: Any
     ) -> "subprocess.CompletedProcess[str]":
-        program = [str(COMMAND)] if script is None else [sys.executable, str(script)]
-        command = [*program, *map(str, arguments)]
+        words = list(map(str, arguments))
+        if script is None and options.keys() <= {"cwd"}:
+            return copies.run(["flexbench.cli.parser:program", str(COMMAND), *words], timeout=timeout, **options)
+        command = [*([str(COMMAND)] if script is None else [sys.executable, str(script)]), *words]
         return subprocess.run(
             command, capture_output=True, text=True, check=False, timeout=timeout, env=ENVIRONMENT, **options
         )
@@ -72,21 +91,23 @@ def start_flexsat() -> Callable[..., "subprocess.Popen[str]"]:
 
 
 @pytest.fixture(scope="session")
-def python() -> RunScript:
-    """Return a function that runs a script in a fresh process, arguments in `given`, and returns its `result`."""
+def python(copies: Copies) -> RunScript:
+    """Return a function that runs a script in a process of its own, arguments in `given`, and returns its `result`.
 
-    def run(script: str, *arguments: object, timeout: float = 300.0) -> Any:
+    The process is a copy of one that is there, or a new one with `fresh`.
+    """
+
+    def run(script: str, *arguments: object, timeout: float = 300.0, fresh: bool = False) -> Any:
         text = f"import json, sys\nfrom pathlib import Path\ngiven = json.loads(sys.argv[1])\n{script}\n"
         text += "print('result:' + json.dumps(result))\n"
         given = json.dumps([str(a) if isinstance(a, Path) else a for a in arguments])
-        done = subprocess.run(
-            [sys.executable, "-c", text, given],
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=timeout,
-            env=ENVIRONMENT,
-        )
+        if fresh:
+            command = [sys.executable, "-c", text, given]
+            done = subprocess.run(
+                command, capture_output=True, text=True, check=False, timeout=timeout, env=ENVIRONMENT
+            )
+        else:
+            done = copies.run(["-c", text, given], timeout=timeout)
         assert done.returncode == 0, f"exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
         return json.loads(done.stdout.rpartition("result:")[2])
 

@@ -24,14 +24,14 @@ SHORTER, ONE_SIGNAL = 40.0, ["plant.rms_deformation"]  # s between both lengths
 
 
 def test_ten_times_the_length_takes_no_more_memory(fmus, python, tmp_path):
-    short = python(PEAK, fmus, tmp_path / "short", 30.0, True, None)
-    long = python(PEAK, fmus, tmp_path / "long", 300.0, True, None)
+    short = python(PEAK, fmus, tmp_path / "short", 30.0, True, None, fresh=True)
+    long = python(PEAK, fmus, tmp_path / "long", 300.0, True, None, fresh=True)
 
     assert long - short < ALLOWED
 
 
 def test_python_fmus_keep_nothing_of_a_step(fmus, python, tmp_path):
-    short = python(PEAK, fmus, tmp_path / "short", 5.0, False, ONE_SIGNAL)
-    long = python(PEAK, fmus, tmp_path / "long", 5.0 + SHORTER, False, ONE_SIGNAL)
+    short = python(PEAK, fmus, tmp_path / "short", 5.0, False, ONE_SIGNAL, fresh=True)
+    long = python(PEAK, fmus, tmp_path / "long", 5.0 + SHORTER, False, ONE_SIGNAL, fresh=True)
 
     assert long - short < ALLOWED * SHORTER / 270.0
