@@ -16,15 +16,16 @@ def rewrite(text: str) -> str:
 
     def replaced(found: re.Match[str]) -> str:
         words, target, anchor = found[1], found[2].removeprefix("../"), found[3] or ""
-        return f"[{words}](readme.md{anchor})" if target == "README.md" else f"{words} (`{target}`)"
+        return f"[{words}](reference/readme.md{anchor})" if target == "README.md" else f"{words} (`{target}`)"
 
     return "".join(part if part.startswith("```") else _LINK.sub(replaced, part) for part in _CODE.split(text))
 
 
 def readme(root: Path) -> str:
-    """Return the README as a page in docs/: links into docs/ become links beside the page."""
-    text = (root / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")
-    return re.sub(r"\]\((orchestrator|components|examples)/", r"](../\1/", text)
+    """Return the README as a page in docs/reference/, with the links that it then needs."""
+    text = (root / "README.md").read_text(encoding="utf-8").replace("](docs/", "](../")
+    text = re.sub(r"\[[^\]]*\]\(([A-Z]+\.\w+)\)", r"`\1`", text)  # files at the top, which are no pages
+    return re.sub(r"\]\((orchestrator|components|examples)/", r"](../../\1/", text)
 
 
 def _on_read(_: Sphinx, _name: str, content: list[str]) -> None:
@@ -34,6 +35,8 @@ def _on_read(_: Sphinx, _name: str, content: list[str]) -> None:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register with Sphinx."""
     source = Path(app.srcdir)
-    (source / "readme.md").write_text(readme(source.parent), encoding="utf-8")
+    page = source / "reference" / "readme.md"
+    page.parent.mkdir(exist_ok=True)
+    page.write_text(readme(source.parent), encoding="utf-8")
     app.connect("source-read", _on_read)
     return {"parallel_read_safe": os.name == "posix"}
