@@ -1,22 +1,24 @@
 """Cost of a chain of 50 light foreign FMUs: by default, in the master's process, one process each, and in libcosim.
 
-`python tests/bench/foreign_chain.py [ROUNDS [COUNT]]`. Each FMU passes its input on, halved and plus 1; what it does
-is next to nothing. The output of the last one is recorded, by libcosim in a time series; a second row is libcosim
-without any observer. The ways take turns. Printed is the time of a tick for each FMU, in the quickest tenth of a second
-on the clock, which what else the machine does disturbs least, and in brackets the processor time of all processes on
-average. The memory of the workers is what they occupy alone, their guards included (`uss`); `starting` is what a run
-does before its first tick and after its last. The aim is 3 times libcosim's time by default. Nothing passes or fails
-here.
+`python tests/bench/foreign_chain.py [--rounds N] [--count N] [--fmu FMU INPUT OUTPUT]`. By default each FMU passes its
+input on, halved and plus 1; what it does is next to nothing. Another one is given with its ports, such as
+Feedthrough.fmu of the Reference-FMUs with Float64_continuous_input and Float64_continuous_output. The output of the
+last one is recorded, by libcosim in a time series; a second row is libcosim without any observer. The ways take turns.
+Printed is the time of a tick for each FMU, in the quickest tenth of a second on the clock, which what else the machine
+does disturbs least, and in brackets the processor time of all processes on average. The memory of the workers is what
+they occupy alone, their guards included (`uss`); `starting` is what a run does before its first tick and after its
+last. The aim is 3 times libcosim's time by default. Nothing passes or fails here.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import subprocess
 import sys
 import tempfile
 import zipfile
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
@@ -27,6 +29,7 @@ import psutil
 from scaling import TICK, wide_fmu
 
 from lockstep import Component, Connection, System, load_system, simulate, write_ssd
+from lockstep.fmi.model_description import read_description
 from lockstep.processes.cpu_affinity import own_thread
 from lockstep.ssp.package_members import package_entries
 
@@ -46,7 +49,8 @@ if sys.argv[3]:
     observer = CosimObserver.create_time_series(buffer_size=10**6)
     execution.add_observer(observer)
     slave = execution.slave_index_from_instance_name(sys.argv[3])
-    observer.start_time_series(slave_index=slave, value_reference=1, variable_type=CosimVariableType.REAL)
+    output = int(sys.argv[4])
+    observer.start_time_series(slave_index=slave, value_reference=output, variable_type=CosimVariableType.REAL)
 execution.step()  # initialises, which is not counted
 quickest, worked, ticks = 1e9, process_time(), int(sys.argv[2])
 for _ in range(ticks // 100):
@@ -62,19 +66,33 @@ os._exit(0)  # libcosim frees the FMUs after the interpreter is gone
 Row = tuple[float, float, float, float]  # clock and processor [s], memory of workers [MB], starting [s]
 
 
-def write_chain(folder: Path, count: int) -> Path:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Link:
+    """What the chain is made of: an FMU, and the ports that its neighbours are connected to."""
+
+    fmu: Path
+    input: str
+    output: str
+
+    @property
+    def reference(self) -> int:
+        """Value reference of the output."""
+        part = Component(name="one", source=self.fmu, period=TICK)
+        return read_description(part).variables[self.output].reference
+
+
+def write_chain(folder: Path, link: Link, count: int) -> Path:
     """Write a chain of so many components as a .ssp."""
-    fmu = wide_fmu(folder, 1)
     names = [f"c{k}" for k in range(count)]
     system = System(
         name="chain",
         tick=TICK,
-        components=tuple(Component(name=name, source=fmu, period=TICK) for name in names),
+        components=tuple(Component(name=name, source=link.fmu, period=TICK) for name in names),
         connections=tuple(
-            Connection(from_component=a, output="y[1]", to_component=b, input="u[1]", delay=1)
+            Connection(from_component=a, output=link.output, to_component=b, input=link.input, delay=1)
             for a, b in pairwise(names)
         ),
-        record=(f"{names[-1]}.y[1]",),
+        record=(f"{names[-1]}.{link.output}",),
     )
     write_ssd(system, folder / "chain.ssd")
     with zipfile.ZipFile(folder / "chain.ssp", "w", zipfile.ZIP_STORED) as archive:
@@ -112,25 +130,28 @@ def in_lockstep(package: Path, isolated: bool | None, ticks: int) -> Row:
     return quickest * TICK / 1e9, (last[2] - first[2]) / (last[0] - first[0]) * TICK / 1e9, memory[0], starting
 
 
-def in_libcosim(package: Path, ticks: int, count: int, *, record: bool) -> Row:
+def in_libcosim(package: Path, ticks: int, count: int, reference: int, *, record: bool) -> Row:
     """Measure a run of libcosim, which has no workers."""
-    command = [sys.executable, "-c", LIBCOSIM, str(package), str(ticks), f"c{count - 1}" if record else ""]
+    command = [sys.executable, "-c", LIBCOSIM, str(package), str(ticks), f"c{count - 1}" if record else "",
+               str(reference)]  # fmt: skip
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     clock, work = map(float, done.stdout.split()[-2:])
     return clock, work, 0.0, 0.0
 
 
-def main(rounds: int, count: int) -> None:
+def main(rounds: int, count: int, given: list[str] | None) -> None:
     """Measure and print the table."""
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as folder:
-        package = write_chain(Path(folder), count)
+        fmu, entry, output = given or (wide_fmu(Path(folder), 1), "u[1]", "y[1]")
+        link = Link(fmu=Path(fmu).absolute(), input=entry, output=output)
+        package, reference = write_chain(Path(folder), link, count), link.reference
         others = {"libcosim": True, "libcosim, not recording": False}
         rows: dict[str, list[Row]] = {name: [] for name in (*WAYS, *others)}
         for _ in range(rounds):
             for name, isolated in WAYS.items():
                 rows[name].append(in_lockstep(package, isolated, TICKS))
             for name, record in others.items():
-                rows[name].append(in_libcosim(package, TICKS, count, record=record))
+                rows[name].append(in_libcosim(package, TICKS, count, reference, record=record))
     print(
         f"{count} light FMUs in a chain{'us a step each':>33}{'of libcosim':>20}{'workers, MB':>14}{'starting, s':>14}"
     )
@@ -143,4 +164,9 @@ def main(rounds: int, count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(text) for text in sys.argv[1:]), *(3, 50)[len(sys.argv) - 1 :])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--count", type=int, default=50)
+    parser.add_argument("--fmu", nargs=3, metavar=("FMU", "INPUT", "OUTPUT"))
+    chosen = parser.parse_args()
+    main(chosen.rounds, chosen.count, chosen.fmu)

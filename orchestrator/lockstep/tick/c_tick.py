@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockstep.tick.accounts import Accounts
+from lockstep.tick.accounts import WAITING, Accounts
 from lockstep.tick.compiled import load, unit_of_stamps
 from lockstep.tick.operations import Action, Clock, Program, Rows, Times
 from lockstep.tick.pack import Table, address, pack
@@ -47,7 +47,7 @@ class CTick:
         self._requests = Requests(self._table.requests, state)
         self._threads: StepThreads | None = None
         if self._table.jobs:
-            self._threads = StepThreads(library, self._table, program, threads, state)
+            self._threads = StepThreads(library, self._table, program, threads, state, self._worked)
 
     @property
     def done(self) -> int:
@@ -158,6 +158,10 @@ class CTick:
     def measured(self) -> float:
         """Return the wall time of the ticks."""
         return int(self._stamps.sum()) * unit_of_stamps()
+
+    def _worked(self) -> float:
+        """Return the wall time of the ticks without what they waited for real time."""
+        return (int(self._stamps.sum()) - int(self._stamps[WAITING])) * unit_of_stamps()
 
     def spent(self) -> dict[str, float]:
         """Return the wall time by account."""

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from ctypes import CDLL
 from dataclasses import dataclass
-from time import perf_counter
 
 from lockstep.errors import InputError
 from lockstep.fmi.native_call import step_apart
@@ -53,8 +52,20 @@ def threads_given(threads: int | str | None) -> ThreadLimit:
 class StepThreads:
     """The jobs of a packed program, and the threads that make some of them."""
 
-    def __init__(self, library: CDLL, table: Table, program: Program, limit: ThreadLimit, state: TickState) -> None:
-        """Set the jobs in the state of the tick; threads are started where they are chosen."""
+    def __init__(
+        self,
+        library: CDLL,
+        table: Table,
+        program: Program,
+        limit: ThreadLimit,
+        state: TickState,
+        worked: Callable[[], float],
+    ) -> None:
+        """Set the jobs in the state of the tick; threads are started where they are chosen.
+
+        `worked` returns for how long the ticks have worked [s], waiting for real time excepted.
+        """
+        self._worked = worked
         self._table, self._program, self._limit, self._state = table, program, limit, state
         judges = {entry.job: entry.judge for entry in table.entries if entry.job and entry.judge}
         steps = {op.step.component: op.step for block in _blocks(program) for op in block if isinstance(op, Begin)}
@@ -64,7 +75,7 @@ class StepThreads:
         )
         width, beside = _side_by_side(program, table.jobs)
         self._count = limit.count if limit.always else min(limit.count, width)
-        self._choice = ThreadChoice(beside if self._count > 1 else frozenset(), always=limit.always)
+        self._choice = ThreadChoice(beside if self._count > 1 else frozenset(), int(state.tick), always=limit.always)
         self._in_order = False  # whether the error that ends the run is the first in the order of the schedule
         self.used = 1  # threads that have stepped components, the master's included
         state.jobs = self._jobs.address
@@ -83,7 +94,7 @@ class StepThreads:
     def look(self) -> None:
         """Judge which steps are worth a thread."""
         before = self._choice.chosen
-        chosen = self._choice.look(perf_counter(), self._state.tick, self._jobs.means())
+        chosen = self._choice.look(self._worked(), self._state.tick, self._jobs.means())
         if chosen != before:
             self._set(chosen)
 

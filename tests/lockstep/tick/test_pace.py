@@ -5,6 +5,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 
+from fmus.busy_fmu import busy_fmu
 from fmus.wanderer.wanderer import wanderer
 from lockstep import Component, System, simulate
 from lockstep.run.real_time_pacing import PACE, Pacer
@@ -12,6 +13,7 @@ from lockstep.tick.accounts import Accounts
 from lockstep.tick.operations import Pace, Program
 from lockstep.tick.pack import pack
 from lockstep.tick.structures import Kind
+from lockstep.tick.thread_choice import ThreadChoice
 
 MS = 1_000_000  # [ns]
 
@@ -69,3 +71,18 @@ def test_a_long_wait_ends_with_ctrl_c(fmu, tick, interrupt_after):
 
 def test_numbers_are_those_that_c_reads():
     assert Pacer(2.5).numbers[PACE] == 2.5
+
+
+def test_waits_do_not_count_when_threads_are_chosen(tmp_path, monkeypatch):
+    """A paced run has as many ticks a second with threads as without; what it works for a tick is what differs."""
+    worked = []
+    monkeypatch.setattr(ThreadChoice, "look", lambda self, now, *_: worked.append(now) or self.chosen)
+    fmu, period = busy_fmu(tmp_path), 20 * MS
+    parts = tuple(
+        Component(name=name, source=fmu, period=period, kind="sampled", isolated=False, parameters={"work": 50.0})
+        for name in ("one", "two")
+    )
+    paced = System(name="two", tick=period, components=parts, stop_time=25 * period, record=("one.y",))
+    summary = simulate(paced, pace=1, tick="c", threads="auto")
+    assert summary.wall_time >= 0.48
+    assert 0.0 < worked[-1] < 0.25  # some 3 ms on a machine with nothing else to do
