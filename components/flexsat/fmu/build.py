@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..arrays import Array, Index
 from ..description.configuration import Configuration
 from ..design.chain import Designs, as_arrays, cost_arrays
 from ..ports.table import FmiVersion, Naming, PortTable
+from ..runtime.slew_guidance import shaper_for_pole
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
-from .documentation.experiments import EXPERIMENTS
+from .documentation.experiments import experiments_of
 from .documentation.native_notes import NativeNotes
 from .documentation.reference_results import Run, run_experiments
 from .export import BuiltFmu, build_fmu
@@ -75,12 +76,13 @@ class Parts:
 
 def configuration_parts(designs: Designs) -> dict[str, Parts]:
     """Return the parts of plant, sensors and controller of one configuration; the experiments are run."""
-    config = designs.corrected.config
+    config, law = designs.corrected.config, designs.corrected.controller
+    spacing = float(shaper_for_pole(law.shaper_frequency, law.shaper_damping, law.period).shifts[0])
     parts = {}
     for component, shell in SHELLS.items():
         resources = component_resources(designs, component)
         step = getattr(config.rates, component)
-        experiments = tuple(replace(experiment, step=step) for experiment in EXPERIMENTS[component])
+        experiments = experiments_of(component, step, spacing)
         table, runs = run_experiments(shell, resources, experiments)
         pictures = draw(designs.corrected.spacecraft, config, component)
         parts[component] = Parts(

@@ -2,28 +2,38 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from flexsat.closed_loop import PORTS
 from flexsat.description.built_in import CONFIGURATIONS, configuration
-from flexsat.design.chain import build_design
+from flexsat.design.chain import Design, build_design
 from flexsat.parameters import ConfigurationName
 from flexsat.ports.table import Port
 from flexsat.ports.units import BASE_UNITS, unit_of
 from lockstep.check.contract import Contract, ContractPort
 from lockstep.system.units import Unit
 
+from ..loop.chosen_spacecraft import designs_named
 from ..loop.systems import WIRES, scalar_names
 
+FMUS = Path("fmus")  # where spacecraft are that are named by a folder alone
 _TYPES = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "String"}
 
 
-def contracts() -> tuple[Contract, ...]:
-    """Return the contract of every component in every configuration."""
-    return tuple(contract for name in CONFIGURATIONS for contract in contracts_of(name))
+def contracts(like: str | None = None) -> tuple[Contract, ...]:
+    """Return the contract of every component of the spacecraft that `like` names, the built-in ones if it names none.
+
+    `like` is component:spacecraft, where the spacecraft is a built-in name, a spacecraft's file or a folder of FMUs;
+    InputError for none of these.
+    """
+    given = (like or "").partition(":")[2]
+    names = CONFIGURATIONS if not given or given in CONFIGURATIONS else (given,)
+    return tuple(contract for name in names for contract in contracts_of(name))
 
 
 def contracts_of(name: ConfigurationName) -> tuple[Contract, ...]:
-    """Return the contracts of one configuration: its sizes come from its design."""
-    design = build_design(configuration(name))
+    """Return the contracts of one spacecraft: its sizes come from its design."""
+    design = design_named(name)
     found = []
     for component, ports in PORTS.items():
         needed = {port for source, _, names, _ in WIRES for port in names if source == component}
@@ -34,6 +44,13 @@ def contracts_of(name: ConfigurationName) -> tuple[Contract, ...]:
         )
         found.append(Contract(component=component, variant=name, ports=scalars))
     return tuple(found)
+
+
+def design_named(name: ConfigurationName) -> Design:
+    """Return the design of a spacecraft by what names it in a contract."""
+    if name in CONFIGURATIONS:
+        return build_design(configuration(name))
+    return designs_named(name, FMUS).corrected
 
 
 def _scalars(port: Port, needed: bool) -> list[ContractPort]:

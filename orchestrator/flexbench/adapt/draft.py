@@ -27,7 +27,7 @@ _REFERENCE = """
 def draft_for(fmu: Path, like: str) -> tuple[str, Sequence[str]]:
     """Return a first adapter of an FMU for a component, and what remains undecided."""
     drafts = []
-    for contract in named(contracts(), like):
+    for contract in named(contracts(like), like):
         needed = [port.name for port in contract.ports if port.needed]
         drafts.append(draft_adapter(fmu, variables_of(contract), needed, contract.name, SYNONYMS))
     text, doubts = min(drafts, key=lambda draft: len(draft[1]))

@@ -8,9 +8,6 @@ import numpy as np
 
 from flexbench.adapt.excitation import Excitation
 from flexsat.closed_loop import PORTS, port_values
-from flexsat.description.built_in import configuration
-from flexsat.design.chain import Design, build_design
-from flexsat.parameters import ConfigurationName
 from flexsat.ports.table import Port
 from lockstep import InputError
 from lockstep.adapter.bind import bind
@@ -21,7 +18,7 @@ from lockstep.system.adapter_file import Adapter
 from lockstep.system.component import Component
 
 from ..loop.systems import NANOSECOND, scalar_names
-from .contracts import contracts
+from .contracts import contracts, design_named
 
 _SHARE = 0.02  # of a wheel's torque limit: expected for each error, far from saturation even if it is taken for degrees
 
@@ -29,7 +26,7 @@ _SHARE = 0.02  # of a wheel's torque limit: expected for each error, far from sa
 def excitation_for(adapter: Adapter, fmu: Path, like: str) -> Excitation:
     """Return the excitation of the variant of flexsat's controller that an adapter fits."""
     variables = read_description(Component(name="fmu", source=fmu, period=1)).variables
-    asked = [contract for contract in named(contracts(), like) if contract.component == "controller"]
+    asked = [contract for contract in named(contracts(like), like) if contract.component == "controller"]
     if not asked:
         raise InputError(f"--like {like}: only a controller can be excited; write controller or controller:centralised")
     reasons = []
@@ -44,9 +41,8 @@ def excitation_for(adapter: Adapter, fmu: Path, like: str) -> Excitation:
 
 
 def excitation_of(contract: Contract) -> Excitation:
-    """Return the numbers of one configuration: measurements at rest, axes, and the LQG's static response."""
-    name: ConfigurationName = "distributed" if contract.variant == "distributed" else "centralised"
-    design: Design = build_design(configuration(name))
+    """Return the numbers of one spacecraft: measurements at rest, axes, and the LQG's static response."""
+    design = design_named(contract.variant)
     model = design.controller
     ports: dict[str, Port] = {port.name: port for port in PORTS["controller"](model)}
     values = port_values("controller", tuple(ports.values()), {"star_tracker.valid": True})

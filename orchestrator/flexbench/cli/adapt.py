@@ -20,8 +20,8 @@ example:
 @command("adapt", _EXAMPLES)
 @click.argument("fmu", type=PATH, metavar="FMU", help="the foreign FMU")
 @click.option("--like", required=True, metavar="NAME",
-              help="the component that it is to replace: controller, plant or sensors, or controller:distributed and "
-                   "so on")  # fmt: skip
+              help="the component that it is to replace: controller, plant or sensors, or controller:distributed, "
+                   "controller:fmus/my and so on")  # fmt: skip
 @out_option("file to write (default: print it)", metavar="FILE")
 def adapt(fmu: Path, like: str, out: Path | None) -> int:
     """Draft the adapter of a foreign FMU from names, units and array sizes, and list what remains undecided."""

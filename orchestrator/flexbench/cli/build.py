@@ -13,7 +13,7 @@ from lockstep.cli.options import out_option
 from lockstep.cli.parameter_types import PATH, SomeOf
 from lockstep.errors import InputError
 
-from .options import configuration_option, configurations
+from .options import configurations, spacecraft_option
 
 ALL = "all"
 PLATFORMS = ("linux64", "win64", "aarch64-linux", "darwin64")  # as in flexsat.fmu.native.platforms
@@ -29,7 +29,7 @@ examples:
 
 @command("build", _EXAMPLES)
 @click.argument("files", type=PATH, nargs=-1, metavar="[FILE...]", help="files of spacecraft (default: the built-in)")
-@configuration_option
+@spacecraft_option
 @out_option("folder to fill", default="fmus")
 @click.option("--flat", is_flag=True, help="also with flat variable names such as wheel_torque_1, into DIR/NAME/flat")
 @click.option(

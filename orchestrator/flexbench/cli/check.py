@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,8 +32,8 @@ example:
 @command("check", _EXAMPLES)
 @check_options
 @click.option("--like", metavar="NAME",
-              help="compare its ports with controller, plant or sensors, or with controller:distributed and so on "
-                   "(default: with the one it resembles)")  # fmt: skip
+              help="compare its ports with controller, plant or sensors, or with controller:distributed, "
+                   "controller:fmus/my and so on (default: with the one it resembles)")  # fmt: skip
 @click.option("--adapter", type=PATH, metavar="FILE",
               help="judge a vendor's FMU behind this adapter: the ports that both serve together, and a controller's "
                    "conventions, as check-adapter does")  # fmt: skip
@@ -42,7 +43,7 @@ def check(options: CheckOptions, like: str | None, adapter: Path | None) -> int:
 
     behind = None if adapter is None else _behind(adapter, options.fmus)
     try:
-        return check_fmus(options, contracts, like, behind)
+        return check_fmus(options, partial(contracts, like), like, behind)
     except KeyboardInterrupt as error:
         print("flexsat: interrupted; the reports hold the FMUs that were checked", file=sys.stderr)
         return exit_code(error)

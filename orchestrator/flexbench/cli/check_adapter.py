@@ -21,7 +21,7 @@ example:
 @click.argument("fmu", type=PATH, metavar="FMU", help="the foreign controller")
 @click.option("--adapter", type=PATH, required=True, metavar="FILE", help="TOML file to check")
 @click.option("--like", metavar="NAME",
-              help="controller:centralised or controller:distributed (default: what the adapter fits)")  # fmt: skip
+              help="controller:centralised, controller:fmus/my and so on (default: what the adapter fits)")  # fmt: skip
 def check_adapter(fmu: Path, adapter: Path, like: str | None) -> int:
     """Measure a controller's static response to attitude and rate errors, and judge its adapter's conventions."""
     from lockstep.adapter.read import read_adapter

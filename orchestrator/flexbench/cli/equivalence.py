@@ -12,7 +12,7 @@ from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, out_option, record_option, stop_time_option
 from lockstep.cli.parameter_types import OneOf
 
-from .options import DEFAULT_SEED, SCENARIOS, configuration_option, configurations, fmus_option, seed_option
+from .options import DEFAULT_SEED, SCENARIOS, fmus_option, seed_option, spacecraft_option
 
 if TYPE_CHECKING:
     from ..loop.scenarios import ScenarioName
@@ -23,11 +23,12 @@ exit code: 0 all signals agree, 1 they do not, 2 bad input
 examples:
   {program} equivalence --configuration distributed --scenario slew --stop-time 30
   {program} equivalence --native
+  {program} equivalence --configuration my.toml --native --stop-time 30
 """
 
 
 @command("equivalence", _EXAMPLES)
-@configuration_option
+@spacecraft_option
 @click.option("--scenario", type=OneOf(SCENARIOS), multiple=True, metavar="NAME",
               help="slew, fine_pointing or fine_pointing_open_loop (default: the first two)")  # fmt: skip
 @seed_option
@@ -48,19 +49,19 @@ def equivalence(
 ) -> int:
     """Compare the co-simulation with the monolith: the Python steppers in one loop, without FMI and master."""
     from ..loop import equivalence as gate
-    from ..loop.build import build_all
+    from ..loop.chosen_spacecraft import build_missing, choose
     from ..runs.study_folder import study_folder
 
     seed = DEFAULT_SEED if seed is None else seed
     failed = False
     with study_folder(out, "equivalence") as root:
-        for name in configurations(configuration):
-            if not (fmus / name / "slew.ssd").is_file():
-                build_all((name,), fmus, native=native)
+        for spacecraft in choose(configuration, fmus):
+            build_missing((spacecraft,), SCENARIOS[0], native=native)
+            name = spacecraft.name
             for one in cast("tuple[ScenarioName, ...]", scenario or SCENARIOS[:2]):
                 folder = root / f"{name}-{one.replace('_', '-')}"
                 differences = gate.compare(
-                    fmus, folder, name, one, seed, stop_time, list(record) or None, native=native
+                    spacecraft.root, folder, name, one, seed, stop_time, list(record) or None, native=native
                 )
                 worst = max(differences, key=lambda difference: difference.relative)
                 failed |= not worst.met

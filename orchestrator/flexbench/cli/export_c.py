@@ -11,7 +11,7 @@ from lockstep.cli.command import command
 from lockstep.cli.options import out_option
 from lockstep.cli.parameter_types import OneOf
 
-from .options import configuration_option, configurations, fmus_option
+from .options import fmus_option, spacecraft_option
 
 if TYPE_CHECKING:
     from flexsat.controller_weights import ControllerDesign
@@ -29,7 +29,7 @@ example:
 
 @command("export-c", _EXAMPLES)
 @click.argument("component", type=OneOf(COMPONENTS), metavar="COMPONENT", help="controller")
-@configuration_option
+@spacecraft_option
 @click.option("--design", type=OneOf(DESIGNS), default=DESIGNS[0], metavar="NAME",
               help="gains: robust or published (default: robust)")  # fmt: skip
 @click.option("--precision", type=OneOf(PRECISIONS), default=PRECISIONS[0], metavar="KIND",
@@ -45,10 +45,13 @@ def export_c(
     fmus: Path,
 ) -> int:
     """Write the flight controller alone as C99 with five functions, for flight software: without FMI, heap or files."""
+    from ..loop.chosen_spacecraft import choose
     from ..loop.exported_controller import export_controller
 
-    for name in configurations(configuration):
-        folder = out / name
-        written = export_controller(fmus, name, cast("ControllerDesign", design), cast("Precision", precision), folder)
+    for spacecraft in choose(configuration, fmus):
+        name, folder = spacecraft.name, out / spacecraft.name
+        written = export_controller(
+            spacecraft.root, name, cast("ControllerDesign", design), cast("Precision", precision), folder
+        )
         print(f"{folder}: {written} files; interface in flexsat_controller.h, use in README.md, `make` builds example")
     return 0

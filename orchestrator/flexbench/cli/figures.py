@@ -14,7 +14,7 @@ from lockstep.cli.parameter_types import PATH
 from lockstep.cli.print_table import print_table
 from lockstep.errors import InputError
 
-from .options import configuration_option, configurations
+from .options import configurations, spacecraft_option
 
 if TYPE_CHECKING:
     from flexsat.parameters import ConfigurationName
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ..figures.figure_lists import Drawn
     from ..runs.run_folder import Run
 
+FMUS = Path("fmus")  # where spacecraft are that are named
 _EXAMPLES = """
 examples:
   {program} figures
@@ -41,7 +42,7 @@ examples:
     is_flag=True,
     help="draw what the robust design trades and its loop shapes, and print its tables (minutes)",
 )
-@configuration_option
+@spacecraft_option
 @out_option(f"folder to fill (default: results/figures{DISTINGUISHED})")
 def figures(
     results: tuple[Path, ...],
@@ -51,13 +52,11 @@ def figures(
     out: Path | None,
 ) -> int:
     """Draw the design, or the results of runs, as PNG and SVG."""
-    from flexsat.design.chain import build_designs
-
     from ..figures.drawing import save_figure
     from ..figures.figure_lists import design_figures, result_figures
+    from ..loop.chosen_spacecraft import choose
     from ..runs.study_folder import study_folder
 
-    chosen = configurations(configuration)
     for option, given in (("--as-published", as_published), ("--robust-design", robust_design)):
         if results and given:
             raise InputError(f"{option}: has no effect on results, which know what they flew; leave one of them out")
@@ -66,9 +65,9 @@ def figures(
     if results:
         drawn = result_figures(runs_of(results, configuration))
     elif robust_design:
-        drawn = _robust_design(chosen)
+        drawn = _robust_design(configurations(configuration))
     else:
-        drawn = design_figures({name: build_designs(name) for name in chosen}, as_published)
+        drawn = design_figures({one.name: one.designs() for one in choose(configuration, FMUS)}, as_published)
     kind = "-as-published" if as_published else "-robust-design" if robust_design else ""
     with study_folder(out, f"figures{kind}") as folder:
         for name, make in drawn.items():

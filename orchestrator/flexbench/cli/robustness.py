@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -15,11 +16,12 @@ from lockstep.cli.parameter_types import COUNT, NUMBER, OneOf, Several
 from lockstep.cli.print_table import print_table
 from lockstep.errors import InputError
 
-from .options import SCENARIOS, configuration_option, configurations, fmus_option, python_option, seeds, seeds_option
+from .options import SCENARIOS, fmus_option, python_option, seeds, seeds_option, spacecraft_option
 
 if TYPE_CHECKING:
     from flexsat.parameters import ControllerDesign
 
+    from ..loop.chosen_spacecraft import Chosen
     from ..loop.scenarios import ScenarioName
 
 DESIGNS = ("robust", "published")  # as in the parameters
@@ -30,13 +32,14 @@ exit code: 0 all runs are stable, 1 one is not, 2 bad input
 
 example:
   {program} robustness --levels 1 2 5 --seeds 2 --stop-time 100
+  {program} robustness --configuration my.toml --vary frequency damping
   {program} robustness --controller-design published --vary modes --modes 25 28
   {program} robustness --vary damping modes --damping 30 60 --modes 28 60
 """
 
 
 @command("robustness", _EXAMPLES)
-@configuration_option
+@spacecraft_option
 @click.option("--scenario", type=OneOf(SCENARIOS[:2]), default="fine_pointing", metavar="NAME",
               help="slew or fine_pointing (default: fine_pointing)")  # fmt: skip
 @click.option("--controller-design", type=OneOf(DESIGNS), default=DESIGNS[0], metavar="NAME",
@@ -77,35 +80,31 @@ def robustness(
     jobs: int | None,
 ) -> int:
     """Simulate plants with more or fewer modes and errors of the model that the controller does not know."""
-    from flexsat.description.built_in import configuration as parameters_of
-
-    from ..loop.build import build_all
+    from ..loop.chosen_spacecraft import build_missing, choose
     from ..runs.study_folder import study_folder
     from ..studies.robustness import model_errors as errors
 
-    names, numbers, chosen = configurations(configuration), seeds(seed_count), vary or VARIED
+    numbers, chosen, spacecraft = seeds(seed_count), vary or VARIED, choose(configuration, fmus)
     given = {"frequency": levels, "damping": damping, "inertia": inertia, "participation": participation}
     for what, values in (*given.items(), ("modes", modes)):
         if values is not None and what not in chosen:
             raise InputError(f"--{_OPTION.get(what, what)}: has no effect without --vary {what}")
+    carried = _common(spacecraft)
     plan = errors.Plan(
         levels={
             what: errors.LEVELS[what] if values is None else tuple(value / 100.0 for value in values)
             for what, values in given.items()
             if what in chosen
         },
-        modes=(modes or errors.MODE_COUNTS) if "modes" in chosen else (),
+        modes=(modes or errors.fewer_than(carried)) if "modes" in chosen else (),
     )
-    carried = parameters_of(names[0]).modes.plant
     plan.check(stop_time, carried)  # before anything is built
-    missing = tuple(name for name in names if not (fmus / name / f"{scenario}.ssd").is_file())
-    if missing:
-        build_all(missing, fmus)
+    build_missing(spacecraft, scenario)
     with study_folder(out, "robustness") as folder:
         outcomes = errors.run_robustness(
-            fmus,
+            spacecraft[0].root,
             folder,
-            names,
+            [one.name for one in spacecraft],
             cast("ScenarioName", scenario),
             plan,
             numbers,
@@ -122,3 +121,14 @@ def robustness(
     if unstable:
         print("flexsat: the loop is not robust to these errors of the plant", file=sys.stderr)
     return 1 if unstable else 0
+
+
+def _common(spacecraft: Sequence[Chosen]) -> int:
+    """Return the number of modes of spacecraft; InputError if they have different ones, or are in different folders."""
+    modes, roots = {one.modes for one in spacecraft}, {one.root for one in spacecraft}
+    if len(modes) > 1 or len(roots) > 1:
+        raise InputError(
+            f"--configuration {' '.join(one.name for one in spacecraft)}: of different numbers of modes, or in"
+            " different folders of FMUs; simulate one at a time"
+        )
+    return modes.pop()

@@ -6,7 +6,7 @@ import hashlib
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, fields, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from typing import Any
 from flexsat.description.configuration import Configuration
 from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.reproducible_zip import write_atomically
-from flexsat.parameters import ConfigurationName
+from flexsat.parameters import Aperture, ConfigurationName
 
 from .scenarios import SCENARIOS, scenario_parameters
 
@@ -42,7 +42,22 @@ def describe_configuration(
         for component, fmu in built.items()
     }
     files = {path.relative_to(folder).as_posix(): {"sha256": _sha256(path)} for path in others}
-    return {"versions": versions(), "parameters": asdict(config), "fmus": fmus, "files": files}
+    return {"versions": versions(), "parameters": _parameters(config), "fmus": fmus, "files": files}
+
+
+def _parameters(config: Configuration) -> dict[str, Any]:
+    """Return all parameters; of modal data their hash, as their files lie beside the FMUs."""
+    values = asdict(replace(config, appendages=(), aperture=config.aperture or Aperture()))
+    return values | {
+        "aperture": None if config.aperture is None else values["aperture"],
+        "appendages": [
+            {
+                item.name: one.structure.digest.hex() if item.name == "structure" else getattr(one, item.name)
+                for item in fields(one)
+            }
+            for one in config.appendages
+        ],
+    }
 
 
 def write_manifest(folder: Path, entries: Mapping[ConfigurationName, dict[str, Any]]) -> dict[str, Any]:

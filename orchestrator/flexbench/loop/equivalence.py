@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.closed_loop import ClosedLoop
-from flexsat.design.chain import build_designs
+from flexsat.design.chain import Designs
 from flexsat.parameters import ConfigurationName
 from flexsat.spacecraft.assembly import Spacecraft
 from lockstep import load_system, read_signals, simulate
@@ -23,8 +23,10 @@ from lockstep.cli.progress import show_progress
 from lockstep.errors import InputError, compact
 from lockstep.results.read import Signals, open_batches
 
+from .chosen_spacecraft import slew_of
 from .native_fmus import with_native_fmus
 from .scenarios import Parameters, ScenarioName, scalar_overrides, scenario_parameters
+from .spacecraft import designs_for
 
 TOLERANCE = 1e-12  # relative to a signal's largest value: what a different order of additions may change
 NATIVE_TOLERANCE = 1e-10  # of the native FMUs, which round otherwise at each step; 3e-11 was seen over 300 s
@@ -73,7 +75,8 @@ def compare(
     InputError
         If there are no native FMUs, or they have other matrices than those in Python.
     """
-    parameters = scenario_parameters(scenario, seed=seed)
+    plant = fmus / name / "plant.fmu"
+    parameters = scenario_parameters(scenario, seed=seed, slew=slew_of(name, plant))
     system = load_system(fmus / name / f"{scenario}.ssd")
     with show_progress(f"{name} {scenario}") as progress:
         simulate(
@@ -85,18 +88,18 @@ def compare(
             progress=progress,
             overwrite=True,
         )
-    return compare_run(folder, name, parameters, duration, native=native)
+    return compare_run(folder, designs_for(name, plant), parameters, duration, native=native)
 
 
 def compare_run(
-    folder: Path, name: ConfigurationName, parameters: Parameters, duration: float, *, native: bool = False
+    folder: Path, designs: Designs, parameters: Parameters, duration: float, *, native: bool = False
 ) -> list[Difference]:
     """Compare every recorded signal of a run with the monolith, port by port.
 
     Parameters
     ----------
     folder : results folder of the run
-    name : its configuration
+    designs : of its spacecraft
     parameters : those of the run, by component and port, as `scenario_parameters` returns them
     duration : of the run [s]
     native : whether it was one of the native FMUs
@@ -104,7 +107,6 @@ def compare_run(
     tolerance = NATIVE_TOLERANCE if native else TOLERANCE
     signals = read_signals(folder)
     ports = list(dict.fromkeys(map(array_of, signals.columns)))
-    designs = build_designs(name)
     exchanged = _exchanged(designs.corrected.spacecraft) if native else {}
     needed = [port for port, _ in exchanged.values() if port not in ports]
     expected = ClosedLoop(designs, parameters).run(duration, [*ports, *needed])

@@ -6,8 +6,10 @@ they only have to move everything.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +20,8 @@ from ...ports.table import PortTable, Scalar
 Stimuli = Callable[[PortTable, Array], dict[str, Array]]
 
 DIGITS = 4  # of a stimulus
+SLEW, SLEW_START = "slew", 0.3  # s
+BEFORE = 0.02  # s of a slew that known delays take, and more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,12 +110,12 @@ def _measure(table: PortTable, time: Array) -> dict[str, Array]:
     }
 
 
-def _command_a_slew(table: PortTable, time: Array) -> dict[str, Array]:
+def _command_a_slew(table: PortTable, time: Array, start: float = SLEW_START) -> dict[str, Array]:
     still = np.ones((len(time), 1))
     return {
         "encoder.speed": still * _starts(table, "encoder.speed"),
         "command.rotation": still * np.array([0.008, 0.0, -0.001]),
-        "command.start_time": still[:, 0] * 0.3,
+        "command.start_time": still[:, 0] * start,
         "star_tracker.valid": (np.arange(len(time)) % 20 == 0).astype(np.float64),
     }
 
@@ -181,7 +185,7 @@ EXPERIMENTS: dict[str, tuple[Experiment, ...]] = {
             stimuli=_measure,
         ),
         Experiment(
-            name="slew",
+            name=SLEW,
             description="a slew with known delays, while the measurements stay at rest: torque up to its limits",
             step=5e-3,
             stop_time=1.0,
@@ -191,3 +195,20 @@ EXPERIMENTS: dict[str, tuple[Experiment, ...]] = {
         ),
     ),
 }
+
+
+def experiments_of(component: str, step: float, spacing: float) -> tuple[Experiment, ...]:
+    """Return the experiments of a component of one spacecraft, at its own steps [s].
+
+    The torque of a slew begins `spacing` [s] before it, half of the input shaper's length: of a soft structure the slew
+    is commanded later.
+    """
+    start = max(SLEW_START, math.ceil(10.0 * (spacing + BEFORE)) / 10.0)
+    found = []
+    for experiment in EXPERIMENTS[component]:
+        own = replace(experiment, step=step)
+        if experiment.name == SLEW and start > SLEW_START:
+            stop = round(experiment.stop_time + start - SLEW_START, 1)
+            own = replace(own, stimuli=partial(_command_a_slew, start=start), stop_time=stop)
+        found.append(own)
+    return tuple(found)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from lockstep.cli.options import Decorator
-from lockstep.cli.parameter_types import COUNT, PATH, WHOLE_NUMBER, OneOf
+from lockstep.cli.parameter_types import COUNT, PATH, WHOLE_NUMBER
+from lockstep.errors import InputError
 
 if TYPE_CHECKING:
     from flexsat.parameters import ConfigurationName
@@ -21,8 +22,12 @@ SCENARIOS = ("slew", "fine_pointing", "fine_pointing_open_loop")  # as in flexbe
 ACCEPT_INFEASIBLE = "--accept-infeasible"  # as in flexbench.loop.feasibility
 _SEEDED = ("plant", "sensors")  # components with a parameter `seed`
 
-configuration_option = click.option("--configuration", type=OneOf(CONFIGURATIONS), multiple=True, metavar="NAME",
-                                    help="centralised or distributed (default: both)")  # fmt: skip
+spacecraft_option = click.option(
+    "--configuration",
+    multiple=True,
+    metavar="NAME",
+    help="centralised, distributed, a spacecraft's file, or a folder of its FMUs (default: the first two)",
+)
 fmus_option = click.option(
     "--fmus", type=PATH, default="fmus", metavar="DIR", help="folder of the FMUs (default: fmus)"
 )
@@ -47,8 +52,12 @@ def seeds(count: int) -> range:
 
 
 def configurations(chosen: Sequence[str]) -> tuple[ConfigurationName, ...]:
-    """Return the chosen configurations in the usual order, all if none is chosen."""
+    """Return the chosen built-in configurations in the usual order, all if none is chosen; InputError for others."""
     from flexsat.description.built_in import CONFIGURATIONS as ALL
+
+    for name in chosen:
+        if name not in ALL:
+            raise InputError(f"--configuration: '{name}' is none of {', '.join(ALL)}")
 
     return tuple(name for name in ALL if name in (chosen or ALL))
 
