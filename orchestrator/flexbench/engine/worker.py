@@ -79,7 +79,9 @@ class Worker:
         try:
             connection = self._started()
             connection.send_bytes(pickle.dumps((function, arguments)))
-            kind, *content = self._receive(silence, progress)
+            kind, *content = self._receive(Silence(limit=max(_START, silence.limit)), progress)
+            if kind == "begun":
+                kind, *content = self._receive(silence, progress)
         except (EOFError, ConnectionError):
             raise self._lost() from None
         match kind:

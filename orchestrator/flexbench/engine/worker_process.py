@@ -56,6 +56,8 @@ def _answer(message: bytes) -> bytes:
     """Carry out a task and return what came of it."""
     try:
         function, arguments = pickle.loads(message)
+        if _connection is not None:
+            _connection.send_bytes(pickle.dumps(("begun",)))  # what it needs is imported, which may take long
         return pickle.dumps(("done", call(function, arguments)))
     except (InputError, RunError) as error:
         return _raised(error)

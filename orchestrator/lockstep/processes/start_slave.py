@@ -8,6 +8,7 @@ from pathlib import Path
 
 from lockstep.errors import InputError
 from lockstep.fmi.instantiate import instantiate
+from lockstep.fmi.kept_fmus import KeptFmus
 from lockstep.fmi.log_callbacks import Log
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import Slave
@@ -31,14 +32,25 @@ class SharedProcess:
 
 
 def start_slave(
-    component: Component, description: Description, folder: Path, log: Log, limits: Limits, shared: SharedProcess
+    component: Component,
+    description: Description,
+    folder: Path,
+    log: Log,
+    limits: Limits,
+    shared: SharedProcess,
+    kept: KeptFmus | None = None,
 ) -> Slave:
-    """Instantiate the FMU of a component; if it is isolated, only start that, in its own or the shared process."""
+    """Instantiate the FMU of a component; if it is isolated, only start that, in its own or the shared process.
+
+    One that is not isolated is taken from those that are kept, if there are such; `KeptFmus.end` takes it back.
+    """
     if component.sums is not None:
         return SumsSlave(component.name, component.sums)
     if component.adapter is not None or component.shadow is not None:
         description = read_description(component)  # the given one has interface ports, or those of the shadow too
     if not component.isolated:
+        if kept is not None:
+            return kept.start(component, description, log)
         return instantiate(component, description, folder, log)
     if not component.grouped:
         return RemoteSlave(component, description, folder, log, limits)

@@ -9,6 +9,7 @@ from typing import TypedDict
 from lockstep.checkpoint.restart import Restart
 from lockstep.checkpoint.schedule import CheckpointSchedule
 from lockstep.faults.scenario import Scenario
+from lockstep.fmi.kept_fmus import KeptFmus
 from lockstep.plan.input_files import Paths
 from lockstep.plan.overrides import Override
 from lockstep.plan.plan import Plan
@@ -45,6 +46,7 @@ class RunOptions:
     check: Callable[[Plan], None] | None = None  # called before any FMU is started; it may raise InputError
     tick: str = "auto"  # what executes ticks: "python", "c", or C where it can be had; the results are equal
     threads: int | str | None = None  # that step FMUs beside each other, at most; None or "auto": where that is quicker
+    kept: KeptFmus | None = None  # instances from earlier runs in this process, and for later ones
 
     def __repr__(self) -> str:
         """Show what is given."""
@@ -79,6 +81,7 @@ class NamedOptions(TypedDict, total=False):
     check: Callable[[Plan], None] | None
     tick: str
     threads: int | str | None
+    kept: KeptFmus | None
 
 
 def chosen_options(options: RunOptions | None, named: NamedOptions) -> RunOptions:

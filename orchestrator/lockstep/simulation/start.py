@@ -12,6 +12,7 @@ from lockstep.adapter.component import with_adapter
 from lockstep.checkpoint.restart import Restart
 from lockstep.errors import InputError, RunError
 from lockstep.faults.scenario import Scenario
+from lockstep.fmi.kept_fmus import KeptFmus
 from lockstep.fmi.slave import Slave
 from lockstep.interrupt import Interrupt
 from lockstep.plan.input_files import listed
@@ -57,7 +58,13 @@ def plan_of(system: System, options: RunOptions) -> tuple[Plan, Mapping[str, Ove
 
 
 def start_slaves(
-    plan: Plan, temporary: Path, events: Events, limits: Limits, close_slaves: ExitStack, shared: SharedProcess
+    plan: Plan,
+    temporary: Path,
+    events: Events,
+    limits: Limits,
+    close_slaves: ExitStack,
+    shared: SharedProcess,
+    kept: KeptFmus | None = None,
 ) -> dict[str, Slave]:
     """Start the FMUs, with their adapters and shadows."""
     slaves: dict[str, Slave] = {}
@@ -67,8 +74,8 @@ def start_slaves(
     for number, component in enumerate(with_shadow_components(plan.system)):
         limits.interrupt.check()
         folder = Path(temporary, str(number))
-        slave = start_slave(component, descriptions[component.name], folder, events.log, limits, shared)
-        close_slaves.callback(slave.close)
+        slave = start_slave(component, descriptions[component.name], folder, events.log, limits, shared, kept)
+        close_slaves.callback(slave.close if kept is None else partial(kept.end, slave))
         started.append(slave)
         slaves[component.name] = with_adapter(component, slave)
     wait_until_ready(started)

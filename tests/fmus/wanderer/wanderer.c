@@ -2,7 +2,9 @@
 
    A step from t adds gain * u + offset, twice `number` where `flag` is set, and noise of a linear congruential generator
    (Numerical Recipes' constants) to the filter y, and counts. It sleeps `sleep` seconds in step `sleep_at`, or in
-   each step if that is -1. Defined at compile time: MUTE, it cannot save its state; COMPLAINS, it says it can and fails. */
+   each step if that is -1. Defined at compile time: MUTE, it cannot save its state; COMPLAINS, it says it can and fails;
+   CRASHES, it does so in its fifth step with a gain below 0; RESETS, it can be reset; FORGETS, it says so, and
+   keeps the number of its steps. */
 
 #define _POSIX_C_SOURCE 200809L
 #include <stdint.h>
@@ -70,6 +72,9 @@ ACCESS(Boolean, fmi2Boolean, boolean)
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set) {
     State *s = &((Instance *)c)->now;
     (void)no_set;
+#ifdef CRASHES
+    if (s->integer[STEPS] == 4 && s->real[GAIN] < 0.0) abort();
+#endif
     s->generator = 1664525u * s->generator + 1013904223u;
     double noise = s->generator / 4294967296.0 - 0.5;
     double in = s->real[GAIN] * s->real[U] + s->real[OFFSET] + (s->boolean[FLAG] ? 2.0 * s->integer[NUMBER] : 0.0);
@@ -94,6 +99,18 @@ STATUS(RealStatus, fmi2Real)
 STATUS(IntegerStatus, fmi2Integer)
 STATUS(BooleanStatus, fmi2Boolean)
 STATUS(StringStatus, fmi2String)
+
+#if defined RESETS || defined FORGETS
+fmi2Status fmi2Reset(fmi2Component c) {
+    State *s = &((Instance *)c)->now;
+    State fresh = {.real[GAIN] = 1.0, .integer[SEED] = 1};
+#ifdef FORGETS
+    fresh.integer[STEPS] = s->integer[STEPS];
+#endif
+    *s = fresh;
+    return fmi2OK;
+}
+#endif
 
 #ifndef MUTE
 size_t state_size = sizeof(State);

@@ -1,0 +1,82 @@
+"""Runs of flexsat's native FMUs one after the other in one process: rows of fresh ones, and no memory or files left."""
+
+import os
+
+import psutil
+import pytest
+
+from flexbench.campaign.campaign_file import read_campaign
+from flexbench.campaign.flight import fly
+from flexbench.campaign.orders import prepare
+from lockstep.fmi.temporary_folder import unpacking_folder
+
+CAMPAIGN = """
+[campaign]
+seed = 3
+cases = 2
+stop_time = 0.3
+record_period = 0.01
+keep_fmus = {keep}
+[systems]
+distributed = "{fmus}/distributed/fine_pointing.ssd"
+centralised = "{fmus}/centralised/slew.ssd"
+[input.seed]
+parameter = ["plant.seed", "sensors.seed"]
+distribution = "case"
+[input.frequency]
+parameter = "plant.dispersion.frequency"
+distribution = "uniform"
+loc = -0.05
+scale = 0.1
+[metric.pointing]
+of = "pointing_error"
+unit = "arcsec"
+[metric.stability]
+of = "budget"
+index = "RPE"
+window = 0.05
+unit = "arcsec"
+"""
+
+
+@pytest.fixture(scope="module")
+def flights(delivered, tmp_path_factory):
+    """Return a function that returns the orders of a campaign, and the paths of its files."""
+
+    def made(keep):
+        folder = tmp_path_factory.mktemp("flights")
+        path = folder / "campaign.toml"
+        path.write_text(CAMPAIGN.format(keep=str(keep).lower(), fmus=delivered))
+        orders = prepare(read_campaign(path), folder, lambda _: None)
+        places = {n: {file: folder / "files" / file.name for file in orders.files_of(n)} for n in range(1, 5)}
+        return orders, places
+
+    return made
+
+
+def test_kept_fmus_give_the_rows_of_fresh_ones(flights):
+    (fresh, places), (kept, others) = flights(False), flights(True)
+    expected = [fly(fresh.order(number), places[number]) for number in range(1, 5)]
+    found = [fly(kept.order(number), others[number]) for number in (3, 4, 1, 2)]
+
+    assert [one.rows_sha256 for one in found] == [expected[k].rows_sha256 for k in (2, 3, 0, 1)]
+    assert [one.metrics for one in found] == [expected[k].metrics for k in (2, 3, 0, 1)]
+    assert len({one.rows_sha256 for one in expected}) == 4
+
+
+def test_memory_descriptors_and_folders_do_not_grow(flights):
+    orders, places = flights(True)
+    here = psutil.Process()
+
+    def used():
+        return here.num_fds(), len(list(unpacking_folder().glob(f"lockstep-*-{os.getpid()}-*")))
+
+    for number in (1, 2, 3, 4, 1, 2):
+        fly(orders.order(number), places[number])
+    before, memory = used(), here.memory_info().rss
+    for _ in range(10):
+        for number in (1, 2):
+            fly(orders.order(number), places[number])
+
+    assert used() == before
+    assert here.memory_info().rss - memory < 5e6  # bytes: as much as 1,000 runs may take; pages come in blocks
