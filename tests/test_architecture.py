@@ -32,7 +32,8 @@ FOLDERS = {
         *("plain_values", "errors", "arrays", "array_names", "whole_file", "version"),
     ),
     "flexbench": (
-        *("cli", "cli/spacecraft", "cli/options", "report", "report/campaigns", "report/sections", "figures", "adapt"),
+        *("cli", "cli/campaign", "cli/spacecraft", "cli/options"),
+        *("report", "report/campaigns", "report/sections", "figures", "adapt"),
         *("studies",),
         *("studies/layouts", "studies/paper", "studies/spillover"),
         *("studies/margins", "studies/health", "studies/robustness", "studies/shadow", "studies/waterfall"),

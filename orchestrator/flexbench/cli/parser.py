@@ -21,7 +21,7 @@ PROGRAM = Program(
         "run": ("flexbench.cli.run", "simulate a system; record its signals and metrics"),
         "paper": ("flexbench.cli.paper", "reproduce the paper's six runs and its table"),
         "branch": ("flexbench.cli.branch", "simulate variants from one checkpoint"),
-        "campaign": ("flexbench.cli.campaign", "simulate thousands of runs over dispersed inputs; repeat one"),
+        "campaign": ("flexbench.cli.campaign.campaign", "simulate thousands of runs over dispersed inputs; repeat one"),
         "report": ("flexbench.cli.report", "write a report of one or several runs as an HTML page"),
         "figures": ("flexbench.cli.figures", "draw the design or the results of runs"),
         "export": ("flexbench.cli.export", "write the signals of a run for other tools"),

@@ -11,7 +11,7 @@ from pathlib import Path
 from lockstep.errors import RunError
 
 from .content import File
-from .pools import Answer, ClusterLost, DaskPool, Pool
+from .pools import GONE, Answer, ClusterLost, DaskPool, Pool
 from .tasks import TRIES, DiskFull, Missing, Outcome, Task
 
 _AHEAD = 2  # tasks that wait in the pool for each under way
@@ -89,7 +89,7 @@ def _contents(missing: Missing, store: Path | None) -> dict[File, bytes]:
 def _vanished(error: BaseException, task: Task, pool: Pool, times: int) -> Outcome | None:
     """Return the outcome of a task whose worker vanished; None to begin it again; raise what is no such end."""
     if isinstance(pool, DaskPool) and pool.lost(error):
-        raise ClusterLost("the scheduler does not answer any more; start it and give the same command again") from None
+        raise ClusterLost(GONE) from None
     gone = isinstance(error, CancelledError | BrokenProcessPool | OSError) or type(error).__name__ == "KilledWorker"
     if not gone:
         raise error

@@ -30,6 +30,7 @@ from .worker import Silence
 
 Answer = Outcome | Missing
 _CONNECT = 10.0  # s to wait for a scheduler
+GONE = "the scheduler does not answer any more; start it and give the same command again"
 
 
 class ClusterLost(RunError):
@@ -139,14 +140,16 @@ class DaskPool:
 
     @property
     def size(self) -> int:
-        """Threads of all workers."""
-        workers = self._client.scheduler_info(n_workers=-1)["workers"]
+        """Threads of all workers, as far as the scheduler says; ClusterLost if it is gone."""
+        if self._client.status in ("closing", "closed"):
+            raise ClusterLost(GONE)
+        workers = self._client.scheduler_info(n_workers=-1).get("workers", {})
         return max(1, sum(int(one["nthreads"]) for one in workers.values()))
 
     @property
     def text(self) -> str:
         """What it is, and where its dashboard is."""
-        count = len(self._client.scheduler_info(n_workers=-1)["workers"])
+        count = len(self._client.scheduler_info(n_workers=-1).get("workers", {}))
         dashboard = self._client.dashboard_link
         return f"{count} Dask worker{'s' if count != 1 else ''}" + (f", dashboard {dashboard}" if dashboard else "")
 
@@ -157,7 +160,8 @@ class DaskPool:
         if contents:
             where = {"workers": [to], "allow_other_workers": True}
             sent = self._client.scatter(dict(contents), workers=[to], hash=True)
-        future: Future[Answer] = self._executor.submit(carry_out_on_cluster, task, self.settings, sent, **where)
+        settings = replace(self.settings, store=None)  # files travel: the folder may be on no machine but this
+        future: Future[Answer] = self._executor.submit(carry_out_on_cluster, task, settings, sent, **where)
         return future
 
     def end(self) -> None:

@@ -55,6 +55,7 @@ _MARGINS = "system/test_margins.py::"
 _EXPORTED_C = "flexbench/cli/test_export_c.py::test_every_option_changes_what_is_written"
 _SHADOWS = "flexbench/studies/shadow/test_shadow.py::"
 _PACED = "lockstep/cli/test_paced_run.py::test_a_paced_run_says_so"
+_CAMPAIGN = "flexbench/cli/campaign/test_campaign_command.py::test_a_campaign_is_run_and_one_of_its_runs_repeated"
 _ADAPT = "system/test_adapter.py::"
 
 SHOWN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--sampled"), _SHOWN)
@@ -137,7 +138,7 @@ EFFECTS = {
         "::test_python_leaves_them_out_with_the_result_of_an_earlier_study",
     },
     "flexsat branch": {
-        "--vary": "flexbench/runs/test_branches.py::test_all_combinations_are_named_by_their_values",
+        "--vary": "flexbench/engine/test_branches.py::test_all_combinations_are_named_by_their_values",
         **dict.fromkeys(("--set", "--reinitialise", "--stop-time", "--record", "--out", "--jobs"), _VALUES),
     },
     "flexsat report": {
@@ -210,6 +211,10 @@ EFFECTS = {
         "--settling-band": _LAYOUT + "test_a_slew_is_compared_while_it_lasts_and_from_its_end_on",
         "--set": _LAYOUT + "test_a_limit_cycle_is_lost_and_named",
         **dict.fromkeys(("--seeds", "--scenario", "--out", "--fmus", "--python", "--jobs"), _VALUES),
+    },
+    "flexsat campaign": {
+        **dict.fromkeys(("--out", "--jobs", "--record"), _CAMPAIGN),
+        "--scheduler": "flexbench/campaign/test_dask.py::test_a_cluster_gives_the_same_bytes_and_so_it_does_resumed",
     },
     "flexsat waterfall": {
         "--as-published": "flexbench/studies/waterfall/test_waterfall.py::"

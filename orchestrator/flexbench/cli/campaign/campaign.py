@@ -14,9 +14,9 @@ from lockstep.cli.options import jobs_option, out_option, record_option
 from lockstep.errors import InputError
 
 if TYPE_CHECKING:
-    from ..campaign.campaign import MakePool
-    from ..engine.pools import Pool
-    from ..engine.tasks import Settings
+    from ...campaign.campaign import MakePool
+    from ...engine.pools import Pool
+    from ...engine.tasks import Settings
 
 RERUN = "rerun"
 _EXAMPLES = """
@@ -31,7 +31,8 @@ examples:
 
 
 @command("campaign", _EXAMPLES)
-@click.argument("what", nargs=-1, required=True, metavar="CAMPAIGN.toml | rerun DIR NUMBER")
+@click.argument("what", nargs=-1, required=True, metavar="CAMPAIGN.toml | rerun DIR NUMBER",
+                help="campaign file; or `rerun`, the folder of a campaign and the number of a run")  # fmt: skip
 @out_option("folder of the campaign (default: results/NAME of the file); of a repeated run (default: DIR/runs/NUMBER)")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler, tcp://HOST:PORT, instead of processes here")
 @jobs_option
@@ -55,7 +56,7 @@ def campaign(
 
 def _pool(scheduler: str | None, jobs: int | None) -> MakePool:
     def make(settings: Settings) -> Pool:
-        from ..engine.pools import DaskPool, LocalPool
+        from ...engine.pools import DaskPool, LocalPool
 
         return LocalPool(settings, jobs) if scheduler is None else DaskPool(scheduler, settings)
 
@@ -63,7 +64,7 @@ def _pool(scheduler: str | None, jobs: int | None) -> MakePool:
 
 
 def _run(path: Path, out: Path | None, make_pool: MakePool) -> int:
-    from ..campaign.campaign import run_campaign
+    from ...campaign.campaign import run_campaign
 
     folder = out or Path("results", path.stem)
     try:
@@ -77,7 +78,7 @@ def _run(path: Path, out: Path | None, make_pool: MakePool) -> int:
 
 
 def _rerun(given: tuple[str, ...], out: Path | None, record: tuple[str, ...]) -> int:
-    from ..campaign.rerun import rerun
+    from ...campaign.rerun import rerun
 
     if len(given) != 2 or not given[1].isdecimal():
         raise InputError("rerun: give the folder of a campaign and the number of a run: rerun results/short 17")
