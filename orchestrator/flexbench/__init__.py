@@ -2,14 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["load"]
+    from flexsat.description.configuration import Configuration
+
+__all__ = ["build", "load"]
+
+
+def build(
+    spacecraft: Configuration | Path | str,
+    folder: Path | str = "fmus",
+    *,
+    published: Configuration | None = None,
+    native: bool = True,
+    fmi3: bool = False,
+    platforms: Sequence[str] = (),
+    print_line: Callable[[str], None] | None = None,
+) -> Path:
+    """Build the FMUs, systems and interface document of a spacecraft; return their folder, `folder`/<name>.
+
+    Parameters
+    ----------
+    spacecraft : a `flexsat.description.configuration.Configuration`, or a spacecraft's file
+    published : the same spacecraft with the weights of the FMUs' design `published`; None: those of the other design
+    native, fmi3, platforms : as options of `flexsat build`
+    print_line : called with notes about the design, and with the path of each file written
+
+    Raises
+    ------
+    lockstep.InputError
+        If the spacecraft is refused, or there is no design for it.
+    """
+    from flexsat.description.configuration import Configuration
+    from flexsat.description.file_text import file_of
+    from lockstep.errors import InputError
+
+    from .loop.build import build_files
+    from .loop.spacecraft import check_built_in_names, read_file
+    from .studies.margins.design_notes import design_notes
+
+    try:
+        given = file_of(spacecraft, published) if isinstance(spacecraft, Configuration) else read_file(Path(spacecraft))
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    check_built_in_names(given, given.name)
+    build_files(
+        [given],
+        Path(folder),
+        print_line or (lambda _: None),
+        notes=design_notes,
+        native=native,
+        fmi3=fmi3,
+        platforms=platforms,
+    )
+    return Path(folder) / given.name
 
 
 def load(path: Path | str, signals: Sequence[str] | None = None) -> Dataset:

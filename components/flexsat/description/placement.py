@@ -23,6 +23,7 @@ ALONG: dict[str, Vector] = {
     "-y": (-0.0, -1.0, -0.0),
     "-z": (-0.0, -0.0, -1.0),
 }
+ROUNDED = 1e-15  # of a unit vector's length: rounding of its components
 UNIT = 1e-9  # of a unit vector's length: more than its rounding
 TRIANGLE = 1e-9  # of the largest moment of inertia: rounding of a plane or slender body's
 
@@ -37,7 +38,7 @@ class Site:
     name: str
     radius: Annotated[float, "m", NOT_NEGATIVE] = 0.0
     angle: Annotated[float, "deg", Range(minimum=-360.0, maximum=360.0)] = 0.0  # from body x; as files of sites give it
-    on_bus: Annotated[Vector, "m"] | None = None  # None: on the structure
+    on_bus: Annotated[Vector, "m"] | None = None  # of a point of the bus, in place of the others
     node: str = ""  # of an appendage, as appendage.node
 
     def __post_init__(self) -> None:
@@ -102,5 +103,7 @@ def direction(vector: Vector) -> Vector:
     length = math.hypot(*vector)
     if not 0.0 < length < math.inf:
         raise ValueError(f"an axis has a direction, and {vector!r} has none")
+    if abs(length - 1.0) < ROUNDED:
+        return vector  # a unit vector that was written to a file and read keeps its bits
     x, y, z = (component / length for component in vector)
     return x, y, z

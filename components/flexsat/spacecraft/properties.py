@@ -66,19 +66,30 @@ def envelope(axes: Array) -> Envelope:
     ValueError
         If all axes lie in one plane.
     """
+    normals, reach = _faces(axes)
+    nearest = int(np.argmin(reach))
+    return Envelope(about=extent(axes, np.eye(3)), weakest=float(reach[nearest]), direction=normals[nearest])
+
+
+def extent(axes: Array, directions: Array) -> Array:
+    """Return the most along each of some unit vectors, (k, 3) to (k,); axes and errors as of `envelope`."""
+    normals, reach = _faces(axes)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.min(reach[:, None] / np.abs(normals @ directions.T), axis=0))
+
+
+def _faces(axes: Array) -> tuple[Array, Array]:
+    """Return the unit normals of the faces of an envelope, (f, 3), and their distances, (f,)."""
     longest = float(np.linalg.norm(axes, axis=1).max())
     axes = axes / longest
     first, second = np.triu_indices(len(axes), 1)
     normals = np.cross(axes[first], axes[second])
     lengths = np.linalg.norm(normals, axis=1)
     normals = normals[lengths > PARALLEL] / lengths[lengths > PARALLEL, None]
-    reach = np.abs(normals @ axes.T).sum(axis=1)  # distance of each face
+    reach = np.abs(normals @ axes.T).sum(axis=1)
     if len(reach) == 0 or reach.min() < PARALLEL:
         raise ValueError("envelope: the axes lie in one plane, and give nothing across it")
-    nearest = int(np.argmin(reach))
-    with np.errstate(divide="ignore"):
-        about = np.min(reach[:, None] / np.abs(normals), axis=0)
-    return Envelope(about=longest * about, weakest=longest * float(reach[nearest]), direction=normals[nearest])
+    return normals, longest * reach
 
 
 def _over_largest(values: Array) -> Array:

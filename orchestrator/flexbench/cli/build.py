@@ -62,6 +62,7 @@ def build(
 ) -> int:
     """Build the FMUs, system files, packages and the interface document of each configuration, or spacecraft's file."""
     from ..loop.build import build_all, build_files
+    from ..studies.margins.design_notes import design_notes
 
     if platforms and no_native and not fmi3:
         raise InputError("--platforms is of the FMUs in C, which --no-native leaves out; drop one of the two")
@@ -76,7 +77,7 @@ def build(
         "platforms": PLATFORMS if ALL in platforms else platforms,
     }
     if files:
-        build_files(files, out, **options)
+        build_files(files, out, notes=design_notes, **options)
     else:
         build_all(configurations(configuration), out, **options)
     print(f"built in {perf_counter() - started:.1f} s")

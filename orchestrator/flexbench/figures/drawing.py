@@ -21,7 +21,7 @@ from flexbench.studies.paper.published import ROWS
 from flexsat.arrays import Array
 from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
-from lockstep import Signals
+from lockstep import InputError, Signals
 
 from .palette import BLUE, GREEN, VERMILLION
 
@@ -183,6 +183,19 @@ def make_logarithmic(axes: Axes) -> None:
     elif few:
         axes.yaxis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, np.inf)))  # label every tick
     axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def write_figure(figure: Figure, path: Path) -> None:
+    """Write a figure to one file, in the format of its name: .png or .svg; raise InputError if that cannot be."""
+    try:
+        if path.suffix == ".svg":
+            write_atomically(path, _svg(figure, path.stem).encode())
+            return
+        drawn = BytesIO()
+        figure.savefig(drawn, format="png", dpi=RESOLUTION, metadata={"Software": None})
+        write_atomically(path, drawn.getvalue())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from flexsat.description.built_in import CONFIGURATIONS
+from flexsat.description.spacecraft_file import SpacecraftFile
 from flexsat.design.chain import Designs, build_designs
 from flexsat.errors import BuildError
 from flexsat.fmu.build import Parts, build_configuration, configuration_parts
@@ -32,6 +33,7 @@ from .spacecraft import FILE, design_file, read_file
 from .systems import WIRES, build_system, write_closed_systems, write_systems
 
 PrintLine = Callable[[str], None]
+Notes = Callable[[Designs], Iterable[str]]
 _IN_C: Mapping[FmiVersion, str] = {"2.0": "native", "3.0": "FMI 3.0"}  # what the manifest calls them
 
 
@@ -86,7 +88,7 @@ def build_all(
 
 
 def build_files(
-    files: Sequence[Path],
+    files: Sequence[Path | SpacecraftFile],
     folder: Path,
     print_line: PrintLine = print,
     *,
@@ -95,10 +97,13 @@ def build_files(
     native: bool = False,
     fmi3: bool = False,
     platforms: Sequence[str] = (),
+    notes: Notes | None = None,
 ) -> None:
     """Build the FMUs of the spacecraft that files describe, each into `folder`/<name>, with its interface document.
 
-    Parameters are those of `build_all`. Each file is copied there too: results are evaluated with it.
+    Parameters are those of `build_all`. Each file is copied there too: results are evaluated with it. A spacecraft that
+    was made in Python comes as what `flexsat.description.file_text.file_of` returns. `notes` gives lines about its
+    designs, which are printed first.
 
     Raises
     ------
@@ -109,23 +114,39 @@ def build_files(
         check_compilers(platforms)
         versions_in_c: tuple[FmiVersion, ...] = (*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ()))
         in_c = _InC(versions=versions_in_c, flat=flat, platforms=platforms, without=None)
-        read = [(path, read_file(path)) for path in files]
+        read = [(Path(f"{one.name}.toml"), one) if isinstance(one, SpacecraftFile) else (one, read_file(one))
+                for one in files]  # fmt: skip
         for path, spacecraft in read:
-            designs = {spacecraft.name: design_file(spacecraft, path)}
-            design = designs[spacecraft.name].corrected
-            if (line := bias_line(design.structure, design.response.nominal)) is not None:
-                print_line(f"{path.name}: note: {line}")
-            identities = _build_each(designs, folder, print_line, flat, execution_tool, in_c)
-            copy = folder / spacecraft.name / FILE
-            write_atomically(copy, spacecraft.text.encode())
-            written = write_icd(designs, folder / spacecraft.name, identities[spacecraft.name])
-            data = [folder / spacecraft.name / name for name in spacecraft.files]
-            for target, content in zip(data, spacecraft.files.values(), strict=True):
-                write_atomically(target, content)
-            for one in (copy, *data, *written):
-                print_line(str(one))
+            _build_file(spacecraft, path, folder, print_line, flat, execution_tool, in_c, notes)
     except BuildError as error:
         raise InputError(str(error)) from None
+
+
+def _build_file(
+    spacecraft: SpacecraftFile,
+    path: Path,
+    folder: Path,
+    print_line: PrintLine,
+    flat: bool,
+    execution_tool: bool,
+    in_c: _InC,
+    notes: Notes | None,
+) -> None:
+    designs = {spacecraft.name: design_file(spacecraft, path)}
+    design = designs[spacecraft.name].corrected
+    if (line := bias_line(design.structure, design.response.nominal)) is not None:
+        print_line(f"{path.name}: note: {line}")
+    for line in notes(designs[spacecraft.name]) if notes is not None else ():
+        print_line(f"{path.name}: {line}")
+    identities = _build_each(designs, folder, print_line, flat, execution_tool, in_c)
+    copy = folder / spacecraft.name / FILE
+    write_atomically(copy, spacecraft.text.encode())
+    written = write_icd(designs, folder / spacecraft.name, identities[spacecraft.name])
+    data = [folder / spacecraft.name / name for name in spacecraft.files]
+    for target, content in zip(data, spacecraft.files.values(), strict=True):
+        write_atomically(target, content)
+    for one in (copy, *data, *written):
+        print_line(str(one))
 
 
 def _build_all(

@@ -23,12 +23,17 @@ def read_file(path: Path) -> SpacecraftFile:
         spacecraft = read_spacecraft(path)
     except SpacecraftFileError as error:
         raise InputError(str(error)) from None
+    check_built_in_names(spacecraft, path.name)
+    return spacecraft
+
+
+def check_built_in_names(spacecraft: SpacecraftFile, called: str) -> None:
+    """Refuse a spacecraft that has the name of a built-in one, and another design, with InputError."""
     if spacecraft.name in CONFIGURATIONS and spacecraft.configurations != built_in(spacecraft.name).configurations:
         raise InputError(
-            f'{path.name}: name = "{spacecraft.name}": a built-in spacecraft has this name, and another design; choose'
+            f'{called}: name = "{spacecraft.name}": a built-in spacecraft has this name, and another design; choose'
             " another name"
         )
-    return spacecraft
 
 
 def write_start(path: Path) -> None:

@@ -239,6 +239,8 @@ EFFECTS = {
     "flexsat spacecraft": {
         "--file": _SPACECRAFT + "test_the_file_of_a_built_in_spacecraft_is_one_to_start_from",
         "--list-modes": _SPACECRAFT + "test_the_start_is_shown",
+        "--schema": _SPACECRAFT + "test_the_schema_is_the_page_of_the_documentation",
+        "--draw": _SPACECRAFT + "test_a_spacecraft_is_drawn",
     },
 }  # fmt: skip
 COMMANDS = [(label, name) for label, program in PROGRAMS.items() for name in program.list_commands(None)]

@@ -1,16 +1,22 @@
 """FMUs and systems of a spacecraft that is not the paper's: a pyramid of four wheels, two gyros, seven modes."""
 
 import json
+import re
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import flexbench
 from flexbench.loop.build import build_files
 from flexbench.loop.loop_parts import loop_parts
 from flexbench.loop.spacecraft import design_file, read_file, write_start
 from flexbench.runs.run_folder import read_run
+from flexbench.studies.margins.design_notes import design_notes
 from flexsat.closed_loop import ClosedLoop
+from flexsat.description.spacecraft_file import parse_spacecraft
+from flexsat.design.chain import designs_of
 from flexsat.fmu.python import load_matrices
 from lockstep import InputError, load_system, simulate
 
@@ -61,6 +67,33 @@ def test_what_is_written_names_the_spacecraft(built, described):
     assert not (built.parent / "ICD.md").exists()
     system = load_system(built / "fine_pointing.ssd")
     assert [c.source for c in system.components] == [built / f"{c.name}.fmu" for c in system.components]
+
+
+def test_a_spacecraft_in_python_is_built_as_its_file_is(built, described, tmp_path):
+    given = read_file(described).configurations
+    lines = []
+    folder = flexbench.build(
+        given["robust"], tmp_path / "fmus", published=given["published"], native=False, print_line=lines.append
+    )
+    assert folder == tmp_path / "fmus" / "small"
+    for name in ("plant.fmu", "sensors.fmu", "controller.fmu"):
+        assert (folder / name).read_bytes() == (built / name).read_bytes()
+    assert read_file(folder / "spacecraft.toml").configurations == given
+    stable = [line for line in lines if "the closed loop is stable on all 8 modes" in line]
+    assert [line.split(":")[1] for line in stable] == [" design published", " design robust"]
+    assert any("of 8 modes of the free spacecraft the wheels do not reach" in line for line in lines)
+    with pytest.raises(InputError, match=r"centralised: name = .centralised.: a built-in spacecraft has this name"):
+        flexbench.build(replace(given["robust"], name="centralised"), tmp_path / "other")
+    assert not (tmp_path / "other").exists()
+
+
+def test_an_unstable_loop_is_stated(described):
+    """The published weights of this spacecraft with little weight on torque: spillover beyond its seven modes."""
+    text = described.read_text(encoding="utf-8").replace("plant = 8", "plant = 30")
+    given = parse_spacecraft(text + "[controller.published]\ntorque = 1e-3\n", "small.toml").configurations
+    notes = list(design_notes(designs_of(given["robust"], given["published"])))
+    assert re.match(r"design published: warning: the closed loop is unstable on all 30 modes: what moves at", notes[0])
+    assert notes[1].startswith("design robust: the closed loop is stable on all 30 modes")
 
 
 def test_nothing_of_it_was_published(built, tmp_path):

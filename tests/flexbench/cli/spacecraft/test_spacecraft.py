@@ -1,5 +1,7 @@
 """`flexsat new` writes a file that `flexsat spacecraft` shows and `flexsat build` takes."""
 
+from pathlib import Path
+
 import pytest
 
 from flexbench.cli.parser import main
@@ -29,6 +31,19 @@ def test_the_start_is_shown(start, capsys):
     assert "\n4  " not in shown
 
 
+def test_the_schema_is_the_page_of_the_documentation(capsys):
+    assert main(["spacecraft", "--schema"]) == 0
+    page = Path(__file__).parents[4] / "docs" / "spacecraft_file.md"
+    assert capsys.readouterr().out == page.read_text()
+
+
+def test_a_spacecraft_is_drawn(start, tmp_path, capsys):
+    drawn = tmp_path / "mine.svg"
+    assert main(["spacecraft", str(start), "--list-modes", "1", "--draw", str(drawn)]) == 0
+    assert capsys.readouterr().out.endswith(f"{drawn}\n")
+    assert "<svg" in drawn.read_text()
+
+
 def test_a_file_is_never_overwritten(start, capsys):
     start.write_text("mine", encoding="utf-8")
     assert main(["new", str(start)]) == 2
@@ -46,6 +61,8 @@ def test_a_file_is_never_overwritten(start, capsys):
             ["spacecraft", "distribted"],
             "distribted: no such file, and no built-in spacecraft (centralised, dis",
         ),
+        (["spacecraft"], "SPACECRAFT is missing: a spacecraft's file, or the name of a built-in one; or give --schema"),
+        (["spacecraft", "distributed", "--draw", "one.pdf"], "--draw one.pdf: a figure is written to a file that ends"),
         (["build", "no.toml"], "no.toml: cannot be read (No such file or directory); `flexsat new` writes a file"),
         (
             ["build", "no.toml", "--configuration", "distributed"],
