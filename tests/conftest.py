@@ -36,6 +36,27 @@ _TESTS = Path(__file__).parent
 Make = Callable[[Path], None]
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add what executes the ticks of runs in the processes of the tests."""
+    parser.addoption("--tick", choices=("python", "c"), help="what executes ticks where a test leaves it open")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _given_tick(request: pytest.FixtureRequest) -> Generator[None, None, None]:
+    """Execute ticks in C or in Python, as the option says; runs in processes of their own choose by themselves."""
+    given = request.config.getoption("--tick")
+    with pytest.MonkeyPatch.context() as patch:
+        if given is not None:
+            from lockstep.run.choose_tick import choose_tick
+            from lockstep.simulation import open_run
+
+            def choose(wanted: str, *times: Any) -> Any:
+                return choose_tick(given if wanted == "auto" else wanted, *times)
+
+            patch.setattr(open_run, "choose_tick", choose)
+        yield
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Order files by the time that they take, so that the workers end together: the study before all.
 

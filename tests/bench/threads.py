@@ -2,7 +2,8 @@
 
 `python tests/bench/threads.py [ROUNDS]`, on a machine with two cores that are free; `chrt -f 1` before it keeps other
 programs off them. Both ways take turns. Of each round the ratio of the two wall times is taken, and its median and the
-best are printed. `forced` is `threads=2`, `auto` measures in the first 0.2 s which way is quicker. The aim: two FMUs of 500 us at least 1.8 times as fast as in turn, and those of few us not slower. Nothing passes or fails here.
+best are printed. `forced` is `threads=2`, `auto` measures in the first 0.2 s which way is quicker. The aim: two FMUs
+of 500 us at least 1.8 times as fast as in turn, and those of few us not slower. Nothing passes or fails here.
 """
 
 from __future__ import annotations

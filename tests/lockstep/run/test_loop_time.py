@@ -105,7 +105,7 @@ def test_waiting_and_checkpoints_have_their_parts(system, tmp_path):
 
 
 def test_a_stepped_run_counts_what_it_executed(system):
-    with lockstep.open(system) as run:
+    with lockstep.open(system, profile=True) as run:
         run.run_until(0.02)
         start = run.snapshot()
         run.run_until(0.03)
