@@ -181,7 +181,7 @@ def test_bands_are_drawn_to_their_peak_and_read_by_arrows(folder, open_page):
     text = page.locator("#band-readout").inner_text()
     assert text.startswith("0.9 s: least")  # a hundredth of 99.9 s, at the last time kept before it
     page.locator("#signal").select_option("rate error")
-    assert page.locator("#bands-plots h4").first.inner_text() == "rate error, distributed"
+    assert page.locator("#bands-plots h3").first.inner_text() == "rate error, distributed"
 
 
 def test_dark_phone_and_print(folder, open_page, tmp_path):

@@ -21,7 +21,7 @@ from .study_table import study_table
 from .text_blocks import event_blocks, number_blocks, run_description, summary_blocks, system_blocks, version_blocks
 
 PAGE_FOLDER = Path(__file__).with_name("page")
-SCRIPTS = ("ticks.js", "data.js", "axes.js", "plots.js", "scene.js")
+SCRIPTS = ("colours.js", "ticks.js", "data.js", "axes.js", "plots.js", "scene.js")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flexbench.figures.captions import caption_of
 from flexbench.html.document import Picture
 from lockstep.errors import InputError
 
@@ -46,8 +47,7 @@ def stored_images(folder: Path) -> list[Image]:
         if path.suffix in TYPES and (path.stem not in found or path.stat().st_size < found[path.stem].stat().st_size):
             found[path.stem] = path
     return [
-        Image(title=stem.replace("-", " ").replace("_", " "), data=path.read_bytes(), type=TYPES[path.suffix])
-        for stem, path in found.items()
+        Image(title=caption_of(stem), data=path.read_bytes(), type=TYPES[path.suffix]) for stem, path in found.items()
     ]
 
 
@@ -58,7 +58,7 @@ def drawn_images(results: Sequence[Result]) -> list[Image]:
     images = []
     for name, draw in result_figures([result.run for result in results if result.run is not None]).items():
         with suppress(InputError):  # a signal that the figure needs was not recorded, or in part
-            images.append(_image(name.replace("-", " "), draw()))
+            images.append(_image(caption_of(name), draw()))
     return images
 
 

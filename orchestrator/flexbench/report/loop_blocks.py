@@ -24,6 +24,7 @@ def loop_blocks(results: Sequence[Result]) -> list[Block]:
             continue
         if len(results) > 1:
             found.append(Heading(3, result.name))
-        found.append(Table(header(numbers), rows(numbers), code=frozenset()))
+        cells = [[label, unit.replace("um", "µm"), *values] for label, unit, *values in rows(numbers)]
+        found.append(Table(header(numbers), cells, code=frozenset()))
         found += [Paragraph(note) for note in notes(numbers)]
     return found

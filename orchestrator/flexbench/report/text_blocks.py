@@ -98,7 +98,7 @@ def number_blocks(runs: Sequence[RunData], with_metrics: bool = True) -> list[Bl
         found = [next((one for one in run.statistics if one.name == name), None) for run in runs]
         rows.append([name, unit, *(f"{number(one.late)} / {number(one.largest)}" if one else "-" for one in found)])
     if rows:
-        header = ("RMS of the second half / largest", "unit", *names)
+        header = ("whole run: RMS of its second half / largest", "unit", *names)
         blocks.append(_narrow(header, rows, len(runs)))
     return blocks
 

@@ -70,7 +70,7 @@ def compose_page(results: CampaignResults, found: Sequence[Evaluation]) -> str:
         style=(SHARED / "style.css").read_text(encoding="utf-8")
         + (PAGE_FOLDER / "campaign.css").read_text(encoding="utf-8"),
         script="\n".join(
-            [(SHARED / "ticks.js").read_text(encoding="utf-8")]
+            [(SHARED / name).read_text(encoding="utf-8") for name in ("colours.js", "ticks.js")]
             + [(PAGE_FOLDER / name).read_text(encoding="utf-8") for name in SCRIPTS]
         ),
     )

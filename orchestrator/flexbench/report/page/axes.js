@@ -40,8 +40,8 @@ function valueAxis(lines, parts, logarithmic) {
 function drawAxes(pen, frame, axis, x, y) {
   const bottom = frame.top + frame.height;
   pen.lineWidth = 1;
-  pen.strokeStyle = "#e3e6ea";
-  pen.fillStyle = "#444";
+  pen.strokeStyle = colours().grid;
+  pen.fillStyle = colours().ink;
   pen.textAlign = "right";
   pen.textBaseline = "middle";
   for (const [value, text] of axis.ticks) {
@@ -65,7 +65,7 @@ function drawAxes(pen, frame, axis, x, y) {
   pen.textAlign = "right";
   pen.textBaseline = "top";
   pen.fillText("time [s]", frame.left + frame.width, bottom + 5);
-  pen.strokeStyle = "#9aa3ad";
+  pen.strokeStyle = colours().rule;
   line(pen, frame.left, frame.top, frame.left, bottom);
   line(pen, frame.left, bottom, frame.left + frame.width, bottom);
 }
@@ -99,7 +99,7 @@ function drawLine(pen, history, part, x, y) {
 }
 
 function drawMark(pen, frame, at, mark) {
-  pen.strokeStyle = pen.fillStyle = mark.kind === "fault" ? "#b00020" : "#888";
+  pen.strokeStyle = pen.fillStyle = mark.kind === "fault" ? colours().limit : colours().cursor;
   pen.lineWidth = 1;
   pen.setLineDash([6, 2, 1, 2]);
   line(pen, at, frame.top, at, frame.top + frame.height);

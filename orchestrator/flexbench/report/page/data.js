@@ -131,20 +131,20 @@ for (const group of groups.values()) {
 }
 if (!(wholeTime.from < wholeTime.to)) wholeTime.from = wholeTime.to - 1;
 
-// Okabe and Ito (2008): distinguishable with colour-vision deficiencies; black is last
-const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#444444"];
+const SERIES = LIGHT.series.length;
 const RUN_DASHES = [[], [7, 3], [2, 2]];
 const runOrder = contents.runs.map((run, i) => i).sort((a, b) => Number(contents.runs[b].shown) - Number(contents.runs[a].shown));
 
 /** Return colour and dashes of a run: those shown from the start come first. */
 function lookOf(run) {
   const rank = runOrder.indexOf(run);
-  return { colour: COLOURS[rank % COLOURS.length], dashes: RUN_DASHES[Math.floor(rank / COLOURS.length) % RUN_DASHES.length] };
+  return { colour: colours().series[rank % SERIES], dashes: RUN_DASHES[Math.floor(rank / SERIES) % RUN_DASHES.length] };
 }
 
 /** Return the colour of one of `count` lines: from a cycle, or for many from dark blue to yellow-green. */
 function colourOf(i, count) {
-  if (count <= COLOURS.length) return COLOURS[i % COLOURS.length];
+  if (count <= SERIES) return colours().series[i % SERIES];
   const share = i / (count - 1);
-  return `hsl(${265 - 200 * share} ${60 + 15 * share}% ${28 + 26 * share}%)`;
+  const lightness = colours() === DARK ? 62 + 12 * share : 28 + 26 * share;
+  return `hsl(${265 - 200 * share} ${60 + 15 * share}% ${lightness}%)`;
 }

@@ -76,7 +76,7 @@ class Panel {
     this.logarithmic = group.lines.some((l) => l.logarithmic);
     this.canvas = make("canvas", { tabIndex: 0, role: "img", className: "plot" });
     this.legend = make("div", { className: "legend" });
-    this.title = make("h4");
+    this.title = make("h3");
     const log = make("input", { type: "checkbox", checked: this.logarithmic });
     log.onchange = () => { this.logarithmic = log.checked; redraw(); };
     this.overlay = make("select", { title: "show another signal of the same unit in this plot", ariaLabel: "overlay" });
@@ -199,7 +199,7 @@ class Panel {
     const several = contents.runs.length > 1, elements = this.elements();
     lines.forEach((line, k) => {
       pen.strokeStyle = several ? lookOf(line.run).colour
-        : line.element === "" ? COLOURS[this.groups.findIndex((g) => g.lines.includes(line))]
+        : line.element === "" ? colours().series[this.groups.findIndex((g) => g.lines.includes(line))]
         : colourOf(elements.indexOf(line.element), elements.length);
       const overlaid = !this.groups[0].lines.includes(line);
       pen.setLineDash(overlaid ? [5, 3] : several ? lookOf(line.run).dashes : []);
@@ -215,7 +215,7 @@ class Panel {
       pen.fillStyle = "rgba(0, 114, 178, 0.15)";
       pen.fillRect(x(this.selection[0]), frame.top, x(this.selection[1]) - x(this.selection[0]), frame.height);
     }
-    for (const [time, colour] of [[view.cursor, "#888"], [view.now, "#d55e00"]]) {
+    for (const [time, colour] of [[view.cursor, colours().cursor], [view.now, colours().selected]]) {
       if (time === null) continue;
       pen.strokeStyle = colour;
       pen.lineWidth = 1;

@@ -111,7 +111,7 @@ class Scene {
     this.middle = [width / 2, height / 2];
     const w = this.deflections(this.frame), reach = this.exaggeration;
     const at = (n, z) => this.project([this.nodes[2 * n], this.nodes[2 * n + 1], z]);
-    pen.strokeStyle = "#c9ced6";
+    pen.strokeStyle = colours().undeformed;
     pen.setLineDash([3, 3]);
     for (const [a, b] of this.outline) { const p = at(a, 0), q = at(b, 0); line(pen, p[0], p[1], q[0], q[1]); }
     pen.setLineDash([]);
@@ -156,7 +156,7 @@ class Scene {
     pen.closePath();
     pen.fillStyle = "rgba(120, 130, 145, 0.85)";
     pen.fill();
-    pen.strokeStyle = "#444";
+    pen.strokeStyle = colours().ink;
     pen.lineWidth = 1;
     pen.stroke();
   }
@@ -172,7 +172,7 @@ class Scene {
       return { base: this.project(base), middle: this.project(centre), centre, axis: wheel.axis, share };
     }).sort((a, b) => a.middle[2] - b.middle[2]);
     for (const { base, middle, centre, axis, share } of discs) {
-      pen.strokeStyle = "#333";
+      pen.strokeStyle = colours().ink;
       pen.lineWidth = 1;
       line(pen, base[0], base[1], middle[0], middle[1]);
       const main = axis.findIndex((value) => Math.abs(value) > 0.5);
@@ -195,7 +195,7 @@ class Scene {
     pen.font = "bold 12px system-ui, sans-serif";
     pen.textAlign = "center";
     pen.textBaseline = "middle";
-    pen.fillStyle = pen.strokeStyle = "#222";
+    pen.fillStyle = pen.strokeStyle = colours().ink;
     pen.lineWidth = 1.2;
     const origin = this.project([0, 0, 0]);
     ["x", "y", "z"].forEach((name, k) => {
@@ -218,7 +218,7 @@ class Scene {
         pen.fillStyle = shade(scale, (2 * k) / (length - 1) - 1);
         pen.fillRect(left + k, top, 1.5, 9);
       }
-      pen.fillStyle = "#333";
+      pen.fillStyle = colours().ink;
       pen.textBaseline = "top";
       pen.textAlign = "left";
       pen.fillText(formatNumber(-limit, 2), left, top + 12);
@@ -341,10 +341,15 @@ function startScene() {
   };
   document.addEventListener("seek", (event) => { scene.seek(event.detail); scene.exact = scene.frame; show(); });
   window.addEventListener("resize", show);
+  darkScreen.addEventListener("change", show);
   prepare();
 }
 
 // what is folded cannot be opened on paper
+darkScreen.addEventListener("change", redraw);
+for (const [event, on] of [["beforeprint", true], ["afterprint", false]]) {
+  window.addEventListener(event, () => { printing = on; redraw(); });
+}
 window.addEventListener("beforeprint", () => { for (const part of document.querySelectorAll("details")) part.open = true; });
 startPlots();
 startScene();

@@ -11,7 +11,7 @@ class Distribution {
     this.label = labelOf(this.columns[0]);
     this.canvas = make("canvas", { className: "plot", role: "img" });
     this.legend = make("div", { className: "legend" });
-    this.element = make("div", { className: "panel" }, make("header", {}, make("h4", {}, name, " ", make("small", { textContent: "share of runs" }))), this.canvas, this.legend);
+    this.element = make("div", { className: "panel" }, make("header", {}, make("h3", {}, name, " ", make("small", { textContent: "share of runs" }))), this.canvas, this.legend);
     this.sorted = this.columns.map((column) => valuesOf(column).filter((v) => !Number.isNaN(v)).sort());
   }
 

@@ -1,18 +1,6 @@
-// Colours of plots for light and dark pages, canvases at the resolution of the screen, and the data of the page.
+// Canvases at the resolution of the screen, and the data of the page.
 
 const contents = JSON.parse(document.getElementById("contents").textContent);
-const darkScreen = matchMedia("(prefers-color-scheme: dark)");
-const LIGHT = { ink: "#333b45", grid: "#e3e6ea", rule: "#9aa3ad", paper: "#ffffff", limit: "#b00020", selected: "#d55e00",
-  systems: ["#0072b2", "#009e73", "#cc79a7", "#7a5195"] };
-const DARK = { ink: "#c6ced8", grid: "#2c3540", rule: "#6b7683", paper: "#161b22", limit: "#ff8a8a", selected: "#ffab5e",
-  systems: ["#6cb8ee", "#4fd1a5", "#eaa5cb", "#b9a0e0"] };
-let printing = false;
-
-/** Return the colours of the page as it is shown, or printed. */
-function colours() {
-  return darkScreen.matches && !printing ? DARK : LIGHT;
-}
-
 /** Return the bytes of one data element. */
 function bytesOf(id) {
   const letters = atob(document.getElementById(id).textContent);

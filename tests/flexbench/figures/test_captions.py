@@ -1,0 +1,18 @@
+"""Every figure that is drawn has a caption of its own."""
+
+from flexbench.figures.captions import caption_of
+from flexbench.figures.figure_lists import design_figures
+
+
+def test_every_figure_of_a_design_has_a_caption(built):
+    names = [*design_figures(built), *design_figures(built, as_published=True)]
+
+    for name in names:
+        assert caption_of(name) != name.replace("-", " ")
+    assert "distributed" in caption_of("wheel-responses-distributed-as-published")
+
+
+def test_figures_of_runs_name_variant_and_seed():
+    assert caption_of("slew-as-published-seed3").startswith("The slew as published, seed 3:")
+    assert caption_of("fine-pointing-seed12-2").startswith("Fine pointing, seed 12:")
+    assert caption_of("a_figure-of-others") == "a figure of others"
