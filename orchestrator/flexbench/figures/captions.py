@@ -4,26 +4,33 @@ from __future__ import annotations
 
 import re
 
-_CAPTIONS = (  # pattern of a file's name without its ending, caption
-    (r"structure", "The structure: tiles, mesh, and where wheels and sensors are, in both layouts."),
-    (r"mode-shapes.*", "Shapes and frequencies of the lowest modes, clamped at the bus."),
-    (r"campbell.*", "Campbell diagram: frequencies of the modes over wheel speed, the harmonic of the imbalance, and the "
-                    "chosen speeds with their bands."),
-    (r"wheel-responses-(?P<layout>[\w-]+?)(-as-published)?", "Response of the structure to the imbalance of each wheel over its "
-     "speed ({layout}); the nominal speed is where the largest response nearby is least."),
-    (r"software", "The software: packages, what each makes, and what crosses from one to the next."),
-    (r"architecture-(?P<layout>[\w-]+)", "The closed loop ({layout}): components, rates, and what they exchange."),
-    (r"slew(?P<variant>-as-published)?-seed(?P<seed>\d+)(-\d+)?", "The slew{variant}, seed {seed}: torque of the wheels, cost, "
-     "wheel speeds with their band, rotation, pointing and rate error, deformation; published values as diamonds."),
-    (r"fine-pointing(?P<variant>-as-published)?-seed(?P<seed>\d+)(-\d+)?", "Fine pointing{variant}, seed {seed}: pointing error "
-     "and deformation over the whole run and its end."),
-    (r"profile", "Where the wall time of the run went."),
-)  # fmt: skip
+_CAPTIONS = {  # pattern of a file's name without its ending: caption
+    r"structure": "The structure: tiles, mesh, and where wheels and sensors are, in both layouts.",
+    r"mode-shapes.*": "Shapes and frequencies of the lowest modes, clamped at the bus.",
+    r"campbell.*": (
+        "Campbell diagram: frequencies of the modes over wheel speed, the harmonic of the imbalance, and the chosen "
+        "speeds with their bands."
+    ),
+    r"wheel-responses-(?P<layout>[\w-]+?)(-as-published)?": (
+        "Response of the structure to the imbalance of each wheel over its speed ({layout}); the nominal speed is where "
+        "the largest response nearby is least."
+    ),
+    r"software": "The software: packages, what each makes, and what crosses from one to the next.",
+    r"architecture-(?P<layout>[\w-]+)": "The closed loop ({layout}): components, rates, and what they exchange.",
+    r"slew(?P<variant>-as-published)?-seed(?P<seed>\d+)(-\d+)?": (
+        "The slew{variant}, seed {seed}: torque of the wheels, cost, wheel speeds with their band, rotation, pointing and "
+        "rate error, deformation; published values as diamonds."
+    ),
+    r"fine-pointing(?P<variant>-as-published)?-seed(?P<seed>\d+)(-\d+)?": (
+        "Fine pointing{variant}, seed {seed}: pointing error and deformation over the whole run and its end."
+    ),
+    r"profile": "Where the wall time of the run went.",
+}
 
 
 def caption_of(name: str) -> str:
     """Return the caption of a figure; for a name that is not known, the name in words."""
-    for pattern, caption in _CAPTIONS:
+    for pattern, caption in _CAPTIONS.items():
         found = re.fullmatch(pattern, name)
         if found:
             words = {key: (value or "").replace("-", " ") for key, value in found.groupdict().items()}
