@@ -1,0 +1,99 @@
+"""Cost of a campaign's runs: processor time of a run of 300 s with reduced recording, and growth over many short runs.
+
+    .venv/bin/python tests/bench/campaign.py examples/campaigns/layouts.toml          # processor time, by layout
+    .venv/bin/python tests/bench/campaign.py examples/campaigns/short.toml --runs 1000    # memory, descriptors, folders
+    .venv/bin/python tests/bench/campaign.py examples/campaigns/short.toml --workers      # rate of two workers over one
+
+All in one process but with --workers. Processor times hold on a loaded machine; the rate of two workers is compared in
+processor time too: what both took beside what one took, which is one on cores that do not disturb each other.
+"""
+
+import argparse
+import dataclasses
+import os
+import tempfile
+import time
+from pathlib import Path
+
+import psutil
+
+from flexbench.campaign.campaign import run_campaign
+from flexbench.campaign.campaign_file import read_campaign
+from flexbench.campaign.flight import fly
+from flexbench.campaign.orders import prepare
+from flexbench.campaign.result_file import read_results
+from flexbench.engine.pools import LocalPool
+from lockstep.fmi.temporary_folder import unpacking_folder
+
+
+def orders_of(path, folder):
+    """Return the orders of a campaign file and a function that flies one, for a shorter time if one is given."""
+    orders = prepare(read_campaign(path), folder, print)
+    places = {name: {file: folder / "files" / file.name for file in (stored.system, *stored.files)}
+              for name, stored in orders.systems.items()}  # fmt: skip
+
+    def flown(number, stop_time=None):
+        order = orders.order(number)
+        if stop_time is not None:
+            order = dataclasses.replace(order, wanted=dataclasses.replace(order.wanted, stop_time=stop_time))
+        return fly(order, places[orders.case_of(number)[1]])
+
+    return orders, flown
+
+
+def cost(orders, flown):
+    """Print the processor time of a run of each system."""
+    systems = len(orders.names)
+    for number in range(1, systems + 1):
+        flown(number, 0.1)  # FMUs are unpacked and loaded
+    for repeat in range(2):
+        for number in range(1 + repeat * systems, 1 + (repeat + 1) * systems):
+            before, wall = time.process_time(), time.perf_counter()
+            found = flown(number)
+            used, passed = time.process_time() - before, time.perf_counter() - wall
+            name = orders.case_of(number)[1]
+            print(f"{name}: {found.simulated_time:g} s in {used:.2f} s of processor time ({passed:.2f} s of wall time)")
+
+
+def growth(flown, runs, total):
+    """Print memory, descriptors and folders over many short runs."""
+    here = psutil.Process()
+    for number in range(runs + 1):
+        flown(number % total + 1, 0.1)
+        if number in (20, runs) or number % 100 == 0:
+            folders = len(list(unpacking_folder().glob(f"lockstep-*-{os.getpid()}-*")))
+            memory = here.memory_info().rss / 1e6
+            print(f"{number} runs: {memory:.2f} MB, {here.num_fds()} descriptors, {folders} folders", flush=True)
+
+
+def workers(path, folder):
+    """Print the rates of one and two workers."""
+    for size in (1, 2):
+        before = time.perf_counter()
+        out = folder / str(size)
+        run_campaign(path, out, lambda settings, size=size: LocalPool(settings, size), lambda _: None)
+        passed = time.perf_counter() - before
+        runs = len(read_results(out).numbers)
+        print(f"{size} workers: {runs} runs in {passed:.1f} s, with start; load {os.getloadavg()[0]:.1f}", flush=True)
+
+
+def main():
+    """Measure what is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("campaign", type=Path)
+    parser.add_argument("--runs", type=int)
+    parser.add_argument("--workers", action="store_true")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        if given.workers:
+            workers(given.campaign, Path(name))
+            return
+        orders, flown = orders_of(given.campaign, Path(name))
+        if given.runs is None:
+            cost(orders, flown)
+        else:
+            growth(flown, given.runs, len(orders))
+
+
+if __name__ == "__main__":
+    main()
