@@ -1,9 +1,13 @@
 """The tick in C and that in Python record the same bytes: all types, versions of FMI, rates, delays and faults."""
 
+import numpy as np
 import pytest
 
 from lockstep import Component, Connection, System, read_signals, simulate
+from lockstep.adapter.component import replace_component
+from lockstep.adapter.read import read_adapter
 from lockstep.faults.read import read_scenario
+from lockstep.shadow.component import with_shadow
 from lockstep.system.transformation import Table
 
 MS = 1_000_000
@@ -56,6 +60,55 @@ deviation = 0.125
 seed = 3
 from = 0.05
 """
+ADAPTER = """
+ignore = ["*_out"]
+
+[[input]]
+port = "Real_in"
+variable = "Real_in"
+scale = -2.5
+
+[[input]]
+port = "Integer_in"
+variable = "Integer_in"
+
+[[input]]
+port = "Boolean_in"
+variable = "Boolean_in"
+
+[[output]]
+port = "Real_out"
+variable = "Real_out"
+offset = 0.1
+scale = 0.3
+
+[[output]]
+port = "Integer_out"
+variable = "Integer_out"
+
+[constants]
+String_in = "90"
+Enumeration_in = "coarse"
+"""
+SHADOW_ADAPTER = """
+step = 0.004
+ignore = ["*_out"]
+
+[[input]]
+port = "Real_in"
+variable = "Real_in"
+
+[[output]]
+port = "Real_out"
+variable = "Real_out"
+sign = -1
+
+[constants]
+Integer_in = 3
+Boolean_in = true
+String_in = "90"
+Enumeration_in = "coarse"
+"""
 
 
 @pytest.fixture
@@ -103,19 +156,49 @@ def everything(reference_fmu):
     )
 
 
-def test_all_types_rates_delays_and_faults(everything, tmp_path):
-    (tmp_path / "faults.toml").write_text(FAULTS)
+def recorded_by_both(system, folder, faults=FAULTS):
+    """Return what the tick in Python and that in C record, bytes of the files, and the signals."""
+    (folder / "faults.toml").write_text(faults)
     files = {}
     for tick in ("python", "c"):
         simulate(
-            everything,
-            tmp_path / tick,
+            system,
+            folder / tick,
             tick=tick,
             record=["all", "inputs:*"],
-            faults=[read_scenario(tmp_path / "faults.toml")],
+            faults=[read_scenario(folder / "faults.toml")],
         )
-        files[tick] = [(tmp_path / tick / name).read_bytes() for name in ("signals.parquet", "events.jsonl")]
+        files[tick] = [(folder / tick / name).read_bytes() for name in ("signals.parquet", "events.jsonl")]
+    return files, read_signals(folder / "c")
+
+
+def test_all_types_rates_delays_and_faults(everything, tmp_path):
+    files, found = recorded_by_both(everything, tmp_path)
     assert files["python"] == files["c"]
-    found = read_signals(tmp_path / "c")
     for name in ("wave.x", "one.Real_out", "three.matrix_out[1,2]", "two.Integer_out", "three.Int64_out"):
         assert len(set(found[name].tolist())) > 20, name
+
+
+def test_an_adapter_of_another_version_and_a_shadow_that_takes_over(everything, reference_fmu, tmp_path):
+    """Both are slaves of Python around FMUs, which C calls back for: one with conversions, one at its own rate."""
+    for name, text in (("adapter.toml", ADAPTER), ("shadow.toml", SHADOW_ADAPTER)):
+        (tmp_path / name).write_text(text)
+    system = replace_component(
+        everything, "two", reference_fmu("feedthrough", "1.0"), read_adapter(tmp_path / "adapter.toml")
+    )
+    system = with_shadow(
+        system,
+        "one",
+        reference_fmu("feedthrough", "2.0"),
+        read_adapter(tmp_path / "shadow.toml"),
+        switchover=40 * MS,
+        blend=20 * MS,
+    )
+    files, found = recorded_by_both(system, tmp_path)
+    assert files["python"] == files["c"]
+    real = found["one.Real_out"]
+    shadow, original = found["one.shadow.Real_out"], found["one.original.Real_out"]
+    assert len(set(real.tolist())) > 20
+    assert np.array_equal(real[:40], original[:40])  # before the switchover the original acts
+    assert np.array_equal(real[61:], shadow[61:])
+    assert not np.array_equal(real[61:], original[61:])
