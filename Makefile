@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 run: $(VENV)/installed
 	$(BIN)/flexsat paper --out results/paper
 
-# Three files at a time on two cores, as some tests wait; the slow ones, which are whole 300 s co-simulations, first.
+# Three files at a time on two cores, as some tests wait; tests/conftest.py orders them: the longest first.
 test: $(VENV)/installed-dev $(HOSTS)/installed
 	$(BIN)/python -m pytest -q -n 3 --dist loadfile --no-loadscope-reorder
 

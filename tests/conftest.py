@@ -58,13 +58,24 @@ def _given_tick(request: pytest.FixtureRequest) -> Generator[None, None, None]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Order files by the time that they take, so that the workers end together: the study before all.
+    """Order files so that no worker waits for another and all end together.
 
-    Then those with long co-simulations, the others that simulate the delivered systems, and the many that are quick.
+    The study comes first, which builds the FMUs and then simulates. Meanwhile the others take tests of the spacecraft,
+    which need no built FMUs; then files with long co-simulations, those that simulate the delivered systems, and last
+    the many that are quick.
     """
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: (item.path.name != "test_paper.py", item.path not in slow,
-                                 not {"hosts", "system"} & set(item.path.relative_to(_TESTS).parts)))  # fmt: skip
+    waiting = {item.path for item in items if "delivered" in getattr(item, "fixturenames", ())}
+
+    def place(path: Path) -> int:
+        folders = set(path.relative_to(_TESTS).parts)
+        if path.name == "test_paper.py":
+            return 0
+        if "flexsat" in folders and path not in waiting:
+            return 1
+        return 2 if path in slow else 3 if {"hosts", "system"} & folders else 4
+
+    items.sort(key=lambda item: place(item.path))
 
 
 @pytest.fixture(scope="session")

@@ -82,7 +82,7 @@ DISPERSED = {
         "dispersion.inertia": [0.02, -0.004, -0.03],
         "dispersion.participation": [-0.03] * 198,  # nearly all of the inertia is that of the modes
         "initial.rate": [1e-6, -2e-6, 3e-6],
-        "wheel.torque_limit": 0.05,
+        "wheel.torque_limit": 0.02,  # below the largest torque, .028
     }
 }
 SLEW = {"command.rotation": [2e-5, 0.0, 0.0], "command.start_time": 0.5, "wheel.speed_band": 0.5}  # 2 s long
@@ -101,15 +101,15 @@ SENSORS = {
     }
 }
 CASES = [
-    case("fine pointing"),
+    case("fine pointing", duration=1.0),
     case("slew", "slew", duration=3.0, changes={"controller": SLEW}),  # accelerates, coasts, brakes and settles
     case("published design on 40 modes", changes={"controller": {"design": "published"}, "plant": {"modes": 40}}),
     case("slew as published", "slew", as_published=True, changes={"controller": SLEW}),  # under way
-    case("open loop", "fine_pointing_open_loop"),
-    case("dispersions", changes=DISPERSED),
-    case("delays", changes=DELAYS),
-    case("delays as published", as_published=True, changes=DELAYS),
-    case("other noise and periods", changes=SENSORS),
+    case("open loop", "fine_pointing_open_loop", duration=1.0),
+    case("dispersions", duration=1.0, changes=DISPERSED),
+    case("delays", duration=1.0, changes=DELAYS),
+    case("delays as published", as_published=True, duration=1.0, changes=DELAYS),
+    case("other noise and periods", duration=1.0, changes=SENSORS),
 ]
 
 
