@@ -12,14 +12,14 @@ _CAPTIONS = {  # pattern of a file's name without its ending: caption
         "speeds with their bands."
     ),
     r"wheel-responses-(?P<layout>[\w-]+?)(-as-published)?": (
-        "Response of the structure to the imbalance of each wheel over its speed ({layout}); the nominal speed is where "
-        "the largest response nearby is least."
+        "Response of the structure to the imbalance of each wheel over its speed ({layout}); the nominal speed is "
+        "where the largest response nearby is least."
     ),
     r"software": "The software: packages, what each makes, and what crosses from one to the next.",
     r"architecture-(?P<layout>[\w-]+)": "The closed loop ({layout}): components, rates, and what they exchange.",
     r"slew(?P<variant>-as-published)?-seed(?P<seed>\d+)(-\d+)?": (
-        "The slew{variant}, seed {seed}: torque of the wheels, cost, wheel speeds with their band, rotation, pointing and "
-        "rate error, deformation; published values as diamonds."
+        "The slew{variant}, seed {seed}: torque of the wheels, cost, wheel speeds with their band, rotation, pointing "
+        "and rate error, deformation; published values as diamonds."
     ),
     r"fine-pointing(?P<variant>-as-published)?-seed(?P<seed>\d+)(-\d+)?": (
         "Fine pointing{variant}, seed {seed}: pointing error and deformation over the whole run and its end."
