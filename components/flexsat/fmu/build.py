@@ -13,6 +13,7 @@ from ..design.chain import Designs, as_arrays, cost_arrays
 from ..ports.table import FmiVersion, Naming, PortTable
 from ..runtime.slew_guidance import shaper_for_pole
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
+from .documentation.device_rows import DeviceRows, device_rows
 from .documentation.experiments import experiments_of
 from .documentation.native_notes import NativeNotes
 from .documentation.reference_results import Run, run_experiments
@@ -47,6 +48,7 @@ class Parts:
     table: PortTable
     runs: list[Run]
     pictures: Mapping[str, bytes]
+    devices: DeviceRows
 
     def accompanying_files(
         self,
@@ -64,6 +66,7 @@ class Parts:
             self.runs,
             self.pictures,
             config=self.config,
+            devices=self.devices,
             model_name=model_name,
             version=importlib.metadata.version("flexsat"),
             step=getattr(self.config.rates, self.component),
@@ -78,7 +81,7 @@ def configuration_parts(designs: Designs) -> dict[str, Parts]:
     """Return the parts of plant, sensors and controller of one configuration; the experiments are run."""
     config, law = designs.corrected.config, designs.corrected.controller
     spacing = float(shaper_for_pole(law.shaper_frequency, law.shaper_damping, law.period).shifts[0])
-    parts = {}
+    parts, devices = {}, device_rows(designs.corrected)
     for component, shell in SHELLS.items():
         resources = component_resources(designs, component)
         step = getattr(config.rates, component)
@@ -86,7 +89,13 @@ def configuration_parts(designs: Designs) -> dict[str, Parts]:
         table, runs = run_experiments(shell, resources, experiments)
         pictures = draw(designs.corrected.spacecraft, config, component)
         parts[component] = Parts(
-            component=component, config=config, resources=resources, table=table, runs=runs, pictures=pictures
+            component=component,
+            config=config,
+            resources=resources,
+            table=table,
+            runs=runs,
+            pictures=pictures,
+            devices=devices,
         )
     return parts
 

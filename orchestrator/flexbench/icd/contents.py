@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from flexsat.closed_loop import PORTS
 from flexsat.design.chain import Design, Designs
-from flexsat.parameters import RPM, ConfigurationName
+from flexsat.fmu.documentation.device_rows import DEVICE_COLUMNS, WHEEL_COLUMNS, device_rows
+from flexsat.parameters import ConfigurationName
 from flexsat.ports.units import UNITS
 from lockstep import System
 from lockstep.plan.timeline import timeline_lines
@@ -110,32 +111,23 @@ def _ports(chosen: Sequence[PortRow], partner: str) -> Table:
 
 def _elements(design: Design) -> list[Block]:
     """Return tables of the mount, wheel, sensor or mode that each array element belongs to."""
-    craft, speeds = design.spacecraft, design.plant.nominal_speed / RPM
+    craft, devices = design.spacecraft, device_rows(design)
     mounts = [[str(i), *_numbers(p)] for i, p in enumerate(craft.mounts.position, 1)]
-    wheels = [
-        [str(i), str(int(mount) + 1), *_numbers(axis), f"{speed:.1f}"]
-        for i, (mount, axis, speed) in enumerate(zip(craft.mount_of_wheel, craft.wheels.axis, speeds, strict=True), 1)
-    ]
-    gyros = _devices(craft.gyros.position, craft.gyros.axis)
-    accelerometers = _devices(craft.accelerometers.position, craft.accelerometers.axis)
     modes = [[str(i), f"{f / (2.0 * np.pi):.4f}"] for i, f in enumerate(craft.frequency, 1)]
-    position, axis = ("x [m]", "y [m]", "z [m]"), ("axis x", "axis y", "axis z")
+    position = ("x [m]", "y [m]", "z [m]")
     return [
+        Paragraph(devices.mass),
         Paragraph("Mounts, elements of jitter.force_* and jitter.torque_*:"),
         Table(("mount", *position), mounts, frozenset()),
         Paragraph("Wheels, elements of every wheel.*, encoder.* and *.torque:"),
-        Table(("wheel", "mount", *axis, "nominal speed [rpm]"), wheels, frozenset()),
+        Table(WHEEL_COLUMNS, devices.wheels, frozenset()),
         Paragraph("Gyros, elements of gyro_site.rate and gyro.rate:"),
-        Table(("gyro", *position, *axis), gyros, frozenset()),
+        Table(DEVICE_COLUMNS, devices.gyros, frozenset()),
         Paragraph("Accelerometers, elements of accelerometer_site.acceleration and accelerometer.acceleration:"),
-        Table(("accelerometer", *position, *axis), accelerometers, frozenset()),
+        Table(DEVICE_COLUMNS, devices.accelerometers, frozenset()),
         Paragraph("Modes with the bus clamped, elements of modal.*:"),
         Table(("mode", "frequency [Hz]"), modes, frozenset()),
     ]
-
-
-def _devices(position: NDArray[np.float64], axis: NDArray[np.float64]) -> list[list[str]]:
-    return [[str(i), *_numbers(p), *_numbers(a)] for i, (p, a) in enumerate(zip(position, axis, strict=True), 1)]
 
 
 def _numbers(values: NDArray[np.float64]) -> list[str]:

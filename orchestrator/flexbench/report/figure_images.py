@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flexbench.figures.captions import caption_of
 from flexbench.html.document import Picture
 from lockstep.errors import InputError
 
+from .captions import caption_of
 from .results import Result
 
 ROOM = 2_500_000  # bytes for all figures of a page, before base64

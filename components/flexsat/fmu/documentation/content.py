@@ -12,6 +12,7 @@ from ...spacecraft.assembly import Spacecraft
 from ...spacecraft.flexible import structure_of
 from .component_text import ComponentText
 from .controller_text import CONTROLLER
+from .device_rows import DeviceRows
 from .drawing import Shown, icon, model_picture
 from .licences import licence_files
 from .native_notes import NativeNotes
@@ -40,6 +41,7 @@ def accompanying_files(
     pictures: Mapping[str, bytes],
     *,
     config: Configuration,
+    devices: DeviceRows,
     model_name: str,
     version: str,
     step: float,
@@ -54,6 +56,7 @@ def accompanying_files(
     ----------
     component : plant, sensors or controller
     runs : its experiments, already run
+    devices : what the elements of the arrays belong to
     pictures : from `draw`
     step, stop : of the default experiment [s]
     execution_tool : whether the model description declares that a tool is needed
@@ -66,6 +69,7 @@ def accompanying_files(
         experiments,
         model_name=model_name,
         configuration=_layout(config),
+        devices=devices,
         version=version,
         step=step,
         stop=stop,

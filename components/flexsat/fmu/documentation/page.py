@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from ...ports.table import FmiVersion, PortTable
 from .component_text import FRAMES, PAPER, ComponentText
+from .device_rows import DEVICE_COLUMNS, WHEEL_COLUMNS, DeviceRows
 from .experiments import Experiment
 from .native_notes import NativeNotes
 from .port_rows import port_rows, unit_rows
@@ -22,6 +23,7 @@ def page(
     *,
     model_name: str,
     configuration: str,
+    devices: DeviceRows,
     version: str,
     step: float,
     stop: float,
@@ -37,6 +39,7 @@ def page(
     text : its words
     experiments : those that travel with reference results
     configuration : one sentence on the layout of the wheels
+    devices : wheels and sensors in the order of the arrays' elements
     step, stop : of the default experiment [s]
     execution_tool : whether the model description declares that a tool is needed
     native : of an FMU in C; None for one in Python
@@ -52,6 +55,9 @@ def page(
         paper=PAPER,
         frames=FRAMES,
         configuration=configuration,
+        devices=devices,
+        wheel_columns=WHEEL_COLUMNS,
+        device_columns=DEVICE_COLUMNS,
         model_name=model_name,
         version=version,
         naming=table.naming,

@@ -1,7 +1,7 @@
 """Every figure that is drawn has a caption of its own."""
 
-from flexbench.figures.captions import caption_of
 from flexbench.figures.figure_lists import design_figures
+from flexbench.report.captions import caption_of
 
 
 def test_every_figure_of_a_design_has_a_caption(built):
