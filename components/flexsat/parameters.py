@@ -199,6 +199,7 @@ class Slew:
     rotation: Annotated[tuple[float, float, float], "rad", TURN] = (0.5 * DEGREE, 0.0, 0.0)  # P
     start_time: Annotated[float, "s"] = 5.0  # C
     authority: Annotated[float, "1", Range(above=0.0, maximum=1.0)] = 0.8  # P: share of torque and of speed band
+    gyroscopic: bool = False  # whether the feed-forward counts the gyroscopic torque of the wheels' momentum
 
     def __post_init__(self) -> None:
         check_ranges(self)

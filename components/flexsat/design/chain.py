@@ -210,6 +210,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         speed_band_factor=band_factor,
         imbalance_force_factor=force_factor,
         imbalance_torque_factor=torque_imbalance_factor,
+        slew_gyroscopic=config.slew.gyroscopic,
     )
     broadband_force, broadband_force_factor = over_largest(wheels.broadband_force)
     broadband_torque, broadband_torque_factor = over_largest(wheels.broadband_torque)

@@ -143,6 +143,8 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="slew.least_peak", causality="parameter", kind="boolean",
              description="divide the torque of slews between wheels so that the largest share of a limit is the least,"
              " instead of the sum of the squares of the shares"),
+        Port(name="slew.gyroscopic", causality="parameter", kind="boolean", start=model.slew_gyroscopic,
+             description="count the gyroscopic torque of body and wheels in the feed-forward torque of slews"),
     )  # fmt: skip
 
 
@@ -183,6 +185,7 @@ def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> Contro
         band_factor=np.array(value("wheel.speed_band_factor")),
         speed_offset=np.array(value("wheel.speed_offset")),
         least_peak=value("slew.least_peak"),
+        gyroscopic=value("slew.gyroscopic"),
         keep_out=keep_out(
             np.array(value("keep_out.axis")),
             np.array([value(f"keep_out.{name}.direction") for name in CONES]),

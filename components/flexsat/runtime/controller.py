@@ -291,12 +291,30 @@ def _refer(prepared: PreparedController, state: ControllerState, time: float) ->
     else:
         reference[:] = state.reference
         state.reference[:] = prepared.reference_a @ reference + prepared.reference_b @ torque
+        if prepared.gyroscopic and profile.angle > 0.0 and time < profile.end + float(prepared.shaper.shifts[0]):
+            _follow_momentum(prepared, state, reference, torque)
     attitude = reference_attitude(state.origin, profile.axis, reference[:3])
     if prepared.linear_attitude:
         reference[:3] += rotations.mrp_from_quaternion(state.origin.tolist())
     else:
         reference[:3] = rotations.mrp_from_quaternion(attitude)
     return attitude
+
+
+def _follow_momentum(prepared: PreparedController, state: ControllerState, reference: Array, torque: Array) -> None:
+    """Add the torque that keeps a turning body from being turned by its momentum, and what it does to the wheels.
+
+    Without it the wheels' momentum would stay in the body, while that of the whole stays in inertial space. The
+    reference moves as if there were no gyroscopic terms: this torque takes their place, but for the wheels' speeds.
+    It ends with the shaped torque; what the structure still swings then is left to the regulator.
+    """
+    m = prepared.modes
+    rate, speed = reference[3 + m : 6 + m], reference[6 + 2 * m :]
+    wheels = prepared.slew_wheels
+    momentum = prepared.inertia @ rate + (prepared.wheel_inertia * (prepared.nominal_speed + speed)) @ wheels.axes
+    added = share_of(wheels, state.profile.allocation, np.cross(rate, momentum))
+    torque += added
+    state.reference[6 + 2 * m :] += prepared.period * added / prepared.wheel_inertia
 
 
 def _saturate(prepared: PreparedController, torque: Array, speed: Array) -> Array:

@@ -52,6 +52,7 @@ class ControllerMatrices:
     speed_band_factor: Array
     imbalance_force_factor: Array
     imbalance_torque_factor: Array
+    slew_gyroscopic: bool  # whether slews count the gyroscopic torque unless a run says otherwise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +78,7 @@ class ControllerParameters:
     torque_factor: Array | float = 1.0  # (n,) of the torque limit, of each wheel; 0: it has failed
     band_factor: Array | float = 1.0  # (n,) of the speed band
     speed_offset: Array | float = 0.0  # (n,) [rad/s], speed at rest less the nominal one
+    gyroscopic: bool = False  # count the gyroscopic torque of wheels and body in the feed-forward of slews
     least_peak: bool = False  # divide the torque of slews by the least peak of the wheels' shares, not least squares
     keep_out: KeepOut = NO_CONES
 
@@ -100,6 +102,11 @@ class ControllerParameters:
             raise ValueError(
                 "keep_out: as_published has attitudes as sums of a quarter of the angle, which hold near zero only;"
                 " set the half-angles to 0, or design = 'published' in place of as_published"
+            )
+        if self.gyroscopic and (self.smoothed or self.guidance == "smoothed"):
+            raise ValueError(
+                "slew.gyroscopic: the smoothed reference has no wheel speeds that follow it; set slew.gyroscopic to"
+                " false, or another guidance"
             )
         if not self.capture_angle > 0.0:
             raise ValueError(f"initial.capture_angle must be > 0, got {self.capture_angle!r}")

@@ -57,6 +57,7 @@ class PreparedController:
     ahead: Array  # (r, s + (q + 2) n): to the time at which the torque acts, from estimate and torque history
     reference_a: Array  # (r, r)
     reference_b: Array  # (r, n)
+    gyroscopic: bool  # of the feed-forward of slews
     slew_wheels: guidance.Wheels  # what each wheel may give to a slew
     shaper: guidance.Shaper
     keep_out: KeepOut
@@ -136,6 +137,7 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         ahead=np.ascontiguousarray(ahead[:controlled]),
         reference_a=reference_a,
         reference_b=reference_b,
+        gyroscopic=parameters.gyroscopic,
         slew_wheels=guidance.wheels_for(
             matrices.wheel_axis,
             parameters.authority * torque_limit,

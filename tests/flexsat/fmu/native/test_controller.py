@@ -144,10 +144,10 @@ SCENARIOS: dict[str, tuple[dict[str, Any], Commands, float, int]] = {
          "jitter__imbalance_force_factor": UNEQUAL, "jitter__imbalance_torque_factor": UNEQUAL},
         {}, 1e-8, 1000,
     ),
-    "least peak, unequal wheels": (
-        {"slew__least_peak": True, "command__rotation": (4e-5, 1e-5, -2e-5), "command__start_time": 0.5,
-         "wheel__torque_limit_factor": UNEQUAL, "wheel__speed_offset": UNEQUAL},
-        {}, 1e-8, 700,
+    "least peak, unequal wheels, gyroscopic": (
+        {"slew__least_peak": True, "slew__gyroscopic": True, "command__rotation": (4e-5, 1e-5, -2e-5),
+         "command__start_time": 0.5, "wheel__torque_limit_factor": UNEQUAL, "wheel__speed_offset": UNEQUAL},
+        {}, 1e-8, 900,
     ),
     "quadratic programme, replanned": (
         {"slew__guidance": "qp", "command__during_slew": "replan", "command__rotation": SMALL,
@@ -259,6 +259,7 @@ def test_state_that_no_run_reaches_is_refused(made: Maker):
         {"wheel__torque_limit_factor": 0.0},
         {"wheel__speed_band_factor": 0.0},
         {"wheel__speed_offset": 3.0},
+        {"slew__gyroscopic": True, "reference__smoothed": True},
         {"keep_out__axis": (0.0, 0.0, 0.0)},
         {"keep_out__second__half_angle": 3.5},
         {"keep_out__first__half_angle": 0.2},

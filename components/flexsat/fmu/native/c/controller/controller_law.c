@@ -195,6 +195,30 @@ static int any(int count, const double *values)
     return 0;
 }
 
+/* Add the torque that keeps a turning body from being turned by its momentum, and what it does to the wheels. */
+static void follow_momentum(const PreparedController *prepared, Commanded *commanded, const double *reference,
+                            double *torque)
+{
+    const double *rate = reference + 3 + MODES, *speed = reference + 6 + 2 * MODES;
+    double momentum[3], body[3], added[WHEELS];
+    int i, k;
+
+    times_vector(3, 3, prepared->inertia, rate, momentum);
+    for (k = 0; k < WHEELS; k++)
+        for (i = 0; i < 3; i++)
+            momentum[i] += prepared->wheel_inertia[k] * (prepared->nominal_speed[k] + speed[k]) *
+                           prepared->slew_wheels.axes[3 * k + i];
+    for (i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        body[i] = rate[j] * momentum[l] - rate[l] * momentum[j];
+    }
+    share_torque(&prepared->slew_wheels, commanded->profile.allocation, body, added);
+    for (k = 0; k < WHEELS; k++) {
+        torque[k] += added[k];
+        commanded->reference[6 + 2 * MODES + k] += prepared->period * added[k] / prepared->wheel_inertia[k];
+    }
+}
+
 /* Write the reference at `time` and the feed-forward torque from then on; propagate the reference by a period. The
 reference attitude is body from inertial. */
 static void refer(const PreparedController *prepared, ControllerState *state, double time,
@@ -219,6 +243,8 @@ static void refer(const PreparedController *prepared, ControllerState *state, do
             panels_add_times_exactly(&prepared->reference_a, reference, commanded->reference);
         if (any(WHEELS, torque))
             panels_add_times_exactly(&prepared->reference_b, torque, commanded->reference);
+        if (prepared->parameters.gyroscopic && profile->angle > 0.0 && time < profile->end + shaper_spacing(prepared))
+            follow_momentum(prepared, commanded, reference, torque);
     }
     reference_attitude(commanded->origin, profile->axis, reference, attitude);
     if (prepared->parameters.linear_attitude) {

@@ -141,6 +141,7 @@ int controller_parameters(Component *component, const ControllerData **matrices,
     parameters->actuation_delay = real[PORT_DELAY_ACTUATION];
     parameters->capture_angle = real[PORT_INITIAL_CAPTURE_ANGLE];
     parameters->least_peak = boolean[PORT_SLEW_LEAST_PEAK];
+    parameters->gyroscopic = boolean[PORT_SLEW_GYROSCOPIC];
     parameters->linear_attitude = boolean[PORT_AS_PUBLISHED];
     if (check_limits(component, parameters) || choose_guidance(component, parameters) ||
         read_wheels(component, parameters))
@@ -149,6 +150,9 @@ int controller_parameters(Component *component, const ControllerData **matrices,
         return refuse(component,
                       "keep_out: as_published has attitudes as sums of a quarter of the angle, which hold near zero "
                       "only; set the half-angles to 0, or design = 'published' in place of as_published");
+    if (parameters->gyroscopic && (parameters->smoothed || parameters->guidance == SMOOTHED))
+        return refuse(component, "slew.gyroscopic: the smoothed reference has no wheel speeds that follow it; set "
+                                 "slew.gyroscopic to false, or another guidance");
     if (!(parameters->capture_angle > 0.0))
         return refuse(component, "initial.capture_angle must be > 0, got %s",
                       number_text(parameters->capture_angle, text));

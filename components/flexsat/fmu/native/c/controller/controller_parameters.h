@@ -27,6 +27,7 @@ typedef struct ControllerParameters {
     double torque_limits[WHEELS]; /* N.m, of each wheel */
     double speed_bands[WHEELS];   /* rad/s, of each wheel */
     double speed_offset[WHEELS];  /* rad/s, at rest less the nominal one */
+    int gyroscopic;               /* count the gyroscopic torque of wheels and body in the feed-forward of slews */
     int least_peak;               /* divide the torque of slews by the least peak of the wheels' shares */
     KeepOut keep_out;
     int linear_attitude;      /* attitudes as sums of a quarter of the angle, as the published release has them */
