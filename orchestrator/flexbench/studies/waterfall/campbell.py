@@ -49,7 +49,8 @@ def campbell(spacecraft: Spacecraft, speed: Array, frequency: Array) -> Campbell
     for name, values in (("speed", speed), ("frequency", frequency)):
         if not np.all(values > 0.0):
             raise InputError(f"campbell: {name} must be > 0 throughout, got {values.min():g} rad/s")
-    grid = np.array([imbalance_deformation(spacecraft, w, frequency).max(axis=0) for w in speed.tolist()])
+    prepared = _prepare(spacecraft, frequency)
+    grid = np.array([prepared.deformation(w).max(axis=0) for w in speed.tolist()])
     modes = modal_frequencies(spacecraft, speed, float(frequency.max()))
     return Campbell(speed=speed, modes=modes, frequency=frequency, response=grid.T)
 
@@ -102,59 +103,97 @@ def imbalance_deformation(spacecraft: Spacecraft, speed: float, frequency: Array
     speed : W [rad/s], of all wheels
     frequency : (f,) [rad/s]
     """
+    return _prepare(spacecraft, frequency).deformation(speed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Prepared:
+    """What the response at some frequencies is made of, whatever the speed.
+
+    Modes act on each other through rigid motion and the gyroscopic torques at the mounts alone. So each mode is solved
+    for these few, x = (rigid displacement (6,), gyroscopic torques (3 s,)), which leaves equations for them: the modal
+    displacements are driven - coupled x.
+    """
+
+    spacecraft: Spacecraft
+    frequency: Array  # (f,) [rad/s]
+    load: Complex  # (6, n): on the rigid motion, at 1 rad/s, as all that is driven
+    coupled: Complex  # (f, m, 6 + 3 s)
+    driven: Complex  # (f, m, n)
+    rigid_coupled: Complex  # (f, 6, 6 + 3 s): modal forces on the rigid motion
+    rigid_driven: Complex  # (f, 6, n)
+    turned_coupled: Complex  # (f, 3 s, 6 + 3 s): turn of the mounts by the modes
+    turned_driven: Complex  # (f, 3 s, n)
+
+    def deformation(self, speed: float) -> Array:
+        """Return the deformation that the imbalance of each wheel alone makes at a speed [rad/s] of all, (n, f) [m]."""
+        mass, size = self.spacecraft.mass_matrix, self.coupled.shape[2]
+        lever, torques = _mount_rates(self.spacecraft, speed)
+        w = self.frequency[:, None, None]
+        system = np.zeros((len(self.frequency), size, size), dtype=complex)
+        system[:, :6, :6] = -(w**2) * mass[:6, :6]
+        system[:, :6, 6:] = lever[:, :6].T
+        system[:, :6] += w**2 * self.rigid_coupled
+        system[:, 6:] = 1j * w * _by_mount(torques, self.turned_coupled)
+        system[:, 6:, :6] -= 1j * w * _by_mount(torques, lever[:, :6])
+        system[:, 6:, 6:] += np.eye(size - 6)
+        turned = 1j * w * _by_mount(torques, self.turned_driven)
+        right = np.concatenate([self.load + w**2 * self.rigid_driven, turned], axis=1)
+        modal = self.driven - self.coupled @ np.linalg.solve(system, right)
+        # P, section 5: the RMS over the aperture is the norm over the root of the mass
+        return np.asarray(speed**2 * np.linalg.norm(modal, axis=1).T / np.sqrt(2.0 * self.spacecraft.mass))
+
+
+def _prepare(spacecraft: Spacecraft, frequency: Array) -> _Prepared:
     wheels, n = spacecraft.wheel_set, spacecraft.wheel_count
-    force, torque = wheels.imbalance_force * speed**2, wheels.imbalance_torque * speed**2
+    force, torque = wheels.imbalance_force, wheels.imbalance_torque
     # sin = Re(-i exp), cos = Re(exp): one column a wheel
     columns = spacecraft.jitter_influence.reshape(-1, 4, n)
     load = np.einsum("qan,an->qn", columns, np.array([-1j * force, force, -torque, -1j * torque]))
-    modal = _modal_response(spacecraft, speed, frequency, load)
-    # P, section 5: the RMS over the aperture is the norm over the root of the mass
-    return np.asarray(np.linalg.norm(modal, axis=1).T / np.sqrt(2.0 * spacecraft.mass))
-
-
-def _modal_response(spacecraft: Spacecraft, speed: float, frequency: Array, load: Complex) -> Complex:
-    """Return the modal displacements, (f, m, n), that loads (6 + m, n) make at frequencies (f,).
-
-    Modes act on each other through rigid motion and the gyroscopic torques at the mounts alone. So each mode is solved
-    for these few, which leaves equations for (v, w) and the turning rates of the mounts.
-    """
-    mass = spacecraft.mass_matrix
-    lever, torques = _mount_rates(spacecraft, speed)
-    modes, mounts = spacecraft.mode_count, len(lever)
-    # the unknowns x: rigid displacement (6,) and gyroscopic torques (3 s,); M eta = load - coupled x
-    w = frequency[:, None, None]
+    mass, lever = spacecraft.mass_matrix, _lever(spacecraft)
+    modes, w = spacecraft.mode_count, frequency[:, None, None]
     impedance = spacecraft.frequency**2 + 1j * w[:, :, 0] * spacecraft.damping - w[:, :, 0] ** 2  # (f, m)
-    coupled = np.concatenate(
+    acting = np.concatenate(
         [np.broadcast_to(-(w**2) * mass[6:, :6], (len(frequency), modes, 6)),
-         np.broadcast_to(lever[:, 6:].T, (len(frequency), modes, mounts))], axis=2,
-    ) / impedance[:, :, None]  # fmt: skip
+         np.broadcast_to(lever[:, 6:].T, (len(frequency), modes, len(lever)))], axis=2,
+    )  # fmt: skip
+    coupled: Complex = np.divide(acting, impedance[:, :, None])
     driven = load[6:] / impedance[:, :, None]
-    turning = 1j * w * (torques @ lever)  # (f, 3 s, 6 + m): gyroscopic torques from displacements
-    system = np.zeros((len(frequency), 6 + mounts, 6 + mounts), dtype=complex)
-    system[:, :6, :6] = -(w**2) * mass[:6, :6]
-    system[:, :6, 6:] = lever[:, :6].T
-    system[:, :6] -= -(w**2) * mass[:6, 6:] @ coupled
-    system[:, 6:, :6] = -turning[:, :, :6]
-    system[:, 6:, 6:] = np.eye(mounts)
-    system[:, 6:] += turning[:, :, 6:] @ coupled
-    right = np.concatenate([load[:6] + w**2 * mass[:6, 6:] @ driven, turning[:, :, 6:] @ driven], axis=1)
-    return np.asarray(driven - coupled @ np.linalg.solve(system, right))
+    return _Prepared(
+        spacecraft=spacecraft,
+        frequency=frequency,
+        load=load[:6],
+        coupled=coupled,
+        driven=driven,
+        rigid_coupled=mass[:6, 6:] @ coupled,
+        rigid_driven=mass[:6, 6:] @ driven,
+        turned_coupled=lever[:, 6:] @ coupled,
+        turned_driven=lever[:, 6:] @ driven,
+    )
+
+
+def _by_mount(torques: Array, rates: Array | Complex) -> Array | Complex:
+    """Return the gyroscopic torques (..., 3 s, k) of turning rates, with the matrix of each mount, (s, 3, 3)."""
+    return (torques @ rates.reshape(*rates.shape[:-2], -1, 3, rates.shape[-1])).reshape(rates.shape)
+
+
+def _lever(spacecraft: Spacecraft) -> Array:
+    """Return what maps velocities to the turning rates of the mounts, (3 s, 6 + m)."""
+    count = len(spacecraft.mounts.slope)
+    rigid = np.tile(np.hstack([np.zeros((3, 3)), np.eye(3)]), (count, 1))
+    return np.hstack([rigid, spacecraft.mounts.slope.reshape(3 * count, -1)])
 
 
 def _mount_rates(spacecraft: Spacecraft, speed: float) -> tuple[Array, Array]:
-    """Return what maps velocities to the turning rates of the mounts, (3 s, 6 + m), and those to torques, (3 s, 3 s).
+    """Return what maps velocities to the turning rates of the mounts, and those of each to its torque, (s, 3, 3).
 
     With both, the gyroscopic matrix of the spacecraft is lever^T torques lever.
     """
-    count = len(spacecraft.mounts.slope)
-    rigid = np.tile(np.hstack([np.zeros((3, 3)), np.eye(3)]), (count, 1))
-    lever = np.hstack([rigid, spacecraft.mounts.slope.reshape(3 * count, -1)])
-    torques = np.zeros((3 * count, 3 * count))
-    for mount in range(count):
+    torques = []
+    for mount in range(len(spacecraft.mounts.slope)):
         there = spacecraft.mount_of_wheel == mount
-        momentum = speed * spacecraft.wheel_set.inertia[there] @ spacecraft.wheels.axis[there]
-        torques[3 * mount : 3 * mount + 3, 3 * mount : 3 * mount + 3] = -skew(momentum)
-    return lever, torques
+        torques.append(-skew(speed * spacecraft.wheel_set.inertia[there] @ spacecraft.wheels.axis[there]))
+    return _lever(spacecraft), np.array(torques)
 
 
 def _stiffness(spacecraft: Spacecraft) -> Array:
