@@ -21,7 +21,8 @@ MOST_IN_A_FOLDER = 22  # files of one subject
 FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/embedded", "fmu/native", "fmu/python", "fmu/python/shim", "fmu/documentation"),
-        *("design", "spacecraft", "description", "ports", "runtime", "structure", "parameters", "controller_weights"),
+        *("design", "spacecraft", "description", "ports", "runtime/missions"),
+        *("runtime", "structure", "parameters", "controller_weights"),
         *("quantities", "allocation", "fixed_order", "double_double", "arrays", "errors"),
     ),
     "lockstep": (
@@ -81,7 +82,10 @@ ALLOWED = {
     },
 }  # fmt: skip
 # What travels in the FMUs: reached from the shells. numpy alone, but for the one class that pythonfmu calls.
-SHELLS = tuple(f"flexsat.fmu.python.{name}" for name in ("plant", "sensors", "controller", "test_signal_injector"))
+SHELLS = tuple(
+    f"flexsat.fmu.python.{name}"
+    for name in ("plant", "sensors", "controller", "environment", "thrusters", "mission", "test_signal_injector")
+)
 
 
 def name_of(path, root):
@@ -242,8 +246,10 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     assert {"flexsat.runtime.plant", "flexsat.runtime.sensors", "flexsat.runtime.controller"} <= inside
     assert {module for module, _ in foreign} == {"flexsat.fmu.python.life_cycle"}
     assert {name.partition(".")[0] for _, name in foreign} == {"pythonfmu"}
-    allowed = {None, "runtime", "ports", "fmu", "fmu/python", "parameters", "quantities", "allocation",
-               "fixed_order", "arrays", "controller_weights"}  # fmt: skip
+    allowed = {
+        None, "runtime", "runtime/missions", "ports", "fmu", "fmu/python", "parameters", "quantities", "allocation",
+        "fixed_order", "arrays", "controller_weights",
+    }  # fmt: skip
     assert {folder_of(module) for module in inside} <= allowed
 
 

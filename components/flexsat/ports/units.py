@@ -52,6 +52,10 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "N.s": Unit(exponents={"kg": 1, "m": 1, "s": -1}),
         "N.m": Unit(exponents={"kg": 1, "m": 2, "s": -2}, display={"mN.m": 1e3}),
         "N.m.s": Unit(exponents={"kg": 1, "m": 2, "s": -1}),
+        "m2": Unit(exponents={"m": 2}),
+        "N/m2": Unit(exponents={"kg": 1, "m": -1, "s": -2}),
+        "T": Unit(exponents={"kg": 1, "s": -2, "A": -1}),
+        "A.m2": Unit(exponents={"A": 1, "m": 2}),
         "J": Unit(exponents={"kg": 1, "m": 2, "s": -2}),
         "N.s2/rad2": Unit(exponents={"kg": 1, "m": 1, "rad": -2}),  # force of an imbalance over speed squared
         "N.m.s2/rad2": Unit(exponents={"kg": 1, "m": 2, "rad": -2}),  # torque of an imbalance over speed squared

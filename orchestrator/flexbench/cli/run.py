@@ -12,7 +12,7 @@ import click
 from lockstep.cli.checkpoint_options import resume_run
 from lockstep.cli.command import command
 from lockstep.cli.options import assignments
-from lockstep.cli.parameter_types import Number
+from lockstep.cli.parameter_types import PATH, Number
 from lockstep.cli.run_options import RunRequest, run_options, run_system
 from lockstep.cli.timing_options import implementation
 from lockstep.errors import InputError
@@ -35,6 +35,7 @@ examples:
   {{program}} run --restart-from results/slew/checkpoints/t=100.ckpt --out results/other
   {{program}} run fmus/distributed/slew.ssd --input examples/commands/three_slews.csv --stop-time 160
   {{program}} run fmus/distributed/slew.ssd --native
+  {{program}} run fmus/centralised/missions/mission.ssd --native --mission examples/missions/short_day.toml
 
 --native replaces every FMU; in a system file native="true", beside the period of a component, replaces that one.
 
@@ -54,6 +55,8 @@ the body, such as a boresight, outside up to two cones.
               help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
 @click.option(ACCEPT_INFEASIBLE, "accept_infeasible", is_flag=True,
               help="run although the slew cannot be carried out in time, or with these wheels")  # fmt: skip
+@click.option("--mission", type=PATH, metavar="FILE",
+              help="commands at times, for a system with a mission manager: see docs/missions.md")  # fmt: skip
 @click.option("--native", is_flag=True, help="with the FMUs in C that lie in native/ beside the others")
 def run(
     request: RunRequest,
@@ -61,6 +64,7 @@ def run(
     as_published: bool,
     settling_band: float | None,
     accept_infeasible: bool,
+    mission: Path | None,
     native: bool,
 ) -> int:
     """Simulate a system and leave its signals, events and metrics in a results folder."""
@@ -88,7 +92,7 @@ def run(
             watch=watch_loop,
         )
     else:
-        _run_new(request, seed, as_published, accept_infeasible, native, finish)
+        _run_new(request, seed, as_published, accept_infeasible, mission, native, finish)
     return 0
 
 
@@ -97,6 +101,7 @@ def _run_new(
     seed: int | None,
     as_published: bool,
     accept_infeasible: bool,
+    mission: Path | None,
     native: bool,
     finish: Callable[[Path], None],
 ) -> RunSummary:
@@ -124,6 +129,10 @@ def _run_new(
         values: dict[str, Value] = dict(_published(system)) if as_published else {}
         if seed is not None or request.checkpoints.restart_from is None:  # a restart keeps the seed of its run
             values |= seed_overrides(system, seed)
+        if mission is not None:
+            from ..loop.mission_file import mission_values
+
+            values |= mission_values(system, mission)
         refuse_missed_samples(system, {**values, **assignments(request.settings)})
         return values
 

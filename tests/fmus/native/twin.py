@@ -93,14 +93,14 @@ def compile_twin(
     Parameters
     ----------
     component : "plant", "sensors", "controller"
-    ports : of the component; matrix sets by the names of their variants, as in `matrix_sources`
+    ports : of the component; matrix sets by the names of their variants, as in `matrix_sources`; none if it has none
     options : further ones of the compiler
     """
     folder.mkdir(parents=True, exist_ok=True)
-    files = matrix_sources(component, variants) | {"ports.h": port_places(PortTable(ports))}
+    files = (matrix_sources(component, variants) if variants else {}) | {"ports.h": port_places(PortTable(ports))}
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
-    sources = [*sources_of(component), folder / "data.c"]
+    sources = [*sources_of(component), *([folder / "data.c"] if variants else [])]
     return compile_library(sources, folder / f"{component}.so", options, [folder])
 
 

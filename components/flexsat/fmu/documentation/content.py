@@ -15,6 +15,7 @@ from .controller_text import CONTROLLER
 from .device_rows import DeviceRows
 from .drawing import Shown, icon, model_picture
 from .licences import licence_files
+from .mission_text import ENVIRONMENT, MISSION, THRUSTERS
 from .native_notes import NativeNotes
 from .page import external_dependencies, page, replay_instructions
 from .plant_text import PLANT
@@ -23,7 +24,14 @@ from .sensors_text import SENSORS
 from .terminals import terminals_xml
 
 MODEL_PICTURE = "model.png"
-TEXTS: dict[str, ComponentText] = {"plant": PLANT, "sensors": SENSORS, "controller": CONTROLLER}
+TEXTS: dict[str, ComponentText] = {
+    "plant": PLANT,
+    "sensors": SENSORS,
+    "controller": CONTROLLER,
+    "environment": ENVIRONMENT,
+    "thrusters": THRUSTERS,
+    "mission": MISSION,
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

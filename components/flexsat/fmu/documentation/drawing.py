@@ -62,6 +62,9 @@ EMPHASIS = {
     "plant": Emphasis(structure=True, wheels=True, sensors=False),
     "sensors": Emphasis(structure=False, wheels=False, sensors=True),
     "controller": Emphasis(structure=False, wheels=True, sensors=True),
+    "environment": Emphasis(structure=True, wheels=False, sensors=False),
+    "thrusters": Emphasis(structure=True, wheels=False, sensors=False),
+    "mission": Emphasis(structure=False, wheels=True, sensors=False),
 }
 
 

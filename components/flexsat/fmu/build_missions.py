@@ -1,0 +1,164 @@
+"""Build the FMUs of missions of one configuration: environment, thrusters and mission manager, in Python and in C."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..design.chain import Design, Designs
+from ..ports.table import PortTable
+from ..runtime.missions.mission_data import MissionData
+from ..structure.mesh import tile_centres
+from .documentation.content import AccompanyingFiles, accompanying_files, draw
+from .documentation.mission_experiments import MISSION_EXPERIMENTS
+from .documentation.native_notes import NativeNotes
+from .documentation.reference_results import Run, run_experiments
+from .export import BuiltFmu, build_fmu
+from .native.compile import native_notes
+from .native.export import NativeComponent, native_content
+from .native.sources import NATIVE, c_files
+from .python.environment import Environment
+from .python.load_matrices import MODEL_FILE
+from .python.mission import Mission
+from .python.model_description import about_component
+from .python.thrusters import Thrusters
+from .reproducible_zip import npz_bytes, write_atomically, zip_bytes
+
+HEXAGON = 1.5 * 3.0**0.5  # area over side squared
+FOLDER = "missions"  # of the FMUs, in that of a layout
+MISSION_SHELLS: dict[str, type[Environment | Thrusters | Mission]] = {
+    "environment": Environment,
+    "thrusters": Thrusters,
+    "mission": Mission,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionParts:
+    """What the FMUs of one component of missions have in common, whatever runs them."""
+
+    component: str
+    design: Design
+    resources: Mapping[str, bytes]
+    table: PortTable
+    runs: list[Run]
+    pictures: Mapping[str, bytes]
+
+    @property
+    def model_name(self) -> str:
+        """Name of the model."""
+        return f"{self.component}_{self.design.config.name}"
+
+    def accompanying_files(self, native: NativeNotes | None = None) -> AccompanyingFiles:
+        """Return the documentation, pictures and reference results."""
+        shell = MISSION_SHELLS[self.component]
+        return accompanying_files(
+            self.component,
+            self.table,
+            self.runs,
+            self.pictures,
+            config=self.design.config,
+            model_name=self.model_name,
+            version=importlib.metadata.version("flexsat"),
+            step=shell.preferred_step,
+            stop=shell.stop_time,
+            native=native,
+        )
+
+
+def mission_data(design: Design) -> MissionData:
+    """Return what the FMUs of missions know of a spacecraft."""
+    config, controller = design.config, design.controller
+    count = len(controller.nominal_speed)
+    return MissionData(
+        inertia=controller.inertia,
+        area=len(tile_centres(config.aperture)) * HEXAGON * config.aperture.tile_side**2,
+        wheel_axis=controller.wheel_axis,
+        wheel_inertia=np.full(count, controller.wheel_inertia),
+        torque_limit=np.full(count, controller.torque_limit),
+        nominal_speed=controller.nominal_speed,
+        speed_band=controller.speed_band,
+        period=controller.period,
+    )
+
+
+def mission_parts(designs: Designs) -> dict[str, MissionParts]:
+    """Return the parts of all components of missions; the experiments are run."""
+    design = designs.corrected
+    data = mission_data(design)
+    arrays = {f"corrected.{item.name}": np.asarray(getattr(data, item.name)) for item in fields(data)}
+    resources = {MODEL_FILE: npz_bytes(arrays)}
+    parts = {}
+    for component, shell in MISSION_SHELLS.items():
+        table, runs = run_experiments(shell, resources, MISSION_EXPERIMENTS[component], fixed_order=False)
+        pictures = draw(design.spacecraft, design.config, component)
+        parts[component] = MissionParts(
+            component=component, design=design, resources=resources, table=table, runs=runs, pictures=pictures
+        )
+    return parts
+
+
+def build_missions(
+    designs: Designs, folder: Path, report: Callable[[str], None] = lambda _: None, *, native: bool = True
+) -> dict[str, BuiltFmu]:
+    """Build the FMUs of missions into `folder`/<configuration>/missions/, and those in C into its native/.
+
+    Raises
+    ------
+    BuildError
+        If those in C are wanted and there is no C compiler here.
+    """
+    target = folder / designs.corrected.config.name / FOLDER
+    target.mkdir(parents=True, exist_ok=True)
+    built = {}
+    for component, part in mission_parts(designs).items():
+        shell = MISSION_SHELLS[component]
+        content = part.accompanying_files()
+        built[component] = build_fmu(
+            f"{shell.__module__}:{shell.__name__}",
+            target / f"{component}.fmu",
+            part.resources,
+            part.model_name,
+            documentation=content.documentation,
+            extra=content.extra,
+        )
+        if native:
+            built[f"{component}, native"] = _build_native(part, target / NATIVE / f"{component}.fmu")
+    for one in built.values():
+        report(f"{one.path}  {one.path.stat().st_size / 1e6:.1f} MB  {one.guid}")
+    return built
+
+
+def _build_native(part: MissionParts, path: Path) -> BuiltFmu:
+    made = native_content(native_mission_component(part))
+    files = part.accompanying_files(native_notes(part.model_name, (), "2.0"))
+    documentation = {f"documentation/{file}": content for file, content in files.documentation.items()}
+    archive = zip_bytes({**files.extra, **documentation, **made.entries})
+    path.parent.mkdir(exist_ok=True)
+    write_atomically(path, archive)
+    return BuiltFmu(path=path, guid=made.guid, sha256=hashlib.sha256(archive).hexdigest())
+
+
+def native_mission_component(part: MissionParts) -> NativeComponent:
+    """Return what the native FMU of a component of missions is made from."""
+    with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
+        for file, content in part.resources.items():
+            Path(folder, file).write_bytes(content)
+        shell = MISSION_SHELLS[part.component](instance_name=part.component, resources=folder)
+    version = importlib.metadata.version("flexsat")
+    about = about_component(shell, {"version": version}, f"flexsat {version}")
+    return NativeComponent(
+        main=c_files()[f"{part.component}.c"],
+        table=part.table,
+        variants={},
+        about=replace(about, model_name=part.model_name),
+        equal_steps=shell.equal_steps,
+        step_parameter=shell.step_parameter,
+        resources=part.resources,
+    )

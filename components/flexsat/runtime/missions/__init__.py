@@ -1,0 +1,1 @@
+"""Steppers of missions: environment, thrusters, and the manager of modes. numpy alone."""

@@ -1,0 +1,163 @@
+"""Run-time mission manager between controller and wheels: modes, timeline, off-loading, failed wheels. numpy alone.
+
+One step is one period of the controller. It reads the torque that the controller demands and the encoders, and gives
+the wheels their torque: the demanded one, as long as all wheels work and no thruster fires.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Array, Flags, make_read_only
+from .. import rotations
+from . import allocation, failure_detection, mode_logic, off_loading, thrusters
+from .failure_detection import DetectionState, PreparedDetection
+from .mode_logic import ModeState, PreparedModes, Seen
+from .off_loading import OffLoadingState, PreparedOffLoading
+from .thrusters import PreparedThrusters, ThrusterState
+
+MOVING = 1e-8  # rad/s, of the reference: 0.002 arcsec/s
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PreparedManager:
+    """Numbers that no step changes."""
+
+    axis: Array  # (n, 3)
+    wheel_inertia: Array  # (n,) [kg.m2]
+    torque_limit: Array  # (n,) [N.m]
+    nominal_speed: Array  # (n,) [rad/s]
+    speed_band: float  # rad/s
+    modes: PreparedModes
+    detection: PreparedDetection
+    off_loading: PreparedOffLoading
+    thrusters: PreparedThrusters  # as the manager knows them, without noise
+    feed_forward: float  # share of the thrusters' torque that the wheels take at once
+    step: float  # s
+    forget: float  # of the speeds that thrusters gave to the wheels, in a step
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
+
+
+@dataclass(frozen=True, slots=True)
+class ManagerInputs:
+    """What the manager reads. A shell gives views that the master writes into."""
+
+    torque: Array  # (n,) [N.m] demanded by the controller
+    speed: Array  # (n,) [rad/s], encoders
+    estimate: Array  # (3,) MRP
+    reference: Array  # (3,) MRP
+    reference_rate: Array  # (3,) [rad/s]
+    reference_torque: Array  # (n,) [N.m]
+    star_tracker_valid: Array  # (), a flag
+
+
+@dataclass(slots=True, kw_only=True)
+class ManagerState:
+    """What the manager remembers, its outputs included."""
+
+    count: int  # steps done
+    modes: ModeState
+    detection: DetectionState
+    off_loading: OffLoadingState
+    thrusters: ThrusterState
+    inverse: Array  # (3, 3), as of allocation.inverse_of_axes
+    lost_axis: bool
+    torque: Array  # (n,) [N.m] commanded
+    applied: Array  # (n,) [N.m]: what of it the controller's model is to know
+    taken_speed: Array  # (n,) [rad/s] that the wheels gained for the thrusters, or began with; slowly forgotten
+    shown_speed: Array  # (n,) [rad/s]: encoders of the next step without it
+    momentum: Array  # (3,) [N.m.s] of the wheels that work, beside that of their nominal speeds
+    error: float  # rad
+
+
+def init(prepared: PreparedManager) -> ManagerState:
+    """Return the state before the first sample: all wheels work."""
+    n = len(prepared.axis)
+    inverse = allocation.inverse_of_axes(prepared.axis, np.ones(n, np.bool_))
+    return ManagerState(
+        count=0,
+        modes=mode_logic.init(prepared.modes),
+        detection=failure_detection.init(n),
+        off_loading=off_loading.init(len(prepared.off_loading.shares)),
+        thrusters=thrusters.init(prepared.thrusters),
+        inverse=np.zeros((3, 3)) if inverse is None else inverse,
+        lost_axis=inverse is None,
+        torque=np.zeros(n),
+        applied=np.zeros(n),
+        taken_speed=np.zeros(n),
+        shown_speed=prepared.nominal_speed.copy(),
+        momentum=np.zeros(3),
+        error=0.0,
+    )
+
+
+def step(prepared: PreparedManager, state: ManagerState, time: float, inputs: ManagerInputs) -> None:
+    """Update the state in place, from a sample of the inputs at `time` [s]; what it gives holds from then on."""
+    detection, unload = state.detection, state.off_loading
+    known = detection.status.copy()
+    works = failure_detection.step(prepared.detection, detection, state.count == 0, state.torque, inputs.speed)
+    if np.any((known != 0) == works):
+        inverse = allocation.inverse_of_axes(prepared.axis, works)
+        state.lost_axis = inverse is None
+        state.inverse[:] = 0.0 if inverse is None else inverse
+
+    deviation = np.where(works, inputs.speed - prepared.nominal_speed, 0.0)
+    state.momentum[:] = prepared.axis.T @ (prepared.wheel_inertia * deviation)
+    state.error = pointing_error(inputs.estimate, inputs.reference)
+    in_mode = state.modes.mode == mode_logic.OFF_LOAD
+    began = mode_logic.step(
+        prepared.modes,
+        state.modes,
+        time,
+        Seen(
+            star_tracker_valid=bool(inputs.star_tracker_valid),
+            error=state.error,
+            moving=bool(np.linalg.norm(inputs.reference_rate) > MOVING or np.any(inputs.reference_torque)),
+            speed_share=float(np.abs(deviation).max()) / prepared.speed_band,
+            off_loaded=in_mode and off_loading.is_done(prepared.off_loading, unload, time, state.momentum),
+            lost_axis=state.lost_axis,
+        ),
+    )
+    if began:
+        off_loading.begin(prepared.off_loading, unload, time)
+    if state.thrusters.count % prepared.thrusters.steps == 0:
+        if state.modes.mode == mode_logic.OFF_LOAD:
+            off_loading.plan(prepared.off_loading, unload, time, state.momentum)
+        else:
+            off_loading.stop(unload)
+    if state.count == 0:  # the controller's model begins at the nominal speeds
+        state.taken_speed[:] = deviation
+    _command(prepared, state, works, inputs)
+    state.count += 1
+
+
+def _command(prepared: PreparedManager, state: ManagerState, works: Flags, inputs: ManagerInputs) -> None:
+    """Write the torque of the wheels, and what of torque and speed the controller is to know.
+
+    The thrusters' torque and the wheels' answer to it leave the attitude alone. A filter that keeps momentum would take
+    the speed that the wheels gain by it for a rate of the body: it is shown the speed without it.
+    """
+    thrust = thrusters.step(prepared.thrusters, state.thrusters, state.off_loading.command)
+    outside = prepared.feed_forward * (prepared.thrusters.wrench[3:] @ thrust)
+    limit = prepared.torque_limit
+    torque = np.clip(inputs.torque, -limit, limit)
+    if not np.all(works):
+        torque = allocation.reallocated(prepared.axis, works, state.inverse, torque, state.detection.given)
+    taken = np.where(works, prepared.axis @ (state.inverse @ outside), 0.0)
+    state.torque[:] = np.where(works, np.clip(torque + taken, -limit, limit), 0.0)
+    state.applied[:] = np.where(works, state.torque - taken, state.detection.given)
+    gain = prepared.step / prepared.wheel_inertia
+    ahead = inputs.speed + np.where(works, gain * state.applied, 0.0)
+    state.shown_speed[:] = ahead - np.where(works, state.taken_speed, 0.0)
+    state.taken_speed[:] = prepared.forget * (state.taken_speed + gain * taken)
+
+
+def pointing_error(estimate: Array, reference: Array) -> float:
+    """Return the angle [rad] between two attitudes given as MRPs (3,), for small ones."""
+    attitude = rotations.quaternion_from_mrp(estimate.tolist())
+    base = rotations.quaternion_from_mrp(reference.tolist())
+    return 4.0 * float(np.linalg.norm(rotations.relative_mrp(attitude, base)))

@@ -1,0 +1,146 @@
+"""Write the system files of missions: the closed loop with an environment, and with thrusters and a manager too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from flexsat.design.chain import Designs
+from flexsat.fmu.build_missions import FOLDER, build_missions, mission_data
+from flexsat.ports import environment, mission, thrusters
+from flexsat.ports.table import Port
+from lockstep import Component, Connection, System, write_ssd
+from lockstep.system.clock import Time, nanoseconds
+
+from .systems import build_system, component_periods, ports_of, scalar_names
+
+ORDER = ("sensors", "controller", "mission", "environment", "thrusters", "plant")  # in which a tick steps them
+SYSTEMS = ("environment", "mission")  # names of the files, without .ssd
+ENVIRONMENT_PERIOD = 0.1  # s: a hundred thousandth of an orbit
+# Slews use a small share of wide limits: the rate of the slews of the paper, and room in the controller's limits for
+# wheels that take over what a failed one held.
+BAND_FACTOR, AUTHORITY = 40.0, 0.02
+
+# (from, to, ports at the source, ports at the destination, delay in steps of the source)
+Wires = tuple[tuple[str, str, tuple[str, ...], tuple[str, ...], int], ...]
+_EXTERNAL = ("external.force", "external.torque")
+_DISTURBANCE = ("disturbance.force", "disturbance.torque")
+_MANAGED = ("estimate.mrp", "reference.mrp", "reference.rate", "reference.torque")
+_TO_CONTROLLER = ("encoder.speed", "command.rotation", "command.start_time", "applied.wheel.torque", "applied.valid")
+_FROM_MISSION = ("shown.encoder.speed", *_TO_CONTROLLER[1:])
+WIRES: dict[str, Wires] = {
+    "environment": (
+        ("plant", "environment", ("attitude.quaternion",), ("attitude.quaternion",), 1),
+        ("environment", "plant", _EXTERNAL, _EXTERNAL, 0),
+    ),
+    "mission": (
+        ("plant", "environment", ("attitude.quaternion",), ("attitude.quaternion",), 1),
+        ("environment", "thrusters", _EXTERNAL, _DISTURBANCE, 0),
+        ("thrusters", "plant", _EXTERNAL, _EXTERNAL, 0),
+        ("mission", "thrusters", ("thrust.command",), ("thrust.command",), 0),
+        ("controller", "mission", ("wheel.torque",), ("demanded.wheel.torque",), 0),
+        ("controller", "mission", _MANAGED, _MANAGED, 0),
+        ("sensors", "mission", ("encoder.speed", "star_tracker.valid"), ("encoder.speed", "star_tracker.valid"), 0),
+        ("mission", "plant", ("wheel.torque",), ("wheel.torque",), 0),
+        ("mission", "controller", _FROM_MISSION, _TO_CONTROLLER, 1),
+    ),
+}
+RECORD = {
+    "environment": ("environment.external.torque",),
+    "mission": (
+        "environment.external.torque", "thrusters.external.torque", "thrusters.thrust.impulse",
+        "thrusters.thrust.angular_impulse", "mission.mode", "mission.timeline.done", "mission.momentum",
+        "mission.pointing.error", "mission.wheel.status", "mission.wheel.torque", "mission.star_tracker.outage",
+    ),
+}  # fmt: skip
+
+
+def write_missions(
+    designs: Designs, folder: Path, print_line: Callable[[str], None] = print, *, native: bool = True
+) -> list[Path]:
+    """Build the FMUs of missions of a spacecraft into `folder`/<name>/missions, and write their systems there.
+
+    The FMUs of its plant, sensors and controller are those in `folder`/<name>.
+    """
+    build_missions(designs, folder, print_line, native=native)
+    layout = folder / designs.corrected.config.name
+    paths = []
+    for name in SYSTEMS:
+        path = layout / FOLDER / f"{name}.ssd"
+        write_ssd(mission_system(designs, name, layout), path)
+        print_line(str(path))
+        paths.append(path)
+    return paths
+
+
+def mission_system(designs: Designs, name: str, layout: Path) -> System:
+    """Return a system of SYSTEMS, whose FMUs are in the folder of a layout."""
+    base = build_system(designs, "fine_pointing", layout)
+    known = _all_ports(designs)
+    periods = _periods(designs)
+    loop = [component.name for component in base.components]
+    named = dict.fromkeys(component for wire in WIRES[name] for component in wire[:2])
+    added = [component for component in named if component not in loop]
+    wires = [connection for wire in WIRES[name] for connection in _connect(known, periods, base.tick, wire)]
+    fed = {(one.to_component, one.input) for one in wires}
+    kept = [one for one in base.connections if (one.to_component, one.input) not in fed]
+    components = {one.name: _without(one, fed) for one in base.components}
+    if name == "mission":
+        controller, count = components["controller"], len(designs.corrected.controller.nominal_speed)
+        limits = {f"wheel.speed_band_factor[{k + 1}]": BAND_FACTOR for k in range(count)}
+        limits["slew.authority"] = AUTHORITY
+        components["controller"] = replace(controller, parameters={**controller.parameters, **limits})
+    for component in added:
+        components[component] = Component(
+            name=component,
+            source=layout / FOLDER / f"{component}.fmu",
+            period=periods[component],
+            kind="sampled",
+            parameters={},
+        )
+    return replace(
+        base,
+        name=f"{designs.corrected.config.name}-{name}",
+        components=tuple(components[one] for one in ORDER if one in components),
+        connections=(*kept, *wires),
+        record=(*base.record, *RECORD[name]),
+        ports=tuple(port for port in base.ports if (port.component, port.variable) not in fed),
+    )
+
+
+def _without(component: Component, fed: set[tuple[str, str]]) -> Component:
+    """Return a component without values for inputs that are connected."""
+    left = {name: value for name, value in component.parameters.items() if (component.name, name) not in fed}
+    return replace(component, parameters=left)
+
+
+def _all_ports(designs: Designs) -> dict[str, dict[str, Port]]:
+    data = mission_data(designs.corrected)
+    more = {"environment": environment.ports(data), "thrusters": thrusters.ports(data), "mission": mission.ports(data)}
+    return ports_of(designs) | {component: {port.name: port for port in ports} for component, ports in more.items()}
+
+
+def _periods(designs: Designs) -> dict[str, Time]:
+    periods = component_periods(designs)
+    return {
+        **periods,
+        "mission": periods["controller"],
+        "thrusters": periods["controller"],
+        "environment": nanoseconds(ENVIRONMENT_PERIOD, "period of the environment"),
+    }
+
+
+def _connect(
+    known: dict[str, dict[str, Port]],
+    periods: dict[str, Time],
+    tick: Time,
+    wire: tuple[str, str, tuple[str, ...], tuple[str, ...], int],
+) -> Sequence[Connection]:
+    source, target, outputs, inputs, steps = wire
+    delay = steps * periods[source] // tick
+    return [
+        Connection(from_component=source, output=output, to_component=target, input=into, delay=delay)
+        for one, other in zip(outputs, inputs, strict=True)
+        for output, into in zip(scalar_names(known[source][one]), scalar_names(known[target][other]), strict=True)
+    ]
