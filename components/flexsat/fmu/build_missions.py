@@ -75,10 +75,10 @@ class MissionParts:
 def mission_data(design: Design) -> MissionData:
     """Return what the FMUs of missions know of a spacecraft."""
     config, controller = design.config, design.controller
-    count = len(controller.nominal_speed)
+    count, tiles = len(controller.nominal_speed), config.aperture
     return MissionData(
         inertia=controller.inertia,
-        area=len(tile_centres(config.aperture)) * HEXAGON * config.aperture.tile_side**2,
+        area=0.0 if tiles is None else len(tile_centres(tiles)) * HEXAGON * tiles.tile_side**2,
         wheel_axis=controller.wheel_axis,
         wheel_inertia=np.full(count, controller.wheel_inertia),
         torque_limit=np.full(count, controller.torque_limit),

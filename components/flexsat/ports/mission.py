@@ -48,11 +48,11 @@ def ports(model: MissionData) -> tuple[Port, ...]:
         Port(name="wheel.torque", causality="output", unit="N.m", size=n, variability="discrete", depends_on=seen,
              description="commanded motor torque, about the wheel's axis"),
         Port(name="applied.wheel.torque", causality="output", unit="N.m", size=n, variability="discrete",
-             depends_on=seen, description="wheel torque that acts on the attitude, for the controller's model: without"
-             " what answers the thrusters, with what a failed wheel gives"),
+             depends_on=seen, description="torques of wheels that all work, which give the body what the real"
+             " ones give, less the answer to the thrusters: for the controller's model"),
         Port(name="shown.encoder.speed", causality="output", unit="rad/s", size=n, variability="discrete",
-             depends_on=seen, display_unit="rpm", description="encoders as they will be in the next step, without the"
-             " speed that the wheels gained for the thrusters: for the controller, a step later"),
+             depends_on=seen, display_unit="rpm", description="encoders of wheels with the torques"
+             " applied.wheel.torque, as they will be in the next step: for the controller, a step later"),
         Port(name="command.rotation", causality="output", unit="rad", size=3, variability="discrete",
              depends_on=seen, display_unit="deg", description="rotation vector of the last slew commanded"),
         Port(name="command.start_time", causality="output", unit="s", variability="discrete", depends_on=seen,
@@ -116,6 +116,8 @@ def ports(model: MissionData) -> tuple[Port, ...]:
              description="of the observer of the wheel speed: a lost torque times it over the inertia is the residual"),
         Port(name="failure.seized_speed", causality="parameter", unit="rad/s", start=1.0, minimum=0.0, maximum=1e3,
              display_unit="rpm", description="speed below which a failed wheel is seized"),
+        Port(name="failure.braking_time", causality="parameter", unit="s", start=0.2, minimum=0.0, maximum=1e3,
+             description="time over which the torque of a failed wheel is found from its encoder"),
         Port(name="wheel.axis", causality="parameter", unit="1", size=3 * n, minimum=-1.0, maximum=1.0, frame="body",
              start=tuple(model.wheel_axis.ravel().tolist()), description="axis of each wheel, one after another"),
         Port(name="wheel.inertia", causality="parameter", unit="kg.m2", size=n, minimum=1e-9, maximum=1e6,
@@ -154,8 +156,13 @@ def parameters(value: Callable[[str], Any], step: float) -> PreparedManager:
     )
     shares = allocation.thruster_shares(_rows(value("thruster.position")), _rows(value("thruster.direction")))
     size = np.abs(shares)
+    axis = _rows(value("wheel.axis"))
+    inverse = allocation.inverse_of_axes(axis, np.ones(len(axis), np.bool_))
+    if inverse is None:
+        raise ValueError("wheel.axis must be axes that lie in no plane, for a torque about any axis")
     return PreparedManager(
-        axis=_rows(value("wheel.axis")),
+        axis=axis,
+        inverse=inverse,
         wheel_inertia=np.array(value("wheel.inertia")),
         torque_limit=np.array(value("wheel.torque_limit")),
         nominal_speed=np.array(value("wheel.nominal_speed")),
@@ -169,6 +176,7 @@ def parameters(value: Callable[[str], Any], step: float) -> PreparedManager:
             threshold=value("failure.threshold"),
             persistence=max(1, _steps(value("failure.persistence"), step)),
             seized_speed=value("failure.seized_speed"),
+            braking_time=max(step, value("failure.braking_time")),
         ),
         off_loading=PreparedOffLoading(
             shares=shares,

@@ -49,6 +49,9 @@ examples:
     help=f"platforms of the FMUs in C, compiled with Zig: {', '.join(PLATFORMS)}, or all, with commas between them "
     "(default: linux64, with this machine's compiler)",
 )
+@click.option(
+    "--missions", is_flag=True, help="also environment, thrusters and mission manager, and systems: DIR/NAME/missions"
+)
 @click.option("--no-native", is_flag=True, help="without the FMUs in C, which need no Python, in DIR/NAME/native")
 def build(
     files: tuple[Path, ...],
@@ -58,6 +61,7 @@ def build(
     execution_tool: bool,
     fmi3: bool,
     platforms: tuple[str, ...],
+    missions: bool,
     no_native: bool,
 ) -> int:
     """Build the FMUs, system files, packages and the interface document of each configuration, or spacecraft's file."""
@@ -80,5 +84,9 @@ def build(
         build_files(files, out, notes=design_notes, **options)
     else:
         build_all(configurations(configuration), out, **options)
+    if missions:
+        from ..loop.missions import write_all_missions
+
+        write_all_missions(configurations(configuration), files, out, native=not no_native)
     print(f"built in {perf_counter() - started:.1f} s")
     return 0

@@ -68,8 +68,9 @@ def run(
     native: bool,
 ) -> int:
     """Simulate a system and leave its signals, events and metrics in a results folder."""
-    from ..runs.loop_monitor import print_found, watch_loop
+    from ..runs.loop_monitor import print_found
     from ..runs.metrics_file import closing_text
+    from ..runs.mission_monitor import watch_run
 
     def finish(folder: Path) -> None:
         print_found(folder)
@@ -89,7 +90,7 @@ def run(
             threads=request.threads,
             profile=request.profile,
             finish=finish,
-            watch=watch_loop,
+            watch=watch_run,
         )
     else:
         _run_new(request, seed, as_published, accept_infeasible, mission, native, finish)
@@ -109,7 +110,7 @@ def _run_new(
     from ..loop.fmu_choice import IN_C, kind_of
     from ..loop.missed_samples import refuse_missed_samples
     from ..loop.native_fmus import with_native_fmus
-    from ..runs.loop_monitor import watch_loop
+    from ..runs.mission_monitor import watch_run
 
     def load(path: Path) -> System:
         from lockstep.ssp.load import load_system
@@ -144,7 +145,7 @@ def _run_new(
         + ("" if seed is None else f"-seed{seed}")
     )
     system = request.checkpoints.system(request.system, load)
-    return run_system(request, system, overrides, marks=marks, finish=finish, watch=watch_loop,
+    return run_system(request, system, overrides, marks=marks, finish=finish, watch=watch_run,
                       check=partial(check_feasible, accept=accept_infeasible))  # fmt: skip
 
 

@@ -21,8 +21,8 @@ from lockstep.system.system import System
 from ..loop.native_fmus import with_native_fmus
 from ..runs.flown_design import keep_flown
 from ..runs.json_file import read_json, write_json
-from ..runs.loop_monitor import watch_loop
 from ..runs.metrics_file import write_paper_metrics
+from ..runs.mission_monitor import watch_run
 from .content import digest_of
 from .dispatch import dispatch
 from .fingerprint import fingerprint, of_system
@@ -99,7 +99,7 @@ def run_job(job: Job) -> Finished:
             record=job.record,
             progress=report_progress,
             restart=restart,
-            watch=watch_loop,
+            watch=watch_run,
         )
         keep_flown(job.folder)
         metrics = write_paper_metrics(job.folder) if job.metrics else {}

@@ -6,13 +6,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from flexsat.design.chain import Designs
+from flexsat.design.chain import Designs, build_designs
+from flexsat.errors import BuildError
 from flexsat.fmu.build_missions import FOLDER, build_missions, mission_data
+from flexsat.parameters import ConfigurationName
 from flexsat.ports import environment, mission, thrusters
 from flexsat.ports.table import Port
 from lockstep import Component, Connection, System, write_ssd
+from lockstep.errors import InputError
 from lockstep.system.clock import Time, nanoseconds
 
+from .spacecraft import design_file, read_file
 from .systems import build_system, component_periods, ports_of, scalar_names
 
 ORDER = ("sensors", "controller", "mission", "environment", "thrusters", "plant")  # in which a tick steps them
@@ -72,6 +76,29 @@ def write_missions(
         print_line(str(path))
         paths.append(path)
     return paths
+
+
+def write_all_missions(
+    names: Sequence[ConfigurationName],
+    files: Sequence[Path],
+    folder: Path,
+    print_line: Callable[[str], None] = print,
+    *,
+    native: bool = True,
+) -> None:
+    """Write the missions of spacecraft that have been built: those of files, or the built-in ones of some names.
+
+    Raises
+    ------
+    InputError
+        If a file is refused, or this machine lacks a compiler.
+    """
+    try:
+        designs = [design_file(read_file(path), path) for path in files] or [build_designs(name) for name in names]
+        for one in designs:
+            write_missions(one, folder, print_line, native=native)
+    except BuildError as error:
+        raise InputError(str(error)) from None
 
 
 def mission_system(designs: Designs, name: str, layout: Path) -> System:

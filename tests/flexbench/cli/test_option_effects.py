@@ -111,6 +111,7 @@ EFFECTS = {
         "--seed": "flexbench/cli/test_seeds.py::test_a_given_seed_is_set_or_refused_by_the_run",
         "--settling-band": "flexbench/cli/test_closing_table.py"
         "::test_the_table_gives_rms_and_peak_during_the_slew_and_after_its_settling",
+        "--mission": "system/test_missions.py::test_the_short_day",
         "--native": "flexbench/loop/test_native_fmus.py::test_a_component_flies_its_native_fmu_if_there_is_one",
         "--accept-infeasible": "flexbench/loop/test_feasibility.py::test_it_runs_if_that_is_accepted",
         "--as-published": _VALUE_FILE + "test_as_published_sets_the_parameters_of_the_release",
@@ -124,6 +125,7 @@ EFFECTS = {
     "flexsat build": {
         "--configuration": "flexbench/loop/test_build.py::test_building_one_configuration_keeps_the_unchanged_other",
         **dict.fromkeys(("--out", "--flat"), _SAME_BYTES),
+        "--missions": "system/test_missions.py::test_the_short_day",
         "--no-native": "flexsat/fmu/native/test_native_components.py::test_each_layout_has_them_beside_the_others",
         "--fmi3": "flexbench/loop/test_build.py::test_fmus_of_fmi_3_have_a_folder_with_systems_in_the_manifest",
         "--platforms": "flexbench/cli/test_build_platforms.py::test_each_platform_is_built_once_in_the_usual_order",

@@ -24,19 +24,6 @@ def inverse_of_axes(axis: Array, works: Flags) -> Array | None:
     return np.asarray(np.linalg.inv(gram))
 
 
-def reallocated(axis: Array, works: Flags, inverse: Array, torque: Array, given: Array) -> Array:
-    """Return torques (n,) of all wheels that sum to the same torque of the body as `torque` (n,).
-
-    Parameters
-    ----------
-    axis, works, inverse : the wheels, as of `inverse_of_axes`
-    torque : demanded of each wheel [N.m]
-    given : (n,) [N.m] what a wheel that does not work gives in truth, such as a bearing that brakes it
-    """
-    lacking = np.where(works, 0.0, torque - given)
-    return np.where(works, torque + axis @ (inverse @ (axis.T @ lacking)), given)
-
-
 def thruster_shares(position: Array, direction: Array) -> Array:
     """Return the thrust of each thruster (k, 3) [N] for a torque of 1 N.m about each axis; below 0: of the other sign.
 

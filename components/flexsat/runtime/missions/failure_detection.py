@@ -26,6 +26,7 @@ class PreparedDetection:
     threshold: float  # rad/s
     persistence: int  # steps
     seized_speed: float  # rad/s: a wheel that has failed is seized below it
+    braking_time: float  # s, in which a change of the speed of a failed wheel is taken for its torque
 
     def __post_init__(self) -> None:
         make_read_only(self)
@@ -36,7 +37,7 @@ class DetectionState:
     """What the detection remembers."""
 
     expected: Array  # (n,) [rad/s]
-    before: Array  # (n,) [rad/s]: encoder at the last step
+    answered: Array  # (n,) [rad/s]: speed of a failed wheel whose change the others have been given
     beyond: Array  # (n,): steps in a row with a residual beyond the threshold
     status: Array  # (n,): WORKS, OFF or SEIZED
     given: Array  # (n,) [N.m]: what a wheel that does not work gives in truth
@@ -47,7 +48,7 @@ def init(wheels: int) -> DetectionState:
     """Return the state before the first sample: all work."""
     return DetectionState(
         expected=np.zeros(wheels),
-        before=np.zeros(wheels),
+        answered=np.zeros(wheels),
         beyond=np.zeros(wheels, np.int64),
         status=np.zeros(wheels, np.int64),
         given=np.zeros(wheels),
@@ -65,18 +66,20 @@ def step(prepared: PreparedDetection, state: DetectionState, first: bool, torque
     speed : (n,) [rad/s] measured now
     """
     if first:
-        state.expected[:] = state.before[:] = speed
+        state.expected[:] = speed
     state.expected += prepared.step * torque / prepared.wheel_inertia
     state.residual[:] = speed - state.expected
+    works = state.status == WORKS
+    state.answered[works] = state.expected[works]  # what a wheel has lost until it is found to have failed counts
     state.expected += prepared.follow * state.residual
     beyond = np.abs(state.residual) > prepared.threshold
     state.beyond[:] = np.where(beyond, state.beyond + 1, 0)
     if prepared.enabled:
-        state.status[(state.beyond >= prepared.persistence) & (state.status == WORKS)] = OFF
+        state.status[(state.beyond >= prepared.persistence) & works] = OFF
     failed = state.status != WORKS
     state.status[failed] = np.where(np.abs(speed[failed]) < prepared.seized_speed, SEIZED, OFF)
-    # a change of the measured speed below the threshold is noise, not a torque
-    change = np.where(failed & (np.abs(speed - state.before) > prepared.threshold), speed - state.before, 0.0)
-    state.given[:] = prepared.wheel_inertia * change / prepared.step
-    state.before[:] = speed
+    # the momentum that it loses is given to the others, smoothed; less than the threshold is noise
+    change = np.where(failed & (np.abs(speed - state.answered) > prepared.threshold), speed - state.answered, 0.0)
+    state.given[:] = prepared.wheel_inertia * change / prepared.braking_time
+    state.answered += prepared.step / prepared.braking_time * change
     return np.asarray(~failed)

@@ -36,7 +36,8 @@ class PreparedManager:
     thrusters: PreparedThrusters  # as the manager knows them, without noise
     feed_forward: float  # share of the thrusters' torque that the wheels take at once
     step: float  # s
-    forget: float  # of the speeds that thrusters gave to the wheels, in a step
+    inverse: Array  # (3, 3), as of allocation.inverse_of_axes, of all wheels
+    forget: float  # of the hidden speeds, in a step
 
     def __post_init__(self) -> None:
         make_read_only(self)
@@ -66,9 +67,10 @@ class ManagerState:
     thrusters: ThrusterState
     inverse: Array  # (3, 3), as of allocation.inverse_of_axes
     lost_axis: bool
+    owed: Array  # (3,) [N.m.s] of the body that the wheels left could not take from a failed one at once
     torque: Array  # (n,) [N.m] commanded
-    applied: Array  # (n,) [N.m]: what of it the controller's model is to know
-    taken_speed: Array  # (n,) [rad/s] that the wheels gained for the thrusters, or began with; slowly forgotten
+    applied: Array  # (n,) [N.m] for the controller's model
+    hidden_speed: Array  # (n,) [rad/s] that the wheels began with or gained beside `applied`; slowly forgotten
     shown_speed: Array  # (n,) [rad/s]: encoders of the next step without it
     momentum: Array  # (3,) [N.m.s] of the wheels that work, beside that of their nominal speeds
     error: float  # rad
@@ -77,18 +79,18 @@ class ManagerState:
 def init(prepared: PreparedManager) -> ManagerState:
     """Return the state before the first sample: all wheels work."""
     n = len(prepared.axis)
-    inverse = allocation.inverse_of_axes(prepared.axis, np.ones(n, np.bool_))
     return ManagerState(
         count=0,
         modes=mode_logic.init(prepared.modes),
         detection=failure_detection.init(n),
         off_loading=off_loading.init(len(prepared.off_loading.shares)),
         thrusters=thrusters.init(prepared.thrusters),
-        inverse=np.zeros((3, 3)) if inverse is None else inverse,
-        lost_axis=inverse is None,
+        inverse=prepared.inverse.copy(),
+        lost_axis=False,
+        owed=np.zeros(3),
         torque=np.zeros(n),
         applied=np.zeros(n),
-        taken_speed=np.zeros(n),
+        hidden_speed=np.zeros(n),
         shown_speed=prepared.nominal_speed.copy(),
         momentum=np.zeros(3),
         error=0.0,
@@ -130,30 +132,37 @@ def step(prepared: PreparedManager, state: ManagerState, time: float, inputs: Ma
         else:
             off_loading.stop(unload)
     if state.count == 0:  # the controller's model begins at the nominal speeds
-        state.taken_speed[:] = deviation
+        state.hidden_speed[:] = deviation
     _command(prepared, state, works, inputs)
     state.count += 1
 
 
 def _command(prepared: PreparedManager, state: ManagerState, works: Flags, inputs: ManagerInputs) -> None:
-    """Write the torque of the wheels, and what of torque and speed the controller is to know.
+    """Write the torque of the wheels, and the torque and speed that the controller is to know.
 
-    The thrusters' torque and the wheels' answer to it leave the attitude alone. A filter that keeps momentum would take
-    the speed that the wheels gain by it for a rate of the body: it is shown the speed without it.
+    The controller is shown wheels that all work and that no thruster touches: torques that give the body what the real
+    ones give, less the answer to the thrusters, and the speeds that follow from these torques. What its filter knows
+    is true of the attitude then, and its commands stay within the wheels that it knows.
     """
     thrust = thrusters.step(prepared.thrusters, state.thrusters, state.off_loading.command)
     outside = prepared.feed_forward * (prepared.thrusters.wrench[3:] @ thrust)
-    limit = prepared.torque_limit
-    torque = np.clip(inputs.torque, -limit, limit)
+    axis, limit, given = prepared.axis, prepared.torque_limit, state.detection.given
+    demanded = np.clip(inputs.torque, -limit, limit)
+    torque = demanded
     if not np.all(works):
-        torque = allocation.reallocated(prepared.axis, works, state.inverse, torque, state.detection.given)
-    taken = np.where(works, prepared.axis @ (state.inverse @ outside), 0.0)
+        wanted = axis.T @ np.where(works, 0.0, demanded - given) + state.owed / prepared.step
+        torque = np.where(works, demanded + axis @ (state.inverse @ wanted), given)
+        delivered = np.where(works, np.clip(torque, -limit, limit), 0.0)
+        # what the controller demands at the same time counts too: it brakes the same motion
+        left = np.clip(wanted - axis.T @ delivered, np.minimum(wanted, 0.0), np.maximum(wanted, 0.0))
+        state.owed[:] = prepared.step * left if np.any(works & (delivered != torque)) else 0.0
+    taken = np.where(works, axis @ (state.inverse @ outside), 0.0)
     state.torque[:] = np.where(works, np.clip(torque + taken, -limit, limit), 0.0)
-    state.applied[:] = np.where(works, state.torque - taken, state.detection.given)
+    less = demanded - np.where(works, state.torque - taken, given)
+    state.applied[:] = demanded - axis @ (prepared.inverse @ (axis.T @ less))
     gain = prepared.step / prepared.wheel_inertia
-    ahead = inputs.speed + np.where(works, gain * state.applied, 0.0)
-    state.shown_speed[:] = ahead - np.where(works, state.taken_speed, 0.0)
-    state.taken_speed[:] = prepared.forget * (state.taken_speed + gain * taken)
+    state.shown_speed[:] = np.where(works, inputs.speed - state.hidden_speed, state.shown_speed) + gain * state.applied
+    state.hidden_speed[:] = prepared.forget * (state.hidden_speed + gain * (state.torque - state.applied))
 
 
 def pointing_error(estimate: Array, reference: Array) -> float:

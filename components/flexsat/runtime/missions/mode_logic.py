@@ -2,8 +2,8 @@
 
     acquisition  no attitude from the star tracker yet, or not for the time of an outage
     slew         a slew was commanded, or the reference still moves
-    settle       the reference rests; the pointing error has not been within the band for the dwell
-    fine         it has
+    settle       the reference rests; the pointing error has yet to be within the band for the dwell
+    fine         it has been
     off-load     thrusters bring the wheels back while the attitude is held
     safe         the attitude is held, nothing else is done until the timeline resumes
 
@@ -64,7 +64,7 @@ class ModeState:
 
     mode: int
     steps: int  # in the mode
-    settled: int  # steps in a row within the band
+    settled: int  # steps in a row within the band, in this mode
     since_star_tracker: int  # steps
     next: int  # command of the timeline
     moved: bool  # the present slew has begun
@@ -115,7 +115,7 @@ def step(prepared: PreparedModes, state: ModeState, time: float, seen: Seen) -> 
     if mode == SAFE:
         state.rotation[:], began = 0.0, False
     if mode != state.mode:
-        state.mode, state.steps = mode, 0
+        state.mode, state.steps, state.settled = mode, 0, 0
     return began
 
 

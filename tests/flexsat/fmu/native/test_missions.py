@@ -27,6 +27,7 @@ WRONG: dict[str, tuple[str, dict[str, Any]]] = {
     "thruster.direction[4] to [6] must be": (
         "thrusters", {"thruster.direction": (0.0, 0.0, 1.0, *[0.0] * 3, *[1.0] * 30)}),
     "thrust.minimum_impulse must be at most": ("thrusters", {"thrust.minimum_impulse": 0.0101}),
+    "wheel.axis must be axes": ("mission", {"wheel.axis": (1.0, 0.0, 0.0, 0.0, 1.0, 0.0) * 3}),
     "timeline.time[2] must be >=": ("mission", {"timeline.time": (3.0, *[2.0] * 47), "timeline.action": (2,) * 48}),
     "timeline.rotation[1] to [3] must turn": ("mission", {"timeline.action": (1,) * 48}),
     "solar.specular + solar.diffuse must be at most 1": (

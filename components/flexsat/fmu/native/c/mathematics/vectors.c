@@ -9,10 +9,10 @@ void cross3(const double *a, const double *b, double *product)
     product[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-void times3(double matrix[3][3], const double *vector, double *product)
+void times3(const double *matrix, const double *vector, double *product)
 {
     int k;
 
     for (k = 0; k < 3; k++)
-        product[k] = dot3(matrix[k], vector);
+        product[k] = dot3(matrix + 3 * k, vector);
 }

@@ -82,7 +82,7 @@ static void act(Component *component, double time)
     direction_cosines(real + PORT_ATTITUDE_QUATERNION, body);
     for (k = 0; k < 3; k++)
         outward[k] = cos(angle) * prepared->towards_node[k] + sin(angle) * prepared->along_orbit[k];
-    times3(body, outward, nadir);
+    times3(body[0], outward, nadir);
     for (k = 0; k < 3; k++)
         moment[k] = dot3(real + PORT_GRAVITY_GRADIENT_INERTIA + 3 * k, nadir);
     cross3(nadir, moment, gravity);
@@ -94,14 +94,14 @@ static void act(Component *component, double time)
         real[PORT_MAGNETIC_FIELD + k] = field[k];
         real[PORT_ORBIT_POSITION + k] = prepared->radius * outward[k];
     }
-    times3(body, real + PORT_MAGNETIC_FIELD, field);
+    times3(body[0], real + PORT_MAGNETIC_FIELD, field);
     cross3(real + PORT_MAGNETIC_RESIDUAL_DIPOLE, field, real + PORT_MAGNETIC_TORQUE);
 
     towards_sun = dot3(outward, prepared->sun);
     aside = prepared->radius * sqrt(fmax(0.0, 1.0 - towards_sun * towards_sun));
     sunlit = !(component->boolean[PORT_SOLAR_SHADOW] && towards_sun < 0.0 && aside < EARTH_RADIUS);
     component->boolean[PORT_SOLAR_LIT] = sunlit;
-    times3(body, prepared->sun, sun);
+    times3(body[0], prepared->sun, sun);
     memset(light, 0, 3 * sizeof(double));
     if (sunlit)
         plate_force(real, prepared, sun, light);

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "linear_algebra.h"
-#include "vectors.h"
 
 #define SPANNED 1e-6
 
@@ -17,20 +16,22 @@ void detect_failures(const PreparedDetection *prepared, DetectionState *state, i
         const double inertia = prepared->wheel_inertia[k];
         double change;
         if (first)
-            state->expected[k] = state->before[k] = speed[k];
+            state->expected[k] = speed[k];
         state->expected[k] += prepared->step * torque[k] / inertia;
         state->residual[k] = speed[k] - state->expected[k];
+        if (state->status[k] == WORKS) /* what it has lost until it is found to have failed counts */
+            state->answered[k] = state->expected[k];
         state->expected[k] += prepared->follow * state->residual[k];
         state->beyond[k] = fabs(state->residual[k]) > prepared->threshold ? state->beyond[k] + 1 : 0;
         if (prepared->enabled && state->beyond[k] >= prepared->persistence && state->status[k] == WORKS)
             state->status[k] = OFF;
         if (state->status[k] != WORKS)
             state->status[k] = fabs(speed[k]) < prepared->seized_speed ? SEIZED : OFF;
-        change = speed[k] - state->before[k];
+        change = speed[k] - state->answered[k];
         if (state->status[k] == WORKS || !(fabs(change) > prepared->threshold))
             change = 0.0; /* noise, not a torque */
-        state->given[k] = inertia * change / prepared->step;
-        state->before[k] = speed[k];
+        state->given[k] = inertia * change / prepared->braking_time;
+        state->answered[k] += prepared->step / prepared->braking_time * change;
     }
 }
 
@@ -51,18 +52,4 @@ int inverse_of_axes(const double *axis, const int64_t *status, double inverse[3]
         return 1;
     memcpy(inverse, found, sizeof found);
     return 0;
-}
-
-void reallocate(const double *axis, const DetectionState *state, double inverse[3][3], double *torque)
-{
-    double lacking[3] = {0.0}, shared[3];
-    int i, k;
-
-    for (k = 0; k < WHEELS; k++)
-        if (state->status[k] != WORKS)
-            for (i = 0; i < 3; i++)
-                lacking[i] += axis[3 * k + i] * (torque[k] - state->given[k]);
-    times3(inverse, lacking, shared);
-    for (k = 0; k < WHEELS; k++)
-        torque[k] = state->status[k] == WORKS ? torque[k] + dot3(axis + 3 * k, shared) : state->given[k];
 }

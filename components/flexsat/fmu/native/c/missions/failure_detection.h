@@ -14,12 +14,12 @@ enum { WORKS, OFF, SEIZED }; /* of a wheel */
 typedef struct PreparedDetection {
     int enabled;
     const double *wheel_inertia; /* (n,) */
-    double step, follow, threshold, seized_speed;
+    double step, follow, threshold, seized_speed, braking_time;
     int64_t persistence;
 } PreparedDetection;
 
 typedef struct DetectionState {
-    double expected[WHEELS], before[WHEELS], given[WHEELS], residual[WHEELS];
+    double expected[WHEELS], answered[WHEELS], given[WHEELS], residual[WHEELS];
     int64_t beyond[WHEELS], status[WHEELS];
 } DetectionState;
 
@@ -28,8 +28,5 @@ void detect_failures(const PreparedDetection *prepared, DetectionState *state, i
 
 /* (E^T E)^-1 of the wheels that work, or zeros; returns 1 if they give no torque about some axis. */
 int inverse_of_axes(const double *axis, const int64_t *status, double inverse[3][3]);
-
-/* Torques of all wheels that sum to the same torque of the body as `torque`; in place. */
-void reallocate(const double *axis, const DetectionState *state, double inverse[3][3], double *torque);
 
 #endif

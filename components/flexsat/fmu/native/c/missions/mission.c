@@ -19,7 +19,7 @@ typedef struct PreparedManager {
     PreparedDetection detection;
     PreparedOffLoading off_loading;
     PreparedThrusters thrusters;
-    double step, forget;
+    double step, forget, inverse[3][3]; /* of all wheels */
 } PreparedManager;
 
 typedef struct ManagerState {
@@ -28,8 +28,8 @@ typedef struct ManagerState {
     DetectionState detection;
     OffLoadingState off_loading;
     ThrusterState thrusters;
-    double inverse[3][3];
-    double torque[WHEELS], applied[WHEELS], taken_speed[WHEELS], shown_speed[WHEELS], momentum[3], error;
+    double inverse[3][3], owed[3];
+    double torque[WHEELS], applied[WHEELS], hidden_speed[WHEELS], shown_speed[WHEELS], momentum[3], error;
 } ManagerState;
 
 static ManagerState *state_of(const Component *component) { return (ManagerState *)(void *)component->state; }
@@ -39,6 +39,7 @@ static int prepare(Component *component, double step)
     const double *real = component->real;
     PreparedManager *prepared = component->own;
     PreparedDetection *detection = &prepared->detection;
+    const int64_t all_work[WHEELS] = {WORKS};
 
     prepared->thrusters.noise = 0.0;
     if (prepare_thrusters(component, step, &prepared->thrusters)
@@ -47,12 +48,15 @@ static int prepare(Component *component, double step)
         return 1;
     prepared->step = step;
     prepared->forget = 1.0 - step / fmax(real[PORT_OFF_LOADING_MEMORY], step);
+    if (inverse_of_axes(real + PORT_WHEEL_AXIS, all_work, prepared->inverse))
+        return refuse(component, "wheel.axis must be axes that lie in no plane, for a torque about any axis");
     detection->enabled = component->boolean[PORT_FAILURE_ENABLED];
     detection->wheel_inertia = real + PORT_WHEEL_INERTIA;
     detection->step = step;
     detection->follow = step / (real[PORT_FAILURE_TIME_CONSTANT] + step);
     detection->threshold = real[PORT_FAILURE_THRESHOLD];
     detection->seized_speed = real[PORT_FAILURE_SEIZED_SPEED];
+    detection->braking_time = fmax(step, real[PORT_FAILURE_BRAKING_TIME]);
     detection->persistence = (int64_t)fmax(1.0, floor(real[PORT_FAILURE_PERSISTENCE] / step + 0.5));
     return 0;
 }
@@ -98,7 +102,7 @@ int component_start(Component *component)
     prepared = component->own;
     state = state_of(component);
     init_modes(&prepared->modes, &state->modes);
-    state->lost_axis = inverse_of_axes(component->real + PORT_WHEEL_AXIS, state->detection.status, state->inverse);
+    memcpy(state->inverse, prepared->inverse, sizeof state->inverse);
     memcpy(state->shown_speed, component->real + PORT_WHEEL_NOMINAL_SPEED, sizeof state->shown_speed);
     write_outputs(component);
     return 0;
@@ -141,12 +145,47 @@ static double weigh(const Component *component, ManagerState *state)
     return farthest / real[PORT_WHEEL_SPEED_BAND];
 }
 
-/* Write the torque of the wheels, and what of it the controller is to know. */
+static double clipped(double value, double most) { return fmin(fmax(value, -most), most); }
+
+/* Torques of the wheels that work for those that do not, as far as they go; the rest is owed. */
+static void answer_failure(const Component *component, const PreparedManager *prepared, ManagerState *state,
+                           double *torque)
+{
+    const double *axis = component->real + PORT_WHEEL_AXIS, *limit = component->real + PORT_WHEEL_TORQUE_LIMIT;
+    double wanted[3], shared[3], left[3];
+    int cut = 0, i, k;
+
+    for (i = 0; i < 3; i++)
+        wanted[i] = state->owed[i] / prepared->step;
+    for (k = 0; k < WHEELS; k++)
+        for (i = 0; i < 3 && state->detection.status[k] != WORKS; i++)
+            wanted[i] += axis[3 * k + i] * (torque[k] - state->detection.given[k]);
+    times3(state->inverse[0], wanted, shared);
+    memcpy(left, wanted, sizeof left);
+    for (k = 0; k < WHEELS; k++) {
+        double delivered;
+        if (state->detection.status[k] != WORKS) {
+            torque[k] = state->detection.given[k];
+            continue;
+        }
+        torque[k] += dot3(axis + 3 * k, shared);
+        delivered = clipped(torque[k], limit[k]);
+        cut |= delivered != torque[k];
+        for (i = 0; i < 3; i++)
+            left[i] -= axis[3 * k + i] * delivered;
+    }
+    /* what the controller demands at the same time counts too: it brakes the same motion */
+    for (i = 0; i < 3; i++)
+        state->owed[i] = cut ? prepared->step * fmin(fmax(left[i], fmin(wanted[i], 0.0)), fmax(wanted[i], 0.0)) : 0.0;
+}
+
+/* Write the torque of the wheels, and the torque and speed that the controller is to know. */
 static void command(Component *component, const PreparedManager *prepared, ManagerState *state)
 {
     const double *real = component->real, *limit = real + PORT_WHEEL_TORQUE_LIMIT, *axis = real + PORT_WHEEL_AXIS;
     const double closed[THRUSTERS] = {0.0};
-    double thrust[THRUSTERS], outside[3], shared[3], torque[WHEELS];
+    double thrust[THRUSTERS], outside[3], shared[3], torque[WHEELS], demanded[WHEELS], taken[WHEELS];
+    double less[3] = {0.0};
     int any_failed = 0, i, k;
 
     step_thrusters(&prepared->thrusters, &state->thrusters, state->off_loading.command, closed, thrust);
@@ -157,23 +196,29 @@ static void command(Component *component, const PreparedManager *prepared, Manag
         outside[i] *= real[PORT_OFF_LOADING_FEED_FORWARD];
     }
     for (k = 0; k < WHEELS; k++) {
-        torque[k] = fmin(fmax(real[PORT_DEMANDED_WHEEL_TORQUE + k], -limit[k]), limit[k]);
+        torque[k] = demanded[k] = clipped(real[PORT_DEMANDED_WHEEL_TORQUE + k], limit[k]);
         any_failed |= state->detection.status[k] != WORKS;
     }
     if (any_failed)
-        reallocate(axis, &state->detection, state->inverse, torque);
-    times3(state->inverse, outside, shared);
+        answer_failure(component, prepared, state, torque);
+    times3(state->inverse[0], outside, shared);
     for (k = 0; k < WHEELS; k++) {
         const int works = state->detection.status[k] == WORKS;
-        const double taken = works ? dot3(axis + 3 * k, shared) : 0.0;
-        state->torque[k] = works ? fmin(fmax(torque[k] + taken, -limit[k]), limit[k]) : 0.0;
-        state->applied[k] = works ? state->torque[k] - taken : state->detection.given[k];
-        state->shown_speed[k] = real[PORT_ENCODER_SPEED + k];
-        if (works)
-            state->shown_speed[k] += prepared->step / real[PORT_WHEEL_INERTIA + k] * state->applied[k]
-                                     - state->taken_speed[k];
-        state->taken_speed[k] = prepared->forget
-                                * (state->taken_speed[k] + prepared->step / real[PORT_WHEEL_INERTIA + k] * taken);
+        taken[k] = works ? dot3(axis + 3 * k, shared) : 0.0;
+        state->torque[k] = works ? clipped(torque[k] + taken[k], limit[k]) : 0.0;
+        for (i = 0; i < 3; i++)
+            less[i] += axis[3 * k + i]
+                       * (demanded[k] - (works ? state->torque[k] - taken[k] : state->detection.given[k]));
+    }
+    times3(prepared->inverse[0], less, shared);
+    for (k = 0; k < WHEELS; k++) {
+        const double gain = prepared->step / real[PORT_WHEEL_INERTIA + k];
+        state->applied[k] = demanded[k] - dot3(axis + 3 * k, shared);
+        if (state->detection.status[k] == WORKS)
+            state->shown_speed[k] = real[PORT_ENCODER_SPEED + k] - state->hidden_speed[k];
+        state->shown_speed[k] += gain * state->applied[k];
+        state->hidden_speed[k] = prepared->forget
+                                 * (state->hidden_speed[k] + gain * (state->torque[k] - state->applied[k]));
     }
 }
 
@@ -214,7 +259,7 @@ int component_advance(Component *component, double time, double step)
             stop_off_loading(&state->off_loading);
     }
     for (k = 0; k < WHEELS && state->count == 0; k++)
-        state->taken_speed[k] = detection->status[k] == WORKS ? real[PORT_ENCODER_SPEED + k]
+        state->hidden_speed[k] = detection->status[k] == WORKS ? real[PORT_ENCODER_SPEED + k]
                                                                     - real[PORT_WHEEL_NOMINAL_SPEED + k]
                                                               : 0.0;
     command(component, prepared, state);

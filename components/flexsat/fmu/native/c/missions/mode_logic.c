@@ -124,7 +124,7 @@ int step_modes(const PreparedModes *prepared, ModeState *state, double time, con
     }
     if (mode != state->mode) {
         state->mode = mode;
-        state->steps = 0;
+        state->steps = state->settled = 0;
     }
     return began;
 }
