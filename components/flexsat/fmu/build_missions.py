@@ -80,8 +80,8 @@ def mission_data(design: Design) -> MissionData:
         inertia=controller.inertia,
         area=0.0 if tiles is None else len(tile_centres(tiles)) * HEXAGON * tiles.tile_side**2,
         wheel_axis=controller.wheel_axis,
-        wheel_inertia=np.full(count, controller.wheel_inertia),
-        torque_limit=np.full(count, controller.torque_limit),
+        wheel_inertia=np.full(count, controller.wheel_inertia),  # one, or one for each
+        torque_limit=controller.torque_limit * controller.torque_limit_factor,
         nominal_speed=controller.nominal_speed,
         speed_band=controller.speed_band,
         period=controller.period,

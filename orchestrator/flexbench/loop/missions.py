@@ -114,8 +114,9 @@ def mission_system(designs: Designs, name: str, layout: Path) -> System:
     kept = [one for one in base.connections if (one.to_component, one.input) not in fed]
     components = {one.name: _without(one, fed) for one in base.components}
     if name == "mission":
-        controller, count = components["controller"], len(designs.corrected.controller.nominal_speed)
-        limits = {f"wheel.speed_band_factor[{k + 1}]": BAND_FACTOR for k in range(count)}
+        controller = components["controller"]
+        factors = BAND_FACTOR * designs.corrected.controller.speed_band_factor
+        limits = {f"wheel.speed_band_factor[{k}]": factor for k, factor in enumerate(factors.tolist(), start=1)}
         limits["slew.authority"] = AUTHORITY
         components["controller"] = replace(controller, parameters={**controller.parameters, **limits})
     for component in added:
