@@ -35,16 +35,18 @@ def test_without_a_terminal_each_row_is_one_aligned_line(capsys):
 
 
 def test_on_a_terminal_of_80_columns_no_line_is_wider_and_no_word_is_broken(monkeypatch):
-    for width in (80, 60, 40):
+    # beside a long text, a column with one long word would be narrowed as far
+    single = (("name", "what it says"), [("w" * 30, "a few words again " * 12)])
+    for width, header, rows in ((80, HEADER, ROWS), (60, HEADER, ROWS), (40, HEADER, ROWS), (50, *single)):
         screen = Terminal()
         monkeypatch.setattr(sys, "stdout", screen)
         monkeypatch.setenv("COLUMNS", str(width))
         monkeypatch.setenv("TERM", "xterm")
-        print_table(HEADER, ROWS)
+        print_table(header, rows)
         monkeypatch.undo()
         shown = re.sub(r"\x1b\[[0-9;]*m", "", screen.getvalue())  # without colours
         assert max(len(line) for line in shown.splitlines()) <= width
-        words = {word for row in (HEADER, *ROWS) for text in row for word in text.split()}
+        words = {word for row in (header, *rows) for text in row for word in text.split()}
         assert words <= set(shown.replace("│", " ").replace("┃", " ").split())
 
 

@@ -95,16 +95,13 @@ def states(conditions: Sequence[Condition], sample: Sample, requirements: Sequen
     return [_state(one, sample, requirements) for one in conditions]
 
 
-def looks(most: int) -> list[int]:
-    """Return after how many cases a rule is looked at: 64, then each time a quarter more, and all at the end.
+def next_look(runs: int) -> int:
+    """Return after how many runs a rule is looked at again: first after 64, then each time after a quarter more.
 
-    They are set beforehand, so that where a campaign stops depends on its cases alone: neither on workers nor on what
-    finished first. Growing steps keep the number of looks small, each of which could stop by chance.
+    The numbers are set beforehand, so that where a campaign stops depends on its cases alone: neither on workers nor on
+    what finished first. Growing steps keep the number of looks small, each of which could stop by chance.
     """
-    found = [FIRST_LOOK]
-    while found[-1] < most:
-        found.append(math.ceil(found[-1] * _GROWTH))
-    return [min(one, most) for one in found]
+    return max(FIRST_LOOK, math.ceil(runs * _GROWTH))
 
 
 def _condition(text: str, found: re.Match[str]) -> Condition:
