@@ -26,7 +26,7 @@ from .campaign_file import Campaign, read_campaign
 from .distributions import CASE
 from .journal import Journals
 from .orders import Orders, Report, prepare
-from .progress import Counter, shown
+from .progress import Counter, Show, shown
 from .result_file import ABOUT, write_results
 from .sampling import Case, correlated
 from .statistics.sample import Metric
@@ -115,9 +115,10 @@ def run_rare(
         write_json(folder / ABOUT, about)
         pool = make_pool(settings_of(campaign.hang_after, folder / "files"))
         try:
-            with closing(Journals(folder)) as journals:
-                flight = _Batches(orders, event, folder, pool, journals, report)
-                assert campaign.cases is not None
+            assert campaign.cases is not None
+            counter = Counter(MOST_LEVELS * campaign.cases, 0, 0)  # at most
+            with closing(Journals(folder)) as journals, shown(counter, campaign.name) as show:
+                flight = _Batches(orders, event, folder, pool, journals, show)
                 found = subset_simulation(
                     flight.responses,
                     len(campaign.inputs),
@@ -196,10 +197,10 @@ class _Batches:
     """Carry out batches of cases, each once: what a journal holds is not repeated."""
 
     def __init__(
-        self, orders: Orders, event: Event, folder: Path, pool: Pool, journals: Journals, report: Report
+        self, orders: Orders, event: Event, folder: Path, pool: Pool, journals: Journals, show: Show
     ) -> None:
-        self._orders, self._event, self._folder = orders, event, folder
-        self._pool, self._journals, self._report = pool, journals, report
+        self._orders, self._event = orders, event
+        self._pool, self._journals, self._show = pool, journals, show
         self._found = read_entries(folder)
         self.cases: list[Case] = []
 
@@ -210,16 +211,15 @@ class _Batches:
         numbers = range(begin + 1, len(self.cases) + 1)
         orders = replace(self._orders, cases=tuple(self.cases))
         lacking = [number for number in numbers if number not in self._found]
-        if lacking:
-            counter = Counter(len(self.cases), begin + len(points) - len(lacking), 0)
-            counter.workers = self._pool.size
-            with shown(counter, self._orders.campaign.name) as show:
-                for outcome in dispatch((task_of(orders, number) for number in lacking), self._pool, show.look):
-                    entry = entry_of(outcome)
-                    self._journals.add(outcome.worker or "lost", entry)
-                    self._found[outcome.number] = entry
-                    counter.add(bool(outcome.failure))
-                    show.look()
+        counter = self._show.counter
+        counter.workers = self._pool.size
+        counter.skip([bool(self._found[number]["failure"]) for number in numbers if number in self._found])
+        for outcome in dispatch((task_of(orders, number) for number in lacking), self._pool, self._show.look):
+            entry = entry_of(outcome)
+            self._journals.add(outcome.worker or "lost", entry)
+            self._found[outcome.number] = entry
+            counter.add(bool(outcome.failure))
+            self._show.look()
         name = self._event.metric.name
         values = (self._found[number]["metrics"].get(name) for number in numbers)
         return np.array([self._event.response(None if one is None else float(one)) for one in values])

@@ -1,9 +1,9 @@
-"""Read the results of a campaign as samples: for each system its inputs, metrics and lost runs, by number."""
+"""The results of a campaign as samples: for each system its inputs, metrics and lost runs, by number; and its bands."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +11,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from flexbench.runs.json_file import read_table
 from flexsat.arrays import Array
 from lockstep import InputError
 
+from .result_file import BANDS, RESULTS, Results, read_results
 from .statistics.sample import Metric, Requirement, Sample, direction
-
-CONTENT, RESULTS, BANDS = "campaign.json", "results.parquet", "bands.parquet"
-_SHAPE = {
-    "name": "text", "?sampling": "text",
-    "inputs": [{"name": "text", "?unit": "text?"}],
-    "metrics": [{"name": "text", "?unit": "text?", "?shown_unit": "text?", "?scale": "number?"}],
-    "requirements": [{"name": "text", "metric": "text", "?most": "number?", "?least": "number?",
-                      "?probability": "number?", "?confidence": "number?"}],
-}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +32,47 @@ class CampaignResults:
     def name(self) -> str:
         """The name of the campaign."""
         return str(self.content["name"])
+
+
+def load_samples(folder: Path) -> CampaignResults:
+    """Return the results of a campaign.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no merged campaign, or one that cannot be read.
+    """
+    results = read_results(folder)
+    if not len(results.numbers):
+        raise InputError(f"{folder / RESULTS}: no runs")
+    requirements = results.requirement_list()
+    return CampaignResults(
+        folder=folder,
+        content=results.about,
+        metrics=tuple(replace(one, worse=direction(one.name, requirements)) for one in results.metric_list()),
+        requirements=requirements,
+        samples=samples_of(results),
+    )
+
+
+def samples_of(results: Results) -> tuple[Sample, ...]:
+    """Return the runs of each system, in the order in which systems first come."""
+    systems = np.array(results.systems)
+    return tuple(_sample(name, np.flatnonzero(systems == name), results) for name in dict.fromkeys(results.systems))
+
+
+def _sample(system: str, rows: Array, results: Results) -> Sample:
+    columns = {name: [values[i] for i in rows] for name, values in results.inputs.items()}
+    texts = {name for name, values in columns.items() if any(isinstance(one, str) for one in values)}
+    return Sample(
+        system=system,
+        numbers=results.numbers[rows],
+        inputs={name: np.array(values, dtype=float) for name, values in columns.items() if name not in texts},
+        choices={name: [str(one) for one in columns[name]] for name in columns if name in texts},
+        units={str(one["name"]): str(one.get("unit") or "") for one in results.about["inputs"]},
+        metrics={name: values[rows] for name, values in results.metrics.items()},
+        causes=[results.causes[i] for i in rows],
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,66 +117,6 @@ def _read(file: Path) -> pa.Table:
         return pq.read_table(file)
     except (OSError, pa.ArrowException) as error:
         raise InputError(f"{file}: cannot be read ({error}); run the campaign again") from None
-
-
-def load_samples(folder: Path) -> CampaignResults:
-    """Return the results of a campaign.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no merged campaign, or one that cannot be read.
-    """
-    content = read_table(folder / CONTENT, _SHAPE)
-    if content is None:
-        raise InputError(f"{folder}: no campaign; it has no {CONTENT}. Give the folder that `flexsat campaign` wrote")
-    if not (folder / RESULTS).is_file():
-        raise InputError(f"{folder / RESULTS}: not there; run the campaign to its end with the same command")
-    table = _read(folder / RESULTS)
-    if table.num_rows == 0:
-        raise InputError(f"{folder / RESULTS}: no runs")
-    requirements = tuple(_requirement(one) for one in content["requirements"])
-    metrics = tuple(
-        Metric(
-            name=str(one["name"]),
-            unit=str(one.get("unit") or ""),
-            shown_unit=str(one.get("shown_unit") or one.get("unit") or ""),
-            scale=float(one.get("scale") or 1.0),
-            worse=direction(str(one["name"]), requirements),
-        )
-        for one in content["metrics"]
-    )
-    systems = np.array(table["system"].to_pylist())
-    names = list(dict.fromkeys(systems.tolist()))
-    samples = tuple(_sample(name, table.filter(pa.array(systems == name)), content) for name in names)
-    return CampaignResults(folder=folder, content=content, metrics=metrics, requirements=requirements, samples=samples)
-
-
-def _requirement(one: Mapping[str, Any]) -> Requirement:
-    confidence = one.get("confidence")
-    return Requirement(
-        name=str(one["name"]),
-        metric=str(one["metric"]),
-        most=one.get("most"),
-        least=one.get("least"),
-        probability=one.get("probability"),
-        **({} if confidence is None else {"confidence": confidence}),
-    )
-
-
-def _sample(system: str, table: pa.Table, content: Mapping[str, Any]) -> Sample:
-    table = table.sort_by("number")
-    names = [str(one["name"]) for one in content["inputs"] if f"input.{one['name']}" in table.column_names]
-    texts = [name for name in names if not pa.types.is_floating(table[f"input.{name}"].type)]
-    return Sample(
-        system=system,
-        numbers=np.asarray(table["number"].to_numpy(), dtype=np.int64),
-        inputs={name: _column(table[f"input.{name}"]) for name in names if name not in texts},
-        choices={name: [str(one) for one in table[f"input.{name}"].to_pylist()] for name in texts},
-        units={str(one["name"]): str(one.get("unit") or "") for one in content["inputs"]},
-        metrics={str(one["name"]): _column(table[f"metric.{one['name']}"]) for one in content["metrics"]},
-        causes=["" if cause is None else str(cause) for cause in table["cause"].to_pylist()],
-    )
 
 
 def _column(column: pa.ChunkedArray) -> Array:
