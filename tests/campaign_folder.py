@@ -42,7 +42,8 @@ def write_campaign(folder, runs=300, systems=("distributed",), seed=1, sampling=
         tables.append(pa.table(columns))
     pq.write_table(pa.concat_tables(tables), folder / "results.parquet")
     content = {
-        "name": "toy", "seed": seed, "cases": runs, "runs": runs * len(systems), "sampling": sampling,
+        "identity": "0", "path": "toy.toml", "name": "toy",
+        "seed": seed, "cases": runs, "runs": runs * len(systems), "sampling": sampling,
         "systems": list(systems), "stop_time": 300.0,
         "inputs": [{"name": name, "kind": "parameter", "targets": [f"plant.{name}"], "unit": "1",
                     "distribution": "uniform", "discrete": False} for name in inputs]

@@ -80,7 +80,7 @@ def run_campaign(
         _same(known, about, folder)
         if known is None:
             write_whole(folder / FILE, campaign.content)
-            write_whole(folder / ORDERS, pickle.dumps(replace(orders, campaign=campaign), protocol=5))
+            write_whole(folder / ORDERS, pickled(orders))
             write_json(folder / ABOUT, about)
         pool = make_pool(settings_of(campaign.hang_after, folder / "files"))
         try:
@@ -169,13 +169,13 @@ def _fly_all(
                 return True
         return False
 
-    tasks = (_task(orders, number) for number in range(1, len(orders) + 1) if number not in found)
+    tasks = (task_of(orders, number) for number in range(1, len(orders) + 1) if number not in found)
     with shown(counter, orders.campaign.name) as show:
         counter.workers = pool.size
         if enough():
             return count
         for outcome in dispatch(tasks, pool, show.look):
-            entry = _entry(outcome)
+            entry = entry_of(outcome)
             _keep_history(outcome, folder)
             journals.add(outcome.worker or "lost", entry)
             found[outcome.number] = entry
@@ -188,14 +188,20 @@ def _fly_all(
     return count
 
 
-def _task(orders: Orders, number: int, *, histories: Histories | None = None) -> Task:
+def pickled(orders: Orders) -> bytes:
+    """Return orders as `flexsat campaign rerun` reads them."""
+    return pickle.dumps(orders, protocol=5)
+
+
+def task_of(orders: Orders, number: int, *, histories: Histories | None = None) -> Task:
+    """Return the task of a run."""
     order = orders.order(number)
     if histories is not None:
         order = replace(order, wanted=replace(order.wanted, histories=histories))
     return Task(number=number, title=f"run {number}", function=fly, arguments=(order,), files=orders.files_of(number))
 
 
-def _entry(outcome: Outcome) -> Entry:
+def entry_of(outcome: Outcome) -> Entry:
     """Return what a journal keeps of an outcome."""
     flown: Flown | None = outcome.result
     return {
@@ -270,7 +276,7 @@ def _keep_worst(orders: Orders, folder: Path, make_pool: MakePool, count: int) -
     lacking = [number for number in numbers if not (folder / RUNS / str(number) / "run.toml").is_file()]
     if not lacking:
         return
-    tasks = (_task(orders, number, histories=Histories(kept="all")) for number in lacking)
+    tasks = (task_of(orders, number, histories=Histories(kept="all")) for number in lacking)
     pool = make_pool(settings_of(orders.campaign.hang_after, folder / "files"))
     try:
         for outcome in dispatch(tasks, pool):

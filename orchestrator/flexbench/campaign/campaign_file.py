@@ -16,11 +16,11 @@ from .metrics import MetricSource, read_metrics
 from .statistics.sample import Metric, Requirement
 from .toml_values import flag_of, number_of, one_of, refuse_unknown, text_of, texts_of, whole_of
 
-Sampling = Literal["random", "latin-hypercube", "sobol", "grid", "one-at-a-time", "table"]
+Sampling = Literal["random", "latin-hypercube", "sobol", "saltelli", "grid", "one-at-a-time", "table"]
 Kind = Literal["parameter", "fault", "delay", "command", "system"]
 SAMPLINGS: tuple[Sampling, ...] = get_args(Sampling)
 KINDS: tuple[Kind, ...] = get_args(Kind)
-COUNTED = ("random", "latin-hypercube", "sobol")  # samplings of as many cases as the file says
+COUNTED = ("random", "latin-hypercube", "sobol", "saltelli")  # samplings of as many cases as the file says
 _TABLES = ("campaign", "systems", "set", "input", "correlation", "metric", "requirement", "band")
 _KEYS = ("name", "seed", "cases", "sampling", "table", "stop_time", "record", "record_period", "faults", "commands",
          "scenario", "histories", "worst", "by", "hang_after", "python", "keep_fmus")  # fmt: skip
@@ -133,11 +133,14 @@ def _check(campaign: Campaign, where: str) -> None:
         raise InputError(f"{where}: campaign: cases: {what}, with sampling = {campaign.sampling!r}")
     if (campaign.table is None) == (campaign.sampling == "table"):
         raise InputError(f'{where}: campaign: table: belongs to sampling = "table", and that needs it')
-    if campaign.sampling == "sobol" and campaign.cases is not None and campaign.cases & (campaign.cases - 1):
+    doubled = campaign.sampling in ("sobol", "saltelli")
+    if doubled and campaign.cases is not None and campaign.cases & (campaign.cases - 1):
         raise InputError(f"{where}: campaign: cases = {campaign.cases}: Sobol sequences need a power of 2, such as"
                          f" {2 ** (campaign.cases - 1).bit_length()}")  # fmt: skip
     if (campaign.cases or 1) * max(1, len(campaign.systems)) > MOST:
         raise InputError(f"{where}: campaign: cases = {campaign.cases}: more than {MOST} runs")
+    if campaign.sampling == "saltelli" and campaign.correlations:
+        raise InputError(f"{where}: correlation: Sobol indices are those of independent inputs; leave it out")
     for one in campaign.inputs:
         one.drawn.check(campaign.sampling, f"{where}: input.{one.name}")
     for file, kind in ((campaign.faults, "fault"), (campaign.commands, "command")):

@@ -71,6 +71,11 @@ class Drawn:
                 raise InputError(f"{where}: nominal: missing; it holds while others vary")
         elif not self.discrete and not self.distribution:
             raise InputError(f"{where}: distribution: missing; name one of scipy.stats, or give values")
+        if sampling == "saltelli" and self.distribution == CASE:
+            raise InputError(
+                f"{where}: distribution = {CASE!r}: Sobol indices need a range; give uniform with round = true, or one"
+                " value for all under [set]"
+            )
         if self.nominal is not None and sampling != "one-at-a-time":
             raise InputError(
                 f"{where}: nominal = {self.nominal!r}: has an effect with one-at-a-time only; leave it out"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import monotonic
 
@@ -27,6 +27,12 @@ class Counter:
         """Count a run that has finished now."""
         self.done += 1
         self.failed += failed
+
+    def skip(self, failed: Sequence[bool]) -> None:
+        """Count runs that were finished before, whether each failed."""
+        self.done += len(failed)
+        self.failed += sum(failed)
+        self._before += len(failed)
 
     @property
     def rate(self) -> float:

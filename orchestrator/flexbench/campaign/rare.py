@@ -71,8 +71,8 @@ def parse_event(text: str, campaign: Campaign) -> Event:
     found = _EVENT.fullmatch(text)
     known = {one.name: one for one in campaign.metrics}
     if found is None or found["metric"] not in known:
-        raise InputError(f"rare `{text}`: must be METRIC > VALUE or METRIC < VALUE, in the metric's unit; metrics are"
-                         f" {', '.join(f'{one.name} [{one.shown_unit or one.unit}]' for one in campaign.metrics)}")  # fmt: skip
+        names = ", ".join(f"{one.name} [{one.shown_unit or one.unit}]" for one in campaign.metrics)
+        raise InputError(f"event `{text}`: must be METRIC > VALUE or METRIC < VALUE, in its unit; metrics are {names}")
     metric = known[found["metric"]]
     limit = float(found["limit"]) * metric.scale
     return Event(text=" ".join(text.split()), metric=metric, limit=limit, above=found["sign"] == ">")
@@ -174,7 +174,7 @@ def sentence(event: Event, found: RareEvent) -> str:
     """Return the result as a sentence."""
     if not found.reached:
         return (f"{event.text}: not reached within {found.runs} runs; its probability is below about"
-                f" {math.prod(one.probability for one in found.levels[:-1]) * 0.1:.2g}. Give more cases, or a nearer limit.")  # fmt: skip
+                f" {found.probability:.1g}. Give more cases, or a nearer limit.")  # fmt: skip
     low, high = found.bounds()
     return (f"{event.text}: probability {found.probability:.2g}, 95 % bounds {low:.2g} to {high:.2g}, coefficient of"
             f" variation {found.deviation:.2g}, {found.runs} runs.")  # fmt: skip
@@ -187,8 +187,9 @@ def _shown(event: Event, response: float) -> float:
 def _check(campaign: Campaign) -> None:
     """Raise InputError if a campaign has no place for a rare event's cases."""
     if campaign.sampling != "random" or campaign.cases is None or campaign.cases % 10:
-        raise InputError(f"{campaign.path.name}: campaign: cases = {campaign.cases}, sampling = {campaign.sampling!r}: a rare"
-                         ' event needs sampling = "random" and cases, the runs of a level, a multiple of 10')  # fmt: skip
+        given = f"cases = {campaign.cases}, sampling = {campaign.sampling!r}"
+        raise InputError(f"{campaign.path.name}: campaign: {given}: a rare event needs sampling = \"random\" and cases,"
+                         " the runs of a level, a multiple of 10")  # fmt: skip
     if len(campaign.systems) != 1 or not campaign.inputs:
         raise InputError(f"{campaign.path.name}: a rare event needs one system under [systems], and inputs")
 
@@ -196,9 +197,7 @@ def _check(campaign: Campaign) -> None:
 class _Batches:
     """Carry out batches of cases, each once: what a journal holds is not repeated."""
 
-    def __init__(
-        self, orders: Orders, event: Event, folder: Path, pool: Pool, journals: Journals, show: Show
-    ) -> None:
+    def __init__(self, orders: Orders, event: Event, folder: Path, pool: Pool, journals: Journals, show: Show) -> None:
         self._orders, self._event = orders, event
         self._pool, self._journals, self._show = pool, journals, show
         self._found = read_entries(folder)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from flexsat.arrays import Array
 from lockstep import InputError
@@ -61,7 +62,7 @@ def samples_of(results: Results) -> tuple[Sample, ...]:
     return tuple(_sample(name, np.flatnonzero(systems == name), results) for name in dict.fromkeys(results.systems))
 
 
-def _sample(system: str, rows: Array, results: Results) -> Sample:
+def _sample(system: str, rows: NDArray[np.intp], results: Results) -> Sample:
     columns = {name: [values[i] for i in rows] for name, values in results.inputs.items()}
     texts = {name for name, values in columns.items() if any(isinstance(one, str) for one in values)}
     return Sample(

@@ -1,4 +1,4 @@
-"""Draw the inputs of all cases: random, Latin hypercube, Sobol, grid, one at a time, or from a table."""
+"""Draw the inputs of all cases: random, Latin hypercube, Sobol, Saltelli, grid, one at a time, or from a table."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from lockstep.errors import InputError, suggestion
 
 from .campaign_file import MOST, Campaign, Input
 from .distributions import Value
+from .statistics.sensitivities import saltelli_points
 
 Case = Mapping[str, Value]  # value by input, in the unit of the campaign file
 
@@ -40,10 +41,9 @@ def draw(campaign: Campaign) -> list[Case]:
             return [{one.name: value for one, value in zip(inputs, values, strict=True)} for values in lists]
         case "one-at-a-time":
             return _one_at_a_time(inputs)
-    assert campaign.cases is not None
     shares = correlated(_shares(campaign), inputs, campaign.correlations)
     columns = {one.name: one.drawn.at(shares[:, number]) for number, one in enumerate(inputs)}
-    return [{name: column[k] for name, column in columns.items()} for k in range(campaign.cases)]
+    return [{name: column[k] for name, column in columns.items()} for k in range(len(shares))]
 
 
 def _shares(campaign: Campaign) -> Array:
@@ -53,6 +53,8 @@ def _shares(campaign: Campaign) -> Array:
         return np.empty((count, 0))
     if campaign.sampling == "random":
         return np.asarray(np.random.default_rng(campaign.seed).random((count, width)))
+    if campaign.sampling == "saltelli":
+        return saltelli_points(width, count, campaign.seed)
     engine: scipy.stats.qmc.QMCEngine
     if campaign.sampling == "sobol":
         engine = scipy.stats.qmc.Sobol(width, rng=np.random.default_rng(campaign.seed))

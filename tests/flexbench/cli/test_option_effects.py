@@ -23,6 +23,9 @@ HERE = "flexbench/cli/test_option_effects.py"
 _TIMING = "lockstep/ssp/test_timing.py::test_command_line_overrides_the_fmus"
 _RECORD = "lockstep/run/test_run.py::test_the_run_record_describes_the_run"
 _BRANCH = "lockstep/checkpoint/test_branch.py::test_the_command_line_branches_without_a_system_file"
+_CAMPAIGN_END = (
+    "flexbench/cli/campaign/test_campaign_command.py::test_the_end_of_a_campaign_has_tables_a_page_and_numbers"
+)
 _LEFT_OUT = "lockstep/checkpoint/test_branch.py::test_what_was_left_out_begins_anew_only_when_told"
 _RESUME = "lockstep/checkpoint/test_resume.py::test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes"
 _SHADOW = "lockstep/shadow/test_shadow.py::test_shadow_acts_at_its_own_rate_without_a_jump"
@@ -216,6 +219,7 @@ EFFECTS = {
     },
     "flexsat campaign": {
         **dict.fromkeys(("--out", "--jobs", "--record"), _CAMPAIGN),
+        **dict.fromkeys(("--stop-when", "--json"), _CAMPAIGN_END),
         "--scheduler": "flexbench/campaign/test_dask.py::test_a_cluster_gives_the_same_bytes_and_so_it_does_resumed",
     },
     "flexsat waterfall": {

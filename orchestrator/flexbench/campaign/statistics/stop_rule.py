@@ -24,7 +24,7 @@ from .percentiles import percentile, runs_for_bound, runs_for_width
 from .proportions import proportion, runs_to_show
 from .sample import Requirement, Sample, direction
 
-FIRST_LOOK = 64  # runs
+FIRST_LOOK = 50  # runs
 _GROWTH = 1.25  # from one look to the next
 ACCEPTED = "p95(METRIC) within 5 %, mean(METRIC) within 2 %, probability(REQUIREMENT) within 1 %," \
            " requirement(REQUIREMENT) decided; several with `and`"  # fmt: skip
@@ -96,7 +96,7 @@ def states(conditions: Sequence[Condition], sample: Sample, requirements: Sequen
 
 
 def next_look(runs: int) -> int:
-    """Return after how many runs a rule is looked at again: first after 64, then each time after a quarter more.
+    """Return after how many runs a rule is looked at again: first after 50, then each time after a quarter more.
 
     The numbers are set beforehand, so that where a campaign stops depends on its cases alone: neither on workers nor on
     what finished first. Growing steps keep the number of looks small, each of which could stop by chance.

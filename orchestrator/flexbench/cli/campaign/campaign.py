@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,47 +11,79 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import jobs_option, out_option, record_option
+from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
+
+from .evaluation import rare, report, say
 
 if TYPE_CHECKING:
     from ...campaign.campaign import MakePool
     from ...engine.pools import Pool
     from ...engine.tasks import Settings
 
-RERUN = "rerun"
+RERUN, REPORT, RARE = "rerun", "report", "rare"
 _EXAMPLES = """
 exit code: 0 all runs are there, also failed ones; 1 a disk is full or a cluster lost; 2 bad input;
 130, 143 ended by Ctrl-C, SIGTERM. The same command goes on where it ended, whatever ended it.
 
 examples:
   {program} campaign examples/campaigns/short.toml --out results/short
+  {program} campaign examples/campaigns/short.toml --stop-when "p95(pointing) within 5 %"
   {program} campaign examples/campaigns/layouts.toml --out results/layouts-1000 --scheduler tcp://127.0.0.1:8786
   {program} campaign rerun results/short 17                # with full recording, into results/short/runs/17
+  {program} campaign report results/short                   # page and tables again; --json - prints all numbers
+  {program} campaign rare examples/campaigns/rare_speed.toml "speed > 42.5"
 """
 
 
 @command("campaign", _EXAMPLES)
-@click.argument("what", nargs=-1, required=True, metavar="CAMPAIGN.toml | rerun DIR NUMBER",
-                help="campaign file; or `rerun`, the folder of a campaign and the number of a run")  # fmt: skip
+@click.argument("what", nargs=-1, required=True, metavar="CAMPAIGN.toml | rerun DIR NUMBER | ...",
+                help="campaign file; `rerun`, the folder of a campaign and the number of a run; `report` and the"
+                " folder; `rare`, a campaign file and an event")  # fmt: skip
 @out_option("folder of the campaign (default: results/NAME of the file); of a repeated run (default: DIR/runs/NUMBER)")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler, tcp://HOST:PORT, instead of processes here")
 @jobs_option
 @record_option
+@click.option("--stop-when", metavar="RULE",
+              help="end once the runs are enough: p95(METRIC) within 5 %, mean(METRIC) within 2 %,"
+              " probability(REQUIREMENT) within 1 %, requirement(REQUIREMENT) decided; several with `and`")  # fmt: skip
+@click.option("--json", type=PATH, metavar="FILE", help="also write all numbers as JSON; - prints them instead")
 def campaign(
-    what: tuple[str, ...], out: Path | None, scheduler: str | None, jobs: int | None, record: tuple[str, ...] | None
+    what: tuple[str, ...],
+    out: Path | None,
+    scheduler: str | None,
+    jobs: int | None,
+    record: tuple[str, ...] | None,
+    stop_when: str | None,
+    json: Path | None,
 ) -> int:
-    """Simulate thousands of runs over dispersed inputs, or repeat one of them."""
+    """Simulate thousands of runs over dispersed inputs, repeat one, report all, or find how likely an event is."""
+    given = {"--scheduler": scheduler, "--jobs": jobs, "--stop-when": stop_when, "--json": json, "--record": record}
     if what[0] == RERUN:
-        if scheduler is not None or jobs is not None:
-            raise InputError("--scheduler, --jobs: have no effect on `rerun`; leave them out")
+        _refuse(given, RERUN, ("--scheduler", "--jobs", "--stop-when", "--json"))
         return _rerun(what[1:], out, record or ())
-    if len(what) > 1:
-        raise InputError(f"{what[1]}: give one campaign file, or rerun DIR NUMBER")
+    if what[0] == REPORT:
+        _refuse(given, REPORT, ("--scheduler", "--jobs", "--stop-when", "--record"))
+        return report(what[1:], out, json)
+    if what[0] == RARE:
+        _refuse(given, RARE, ("--stop-when",))
+    elif len(what) > 1:
+        raise InputError(
+            f"{what[1]}: give one campaign file, or rerun DIR NUMBER, report DIR, rare CAMPAIGN.toml EVENT"
+        )
     if record:
         raise InputError("--record: has an effect with `rerun` only; a campaign's file says what is recorded")
     if scheduler is not None and jobs is not None:
         raise InputError("--jobs: has no effect with --scheduler; the cluster's workers say how many run at once")
-    return _run(Path(what[0]), out, _pool(scheduler, jobs))
+    if what[0] == RARE:
+        return rare(what[1:], out, _pool(scheduler, jobs), json)
+    return _run(Path(what[0]), out, _pool(scheduler, jobs), stop_when, json)
+
+
+def _refuse(given: Mapping[str, object], word: str, names: Sequence[str]) -> None:
+    """Raise InputError for options that have no effect."""
+    if useless := [name for name in names if given[name]]:
+        raise InputError(f"{', '.join(useless)}: no effect on `{word}`; leave it out")
 
 
 def _pool(scheduler: str | None, jobs: int | None) -> MakePool:
@@ -63,18 +95,24 @@ def _pool(scheduler: str | None, jobs: int | None) -> MakePool:
     return make
 
 
-def _run(path: Path, out: Path | None, make_pool: MakePool) -> int:
+def _run(path: Path, out: Path | None, make_pool: MakePool, stop_when: str | None, json: Path | None) -> int:
     from ...campaign.campaign import run_campaign
+    from ...campaign.campaign_file import read_campaign
+    from ...campaign.stop import StopRule
 
     folder = out or Path("results", path.stem)
+    show = say(json)
+    rule = None if stop_when is None else StopRule(stop_when, read_campaign(path), show)
     try:
-        done = run_campaign(path, folder, make_pool, partial(print, flush=True))
+        done = run_campaign(path, folder, make_pool, show, rule)
     except KeyboardInterrupt:
         print(f"{folder}: what is finished is kept; the same command goes on", file=sys.stderr)
         raise
     failed = int((~done.results.completed).sum())
-    print(f"{len(done.results.numbers)} runs, {failed} failed: {folder}")
-    return 0
+    if done.stopped:
+        show(f"ended after {len(done.results.numbers)} runs: {stop_when}")
+    show(f"{len(done.results.numbers)} runs, {failed} failed: {folder}")
+    return report((str(folder),), None, json)
 
 
 def _rerun(given: tuple[str, ...], out: Path | None, record: tuple[str, ...]) -> int:

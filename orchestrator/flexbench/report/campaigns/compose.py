@@ -188,7 +188,9 @@ def _flown(results: CampaignResults) -> Iterator[Block]:
     if files:
         yield Heading(3, "Files")
         yield Table(
-            ["file", "SHA-256"], [[str(name), ", ".join(map(str, _listed(text)))] for name, text in files.items()], code=frozenset({0, 1})
+            ["file", "SHA-256"],
+            [[str(name), ", ".join(map(str, _listed(text)))] for name, text in files.items()],
+            code=frozenset({0, 1}),
         )
 
 

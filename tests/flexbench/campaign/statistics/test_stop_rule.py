@@ -66,7 +66,7 @@ def looks(most):
 
 
 def test_looks_grow_by_a_quarter():
-    assert looks(1000)[:4] == [64, 80, 100, 125]
+    assert looks(1000)[:4] == [50, 63, 79, 99]
     assert next_look(100_000) == 125_000
 
 

@@ -1,5 +1,6 @@
 """The command `flexsat campaign`: a campaign of a small FMU, one of its runs again, and what it refuses."""
 
+import json
 import re
 from pathlib import Path
 
@@ -9,6 +10,13 @@ from flexbench.cli.parser import main
 from fmus.wanderer.wanderer import wanderer
 from lockstep import Component, System, read_signals, write_ssd
 
+REQUIREMENT = """
+[[requirement]]
+name = "small"
+metric = "largest"
+most = 1e6
+probability = 0.9
+"""
 START = {"offset": 0.0, "number": 0, "flag": False}
 FILE = """
 [campaign]
@@ -59,6 +67,38 @@ def test_a_campaign_is_run_and_one_of_its_runs_repeated(folder, tmp_path, capsys
     assert set(read_signals(tmp_path / "again")) == {"a.y", "a.began", "a.steps", "a.odd", "a.u"}
 
 
+def test_the_end_of_a_campaign_has_tables_a_page_and_numbers(folder, tmp_path, capsys):
+    path, out = folder / "rule.toml", tmp_path / "out"
+    path.write_text(FILE.replace("cases = 3", "cases = 70") + REQUIREMENT)
+    words = ["campaign", str(path), "--out", str(out), "--stop-when", "probability(small) within 10 %"]
+    assert main([*words, "--json", str(tmp_path / "numbers.json")]) == 0
+    said = capsys.readouterr().out
+    assert "50 runs: probability(small) within 10 %, toy: within 3.5" in said
+    assert "ended after 50 runs" in said
+    assert "small: met in 50 of 50 runs, a probability of 92.9 % to 100 %; 90.0 % is required and shown." in said
+    assert (out / "report.html").is_file()
+    numbers = json.loads((tmp_path / "numbers.json").read_text())
+    assert numbers["systems"][0]["requirements"][0]["verdict"] == "shown"
+
+    assert main(["campaign", "report", str(out), "--out", str(tmp_path / "page.html"), "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out) == numbers
+    assert (tmp_path / "page.html").read_bytes() == (out / "report.html").read_bytes()
+    assert main(["campaign", str(path), "--out", str(out), "--stop-when", "p95(small) within 5 %"]) == 2
+    assert "no metric `small`; the campaign has largest" in capsys.readouterr().err
+
+
+def test_the_probability_of_a_rare_event_is_printed_and_written(folder, tmp_path, capsys):
+    path = folder / "rare.toml"
+    path.write_text(FILE.replace("cases = 3", "cases = 20"))
+    assert main(["campaign", "rare", str(path), "largest > 0.2", "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "largest > 0.2: probability" in said
+    assert f"next: flexsat campaign report {tmp_path / 'out'}" in said
+    assert main(["campaign", "rare", str(path), "largest > 0.2", "--out", str(tmp_path / "out"), "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert f"probability {found['probability']:.2g}, 95 % bounds" in said
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -95,7 +135,12 @@ def test_what_is_wrong_is_refused_in_one_line_and_leaves_no_results(folder, tmp_
         (["rerun", "out"], "rerun: give the folder of a campaign and the number of a run"),
         (["rerun", "out", "1"], "out: holds no campaign; give the folder of --out"),
         (["a.toml", "--record", "x"], "--record: has an effect with `rerun` only"),
-        (["rerun", "out", "1", "--jobs", "2"], "--scheduler, --jobs: have no effect on `rerun`"),
+        (["rerun", "out", "1", "--jobs", "2"], "--jobs: no effect on `rerun`; leave it out"),
+        (["rerun", "out", "1", "--stop-when", "x"], "--stop-when: no effect on `rerun`"),
+        (["report"], "report: give the folder of one campaign"),
+        (["report", "out", "--record", "x"], "--record: no effect on `report`"),
+        (["rare", "a.toml"], "rare: give a campaign file and an event"),
+        (["rare", "a.toml", "x > 1", "--stop-when", "x"], "--stop-when: no effect on `rare`"),
         (["a.toml", "--jobs", "2", "--scheduler", "tcp://x"], "--jobs: has no effect with --scheduler"),
         (["none.toml"], "none.toml: cannot be read (No such file or directory); give a campaign file"),
     ],
