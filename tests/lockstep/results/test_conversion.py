@@ -16,14 +16,14 @@ from lockstep.results.signal_patterns import Signal
 
 SIGNALS = [
     Signal(component="c", variable=Variable(name=f"x{k}", reference=k, type=kind, causality="output", native=native))
-    for k, (kind, native) in enumerate([("Real", ""), ("Integer", "Int64"), ("String", "")])
+    for k, (kind, native) in enumerate([("Real", ""), ("String", ""), ("Real", ""), ("Integer", "Int64")])
 ]
 ROWS = 257
 
 
 @pytest.fixture(autouse=True)
 def small_groups(monkeypatch):
-    monkeypatch.setattr(conversion, "_GROUP_BYTES", 8 * 4 * 40)  # 40 rows
+    monkeypatch.setattr(conversion, "_GROUP_BYTES", 8 * 5 * 40)  # 40 rows
 
 
 def record(folder, rows=ROWS):
@@ -38,9 +38,10 @@ def record(folder, rows=ROWS):
 def whole(folder):
     assert [path.name for path in folder.iterdir()] == ["signals.parquet"]
     signals = read_signals(folder)
-    np.testing.assert_array_equal(signals["c.x0"], np.arange(ROWS))
-    assert signals["c.x1"].dtype == np.int64
-    assert signals["c.x2"].tolist() == [f"row {row}" for row in range(ROWS)]
+    for name in ("c.x0", "c.x2", "c.x3"):
+        np.testing.assert_array_equal(signals[name], np.arange(ROWS))
+    assert signals["c.x3"].dtype == np.int64
+    assert signals["c.x1"].tolist() == [f"row {row}" for row in range(ROWS)]
     return (folder / "signals.parquet").read_bytes()
 
 
