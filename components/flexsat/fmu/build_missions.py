@@ -16,6 +16,7 @@ from ..ports.table import PortTable
 from ..runtime.missions.mission_data import MissionData
 from ..structure.mesh import tile_centres
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
+from .documentation.device_rows import device_rows
 from .documentation.mission_experiments import MISSION_EXPERIMENTS
 from .documentation.native_notes import NativeNotes
 from .documentation.reference_results import Run, run_experiments
@@ -64,6 +65,7 @@ class MissionParts:
             self.runs,
             self.pictures,
             config=self.design.config,
+            devices=device_rows(self.design),
             model_name=self.model_name,
             version=importlib.metadata.version("flexsat"),
             step=shell.preferred_step,
