@@ -9,13 +9,16 @@ processor time too: what both took beside what one took, which is one on cores t
 """
 
 import argparse
+import ctypes
 import dataclasses
+import gc
 import os
 import tempfile
 import time
 from pathlib import Path
 
 import psutil
+import pyarrow
 
 from flexbench.campaign.campaign import run_campaign
 from flexbench.campaign.campaign_file import read_campaign
@@ -62,6 +65,9 @@ def growth(flown, runs, total):
         flown(number % total + 1, 0.1)
         if number in (20, runs) or number % 100 == 0:
             folders = len(list(unpacking_folder().glob(f"lockstep-*-{os.getpid()}-*")))
+            gc.collect()
+            ctypes.CDLL(None).malloc_trim(0)  # what the C library keeps for later is not in use
+            pyarrow.default_memory_pool().release_unused()
             memory = here.memory_info().rss / 1e6
             print(f"{number} runs: {memory:.2f} MB, {here.num_fds()} descriptors, {folders} folders", flush=True)
 

@@ -46,7 +46,10 @@ def main():
             if not Path(killed, "campaign.json").exists():
                 time.sleep(0.05)
                 continue
-            time.sleep(moments.uniform(0.0, 3.0))
+            wanted = min(total, total - left + moments.randint(1, max(2, total // (given.kills + 5))))
+            while len(read_entries(killed)) < wanted and process.poll() is None:
+                time.sleep(0.01)
+            time.sleep(moments.uniform(0.0, 0.7))
             victims = [psutil.Process(process.pid)] if process.poll() is None else []
             if kills % 2 and victims:
                 with suppress(psutil.Error):

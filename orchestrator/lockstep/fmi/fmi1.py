@@ -87,6 +87,10 @@ class Fmi1Slave:
             self.instance.stepping, self.instance.worst = False, OK
         return status
 
+    def forget_calls(self) -> None:
+        """Release the memory of the getters and setters that were bound; none of them may be called any more."""
+        self._values.forget()
+
     def failed(self, status: int) -> None:
         """Note the status that ended the run."""
         self.instance.failed(status)

@@ -99,6 +99,10 @@ class Fmi2Slave:
         """Set the state that `state_bytes` returned."""
         return restore_bytes(self.instance, content)
 
+    def forget_calls(self) -> None:
+        """Release the memory of the getters and setters that were bound; none of them may be called any more."""
+        self._values.forget()
+
     def failed(self, status: int) -> None:
         """Note the status that ended the run."""
         self.instance.failed(status)

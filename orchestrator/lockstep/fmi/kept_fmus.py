@@ -6,14 +6,13 @@ from pathlib import Path
 
 from lockstep.fmi.fmi1 import Fmi1Slave
 from lockstep.fmi.fmi2 import Fmi2Slave
-from lockstep.fmi.fmi3 import Fmi3Slave
 from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.log_callbacks import Log
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.slave import WARNING, Slave
 from lockstep.system.component import Component
 
-_Own = Fmi1Slave | Fmi2Slave | Fmi3Slave
+_Own = Fmi1Slave | Fmi2Slave
 _Key = tuple[str, str, float | None]  # digest of the description, name of the instance, tolerance
 
 
@@ -28,7 +27,8 @@ class _Log:
 
 
 class KeptFmus:
-    """Instances of native FMUs between runs, in this process; those with Python in them are started for each run.
+    """Instances of native FMUs between runs, in this process; those of FMI 3.0 and those with Python are started
+    for each run.
 
     An instance that failed, or cannot be reset, is freed, and the next run gets a new one.
     """
@@ -50,9 +50,15 @@ class KeptFmus:
         else:
             self._count += 1
             folder, passed = self._folder / str(self._count), _Log(log)
-            slave = instantiate(component, description, folder, passed)
-            if description.once_per_process or description.needs_tool or any(folder.glob("resources/*.py")):
-                return slave
+            started = instantiate(component, description, folder, passed)
+            if (
+                not isinstance(started, _Own)
+                or description.once_per_process
+                or description.needs_tool
+                or any(folder.glob("resources/*.py"))
+            ):
+                return started
+            slave = started
         self._lent[id(slave)] = key, slave, passed
         return slave
 
@@ -64,6 +70,7 @@ class KeptFmus:
             return
         usable = own.instance.alive and own.instance.worst <= WARNING
         passed.to = _ignore
+        own.forget_calls()
         if usable and own.reset() <= WARNING:
             self._idle.setdefault(key, []).append((own, passed))
         else:

@@ -20,6 +20,10 @@ class Scalars:
         self._letters = instance.prefix == "fmi"  # FMI 1.0 has its Booleans in one byte each
         self._kept: list[object] = []  # what the library holds addresses of
 
+    def forget(self) -> None:
+        """Release the memory of all calls that were bound; none of them may be made any more."""
+        self._kept.clear()
+
     def getter(self, scalar: Scalar, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
         """Return the call that gets values of one type by reference."""
         name = f"Get{scalar}"

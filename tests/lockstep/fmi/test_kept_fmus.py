@@ -6,6 +6,7 @@ import pytest
 from fmus.wanderer.wanderer import wanderer
 from lockstep import Component, System, simulate
 from lockstep.fmi.kept_fmus import KeptFmus
+from lockstep.fmi.model_description import read_description
 
 START = {"u": 1.0, "offset": 0.0, "number": 0, "flag": False}
 
@@ -52,11 +53,19 @@ def test_an_fmu_that_keeps_something_is_noticed_by_its_rows(built, tmp_path):
     kept.close()
 
 
+def test_what_runs_bound_is_released(built, tmp_path):
+    """Else each run would leave the memory of its getters and setters behind."""
+    kept = KeptFmus(tmp_path)
+    runs(system(built["resets"]), kept)
+    ((slave, _),) = next(iter(kept._idle.values()))
+
+    assert slave._values._kept == []
+    kept.close()
+
+
 def test_an_instance_in_use_is_lent_once(built, tmp_path):
     kept = KeptFmus(tmp_path)
     part = system(built["resets"]).components[0]
-    from lockstep.fmi.model_description import read_description
-
     first = kept.start(part, read_description(part), print)
     second = kept.start(part, read_description(part), print)
     assert first is not second
