@@ -1,8 +1,9 @@
-"""The slew, both configurations, in nine panels as in the paper."""
+"""The slew, both configurations, in nine panels as in the paper, and the torque of one wheel with its limit."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import Any
 
 import matplotlib
@@ -22,11 +23,23 @@ from flexsat.parameters import ARCSECOND, DEGREE, RPM, ConfigurationName
 from lockstep import Signals
 from lockstep.errors import InputError
 
-from .drawing import LOOKS, PUBLISHED, STYLE, WIDTH, draw_line, draw_noisy, draw_published, make_logarithmic, span_runs
+from .drawing import (
+    LOOKS,
+    PUBLISHED,
+    STYLE,
+    WIDTH,
+    bin_edges,
+    draw_line,
+    draw_noisy,
+    draw_published,
+    make_logarithmic,
+    span_runs,
+)
 
 BAND: dict[str, Any] = {"color": "#F0E442", "alpha": 0.25, "linewidth": 0.0}  # Okabe and Ito: yellow
 MARK: dict[str, Any] = {"color": "0.45", "linewidth": 0.8, "linestyle": (0.0, (6.0, 2.0, 1.0, 2.0))}
 REFERENCE: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0.0, (1.0, 1.6)), "zorder": 3.0}
+LIMIT: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0.0, (2.0, 2.0)), "zorder": 1.0}
 SETTLING: dict[str, Any] = {"marker": "v", "linestyle": "none", "markersize": 6.0}
 Panel = Callable[[Axes, ConfigurationName, Signals, FlownDesign], None]
 
@@ -49,9 +62,12 @@ def slew_comparison(
     if not results:
         raise InputError("slew_comparison: results must hold one configuration at least, got none")
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, 8.2), layout="constrained")
-        grid = figure.subplots(3, 3, sharex=True)
-        for axes, (title, unit, draw, logarithmic) in zip(grid.flat, PANELS, strict=True):
+        figure = Figure(figsize=(WIDTH, 10.4), layout="constrained")
+        grid = figure.add_gridspec(4, 3)
+        first = figure.add_subplot(grid[0, 0])
+        others = [figure.add_subplot(grid[k // 3, k % 3], sharex=first) for k in range(1, 9)]
+        panels = [first, *others, figure.add_subplot(grid[3, :], sharex=first)]
+        for axes, (title, unit, draw, logarithmic) in zip(panels, PANELS, strict=True):
             for name, signals in results.items():
                 draw(axes, name, signals, designs[name])
             if logarithmic:
@@ -59,10 +75,12 @@ def slew_comparison(
             axes.set(title=title, ylabel=unit)
             for time in sorted({time for signals in results.values() for time in _slew_times(signals)}):
                 axes.axvline(time, **MARK)
-        for axes in grid[-1]:
+        for axes in panels[:-4]:
+            axes.tick_params(labelbottom=False)
+        for axes in panels[-4:]:
             axes.set_xlabel("time [s]")
-        span_runs(grid[0, 0], results.values())
-        figure.align_ylabels(grid)
+        span_runs(first, results.values())
+        figure.align_ylabels(panels)
         figure.legend(handles=_legend(results), loc="outside upper center", ncols=4)
     return figure
 
@@ -99,6 +117,18 @@ def _torque(axes: Axes, name: ConfigurationName, signals: Signals, _: FlownDesig
 def _impulse(axes: Axes, name: ConfigurationName, signals: Signals, _: FlownDesign) -> None:
     draw_line(axes, signals.time, histories.torque_impulse(signals), name, LOOKS[name].line)
     _draw_reference(axes, signals.time, histories.torque_impulse(signals, histories.TORQUE_REFERENCE))
+
+
+def _single(axes: Axes, name: ConfigurationName, signals: Signals, design: FlownDesign) -> None:
+    """Draw the torque of the first wheel about x, and its limit."""
+    wheel = int(np.argmax(np.abs(design.wheel_axis[:, 0])))
+    torque = signals[histories.TORQUE][:, wheel]
+    bins = [torque[start:end] for start, end in pairwise(bin_edges(len(torque)))]
+    largest = [part[np.argmax(np.abs(part))] for part in bins]  # of each bin, so that no peak is lost
+    times = [signals.time[start] for start, _ in pairwise(bin_edges(len(torque)))]
+    draw_line(axes, np.array(times), np.array(largest), f"{name}, wheel {wheel + 1}", LOOKS[name].line)
+    for sign in (-1.0, 1.0):
+        axes.axhline(sign * design.torque_limit[wheel], **LIMIT, color=LOOKS[name].colour)
 
 
 def _cost(axes: Axes, name: ConfigurationName, signals: Signals, design: FlownDesign) -> None:
@@ -172,6 +202,7 @@ PANELS: tuple[tuple[str, str, Panel, bool], ...] = (
     ("Angular rate error", "to reference [deg/s]", _rate, True),
     ("Deformation", "RMS over aperture [µm]", _deformation, True),
     ("Bending mode about x", r"displacement [$10^{-3}$ m·kg$^{1/2}$]", _bending, False),
+    ("One wheel about x; dotted: its limit", "torque, largest of each interval [N·m]", _single, False),
 )
 
 

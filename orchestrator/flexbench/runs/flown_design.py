@@ -55,6 +55,7 @@ class FlownDesign:
     damping: Array  # (m,) [1/s]
     mass: float  # kg
     inertia: Array  # (3, 3) [kg.m2]
+    torque_limit: Array  # (n,) [N.m] of each motor of the plant; NaN where an earlier version kept none
     speed_band: float  # rad/s either side of nominal; NaN for a controller of others
     period: float  # s, of the controller; NaN for one of others
     # of the controller's slew plan; NaN for one of others, and for one that plans for unequal wheels or keep-out cones
@@ -92,6 +93,7 @@ def flown_part(design: Design) -> FlownDesign:
         {f.name: np.asarray(getattr(plant, f.name)) for f in fields(plant)},
         {f.name: np.asarray(getattr(controller, f.name)) for f in fields(controller)}
         | {f"{COST}.{name}": values for name, values in cost_arrays(design).items()},
+        {},
         {},
         design.as_published,
     )
@@ -143,6 +145,8 @@ def _read_kept(path: Path) -> FlownDesign:
     except (OSError, ValueError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: cannot be read ({error}); delete it, the FMUs that flew have the same") from None
     known = [f.name for f in fields(FlownDesign) if f.name != "cost"]
+    if "nominal_speed" in arrays:  # earlier versions kept no limits
+        arrays.setdefault("torque_limit", np.full_like(arrays["nominal_speed"], np.nan))
     if lacking := [name for name in known if name not in arrays]:
         raise InputError(f"{path}: has no {lacking[0]}; delete it, the FMUs that flew have the same")
     values: dict[str, Any] = {name: arrays[name] if arrays[name].ndim else arrays[name].item() for name in known}
@@ -162,7 +166,7 @@ def _of_fmus(folder: Path, record: Mapping[str, Any], names: LoopNames) -> Flown
         chosen: ControllerDesign = "published" if set_to.get("design", DEFAULT_DESIGN) == "published" else "robust"
         variant = variant_of(as_published=bool(set_to.get("as_published", False)), design=chosen)
         own = _matrices(folder, controller, variant)
-    return _flown(matrices, own, set_to, as_published)
+    return _flown(matrices, own, given, set_to, as_published)
 
 
 def _matrices(folder: Path, component: Mapping[str, Any], variant: str) -> dict[str, NDArray[Any]]:
@@ -189,6 +193,7 @@ def _matrices(folder: Path, component: Mapping[str, Any], variant: str) -> dict[
 def _flown(
     plant: Mapping[str, NDArray[Any]],
     controller: Mapping[str, NDArray[Any]],
+    of_plant: Mapping[str, Any],
     parameters: Mapping[str, Any],
     as_published: bool,
 ) -> FlownDesign:
@@ -204,6 +209,7 @@ def _flown(
             damping=plant["damping"],
             mass=float(mass[0, 0]),
             inertia=mass[3:6, 3:6],
+            torque_limit=_torque_limits(plant, of_plant),
             speed_band=float(parameters.get("wheel.speed_band", controller.get("speed_band", np.nan))),
             period=float(controller.get("period", np.nan)),
             **_slew_limits(controller, parameters),
@@ -211,6 +217,16 @@ def _flown(
         )
     except KeyError as error:
         raise InputError(f"the plant's FMU carries no {error.args[0]}; build it with `flexsat build`") from None
+
+
+def _torque_limits(plant: Mapping[str, NDArray[Any]], given: Mapping[str, Any]) -> Array:
+    """Return the torque limit of each wheel [N.m] as the run set it."""
+    count = len(plant["nominal_speed"])
+    limit = float(given.get("wheel.torque_limit", plant.get("torque_limit", np.nan)))
+    factors = np.array(plant.get("torque_limit_factor", np.ones(count)), float)
+    for wheel in range(count):
+        factors[wheel] = float(given.get(f"wheel.torque_limit_factor[{wheel + 1}]", factors[wheel]))
+    return limit * factors
 
 
 def _slew_limits(controller: Mapping[str, NDArray[Any]], parameters: Mapping[str, Any]) -> dict[str, Array]:

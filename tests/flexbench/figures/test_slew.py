@@ -39,19 +39,27 @@ def panel(figure: Figure, title: str) -> Axes:
     return found
 
 
-def test_slew_has_nine_panels_with_units_over_the_whole_run(slew: Figure):
-    assert len(slew.axes) == 9
-    assert len({axes.get_title("left") for axes in slew.axes}) == 9
+def test_slew_has_ten_panels_with_units_over_the_whole_run(slew: Figure):
+    assert len(slew.axes) == 10
+    assert len({axes.get_title("left") for axes in slew.axes}) == 10
     for axes in slew.axes:
         assert UNIT.search(axes.get_ylabel()), axes.get_title("left")
         assert_allclose(axes.get_xlim(), (0.0, 30.0), rtol=1e-9)
-    assert [axes.get_xlabel() for axes in slew.axes] == [""] * 6 + ["time [s]"] * 3
+    assert [axes.get_xlabel() for axes in slew.axes] == [""] * 6 + ["time [s]"] * 4
 
 
 def test_slew_marks_its_start_and_end_in_every_panel(slew: Figure):
     for axes in slew.axes:
-        upright = {float(line.get_xdata()[0]) for line in axes.get_lines() if len(line.get_xdata()) == 2}
+        pairs = [line.get_xdata() for line in axes.get_lines() if len(line.get_xdata()) == 2]
+        upright = {float(first) for first, second in pairs if first == second}
         assert sorted(upright) == pytest.approx([START, END])
+
+
+def test_slew_shows_the_limit_of_one_wheel_of_each_layout(slew: Figure):
+    """P, table 1: 4.4 N.m of a wheel on the bus, 0.8 N.m of one over the structure."""
+    level = {float(y[0]) for y in (line.get_ydata() for line in panel(slew, "One wheel").get_lines())
+             if len(y) == 2 and y[0] == y[1]}  # fmt: skip
+    assert sorted(level) == pytest.approx([-4.4, -0.8, 0.8, 4.4])
 
 
 def test_slew_draws_errors_in_the_units_of_the_labels(slew: Figure, lines: Any, heights: Any):
@@ -156,7 +164,7 @@ def test_slew_without_results_is_refused(flown: Any):
 def test_slew_of_a_single_row_is_drawn(designs: Any, flown: Any, made_signals: Any):
     signals = {"centralised": made_signals(designs["centralised"], ARCSECOND, 1)}
 
-    assert len(slew_comparison(signals, flown).axes) == 9
+    assert len(slew_comparison(signals, flown).axes) == 10
 
 
 def test_slew_of_a_controller_of_others_has_no_cost(runs: Any, flown: Any):
