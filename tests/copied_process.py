@@ -23,7 +23,10 @@ from typing import Any
 
 
 class Copies:
-    """A process that waits to be copied. Programs are `-m MODULE ...`, `-c TEXT ...`, or `MODULE:FUNCTION NAME ...`."""
+    """A process that waits to be copied.
+
+    Programs are `-m MODULE ...`, `-c TEXT ...`, `SCRIPT.py ...`, or `MODULE:FUNCTION NAME ...`.
+    """
 
     def __init__(self, modules: Sequence[str], environment: Mapping[str, str], *options: str) -> None:
         self._original = subprocess.Popen(
@@ -93,6 +96,9 @@ def _become(request: Mapping[str, Any]) -> None:
     elif kind == "-m":
         sys.argv, sys.path[0] = rest, str(request["cwd"])
         runpy.run_module(rest[0], run_name="__main__", alter_sys=True)
+    elif kind.endswith(".py"):
+        sys.argv, sys.path[0] = request["program"], str(Path(kind).parent)
+        runpy.run_path(kind, run_name="__main__")
     else:
         module, _, function = kind.partition(":")
         sys.argv, sys.path[0] = rest, str(Path(rest[0]).parent)
