@@ -23,9 +23,6 @@ HERE = "flexbench/cli/test_option_effects.py"
 _TIMING = "lockstep/ssp/test_timing.py::test_command_line_overrides_the_fmus"
 _RECORD = "lockstep/run/test_run.py::test_the_run_record_describes_the_run"
 _BRANCH = "lockstep/checkpoint/test_branch.py::test_the_command_line_branches_without_a_system_file"
-_CAMPAIGN_END = (
-    "flexbench/cli/campaign/test_campaign_command.py::test_the_end_of_a_campaign_has_tables_a_page_and_numbers"
-)
 _LEFT_OUT = "lockstep/checkpoint/test_branch.py::test_what_was_left_out_begins_anew_only_when_told"
 _RESUME = "lockstep/checkpoint/test_resume.py::test_a_run_that_was_ended_goes_on_and_leaves_the_same_bytes"
 _SHADOW = "lockstep/shadow/test_shadow.py::test_shadow_acts_at_its_own_rate_without_a_jump"
@@ -48,7 +45,6 @@ _PAPER = "flexbench/studies/paper/test_table.py::"
 _LAYOUT = "flexbench/studies/layouts/test_study.py::"
 _WATERFALL = "system/test_budget.py::test_waterfall_of_three_speeds_peaks_at_the_resonance"
 _JOBS = "system/test_bad_input.py::test_ctrl_c_in_the_study_stops_every_process_and_leaves_readable_runs"
-_TRACEBACK = f"{HERE}::test_a_traceback_is_shown_on_request_and_never_else"
 _ADAPTED = "lockstep/ssp/test_adapted_package.py::"
 _BUILT = "flexsat/fmu/test_built_components.py::"
 _SAME_BYTES = _BUILT + "test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes"
@@ -58,7 +54,7 @@ _MARGINS = "system/test_margins.py::"
 _EXPORTED_C = "flexbench/cli/test_export_c.py::test_every_option_changes_what_is_written"
 _SHADOWS = "flexbench/studies/shadow/test_shadow.py::"
 _PACED = "lockstep/cli/test_paced_run.py::test_a_paced_run_says_so"
-_CAMPAIGN = "flexbench/cli/campaign/test_campaign_command.py::test_a_campaign_is_run_and_one_of_its_runs_repeated"
+_CAMPAIGN = "flexbench/cli/campaign/test_campaign_command.py::test_"
 _ADAPT = "system/test_adapter.py::"
 
 SHOWN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--sampled"), _SHOWN)
@@ -218,8 +214,8 @@ EFFECTS = {
         **dict.fromkeys(("--seeds", "--scenario", "--out", "--fmus", "--python", "--jobs"), _VALUES),
     },
     "flexsat campaign": {
-        **dict.fromkeys(("--out", "--jobs", "--record"), _CAMPAIGN),
-        **dict.fromkeys(("--stop-when", "--json"), _CAMPAIGN_END),
+        **dict.fromkeys(("--out", "--jobs", "--record"), _CAMPAIGN + "a_campaign_is_run_and_one_of_its_runs_repeated"),
+        **dict.fromkeys(("--stop-when", "--json"), _CAMPAIGN + "the_end_of_a_campaign_has_tables_a_page_and_numbers"),
         "--scheduler": "flexbench/campaign/test_dask.py::test_a_cluster_gives_the_same_bytes_and_so_it_does_resumed",
     },
     "flexsat waterfall": {
