@@ -24,7 +24,7 @@ def simulate(case):
     body.hub.r_BcB_B = [[0.0], [0.0], [0.0]]
     # Basilisk counts the wheels' axial inertia to the hub
     axes = np.array(case["axes"])
-    body.hub.IHubPntBc_B = (np.array(case["inertia"]) + case["wheel_inertia"] * axes.T @ axes).tolist()
+    body.hub.IHubPntBc_B = (np.array(case["inertia"]) + (axes.T * case["wheel_inertia"]) @ axes).tolist()
     body.hub.r_CN_NInit = [[0.0], [0.0], [0.0]]
     body.hub.v_CN_NInit = [[0.0], [0.0], [0.0]]
     body.hub.sigma_BNInit = [[0.0], [0.0], [0.0]]
@@ -32,14 +32,13 @@ def simulate(case):
     simulation.AddModelToTask("task", body)
 
     factory = simIncludeRW.rwFactory()
-    jitter = case["force"] != 0.0 or case["torque_of_imbalance"] != 0.0
+    jitter = any(case["force"]) or any(case["torque_of_imbalance"])
     model = messaging.JitterSimple if jitter else messaging.BalancedWheels
-    for axis, position, lateral, speed in zip(
-        case["axes"], case["positions"], case["laterals"], case["speeds"], strict=True
-    ):
-        wheel = factory.create("custom", axis, Omega=0.0, Js=case["wheel_inertia"], rWB_B=position, RWModel=model,
+    columns = ("axes", "positions", "laterals", "speeds", "wheel_inertia", "force", "torque_of_imbalance")
+    for axis, position, lateral, speed, inertia, force, torque in zip(*(case[name] for name in columns), strict=True):
+        wheel = factory.create("custom", axis, Omega=0.0, Js=inertia, rWB_B=position, RWModel=model,
                                useMaxTorque=False)  # fmt: skip
-        wheel.U_s, wheel.U_d = case["force"], case["torque_of_imbalance"]
+        wheel.U_s, wheel.U_d = force, torque
         wheel.Omega, wheel.theta = speed, 0.0
         wheel.w2Hat0_B = [[value] for value in lateral]
         wheel.w3Hat0_B = [[value] for value in np.cross(axis, lateral).tolist()]

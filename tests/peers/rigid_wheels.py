@@ -3,6 +3,7 @@
 The plant's matrices without the coupling of the modes, all wheels spinning near their nominal speeds and driven by
 constant torques, an initial rate about every axis: what remains is Euler's equation with wheel momentum, and for
 JitterSimple the force and torque of imbalances, MAGNIFIED times so large that they are seen. Basilisk takes RK4 steps.
+The layouts of the paper, and a pyramid of four wheels, of three kinds, on two places.
 """
 
 import json
@@ -15,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from flexsat.description.built_in import CONFIGURATIONS
-from flexsat.design.chain import Design, build_designs
+from flexsat.description.spacecraft_file import parse_spacecraft
+from flexsat.design.chain import Design, build_design, build_designs
 from flexsat.runtime import plant as stepper
 from flexsat.runtime import rotations
 from flexsat.runtime.plant_parameters import PlantMatrices, lowest_modes, parameters_of_run
@@ -26,6 +28,32 @@ TORQUE = 0.02  # N.m, of either sign
 UNEQUAL = 5.0  # rad/s, by which wheels differ from their nominal speeds: together they have momentum
 MAGNIFIED = 100.0
 ACCEPTED = 1e-8  # rad, rad/s, m/s, and relative for wheel speeds
+PYRAMID = """
+name = "pyramid"
+wheels = [
+  { at = "bus", axes = [[1, 0, 1], [-1, 0, 1]] },
+  { at = "tower", kind = "small", axes = [[0, -1, -1]] },
+  { at = "tower", kind = "least", axes = [[0, 1, -1]] },
+]
+gyros = [{ at = "bus", axes = ["+x", "+y", "+z"] }]
+accelerometers = [{ at = "bus", axes = ["+z"] }]
+[sites]
+tower = { on_bus = [0.3, -0.2, 1.5] }
+[bus]
+mass = 800
+inertia = [500, 450, 600]
+[modes]
+plant = 8
+design = 7
+[wheel]
+inertia = 4.62
+[wheel_kinds.small]
+inertia = 2.0
+imbalance_force = 2e-5
+[wheel_kinds.least]
+inertia = 0.7
+imbalance_torque = 1e-5
+"""
 HEADER = ("case", "step [ms]", "attitude [rad]", "rate [rad/s]", "velocity [m/s]", "wheel speed [1]")
 
 
@@ -84,13 +112,13 @@ def simulate(design: Design, case: dict[str, object], step: float) -> dict[str, 
     second, mount = np.cross(axis, first), matrices.mount_of_wheel
     place = np.eye(matrices.mounts)[:, mount]
     outputs, lasted = state.outputs, 0.0
-    force, torque = float(case["force"]), float(case["torque_of_imbalance"])
+    force, torque = np.array(case["force"]), np.array(case["torque_of_imbalance"])
     for _ in range(round(STOP / step)):
-        if force or torque:
+        if force.any() or torque.any():
             speed = outputs.wheel_speed
             middle = outputs.wheel_angle + 0.5 * step * speed  # held from there it costs the square of the step
             along = (np.cos(middle) * first.T + np.sin(middle) * second.T) * speed**2
-            wrench[:3], wrench[3:] = force * along @ place.T, torque * along @ place.T
+            wrench[:3], wrench[3:] = (force * along) @ place.T, (torque * along) @ place.T
         start = time.perf_counter()
         stepper.step(prepared, state, inputs)
         lasted += time.perf_counter() - start
@@ -124,8 +152,9 @@ def main(python: str) -> int:
     """Print the table; return 1 if a difference is too large."""
     print(" | ".join(HEADER))
     worst, speeds = 0.0, []
-    for name in CONFIGURATIONS:
-        design = build_designs(name).corrected
+    pyramid = parse_spacecraft(PYRAMID, "pyramid.toml").configurations["robust"]
+    for name in (*CONFIGURATIONS, pyramid.name):
+        design = build_design(pyramid) if name == pyramid.name else build_designs(name).corrected
         for kind in ("Balanced", "JitterSimple"):
             case = case_of(design, kind == "JitterSimple", STEP)
             peer = basilisk(python, case)

@@ -45,9 +45,9 @@ def test_without_a_fall_the_limit_is_met_in_one_step_and_kept(centralised, quiet
 def test_commands_are_rounded_to_steps_then_limited(centralised, quiet_run):
     given = quiet_run(centralised.plant, torque_step=np.array([0.1, 0.1, 0.1, 0.0, 0.3, 0.1]))
     prepared = motors.prepare_motors(given, np.full(6, 1.0), centralised.plant.wheel_inertia, 1e-3)
-    torque = np.array([0.149, -0.151, 0.25, 0.123, 0.44, 0.0])
+    torque = np.array([0.169, -0.131, 0.25, 0.123, 0.46, 0.0])
     motors.quantise(prepared, torque)
-    assert_allclose(torque, [0.1, -0.2, 0.2, 0.123, 0.3, 0.0], rtol=1e-15)
+    assert_allclose(torque, [0.2, -0.1, 0.2, 0.123, 0.6, 0.0], rtol=1e-15)
 
 
 def test_each_motor_has_its_own_limit(centralised, quiet_run):
