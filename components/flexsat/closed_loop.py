@@ -24,6 +24,7 @@ from .ports import sensors as sensor_ports
 from .ports.table import Port
 from .runtime import bearing_friction, controller, plant, sensors
 from .runtime.periods import whole_multiple
+from .runtime.slow_errors import TORQUES
 
 Parameters = Mapping[str, Mapping[str, Any]]  # component, then port (or `port[i]`), to value
 
@@ -208,6 +209,8 @@ class ClosedLoop:
             "controller.wheel.torque": commanded.torque,
             "controller.reference.torque": commanded.reference_torque,
         }
+        buffers["controller.estimate.disturbance"] = commanded.slow_errors[:TORQUES]
+        buffers["controller.estimate.gyro_bias"] = commanded.slow_errors[TORQUES:]
         for k, name in enumerate(plant_ports.JITTER):
             buffers[f"sensors.{name}"] = sensed.wrench[k * self.mounts : (k + 1) * self.mounts]
         parts = {

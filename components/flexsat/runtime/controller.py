@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from . import rotations, slew_motion
+from . import rotations, slew_motion, slow_errors
 from . import wheel_jitter as jitter
 from .named_state import NOT_SAVED
 from .prepared_controller import PreparedController, check_start, plan_motion, prepare
@@ -61,6 +61,7 @@ class ControllerOutputs:
     reference: Array  # (r,)
     reference_torque: Array  # (n,) [N.m]
     innovation: Array  # (y,)
+    slow_errors: Array  # (3 + g,): estimated torque on the body [N.m], and bias of each gyro [rad/s]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -93,6 +94,7 @@ class ControllerState:
     braking: bool  # the profile was braked for a new command
     commanded_rotation: Array  # (3,) [rad], of the last command
     commanded_start: float  # s
+    slow_errors: Array  # (3 + g,): torque on the body [N.m], and bias of each gyro [rad/s]; 0 if not estimated
     outputs: ControllerOutputs = field(metadata=NOT_SAVED)
 
 
@@ -130,12 +132,14 @@ def init(prepared: PreparedController, rotation: Array, start: float) -> Control
         braking=False,
         commanded_rotation=np.array(rotation, np.float64),
         commanded_start=float(start),
+        slow_errors=np.zeros(slow_errors.TORQUES + prepared.gyros),
         outputs=ControllerOutputs(
             torque=np.zeros(n),
             estimate=np.zeros(s),
             reference=np.zeros(r),
             reference_torque=np.zeros(n),
             innovation=np.zeros(len(prepared.c)),
+            slow_errors=np.zeros(slow_errors.TORQUES + prepared.gyros),
         ),
     )
 
@@ -174,6 +178,8 @@ def step(
     expected = state.estimate[:r]
     if prepared.delayed:
         expected = prepared.ahead @ np.concatenate([state.estimate, history.ravel()])
+        if prepared.slow is not None:
+            expected += prepared.slow.ahead @ state.slow_errors[: slow_errors.TORQUES]
     attitude = _refer(prepared, state, time + prepared.actuation_delay)
     error = expected - outputs.reference
     outputs.estimate[:] = state.estimate
@@ -186,6 +192,9 @@ def step(
     torque = outputs.reference_torque - prepared.feedback @ error
     if prepared.cancels_jitter and state.count >= prepared.first_measurement:
         torque += prepared.jitter_torque @ _jitter_ahead(prepared, measured)
+    if prepared.slow is not None:
+        torque += prepared.slow.against @ state.slow_errors[: slow_errors.TORQUES]
+        outputs.slow_errors[:] = state.slow_errors
     outputs.torque[:] = _saturate(prepared, torque, expected[r - prepared.wheels :])
     if prepared.open_loop:
         outputs.torque[:] = 0.0
@@ -200,6 +209,8 @@ def _correct(prepared: PreparedController, state: ControllerState, time: float, 
     if state.count > prepared.first_measurement:
         stack = np.concatenate([state.estimate, state.history.ravel(), state.jitter.ravel()])
         prepared.predict.dot(stack, out=state.estimate)
+        if prepared.slow is not None:
+            slow_errors.predict(prepared.slow, state.slow_errors, state.estimate)
     state.since_star_tracker = 0 if measured.star_tracker_valid else state.since_star_tracker + 1
     phase = min(state.since_star_tracker, prepared.phases - 1)
     innovation = state.outputs.innovation
@@ -213,9 +224,13 @@ def _correct(prepared: PreparedController, state: ControllerState, time: float, 
         out=innovation,
     )
     innovation -= prepared.c @ state.estimate
+    if prepared.slow is not None:
+        innovation[: prepared.gyros] -= state.slow_errors[slow_errors.TORQUES :]
     if not prepared.linear_attitude:
         innovation[-3:] = _attitude_innovation(prepared, state, time, measured)
     state.estimate += prepared.gain[phase] @ innovation
+    if prepared.slow is not None and phase == 0:
+        slow_errors.correct(prepared.slow, state.slow_errors, state.estimate, innovation)
     if prepared.feed_forward_jitter:
         jitter.harmonic(
             measured.encoder_speed,

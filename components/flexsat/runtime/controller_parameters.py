@@ -30,6 +30,12 @@ class ControllerMatrices:
     gain_fine: Array  # (phases, s, y): with the fine guidance sensor
     feedback: Array  # (n, r): on the first r states, those without the filter
     jitter_torque: Array  # (n, 4 n): torque against known harmonic jitter; zero for none
+    b_body: Array  # (s, 3): of a torque on the body
+    slow_gain_coarse: Array  # (choices, 3 + g, y): of the filter of torque and gyro biases (design/slow_errors.py)
+    slow_gain_fine: Array  # with no choices where there is no such filter
+    slow_shift_coarse: Array  # (s, 3 + g)
+    slow_shift_fine: Array
+    deflection_of_torque: Array  # (m, n): of the modes, for constant torques of the wheels
     reference_a: Array  # (r, r), continuous, without gyroscopic terms
     reference_b: Array  # (r, n)
     nominal_speed: Array  # (n,) [rad/s]
@@ -81,6 +87,8 @@ class ControllerParameters:
     gyroscopic: bool = False  # count the gyroscopic torque of wheels and body in the feed-forward of slews
     least_peak: bool = False  # divide the torque of slews by the least peak of the wheels' shares, not least squares
     keep_out: KeepOut = NO_CONES
+    estimates_torque: bool = False  # an external torque on the body, and compensates it
+    estimates_bias: bool = False  # the bias of each gyro
 
     def __post_init__(self) -> None:
         # named as the ports are: the messages reach those who set them
@@ -98,6 +106,8 @@ class ControllerParameters:
             for k, value in enumerate(np.atleast_1d(factor).tolist()):
                 if not (value > 0.0 or (failed and value == 0.0)):
                     raise ValueError(f"{name}[{k + 1}] must be {'>=' if failed else '>'} 0, got {value!r}")
+        if self.linear_attitude and (self.estimates_torque or self.estimates_bias):
+            raise ValueError("filter.disturbance, filter.gyro_bias: as_published has no such filter; set both to false")
         if self.linear_attitude and self.keep_out.active:
             raise ValueError(
                 "keep_out: as_published has attitudes as sums of a quarter of the angle, which hold near zero only;"

@@ -12,6 +12,7 @@ from . import slew_guidance as guidance
 from . import slew_motion, slew_optimum
 from .controller_parameters import ControllerMatrices, ControllerParameters
 from .keep_out import KeepOut, plan_legs
+from .slow_errors import PreparedSlowErrors, prepare_slow_errors
 from .zero_order_hold import zero_order_hold
 
 BRAKED = 4  # knots more than those of a profile: where it is braked, and where it stops; and two to spare
@@ -27,6 +28,7 @@ class PreparedController:
     wheels: int
     controlled: int  # the first states, without those of the filter
     modes: int
+    gyros: int
     phases: int  # of the gain: periods between two samples of the star tracker
     whole_delay: int  # whole periods of both delays together
     first_measurement: int  # step that uses the first one
@@ -61,6 +63,7 @@ class PreparedController:
     slew_wheels: guidance.Wheels  # what each wheel may give to a slew
     shaper: guidance.Shaper
     keep_out: KeepOut
+    slow: PreparedSlowErrors | None  # None: no torque on the body and no gyro bias is estimated
 
     def __post_init__(self) -> None:
         make_read_only(self)
@@ -101,12 +104,20 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
     reference_a, reference_b = zero_order_hold(matrices.reference_a, matrices.reference_b, period)
     torque_limit = parameters.torque_limit * (np.ones(n) * parameters.torque_factor)
     speed_band = parameters.speed_band * (np.ones(n) * parameters.band_factor)
+    slew_wheels = guidance.wheels_for(
+        matrices.wheel_axis,
+        parameters.authority * torque_limit,
+        parameters.authority * matrices.wheel_inertia * speed_band,
+        matrices.wheel_inertia * (np.ones(n) * parameters.speed_offset),
+        parameters.least_peak,
+    )
     return PreparedController(
         period=period,
         states=s,
         wheels=n,
         controlled=controlled,
         modes=matrices.modes,
+        gyros=matrices.gyros,
         phases=len(gain),
         whole_delay=whole,
         first_measurement=max(0, int(np.ceil(parameters.measurement_delay / period - 1e-6))),
@@ -138,15 +149,10 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         reference_a=reference_a,
         reference_b=reference_b,
         gyroscopic=parameters.gyroscopic,
-        slew_wheels=guidance.wheels_for(
-            matrices.wheel_axis,
-            parameters.authority * torque_limit,
-            parameters.authority * matrices.wheel_inertia * speed_band,
-            matrices.wheel_inertia * (np.ones(n) * parameters.speed_offset),
-            parameters.least_peak,
-        ),
+        slew_wheels=slew_wheels,
         shaper=guidance.shaper_for_pole(matrices.shaper_frequency, matrices.shaper_damping, period),
         keep_out=parameters.keep_out,
+        slow=prepare_slow_errors(matrices, parameters, slew_wheels.allocations[0]),
     )
 
 

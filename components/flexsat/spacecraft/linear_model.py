@@ -80,6 +80,7 @@ class LinearModel:
     a: Array
     b_torque: Array
     b_jitter: Array
+    b_body: Array  # (s, 3): of a torque on the body
     c: Array
     gyro_count: int
     nominal_speed: Array  # (n,) [rad/s]
@@ -128,6 +129,7 @@ def linearise(
     a = np.zeros((index.size, index.size))
     b_torque = np.zeros((index.size, wheels))
     b_jitter = np.zeros((index.size, 4 * wheels))
+    b_body = np.zeros((index.size, 3))
     a[index.mrp, index.rate] = 0.25 * np.eye(3)
     a[index.modal_displacement, index.modal_velocity] = np.eye(modes)
     moving = np.r_[index.rate, index.modal_velocity]
@@ -137,6 +139,7 @@ def linearise(
     a[np.ix_(moving, moving)] = product(rows, velocity[:, 3:])
     b_torque[moving] = product(rows, spacecraft.torque_influence)
     b_jitter[moving] = product(rows, jitter_influence)
+    b_body[moving] = rows[:, 3:6]
     b_torque[index.wheel_speed] = np.eye(wheels) / spacecraft.wheel_set.inertia[:, None]
 
     corner = 2.0 * np.pi * filter_frequency
@@ -149,6 +152,7 @@ def linearise(
     a[index.filter_rate, moving] = product(sensed, velocity[:, 3:])
     b_torque[index.filter_rate] = product(sensed, spacecraft.torque_influence)
     b_jitter[index.filter_rate] = product(sensed, jitter_influence)
+    b_body[index.filter_rate] = sensed[:, 3:6]
 
     gyros = spacecraft.gyros
     c = np.zeros((len(gyros.axis) + index.accelerometers + wheels + 3, index.size))
@@ -164,6 +168,7 @@ def linearise(
         a=a,
         b_torque=b_torque,
         b_jitter=b_jitter,
+        b_body=b_body,
         c=c,
         gyro_count=len(gyros.axis),
         nominal_speed=nominal_speed,

@@ -75,6 +75,8 @@ def controller_header(
         *_member(table["reference.torque"], "FlexsatReal"),
         *_states("reference", table, modes, wheels),
         *_states("estimate", table, modes, wheels),
+        *_member(table["estimate.disturbance"], "FlexsatReal"),
+        *_member(table["estimate.gyro_bias"], "FlexsatReal"),
         "} FlexsatOutputs;",
         "",
         "/* Begin with a copy of flexsat_default_parameters. */",

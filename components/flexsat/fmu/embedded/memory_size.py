@@ -26,6 +26,7 @@ class Sizes:
     controlled: int
     measured: int
     wheels: int
+    gyros: int
     phases: int
     delay: int  # most whole periods of both delays
     real: int  # bytes of a number of a step
@@ -38,6 +39,7 @@ def sizes_of(matrices: ControllerMatrices, real: int) -> Sizes:
         controlled=len(matrices.reference_a),
         measured=len(matrices.c),
         wheels=len(matrices.nominal_speed),
+        gyros=matrices.gyros,
         phases=max(len(matrices.gain_coarse), len(matrices.gain_fine)),
         delay=int(2.0 * LONGEST_DELAY / matrices.period + 1e-6),
         real=real,
@@ -49,7 +51,7 @@ def state_size(sizes: Sizes) -> int:
     motion = DOUBLE * (3 + 5 + 2 + 3 * KNOTS)
     commanded = 2 * motion + DOUBLE * (2 * 3 * LEGS + 3 * 4 + 3 + 3 + 3) + DOUBLE * sizes.controlled
     history = (sizes.delay + 2) * sizes.wheels
-    numbers = sizes.states + 2 * sizes.wheels + history
+    numbers = sizes.states + 2 * sizes.wheels + history + 3 + sizes.gyros
     return _rounded(DOUBLE * (3 + 3 + 4) + sizes.real * numbers + commanded + 64)
 
 
@@ -59,6 +61,8 @@ def memory_size(sizes: Sizes) -> int:
     history = (sizes.delay + 2) * n
     products = [(s, y)] * sizes.phases + [(y, s), (n, r), (n, 2 * n), (s, s), (s, n), (s, n), (s, 2 * n), (r, r),
                                           (r, n), (r, s), (r, history)]  # fmt: skip
+    slow = 3 + sizes.gyros
+    products += [(slow, y), (s, slow), (s, 3), (r, 3), (n, 3)]
     kept = sum(_panels(rows, columns, sizes.real) for rows, columns in products)
     nodes = 2 + len(CONES) * (2 * len(RINGS) * AZIMUTHS + 2)
     search = DOUBLE * (4 * nodes + nodes * nodes + 2 * nodes) + INTEGER * LEGS * nodes

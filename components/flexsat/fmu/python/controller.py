@@ -43,6 +43,7 @@ class Controller(ComponentSlave):
         # the ports of reference and estimate stand in the order of the linear state
         self._reference = reals[span("reference.mrp").start : span("reference.wheel.speed").stop]
         self._estimate = reals[span("estimate.mrp").start : span("estimate.wheel.speed").stop]
+        self._slow_errors = reals[span("estimate.disturbance").start : span("estimate.gyro_bias").stop]
 
     def first_step(self, step: float) -> None:
         """Divide the period into steps of this length."""
@@ -65,3 +66,4 @@ class Controller(ComponentSlave):
         self._feed_forward[:] = outputs.reference_torque
         self._reference[:] = outputs.reference
         self._estimate[:] = outputs.estimate[: len(self._estimate)]
+        self._slow_errors[:] = outputs.slow_errors

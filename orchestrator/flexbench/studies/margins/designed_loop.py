@@ -19,6 +19,7 @@ from flexsat.runtime.controller import PreparedController, prepare
 from flexsat.spacecraft.linear_model import LinearModel
 from lockstep.errors import InputError
 
+from .estimated_errors import estimated_errors
 from .periodic_loop import PeriodicLoop, Phase
 
 UNTOUCHED = 1e-9  # singular value, relative, below which the wheels do not reach a combination of states
@@ -71,8 +72,9 @@ class DesignedLoop:
 
         rows = _history_rows(prepared)
         applied = int(np.ceil(late / period - 1e-9))  # torques on their way
-        sizes = [len(a), lag * len(c), s, rows * n, applied * n]
-        plant, sampled, estimate, history, on_way = _spans(sizes)
+        slow = estimated_errors(prepared)
+        sizes = [len(a), lag * len(c), s, rows * n, applied * n, len(slow.gain)]
+        plant, sampled, estimate, history, on_way, errors = _spans(sizes)
         size = sum(sizes)
 
         b_loop = np.zeros((size, n))
@@ -100,18 +102,27 @@ class DesignedLoop:
         else:
             measured[:, plant] = c
         phases = []
-        for gain in (prepared.gain[0], prepared.gain[1]) if prepared.phases > 1 else (prepared.gain[0],) * 2:
+        for number, gain in enumerate(
+            (prepared.gain[0], prepared.gain[1]) if prepared.phases > 1 else (prepared.gain[0],) * 2
+        ):
             predicted = np.zeros((s, size))
             predicted[:, estimate] = prepared.predict[:, :s]
             predicted[:, history] = prepared.predict[:, s : s + rows * n]
-            corrected = predicted + gain @ (measured - prepared.c @ predicted)
+            predicted[:, errors] = slow.enters
+            known = np.eye(size)[errors]
+            innovation = measured - prepared.c @ predicted - slow.seen @ known
+            corrected = predicted + gain @ innovation
+            if number == 0:
+                change = slow.gain @ innovation
+                known, corrected = known + change, corrected + slow.shift @ change
             expected = corrected[: prepared.controlled]
             if prepared.delayed:
                 expected = prepared.ahead[:, :s] @ corrected
                 expected[:, history] += prepared.ahead[:, s : s + rows * n]
-            returned = prepared.feedback @ expected
+                expected += slow.ahead @ known
+            returned = prepared.feedback @ expected - slow.against @ known
             step = common.copy()
-            step[estimate] = corrected
+            step[estimate], step[errors] = corrected, known
             _shift(step, history, n)
             step[history.start : history.start + n] = -returned
             phases.append(Phase(a=step, c=returned))

@@ -21,7 +21,7 @@ MEASURED = ("gyro.rate", "accelerometer.acceleration", "encoder.speed", "encoder
             "star_tracker.valid", "applied.wheel.torque", "applied.valid")  # fmt: skip
 STATE = ("mrp", "modal.displacement", "rate", "modal.velocity", "wheel.speed")
 OUTPUTS = ("wheel.torque", "reference.torque", *(f"{kind}.{name}" for kind in ("reference", "estimate")
-           for name in STATE))  # fmt: skip
+           for name in STATE), "estimate.disturbance", "estimate.gyro_bias")  # fmt: skip
 UNEQUAL = (1.0, 0.5, 0.8, 0.9, 0.6, 1.1)  # factors of the wheels' limits, over and over
 SMALL = (2e-5, 5e-6, -8e-6)  # rad: a slew of 1.5 s
 Commands = dict[int, tuple[tuple[float, float, float], float]]  # by the period in which they are set
@@ -112,7 +112,7 @@ class Stepper:
         controller.command(self.prepared, self.state, time, *self._command())
         out = controller.step(self.prepared, self.state, time, self.measured)
         estimate = out.estimate[: self.prepared.controlled]
-        return np.concatenate([out.torque, out.reference_torque, out.reference, estimate])
+        return np.concatenate([out.torque, out.reference_torque, out.reference, estimate, out.slow_errors])
 
 
 SCENARIOS: dict[str, tuple[dict[str, Any], Commands, float, int]] = {
@@ -153,6 +153,21 @@ SCENARIOS: dict[str, tuple[dict[str, Any], Commands, float, int]] = {
         {"slew__guidance": "qp", "command__during_slew": "replan", "command__rotation": SMALL,
          "command__start_time": 0.9},
         {300: ((4e-5, 1e-5, -1.5e-5), 0.0)}, 1e-8, 1000,
+    ),
+    "nominal, torque and biases estimated": (
+        {"filter__disturbance": True, "filter__gyro_bias": True, "delay__measurement": 5e-3, "delay__actuation": 7e-3,
+         "wheel__torque_limit_factor": UNEQUAL, "command__rotation": SMALL, "command__start_time": 1.2},
+        {}, 1e-6, 400,
+    ),
+    "biases estimated": (
+        {"filter__gyro_bias": True, "star_tracker__fine": True, "command__rotation": SMALL,
+         "command__start_time": 0.9},
+        {}, 1e-7, 250,
+    ),
+    "torque estimated": (
+        {"filter__disturbance": True, "star_tracker__fine": True, "command__rotation": SMALL,
+         "command__start_time": 0.9},
+        {}, 1e-7, 250,
     ),
     "guidance smoothed, open loop": (
         {"slew__guidance": "smoothed", "open_loop": True, "delay__measurement": 7e-3, "command__rotation": SMALL,
@@ -264,6 +279,7 @@ def test_state_that_no_run_reaches_is_refused(made: Maker):
         {"keep_out__second__half_angle": 3.5},
         {"keep_out__first__half_angle": 0.2},
         {"keep_out__first__half_angle": 0.2, "keep_out__first__direction": (1.0, 0.0, 0.0), "as_published": True},
+        {"filter__gyro_bias": True, "as_published": True},
         {"delay__actuation": 0.0025},
         {"command__rotation": (1e-3, 0.0, 0.0), "command__start_time": 0.1},
         {"command__rotation": (0.0, 1e-3, 0.0), "command__start_time": 0.1, "delay__actuation": 0.003},

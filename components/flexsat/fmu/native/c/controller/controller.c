@@ -85,6 +85,7 @@ int component_advance(Component *component, double time, double step)
     outputs.estimate = real + PORT_ESTIMATE_MRP;
     outputs.reference = real + PORT_REFERENCE_MRP;
     outputs.reference_torque = real + PORT_REFERENCE_TORQUE;
+    outputs.slow_errors = real + PORT_ESTIMATE_DISTURBANCE;
     return controller_step(component, &controller->prepared, state, time, &measured, &outputs);
 }
 

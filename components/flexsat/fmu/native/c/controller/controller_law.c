@@ -122,6 +122,8 @@ static void predict(const PreparedController *prepared, ControllerState *state)
     panels_add_times(&prepared->predict_early, late + WHEELS, next);
     if (prepared->parameters.feed_forward_jitter)
         panels_add_times(&prepared->predict_jitter, state->jitter, next);
+    if (prepared->estimates_slow)
+        slow_errors_predict(&prepared->slow, state->slow_errors, next);
     memcpy(state->estimate, next, sizeof next);
 }
 
@@ -147,10 +149,14 @@ static int correct(Component *component, const PreparedController *prepared, Con
     panels_times(&prepared->c, state->estimate, expected);
     for (k = 0; k < MEASURED; k++)
         innovation[k] -= expected[k];
+    for (k = 0; k < GYROS; k++)
+        innovation[k] -= state->slow_errors[TORQUES + k];
     if (!prepared->parameters.linear_attitude &&
         attitude_innovation(component, prepared, state, time, measured, attitude))
         return 1;
     panels_add_times(&prepared->gain[phase], innovation, state->estimate);
+    if (prepared->estimates_slow && phase == 0)
+        slow_errors_correct(&prepared->slow, innovation, state->slow_errors, state->estimate);
     if (prepared->parameters.feed_forward_jitter)
         jitter_after(prepared, measured, 0.0, state->jitter);
     return 0;
@@ -282,6 +288,8 @@ static void look_ahead(const PreparedController *prepared, const ControllerState
     }
     panels_times(&prepared->ahead, state->estimate, expected);
     panels_add_times(&prepared->ahead_history, state->history, expected);
+    if (prepared->estimates_slow)
+        panels_add_times(&prepared->slow.ahead, state->slow_errors, expected);
 }
 
 /* What the regulator acts on, and the estimate as an output. */
@@ -328,6 +336,9 @@ int controller_step(Component *component, const PreparedController *prepared, Co
         torque[k] = outputs->reference_torque[k] - correction[k];
     if (prepared->cancels_jitter && state->count >= prepared->first_measurement)
         cancel_jitter(prepared, measured, torque);
+    if (prepared->estimates_slow)
+        panels_add_times(&prepared->slow.against, state->slow_errors, torque);
+    memcpy(outputs->slow_errors, state->slow_errors, sizeof state->slow_errors);
     saturate(prepared, expected + CONTROLLED - WHEELS, torque);
     if (prepared->parameters.open_loop)
         memset(torque, 0, WHEELS * sizeof(Real));

@@ -23,6 +23,7 @@ typedef struct ControllerOutputs {
     Real *estimate;         /* (r), that the torque was made from */
     Real *reference;        /* (r) */
     Real *reference_torque; /* (n) [N.m] */
+    Real *slow_errors;      /* (3 + g): estimated torque on the body [N.m], and bias of each gyro [rad/s] */
 } ControllerOutputs;
 
 /* What the controller remembers between steps, all that is saved; of variable size. */
@@ -33,6 +34,7 @@ typedef struct ControllerState {
     Real estimate[STATES];      /* at the time of the last measurement */
     double attitude[4];         /* body from inertial; the estimate's first three turn it further */
     Real jitter[2 * WHEELS];    /* expected over the coming period: sines and cosines, times speed squared */
+    Real slow_errors[SLOW];     /* torque on the body, and bias of each gyro; 0 if not estimated */
     Commanded commanded;
     Real history[]; /* (q + 2, n): torques commanded, the latest first [N.m] */
 } ControllerState;

@@ -139,6 +139,8 @@ int controller_parameters(Component *component, const ControllerData **matrices,
     parameters->authority = real[PORT_SLEW_AUTHORITY];
     parameters->measurement_delay = real[PORT_DELAY_MEASUREMENT];
     parameters->actuation_delay = real[PORT_DELAY_ACTUATION];
+    parameters->estimates_torque = boolean[PORT_FILTER_DISTURBANCE];
+    parameters->estimates_bias = boolean[PORT_FILTER_GYRO_BIAS];
     parameters->capture_angle = real[PORT_INITIAL_CAPTURE_ANGLE];
     parameters->least_peak = boolean[PORT_SLEW_LEAST_PEAK];
     parameters->gyroscopic = boolean[PORT_SLEW_GYROSCOPIC];
@@ -146,6 +148,9 @@ int controller_parameters(Component *component, const ControllerData **matrices,
     if (check_limits(component, parameters) || choose_guidance(component, parameters) ||
         read_wheels(component, parameters))
         return 1;
+    if (parameters->linear_attitude && (parameters->estimates_torque || parameters->estimates_bias))
+        return refuse(component, "filter.disturbance, filter.gyro_bias: as_published has no such filter; set both to "
+                                 "false");
     if (parameters->linear_attitude && parameters->keep_out.active)
         return refuse(component,
                       "keep_out: as_published has attitudes as sums of a quarter of the angle, which hold near zero "

@@ -30,6 +30,8 @@ typedef struct ControllerParameters {
     int gyroscopic;               /* count the gyroscopic torque of wheels and body in the feed-forward of slews */
     int least_peak;               /* divide the torque of slews by the least peak of the wheels' shares */
     KeepOut keep_out;
+    int estimates_torque;     /* an external torque on the body, and compensates it */
+    int estimates_bias;       /* the bias of each gyro */
     int linear_attitude;      /* attitudes as sums of a quarter of the angle, as the published release has them */
 } ControllerParameters;
 

@@ -11,6 +11,8 @@ enum {
     MODES = PORT_REFERENCE_MODAL_DISPLACEMENT_SIZE,
     CONTROLLED = 6 + 2 * MODES + WHEELS, /* p, eta, w, eta', wheel speed less nominal */
     STATES = CONTROLLED + 2 * ACCELEROMETERS, /* and the filter's */
+    TORQUES = 3,
+    SLOW = TORQUES + GYROS, /* torque on the body, and the bias of each gyro */
     MEASURED = GYROS + ACCELEROMETERS + WHEELS + 3
 };
 

@@ -154,6 +154,8 @@ static int take(Memory *memory, PreparedController *prepared)
         panels_take(memory, CONTROLLED, STATES, &prepared->ahead);
         panels_take(memory, CONTROLLED, inputs, &prepared->ahead_history);
     }
+    if (prepared->estimates_slow)
+        slow_errors_take(memory, &prepared->slow);
     if (prepared->optimal)
         prepared->optimum = optimum_take(memory);
     prepared->keep_out = prepared->parameters.keep_out;
@@ -174,6 +176,10 @@ static int sample(Memory *memory, const ControllerData *matrices, double part, P
     panels_fill(matrices->c, &prepared->c);
     panels_fill(matrices->feedback, &prepared->feedback);
     if (prepare_prediction(memory, matrices, part, prepared) || prepare_reference(memory, matrices, prepared))
+        return 1;
+    if (prepared->estimates_slow &&
+        slow_errors_prepare(memory, matrices, &prepared->parameters, prepared->slew_wheels.allocation[0],
+                            &prepared->slow))
         return 1;
     memory_rewind(memory, mark);
     return 0;
@@ -217,6 +223,7 @@ int prepare_controller(Component *component, const ControllerData *matrices, con
     prepared->smoothed = parameters->smoothed || parameters->guidance == SMOOTHED;
     prepared->cancels_jitter =
         parameters->feed_forward_jitter && any(WHEELS * 4 * WHEELS, matrices->jitter_torque);
+    prepared->estimates_slow = estimates_slow_errors(parameters);
     prepared->optimal = parameters->guidance == QUADRATIC_PROGRAMME;
     prepared->knots = BRAKED + (prepared->optimal ? 2 * OPTIMUM_KNOTS : 4);
     memcpy(prepared->wheel_inertia, matrices->wheel_inertia, sizeof prepared->wheel_inertia);

@@ -11,6 +11,7 @@ runtime/prepared_controller.py, which documents it. */
 #include "sines.h"
 #include "slew_guidance.h"
 #include "slew_motion.h"
+#include "slow_errors.h"
 
 /* What no step changes. Where the Python stepper multiplies one matrix with stacked vectors, here are its blocks, so
 that blocks of zeros cost nothing. The harmonic jitter of a wheel is made of two numbers, sine and cosine of its angle
@@ -23,6 +24,8 @@ typedef struct PreparedController {
     int64_t first_measurement; /* step that uses the first one */
     int delayed, smoothed, cancels_jitter;
     int knots; /* of a planned motion */
+    int estimates_slow; /* torque on the body or gyro biases */
+    SlowErrors slow;
     int optimal; /* slews are planned by the quadratic programme */
     Optimum *optimum; /* which works in this */
     KeepOut keep_out;

@@ -140,6 +140,7 @@ FlexsatStatus flexsat_step(FlexsatController *controller, const FlexsatInputs *i
     const double time = (double)state->count * controller->nanoseconds / NANOSECONDS;
     Measurements measured;
     ControllerOutputs commanded;
+    FlexsatReal slow_errors[SLOW];
     int refused;
 
     component->message[0] = '\0';
@@ -161,8 +162,11 @@ FlexsatStatus flexsat_step(FlexsatController *controller, const FlexsatInputs *i
     commanded.estimate = outputs->estimate;
     commanded.reference = outputs->reference;
     commanded.reference_torque = outputs->reference_torque;
+    commanded.slow_errors = slow_errors;
     if (controller_step(component, &controller->prepared, state, time, &measured, &commanded))
         return FLEXSAT_FAILED;
+    memcpy(outputs->estimate_disturbance, slow_errors, sizeof outputs->estimate_disturbance);
+    memcpy(outputs->estimate_gyro_bias, slow_errors + TORQUES, sizeof outputs->estimate_gyro_bias);
     return refused ? FLEXSAT_COMMAND_REFUSED : FLEXSAT_OK;
 }
 
