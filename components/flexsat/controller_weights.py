@@ -45,8 +45,9 @@ class Weights:
     encoder_noise: float = 1.0  # factor
     star_tracker_noise: float = 1.0  # factor, of coarse star tracker and fine guidance sensor
     broadband: float = 1.0  # factor, of the wheels' broadband jitter
-    torque_walk: float = 0.1  # N.m/s^0.5: random walk of an external torque, if the filter estimates one
-    bias_walk: float = 1e-6  # rad/s^1.5: random walk of each gyro's bias, if the filter estimates them
+    torque_noise: float = 1e-4  # N.m/Hz^0.5: white torque on the body, of the filter of external torque and gyro biases
+    torque_walk: float = 6e-7  # N.m/s^0.5: random walk of the external torque
+    bias_walk: float = 1e-9  # rad/s^1.5: random walk of each gyro's bias
     jitter_cancellation: float = 0.0  # m2.kg/(N.m)^2: weight of torque against harmonic deformation; 0 cancels nothing
 
     def __post_init__(self) -> None:

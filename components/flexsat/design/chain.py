@@ -31,7 +31,7 @@ from .dominant_pole import dominant_pole
 from .estimator import Estimator, assumed_by_filter, design_estimator, measurement_noise
 from .jitter_cancellation import MODES, jitter_torque
 from .regulator import Regulator, design_regulator
-from .slow_errors import slow_filters, static_deflection
+from .slow_errors import slow_gains, static_deflection
 
 # Relative to the masses that are coupled. Rounding couples the mesh of record by up to 1e-12; couplings are above 1e-5.
 NO_COUPLING = 1e-11
@@ -171,7 +171,6 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         against_jitter = jitter_torque(
             quick, wheels, fine, regulator.gain, model, period, config.weights.jitter_cancellation
         )
-    slow_coarse, slow_fine = slow_filters(config, model, (coarse, fine), none=as_published)
     reference = linearise(spacecraft, response.nominal, noise.filter_frequency, gyroscopic=False)
     reference_a, reference_b = reference.rigid_and_flexible()
     shaper_frequency, shaper_damping = dominant_pole(spacecraft)
@@ -191,10 +190,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         feedback=regulator.gain,
         jitter_torque=against_jitter,
         b_body=model.b_body,
-        slow_gain_coarse=slow_coarse.gain,
-        slow_gain_fine=slow_fine.gain,
-        slow_shift_coarse=slow_coarse.shift,
-        slow_shift_fine=slow_fine.shift,
+        **slow_gains(config, spacecraft, phases, none=as_published),
         deflection_of_torque=static_deflection(spacecraft),
         reference_a=reference_a,
         reference_b=reference_b,

@@ -1,9 +1,9 @@
-"""Estimate what changes slowly beside the filter's state: an external torque on the body, and the gyros' biases.
+"""Design the filter of what changes slowly: an external torque on the body, and the gyros' biases.
 
-The filter of the state stays as it is designed. Its innovations show what it does not know: with c constant they are
-S c and white noise. A second filter, with one update a sample of the star tracker, estimates c from them, and corrects
-the state by V times the change of c, V being the sensitivity of the state's error to c. The poles of both together are
-those of each (Friedland 1969, IEEE Trans. Automatic Control 14(4), 359-367): the state's filter keeps its own.
+It is a filter of its own beside that of the state: rigid attitude and rate, driven by the known torques of the wheels,
+with star tracker and gyros. The filter of the state takes what it estimates as known. So that filter keeps its gains
+and its poles, which were chosen for spillover, with far more noise assumed than there is: a torque estimated with
+these would follow the noise of the sensors.
 """
 
 from __future__ import annotations
@@ -14,110 +14,136 @@ import numpy as np
 
 from ..arrays import Array
 from ..description.configuration import Configuration
-from ..fixed_order import product, solve
-from ..runtime.zero_order_hold import zero_order_hold
+from ..fixed_order import inverse, product, solve
+from ..runtime.slow_errors import ATTITUDE, BIASES, RATE, TORQUE
 from ..spacecraft.assembly import Spacecraft
-from ..spacecraft.linear_model import LinearModel
-from .estimator import Estimator, assumed_by_filter, measurement_noise
 from .riccati import RiccatiStep, steady_state
 
-TORQUES = 3
 CHOICES = ((True, False), (False, True), (True, True))  # torque, bias: the order of runtime.slow_errors.choice_of
+UNMODELLED = 1.0  # of a gyro's noise: how far the rate may change in a step that no torque explains
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SlowErrors:
-    """Steady gains for c = (torque on the body, bias of each gyro); the sums are over CHOICES, in their order."""
+class SlowNoise:
+    """What the filter assumes."""
 
-    shift: Array  # (s, k): V, change of the state's estimate for a change of c, at a sample of the star tracker
-    gain: Array  # (choices, k, y): of the innovation at that sample; 0 in the rows of what is not estimated
-    covariance: Array  # (choices, k, k): of the error of c, predicted for that sample
-
-
-def design_slow_errors(
-    model: LinearModel, estimator: Estimator, variance: Array, walk: Array, period: float
-) -> SlowErrors:
-    """Return the filter of slow errors in its steady state, for each of CHOICES.
-
-    Parameters
-    ----------
-    model : that the estimator was designed on
-    estimator : the filter of the state, with its periodic gain
-    variance : (y,) of the measurements, as it assumes them
-    walk : (k,) spectral densities of the random walks of c: (N.m)^2/s of each torque, (rad/s)^2/s of each bias
-    period : between two steps of the filter [s]
-    """
-    enters, seen = error_inputs(model, period)
-    before, after = sensitivity(estimator, enters, seen)
-    signature = product(model.c, before) + seen
-    innovation = product(product(model.c, estimator.covariance), model.c.T) + np.diag(variance)
-    weighted = solve(innovation, signature)  # innovation^-1 S
-    information = product(signature.T, weighted)
-    interval = period * len(estimator.gain)
-    count = len(walk)
-    gains, covariances = np.zeros((len(CHOICES), count, len(model.c))), np.zeros((len(CHOICES), count, count))
-    for number, (torque, bias) in enumerate(CHOICES):
-        chosen = np.flatnonzero(np.repeat([torque, bias], [TORQUES, count - TORQUES]))
-        some = np.ix_(chosen, chosen)
-        step = RiccatiStep(a=np.eye(len(chosen)), g=np.diag(walk[chosen] * interval), h=information[some])
-        predicted = steady_state([step])
-        # P S^T (S P S^T + W)^-1 = (P^-1 + S^T W^-1 S)^-1 S^T W^-1
-        inner = np.eye(len(chosen)) + product(predicted, information[some])
-        gains[number, chosen] = solve(inner, product(predicted, weighted[:, chosen].T))
-        covariances[number][some] = predicted
-    return SlowErrors(shift=after, gain=gains, covariance=covariances)
+    gyro: float  # rad/s, of a sample
+    star_tracker: float  # rad, of a sample
+    torque: float  # N.m/Hz^0.5: white, on the body
+    torque_walk: float  # N.m/s^0.5: random walk of the external torque
+    bias_walk: float  # rad/s^1.5: random walk of each gyro's bias
 
 
-def slow_filters(
-    config: Configuration, model: LinearModel, estimators: tuple[Estimator, Estimator], none: bool = False
-) -> tuple[SlowErrors, SlowErrors]:
-    """Return the filters of slow errors for the coarse and the fine sensor, from the weights of a configuration.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlowFilter:
+    """Steady gains for attitude, rate, torque on the body and bias of each gyro: (k,) with k = 9 + g."""
+
+    sample: Array  # (k, g + 3): of the innovation of gyros and star tracker, at a sample of the star tracker
+    between: Array  # (k, g): of the gyros' at the other steps, the mean over these
+    covariance: Array  # (k, k): of the error, predicted for a sample; 0 for what is not estimated
+
+
+def design_slow_filter(
+    inertia: Array, gyro_axis: Array, noise: SlowNoise, period: float, phases: int, choice: tuple[bool, bool]
+) -> SlowFilter:
+    """Return the filter in its periodic steady state.
 
     Parameters
     ----------
-    estimators : with the coarse star tracker, and with the fine guidance sensor
-    none : return filters without choices
+    inertia : (3, 3) [kg.m2]
+    gyro_axis : (g, 3)
+    noise : assumed
+    period : between two samples of the gyros [s]
+    phases : samples of the gyros to one of the star tracker
+    choice : whether the torque and the biases are estimated
+
+    Where the torque is not, it is unknown: the gyros alone give the rate, as in the estimator of Farrenkopf (1978),
+    Journal of Guidance and Control 1(4), 282-284, with as many gyros as there are.
     """
-    biases = model.gyro_count
-    if none:
-        count, measured = TORQUES + biases, len(model.c)
-        empty = SlowErrors(shift=np.zeros((0, count)), gain=np.zeros((0, count, measured)),
-                           covariance=np.zeros((0, count, count)))  # fmt: skip
-        return empty, empty
-    noise, weights = assumed_by_filter(config).noise, config.weights
-    walk = np.repeat([weights.torque_walk**2, weights.bias_walk**2], [TORQUES, biases])
-    coarse, fine = (
-        design_slow_errors(model, estimator, measurement_noise(model, noise, tracker), walk, config.rates.controller)
-        for estimator, tracker in zip(estimators, (noise.star_tracker_coarse, noise.star_tracker_fine), strict=True)
+    gyros = len(gyro_axis)
+    model, disturbance, seen = _model(inertia, gyro_axis, noise, period, choice)
+    size = len(model)
+    chosen = np.flatnonzero(np.repeat([True, *choice], [6, 3, gyros]))
+    some = np.ix_(chosen, chosen)
+    variance = np.repeat([noise.gyro**2, noise.star_tracker**2], [gyros, 3])
+    c, few = seen[:, chosen], seen[:gyros, chosen]
+    information = product(c.T / variance, c)
+    of_gyros = product(few.T / variance[:gyros], few)
+    steps = [RiccatiStep(a=model[some], g=disturbance[some], h=information)]
+    steps += [RiccatiStep(a=model[some], g=disturbance[some], h=of_gyros)] * (phases - 1)
+    predicted = covariance = steady_state(steps)
+    sample, between = np.zeros((size, gyros + 3)), np.zeros((size, gyros))
+    for phase, step in enumerate(steps):
+        rows = c if phase == 0 else few
+        crossed = product(rows, covariance)
+        gain = solve(product(crossed, rows.T) + np.diag(variance[: len(rows)]), crossed).T
+        if phase == 0:
+            sample[chosen] = gain
+        else:
+            between[chosen] += gain / (phases - 1)
+        covariance = step.apply(covariance)
+    spread = np.zeros((size, size))
+    spread[some] = predicted
+    return SlowFilter(sample=sample, between=between, covariance=spread)
+
+
+def _model(
+    inertia: Array, gyro_axis: Array, noise: SlowNoise, period: float, choice: tuple[bool, bool]
+) -> tuple[Array, Array, Array]:
+    """Return transition and process covariance over a period, (k, k), and what gyros and star tracker see, (g+3, k)."""
+    gyros, mobility = len(gyro_axis), inverse(inertia)
+    size = BIASES + gyros
+    model, disturbance, seen = np.eye(size), np.zeros((size, size)), np.zeros((gyros + 3, size))
+    model[ATTITUDE, RATE] = period * np.eye(3)
+    model[ATTITUDE, TORQUE], model[RATE, TORQUE] = 0.5 * period**2 * mobility, period * mobility
+    white = noise.torque**2 * product(mobility, mobility.T)  # (rad/s2)^2/Hz
+    if not choice[0]:
+        white = (UNMODELLED * noise.gyro) ** 2 / period * np.eye(3)
+    disturbance[ATTITUDE, ATTITUDE], disturbance[RATE, RATE] = period**3 / 3.0 * white, period * white
+    disturbance[ATTITUDE, RATE] = disturbance[RATE, ATTITUDE] = 0.5 * period**2 * white
+    walks = np.repeat([noise.torque_walk**2, noise.bias_walk**2], [3, gyros])
+    disturbance[RATE.stop :, RATE.stop :] = period * np.diag(walks)
+    seen[:gyros, RATE], seen[:gyros, BIASES:] = gyro_axis, np.eye(gyros)
+    seen[gyros:, ATTITUDE] = np.eye(3)
+    return model, disturbance, seen
+
+
+def slow_noise(config: Configuration, fine: bool) -> SlowNoise:
+    """Return what the filter of a configuration assumes: the true noise of the sensors, and its weights."""
+    noise, weights = config.noise, config.weights
+    return SlowNoise(
+        gyro=noise.gyro,
+        star_tracker=noise.star_tracker_fine if fine else noise.star_tracker_coarse,
+        torque=weights.torque_noise,
+        torque_walk=weights.torque_walk,
+        bias_walk=weights.bias_walk,
     )
-    return coarse, fine
+
+
+def slow_gains(config: Configuration, spacecraft: Spacecraft, phases: int, none: bool = False) -> dict[str, Array]:
+    """Return the gains by the names of the controller's matrices, for CHOICES and both star trackers.
+
+    Parameters
+    ----------
+    spacecraft : with the modes of the controller
+    phases : samples of the gyros to one of the star tracker
+    none : return gains for no choices
+    """
+    axes = spacecraft.gyros.axis
+    found: dict[str, Array] = {"gyro_axis": axes}
+    for grade in ("coarse", "fine"):
+        noise = slow_noise(config, grade == "fine")
+        filters = [
+            design_slow_filter(spacecraft.inertia, axes, noise, config.rates.controller, phases, choice)
+            for choice in (() if none else CHOICES)
+        ]
+        size = BIASES + len(axes)
+        for name, columns in (("sample", len(axes) + 3), ("between", len(axes))):
+            gains = [getattr(each, name) for each in filters]
+            found[f"slow_{name}_{grade}"] = np.array(gains).reshape(len(gains), size, columns)
+    return found
 
 
 def static_deflection(spacecraft: Spacecraft) -> Array:
     """Return the modal displacements, (m, n), under constant torques of the wheels while the body rests."""
     return np.asarray(-spacecraft.wheels.axial_slope.T / spacecraft.frequency[:, np.newaxis] ** 2)
-
-
-def error_inputs(model: LinearModel, period: float) -> tuple[Array, Array]:
-    """Return how c enters the state over a period, (s, k), and the measurements, (y, k)."""
-    count = TORQUES + model.gyro_count
-    enters, seen = np.zeros((len(model.a), count)), np.zeros((len(model.c), count))
-    enters[:, :TORQUES] = zero_order_hold(model.a, model.b_body, period)[1]
-    seen[: model.gyro_count, TORQUES:] = np.eye(model.gyro_count)
-    return enters, seen
-
-
-def sensitivity(estimator: Estimator, enters: Array, seen: Array) -> tuple[Array, Array]:
-    """Return the error of a state's filter that ignores c, over c: predicted for the star tracker's sample, corrected.
-
-    It repeats over the period of the gains: U' = a (U - K (C U + D)) + G from one step to the next.
-    """
-    size = len(estimator.a)
-    transition, offset = np.eye(size), np.zeros_like(enters)
-    for gain in estimator.gain:
-        through = estimator.a - product(product(estimator.a, gain), estimator.c)
-        transition = product(through, transition)
-        offset = product(through, offset) - product(product(estimator.a, gain), seen) + enters
-    before = solve(np.eye(size) - transition, offset)
-    first = estimator.gain[0]
-    return before, before - product(first, product(estimator.c, before) + seen)

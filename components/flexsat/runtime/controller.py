@@ -94,7 +94,7 @@ class ControllerState:
     braking: bool  # the profile was braked for a new command
     commanded_rotation: Array  # (3,) [rad], of the last command
     commanded_start: float  # s
-    slow_errors: Array  # (3 + g,): torque on the body [N.m], and bias of each gyro [rad/s]; 0 if not estimated
+    slow: slow_errors.SlowState
     outputs: ControllerOutputs = field(metadata=NOT_SAVED)
 
 
@@ -132,7 +132,7 @@ def init(prepared: PreparedController, rotation: Array, start: float) -> Control
         braking=False,
         commanded_rotation=np.array(rotation, np.float64),
         commanded_start=float(start),
-        slow_errors=np.zeros(slow_errors.TORQUES + prepared.gyros),
+        slow=slow_errors.init_slow_state(prepared.gyros),
         outputs=ControllerOutputs(
             torque=np.zeros(n),
             estimate=np.zeros(s),
@@ -179,7 +179,7 @@ def step(
     if prepared.delayed:
         expected = prepared.ahead @ np.concatenate([state.estimate, history.ravel()])
         if prepared.slow is not None:
-            expected += prepared.slow.ahead @ state.slow_errors[: slow_errors.TORQUES]
+            expected += prepared.slow.ahead @ state.slow.errors[: slow_errors.TORQUES]
     attitude = _refer(prepared, state, time + prepared.actuation_delay)
     error = expected - outputs.reference
     outputs.estimate[:] = state.estimate
@@ -193,8 +193,8 @@ def step(
     if prepared.cancels_jitter and state.count >= prepared.first_measurement:
         torque += prepared.jitter_torque @ _jitter_ahead(prepared, measured)
     if prepared.slow is not None:
-        torque += prepared.slow.against @ state.slow_errors[: slow_errors.TORQUES]
-        outputs.slow_errors[:] = state.slow_errors
+        torque += prepared.slow.against @ state.slow.errors[: slow_errors.TORQUES]
+        outputs.slow_errors[:] = state.slow.errors
     outputs.torque[:] = _saturate(prepared, torque, expected[r - prepared.wheels :])
     if prepared.open_loop:
         outputs.torque[:] = 0.0
@@ -210,7 +210,11 @@ def _correct(prepared: PreparedController, state: ControllerState, time: float, 
         stack = np.concatenate([state.estimate, state.history.ravel(), state.jitter.ravel()])
         prepared.predict.dot(stack, out=state.estimate)
         if prepared.slow is not None:
-            slow_errors.predict(prepared.slow, state.slow_errors, state.estimate)
+            whole = prepared.whole_delay
+            state.estimate += prepared.slow.enters @ state.slow.errors[: slow_errors.TORQUES]
+            slow_errors.predict(prepared.slow, state.slow, state.history[whole], state.history[whole + 1])
+    if prepared.slow is not None:
+        _correct_slow_errors(prepared.slow, state, measured)
     state.since_star_tracker = 0 if measured.star_tracker_valid else state.since_star_tracker + 1
     phase = min(state.since_star_tracker, prepared.phases - 1)
     innovation = state.outputs.innovation
@@ -225,12 +229,10 @@ def _correct(prepared: PreparedController, state: ControllerState, time: float, 
     )
     innovation -= prepared.c @ state.estimate
     if prepared.slow is not None:
-        innovation[: prepared.gyros] -= state.slow_errors[slow_errors.TORQUES :]
+        innovation[: prepared.gyros] -= state.slow.errors[slow_errors.TORQUES :]
     if not prepared.linear_attitude:
         innovation[-3:] = _attitude_innovation(prepared, state, time, measured)
     state.estimate += prepared.gain[phase] @ innovation
-    if prepared.slow is not None and phase == 0:
-        slow_errors.correct(prepared.slow, state.slow_errors, state.estimate, innovation)
     if prepared.feed_forward_jitter:
         jitter.harmonic(
             measured.encoder_speed,
@@ -240,6 +242,15 @@ def _correct(prepared: PreparedController, state: ControllerState, time: float, 
             prepared.imbalance_torque,
             state.jitter,
         )
+
+
+def _correct_slow_errors(slow: slow_errors.PreparedSlowErrors, state: ControllerState, measured: Measurements) -> None:
+    """Correct torque and biases, before the step's sample of the star tracker is counted."""
+    seen = None
+    if measured.star_tracker_valid:
+        seen = rotations.quaternion_from_mrp(measured.star_tracker_mrp.tolist())
+    steps = state.since_star_tracker + 1 if state.captured else slow.phases + 1
+    slow_errors.correct(slow, state.slow, measured.gyro_rate, seen, steps)
 
 
 def _attitude_innovation(

@@ -31,10 +31,13 @@ class ControllerMatrices:
     feedback: Array  # (n, r): on the first r states, those without the filter
     jitter_torque: Array  # (n, 4 n): torque against known harmonic jitter; zero for none
     b_body: Array  # (s, 3): of a torque on the body
-    slow_gain_coarse: Array  # (choices, 3 + g, y): of the filter of torque and gyro biases (design/slow_errors.py)
-    slow_gain_fine: Array  # with no choices where there is no such filter
-    slow_shift_coarse: Array  # (s, 3 + g)
-    slow_shift_fine: Array
+    gyro_axis: Array  # (g, 3)
+    slow_sample_coarse: (
+        Array  # (choices, 9 + g, g + 3): gains of the filter of torque and biases (design/slow_errors.py)
+    )
+    slow_sample_fine: Array  # with no choices where there is no such filter
+    slow_between_coarse: Array  # (choices, 9 + g, g)
+    slow_between_fine: Array
     deflection_of_torque: Array  # (m, n): of the modes, for constant torques of the wheels
     reference_a: Array  # (r, r), continuous, without gyroscopic terms
     reference_b: Array  # (r, n)

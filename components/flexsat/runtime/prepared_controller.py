@@ -152,7 +152,7 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         slew_wheels=slew_wheels,
         shaper=guidance.shaper_for_pole(matrices.shaper_frequency, matrices.shaper_damping, period),
         keep_out=parameters.keep_out,
-        slow=prepare_slow_errors(matrices, parameters, slew_wheels.allocations[0]),
+        slow=prepare_slow_errors(matrices, parameters, slew_wheels.allocations[0], part),
     )
 
 

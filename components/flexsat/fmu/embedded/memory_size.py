@@ -51,8 +51,9 @@ def state_size(sizes: Sizes) -> int:
     motion = DOUBLE * (3 + 5 + 2 + 3 * KNOTS)
     commanded = 2 * motion + DOUBLE * (2 * 3 * LEGS + 3 * 4 + 3 + 3 + 3) + DOUBLE * sizes.controlled
     history = (sizes.delay + 2) * sizes.wheels
-    numbers = sizes.states + 2 * sizes.wheels + history + 3 + sizes.gyros
-    return _rounded(DOUBLE * (3 + 3 + 4) + sizes.real * numbers + commanded + 64)
+    numbers = sizes.states + 2 * sizes.wheels + history
+    slow = 4 + 3 + 3 + sizes.gyros
+    return _rounded(DOUBLE * (3 + 3 + 4 + slow) + sizes.real * numbers + commanded + 64)
 
 
 def memory_size(sizes: Sizes) -> int:
@@ -61,14 +62,13 @@ def memory_size(sizes: Sizes) -> int:
     history = (sizes.delay + 2) * n
     products = [(s, y)] * sizes.phases + [(y, s), (n, r), (n, 2 * n), (s, s), (s, n), (s, n), (s, 2 * n), (r, r),
                                           (r, n), (r, s), (r, history)]  # fmt: skip
-    slow = 3 + sizes.gyros
-    products += [(slow, y), (s, slow), (s, 3), (r, 3), (n, 3)]
+    products += [(s, 3), (r, 3), (n, 3)]
     kept = sum(_panels(rows, columns, sizes.real) for rows, columns in products)
     nodes = 2 + len(CONES) * (2 * len(RINGS) * AZIMUTHS + 2)
     search = DOUBLE * (4 * nodes + nodes * nodes + 2 * nodes) + INTEGER * LEGS * nodes
     bounds = 4 * STEPS - 2
     optimum = DOUBLE * (10 * STEPS + 8 * bounds + 16 + 2 * STEPS * STEPS)
-    wheels = DOUBLE * n * (3 * 3 + 12)
+    wheels = DOUBLE * n * (3 * 3 + 12 + 6)
     # what sampling works in: models before and after the delays, prediction over the delays, matrix exponentials
     sampling = DOUBLE * (9 * s * s + 10 * s * n + 2 * s * (s + history) + 5 * r * r + r * n)
     blocks = BLOCK * (5 * len(products) + 64)

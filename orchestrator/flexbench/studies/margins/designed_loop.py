@@ -19,8 +19,8 @@ from flexsat.runtime.controller import PreparedController, prepare
 from flexsat.spacecraft.linear_model import LinearModel
 from lockstep.errors import InputError
 
-from .estimated_errors import estimated_errors
 from .periodic_loop import PeriodicLoop, Phase
+from .slow_filter import slow_filter
 
 UNTOUCHED = 1e-9  # singular value, relative, below which the wheels do not reach a combination of states
 
@@ -72,8 +72,8 @@ class DesignedLoop:
 
         rows = _history_rows(prepared)
         applied = int(np.ceil(late / period - 1e-9))  # torques on their way
-        slow = estimated_errors(prepared)
-        sizes = [len(a), lag * len(c), s, rows * n, applied * n, len(slow.gain)]
+        slow = slow_filter(prepared)
+        sizes = [len(a), lag * len(c), s, rows * n, applied * n, len(slow.a)]
         plant, sampled, estimate, history, on_way, errors = _spans(sizes)
         size = sum(sizes)
 
@@ -101,7 +101,7 @@ class DesignedLoop:
             measured[:, sampled.stop - len(c) : sampled.stop] = np.eye(len(c))
         else:
             measured[:, plant] = c
-        phases = []
+        phases, whole_delay = [], prepared.whole_delay
         for number, gain in enumerate(
             (prepared.gain[0], prepared.gain[1]) if prepared.phases > 1 else (prepared.gain[0],) * 2
         ):
@@ -109,12 +109,13 @@ class DesignedLoop:
             predicted[:, estimate] = prepared.predict[:, :s]
             predicted[:, history] = prepared.predict[:, s : s + rows * n]
             predicted[:, errors] = slow.enters
-            known = np.eye(size)[errors]
-            innovation = measured - prepared.c @ predicted - slow.seen @ known
-            corrected = predicted + gain @ innovation
-            if number == 0:
-                change = slow.gain @ innovation
-                known, corrected = known + change, corrected + slow.shift @ change
+            known = np.zeros((len(slow.a), size))
+            known[:, errors] = slow.a
+            for ago, torques in ((whole_delay, slow.late), (whole_delay + 1, slow.early)):
+                if ago < rows:
+                    known[:, history.start + ago * n : history.start + (ago + 1) * n] = torques
+            known += slow.gains[number] @ (measured - slow.seen @ known)
+            corrected = predicted + gain @ (measured - prepared.c @ predicted - slow.known @ known)
             expected = corrected[: prepared.controlled]
             if prepared.delayed:
                 expected = prepared.ahead[:, :s] @ corrected

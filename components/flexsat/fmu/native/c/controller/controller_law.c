@@ -29,6 +29,7 @@ int controller_init(Component *component, const PreparedController *prepared, co
     motion_still(prepared->knots, 0.0, &commanded->following);
     state->since_star_tracker = prepared->phases - 1;
     memcpy(state->attitude, no_rotation, sizeof no_rotation);
+    memcpy(state->slow.attitude, no_rotation, sizeof no_rotation);
     memcpy(commanded->origin, no_rotation, sizeof no_rotation);
     memcpy(commanded->base, no_rotation, sizeof no_rotation);
     memcpy(commanded->following_base, no_rotation, sizeof no_rotation);
@@ -123,8 +124,22 @@ static void predict(const PreparedController *prepared, ControllerState *state)
     if (prepared->parameters.feed_forward_jitter)
         panels_add_times(&prepared->predict_jitter, state->jitter, next);
     if (prepared->estimates_slow)
-        slow_errors_predict(&prepared->slow, state->slow_errors, next);
+        add_times_torque(&prepared->slow.enters, &state->slow, next);
     memcpy(state->estimate, next, sizeof next);
+    if (prepared->estimates_slow)
+        slow_errors_predict(&prepared->slow, late, late + WHEELS, &state->slow);
+}
+
+/* Correct torque and biases, before the step's sample of the star tracker is counted. */
+static void correct_slow_errors(const PreparedController *prepared, const Measurements *measured, ControllerState *state)
+{
+    const int64_t steps = state->commanded.captured ? state->since_star_tracker + 1 : prepared->phases + 1;
+    double seen[4];
+
+    if (measured->star_tracker_valid)
+        quaternion_from_mrp(measured->star_tracker_mrp, seen);
+    slow_errors_correct(&prepared->slow, measured->gyro_rate, measured->star_tracker_valid ? seen : NULL, steps,
+                        &state->slow);
 }
 
 /* Predict the estimate to the time of the measurement and correct it; predict the jitter of the next period. */
@@ -138,6 +153,8 @@ static int correct(Component *component, const PreparedController *prepared, Con
 
     if (state->count > prepared->first_measurement)
         predict(prepared, state);
+    if (prepared->estimates_slow)
+        correct_slow_errors(prepared, measured, state);
     state->since_star_tracker = measured->star_tracker_valid ? 0 : state->since_star_tracker + 1;
     phase = state->since_star_tracker < prepared->phases ? state->since_star_tracker : prepared->phases - 1;
     memcpy(innovation, measured->gyro_rate, GYROS * sizeof(Real));
@@ -150,13 +167,11 @@ static int correct(Component *component, const PreparedController *prepared, Con
     for (k = 0; k < MEASURED; k++)
         innovation[k] -= expected[k];
     for (k = 0; k < GYROS; k++)
-        innovation[k] -= state->slow_errors[TORQUES + k];
+        innovation[k] -= (Real)state->slow.errors[TORQUES + k];
     if (!prepared->parameters.linear_attitude &&
         attitude_innovation(component, prepared, state, time, measured, attitude))
         return 1;
     panels_add_times(&prepared->gain[phase], innovation, state->estimate);
-    if (prepared->estimates_slow && phase == 0)
-        slow_errors_correct(&prepared->slow, innovation, state->slow_errors, state->estimate);
     if (prepared->parameters.feed_forward_jitter)
         jitter_after(prepared, measured, 0.0, state->jitter);
     return 0;
@@ -289,7 +304,7 @@ static void look_ahead(const PreparedController *prepared, const ControllerState
     panels_times(&prepared->ahead, state->estimate, expected);
     panels_add_times(&prepared->ahead_history, state->history, expected);
     if (prepared->estimates_slow)
-        panels_add_times(&prepared->slow.ahead, state->slow_errors, expected);
+        add_times_torque(&prepared->slow.ahead, &state->slow, expected);
 }
 
 /* What the regulator acts on, and the estimate as an output. */
@@ -337,8 +352,9 @@ int controller_step(Component *component, const PreparedController *prepared, Co
     if (prepared->cancels_jitter && state->count >= prepared->first_measurement)
         cancel_jitter(prepared, measured, torque);
     if (prepared->estimates_slow)
-        panels_add_times(&prepared->slow.against, state->slow_errors, torque);
-    memcpy(outputs->slow_errors, state->slow_errors, sizeof state->slow_errors);
+        add_times_torque(&prepared->slow.against, &state->slow, torque);
+    for (k = 0; k < SLOW; k++)
+        outputs->slow_errors[k] = (Real)state->slow.errors[k];
     saturate(prepared, expected + CONTROLLED - WHEELS, torque);
     if (prepared->parameters.open_loop)
         memset(torque, 0, WHEELS * sizeof(Real));

@@ -34,7 +34,7 @@ typedef struct ControllerState {
     Real estimate[STATES];      /* at the time of the last measurement */
     double attitude[4];         /* body from inertial; the estimate's first three turn it further */
     Real jitter[2 * WHEELS];    /* expected over the coming period: sines and cosines, times speed squared */
-    Real slow_errors[SLOW];     /* torque on the body, and bias of each gyro; 0 if not estimated */
+    SlowState slow;
     Commanded commanded;
     Real history[]; /* (q + 2, n): torques commanded, the latest first [N.m] */
 } ControllerState;

@@ -178,7 +178,7 @@ static int sample(Memory *memory, const ControllerData *matrices, double part, P
     if (prepare_prediction(memory, matrices, part, prepared) || prepare_reference(memory, matrices, prepared))
         return 1;
     if (prepared->estimates_slow &&
-        slow_errors_prepare(memory, matrices, &prepared->parameters, prepared->slew_wheels.allocation[0],
+        slow_errors_prepare(memory, matrices, &prepared->parameters, prepared->slew_wheels.allocation[0], part,
                             &prepared->slow))
         return 1;
     memory_rewind(memory, mark);
