@@ -23,6 +23,7 @@ FOLDERS = {
         *("closed_loop", "fmu", "fmu/embedded", "fmu/native", "fmu/python", "fmu/python/shim", "fmu/documentation"),
         *("design", "spacecraft", "description", "ports", "runtime/missions"),
         *("runtime", "structure", "parameters", "controller_weights"),
+        *("slow_errors", "sensor_errors"),
         *("quantities", "allocation", "fixed_order", "double_double", "arrays", "errors"),
     ),
     "lockstep": (
@@ -248,7 +249,7 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     assert {name.partition(".")[0] for _, name in foreign} == {"pythonfmu"}
     allowed = {
         None, "runtime", "runtime/missions", "ports", "fmu", "fmu/python", "parameters", "quantities", "allocation",
-        "fixed_order", "arrays", "controller_weights",
+        "slow_errors", "sensor_errors", "fixed_order", "arrays", "controller_weights",
     }  # fmt: skip
     assert {folder_of(module) for module in inside} <= allowed
 

@@ -24,7 +24,7 @@ from .ports import sensors as sensor_ports
 from .ports.table import Port
 from .runtime import bearing_friction, controller, plant, sensors
 from .runtime.periods import whole_multiple
-from .runtime.slow_errors import TORQUES
+from .slow_errors import TORQUES
 
 Parameters = Mapping[str, Mapping[str, Any]]  # component, then port (or `port[i]`), to value
 

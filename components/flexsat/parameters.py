@@ -180,6 +180,29 @@ class SensorNoise:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SensorErrors:
+    """Errors of the sensors beside white noise: standard deviations, drawn from the seed; none as P has none."""
+
+    gyro_bias: Annotated[float, "rad/s", Range(minimum=0.0, maximum=DEGREE)] = 0.0
+    gyro_bias_walk: Annotated[float, "rad/s^1.5", Range(minimum=0.0, maximum=DEGREE)] = 0.0
+    gyro_scale_error: Annotated[float, "1", Range(minimum=0.0, maximum=0.1)] = 0.0
+    gyro_misalignment: Annotated[float, "rad", COARSE_ERROR] = 0.0  # of its rotation about each axis
+    accelerometer_bias: Annotated[float, "m/s2", Range(minimum=0.0, maximum=1.0)] = 0.0
+    star_tracker_misalignment: Annotated[tuple[float, float, float], "rad", TURN] = (0.0, 0.0, 0.0)  # itself, not drawn
+    low_frequency_error: Annotated[float, "rad", COARSE_ERROR] = 0.0  # first-order Gauss-Markov, each axis
+    low_frequency_time: Annotated[float, "s", POSITIVE] = 1000.0  # its correlation time
+    boresight: Annotated[tuple[float, float, float], "1", Range(minimum=-1.0, maximum=1.0)] = (0.0, 0.0, 1.0)
+    roll_factor: Annotated[float, "1", Range(minimum=0.0, maximum=100.0)] = (
+        1.0  # noise about the boresight, over across
+    )
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        if not any(self.boresight):
+            raise ValueError(f"SensorErrors.boresight must have a direction, got {self.boresight!r}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Rates:
     """Periods of the run-time components and of the sensors inside."""
 

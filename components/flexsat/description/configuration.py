@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 from ..controller_weights import ConfigurationName, Weights
-from ..parameters import Aperture, Modes, Plate, Rates, SensorNoise, Slew, SpeedSelection, Wheel
+from ..parameters import Aperture, Modes, Plate, Rates, SensorErrors, SensorNoise, Slew, SpeedSelection, Wheel
 from .appendage import Appendage
 from .placement import BUS, Bus, Device, Site, Vector
 from .wheel_set import WheelSet
@@ -48,6 +48,7 @@ class Configuration:
     appendages: tuple[Appendage, ...] = ()
     modes: Modes = field(default_factory=Modes)
     noise: SensorNoise = field(default_factory=SensorNoise)
+    sensor_errors: SensorErrors = field(default_factory=SensorErrors)
     rates: Rates = field(default_factory=Rates)
     slew: Slew = field(default_factory=Slew)
     speeds: SpeedSelection = field(default_factory=SpeedSelection)

@@ -15,6 +15,7 @@ from ..parameters import (
     Aperture,
     Plate,
     Rates,
+    SensorErrors,
     SensorNoise,
     Slew,
     SpeedSelection,
@@ -33,7 +34,7 @@ START = Path(__file__).with_name("start.toml")  # a file to start from, for str.
 LARGEST = 1_000_000  # bytes of a file: far more than any spacecraft takes
 DENSITY = "/rtHz"  # ends the unit of a noise density
 _TABLES: Mapping[str, type] = {"aperture": Aperture, "plate": Plate, "rates": Rates, "slew": Slew,
-                               "speeds": SpeedSelection}  # fmt: skip
+                               "speeds": SpeedSelection, "sensor_errors": SensorErrors}  # fmt: skip
 _DEVICES = ("wheels", "gyros", "accelerometers")
 KEYS = (
     "name",

@@ -16,6 +16,8 @@ _MORE: Mapping[str, Mapping[str, float]] = {
     "N.m.s2/rad2": {"N.m/rpm2": RPM**2},
     "Hz": {"rpm": 60.0},
     "deg": {"rad": DEGREE},
+    "rad/s": {"deg/h": 3600.0 / DEGREE},
+    "rad/s^1.5": {"deg/h/rth": 60.0 * 3600.0 / DEGREE},  # over the root of an hour
 }
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
 

@@ -13,6 +13,7 @@ from ..controller_weights import Variant, variant_of
 from ..description.built_in import configuration
 from ..description.configuration import Configuration
 from ..description.wheel_set import over_largest
+from ..fixed_order import on_grid
 from ..parameters import (
     ConfigurationName,
     ControllerDesign,
@@ -236,6 +237,14 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
             wrench_of_jitter=spacecraft.wrench_of_jitter,
             gyros=model.gyro_count,
             accelerometers=model.index.accelerometers,
+            gyro_axis=spacecraft.gyros.axis,
+            rate_of_gyros=on_grid(np.linalg.pinv(spacecraft.gyros.axis)),
+            **{
+                item.name: np.array(value)
+                if isinstance(value := getattr(config.sensor_errors, item.name), tuple)
+                else value
+                for item in fields(config.sensor_errors)
+            },
             gyro_noise=noise.gyro,
             accelerometer_noise=noise.accelerometer,
             encoder_noise=noise.encoder,

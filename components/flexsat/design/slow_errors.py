@@ -15,11 +15,11 @@ import numpy as np
 from ..arrays import Array
 from ..description.configuration import Configuration
 from ..fixed_order import inverse, product, solve
-from ..runtime.slow_errors import ATTITUDE, BIASES, RATE, TORQUE
+from ..slow_errors import ATTITUDE, BIASES, RATE, TORQUE
 from ..spacecraft.assembly import Spacecraft
 from .riccati import RiccatiStep, steady_state
 
-CHOICES = ((True, False), (False, True), (True, True))  # torque, bias: the order of runtime.slow_errors.choice_of
+CHOICES = ((True, False), (False, True), (True, True))  # torque, bias: the order of prepared_controller.choice_of
 UNMODELLED = 1.0  # of a gyro's noise: how far the rate may change in a step that no torque explains
 
 

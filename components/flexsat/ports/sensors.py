@@ -12,6 +12,8 @@ from ..quantities import quantity
 from ..runtime.periods import whole_multiple
 from ..runtime.sensor_parameters import SensorMatrices, SensorParameters
 from ..runtime.wheel_jitter import Harmonics
+from ..sensor_errors import prepare_errors
+from . import sensor_errors
 from .declared import parameter_port
 from .table import Port
 
@@ -125,6 +127,7 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
         *[Port(name="jitter.harmonics_factor", causality="parameter", unit="1", size=n, minimum=0.0, maximum=1e3,
                start=1.0, description="multiplies the harmonics of each wheel beside the first")][: len(
                model.harmonic_order)],
+        *sensor_errors.ports(model),
     )  # fmt: skip
 
 
@@ -167,6 +170,13 @@ def parameters(model: SensorMatrices, value: Callable[[str], Any], step: float |
         broadband_force=numbers[2],
         broadband_torque=numbers[3],
         harmonics=_harmonics(model, value),
+        errors=prepare_errors(
+            sensor_errors.parameters(value),
+            model.gyro_axis,
+            model.rate_of_gyros,
+            value("fast_period"),
+            value("star_tracker.period"),
+        ),
         wrench_of_jitter=model.wrench_of_jitter,
         wheels=len(model.nominal_speed),
         gyros=model.gyros,

@@ -35,6 +35,7 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "rad": Unit(exponents={"rad": 1}, display={"deg": _DEGREE, "arcsec": 3600.0 * _DEGREE}),
         "rad/s": Unit(exponents={"rad": 1, "s": -1}, display={"deg/s": _DEGREE, "rpm": 30.0 / math.pi}),
         "rad/s2": Unit(exponents={"rad": 1, "s": -2}, display={"deg/s2": _DEGREE}),
+        "rad/s^1.5": Unit(exponents=None),  # random walk of a rate
         "m": Unit(exponents={"m": 1}, display={"mm": 1e3, "um": 1e6}),
         "m/s": Unit(exponents={"m": 1, "s": -1}, display={"um/s": 1e6}),
         "m/s2": Unit(exponents={"m": 1, "s": -2}),

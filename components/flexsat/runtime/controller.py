@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import slow_errors
 from ..arrays import Array
-from . import rotations, slew_motion, slow_errors
+from . import rotations, slew_motion
 from . import wheel_jitter as jitter
 from .named_state import NOT_SAVED
 from .prepared_controller import PreparedController, check_start, plan_motion, prepare
@@ -212,7 +213,9 @@ def _correct(prepared: PreparedController, state: ControllerState, time: float, 
         if prepared.slow is not None:
             whole = prepared.whole_delay
             state.estimate += prepared.slow.enters @ state.slow.errors[: slow_errors.TORQUES]
-            slow_errors.predict(prepared.slow, state.slow, state.history[whole], state.history[whole + 1])
+            own = state.slow
+            turn = slow_errors.predict(prepared.slow, own, state.history[whole], state.history[whole + 1])
+            own.attitude[:] = rotations.rotate_quaternion(own.attitude.tolist(), turn.tolist())
     if prepared.slow is not None:
         _correct_slow_errors(prepared.slow, state, measured)
     state.since_star_tracker = 0 if measured.star_tracker_valid else state.since_star_tracker + 1
@@ -245,12 +248,22 @@ def _correct(prepared: PreparedController, state: ControllerState, time: float, 
 
 
 def _correct_slow_errors(slow: slow_errors.PreparedSlowErrors, state: ControllerState, measured: Measurements) -> None:
-    """Correct torque and biases, before the step's sample of the star tracker is counted."""
-    seen = None
+    """Correct torque and biases, before the step's sample of the star tracker is counted.
+
+    A sample after an outage, and the first, is the attitude from then on: by how much the prediction is off is due to
+    more than the errors that are estimated.
+    """
+    own = state.slow
+    steps = state.since_star_tracker + 1 if state.captured else slow.phases + 1
+    off = None
     if measured.star_tracker_valid:
         seen = rotations.quaternion_from_mrp(measured.star_tracker_mrp.tolist())
-    steps = state.since_star_tracker + 1 if state.captured else slow.phases + 1
-    slow_errors.correct(slow, state.slow, measured.gyro_rate, seen, steps)
+        if steps > slow.phases:
+            own.attitude[:] = seen
+            return
+        off = 4.0 * np.array(rotations.relative_mrp(seen, own.attitude.tolist()))
+    turn = slow_errors.correct(slow, own, measured.gyro_rate, off, steps)
+    own.attitude[:] = rotations.rotate_quaternion(own.attitude.tolist(), turn.tolist())
 
 
 def _attitude_innovation(

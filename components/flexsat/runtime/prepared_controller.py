@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, make_read_only
-from ..fixed_order import product
+from ..fixed_order import inverse, product
+from ..slow_errors import PreparedSlowErrors
 from . import slew_guidance as guidance
 from . import slew_motion, slew_optimum
 from .controller_parameters import ControllerMatrices, ControllerParameters
 from .keep_out import KeepOut, plan_legs
-from .slow_errors import PreparedSlowErrors, prepare_slow_errors
 from .zero_order_hold import zero_order_hold
 
 BRAKED = 4  # knots more than those of a profile: where it is braked, and where it stops; and two to spare
@@ -152,7 +152,51 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         slew_wheels=slew_wheels,
         shaper=guidance.shaper_for_pole(matrices.shaper_frequency, matrices.shaper_damping, period),
         keep_out=parameters.keep_out,
-        slow=prepare_slow_errors(matrices, parameters, slew_wheels.allocations[0], part),
+        slow=_slow_errors(matrices, parameters, slew_wheels.allocations[0], part),
+    )
+
+
+def choice_of(parameters: ControllerParameters) -> int | None:
+    """Return which filter of slow errors the parameters choose: 0 of the torque, 1 of biases, 2 of both; or None."""
+    if not (parameters.estimates_torque or parameters.estimates_bias):
+        return None
+    return int(parameters.estimates_bias) + int(parameters.estimates_torque and parameters.estimates_bias)
+
+
+def _slow_errors(
+    matrices: ControllerMatrices, parameters: ControllerParameters, allocation: Array, part: float
+) -> PreparedSlowErrors | None:
+    """Return the filter of slow errors that the parameters choose; None for none.
+
+    Parameters
+    ----------
+    allocation : (n, 3) of a body torque among the wheels, as of `slew_guidance.allocation`
+    part : of the period, at whose end a new torque begins to act [s]
+
+    Wheels against a torque on the body bend the structure where they stand on it. The regulator shall leave that
+    deflection alone: its torque for the deflection is added.
+    """
+    chosen = choice_of(parameters)
+    if chosen is None:
+        return None
+    fine, period = parameters.fine_sensor, parameters.period
+    delay = parameters.measurement_delay + parameters.actuation_delay
+    enters = zero_order_hold(matrices.a, matrices.b_body, period)[1]
+    ahead = zero_order_hold(matrices.a, matrices.b_body, delay)[1] if delay > 0.0 else np.zeros_like(enters)
+    bent = product(matrices.deflection_of_torque, allocation)
+    modes = slice(3, 3 + matrices.modes)
+    return PreparedSlowErrors(
+        period=period,
+        phases=len(matrices.gain_fine if fine else matrices.gain_coarse),
+        gyro_axis=matrices.gyro_axis,
+        sample=(matrices.slow_sample_fine if fine else matrices.slow_sample_coarse)[chosen],
+        between=(matrices.slow_between_fine if fine else matrices.slow_between_coarse)[chosen],
+        mobility=inverse(matrices.inertia),
+        late=np.ascontiguousarray((part / period - 1.0) * matrices.wheel_axis.T),
+        early=np.ascontiguousarray(-part / period * matrices.wheel_axis.T),
+        enters=enters,
+        ahead=np.ascontiguousarray(ahead[: matrices.feedback.shape[1]]),
+        against=-product(matrices.feedback[:, modes], bent) - allocation,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..arrays import Array
+from ..sensor_errors import PreparedErrors
 from .wheel_jitter import Harmonics
 
 
@@ -16,6 +17,18 @@ class SensorMatrices:
     wrench_of_jitter: Array  # (6 s, 4 n): from the jitter of the wheels to the wrenches on their mounts
     gyros: int
     accelerometers: int
+    gyro_axis: Array  # (g, 3)
+    rate_of_gyros: Array  # (3, g): the body's rate of rates about the gyros' axes
+    gyro_bias: float  # rad/s, this and the others to roll_factor: nominal errors, as in parameters.SensorErrors
+    gyro_bias_walk: float
+    gyro_scale_error: float
+    gyro_misalignment: float
+    accelerometer_bias: float
+    star_tracker_misalignment: Array  # (3,)
+    low_frequency_error: float
+    low_frequency_time: float
+    boresight: Array  # (3,)
+    roll_factor: float
     gyro_noise: float  # rad/s
     accelerometer_noise: float  # m/s2
     encoder_noise: float  # rad/s
@@ -64,6 +77,7 @@ class SensorParameters:
     wrench_of_jitter: Array  # (6 s, 4 wheels)
     nominal_speed: Array  # (wheels,) [rad/s]: what the encoders show before their first sample
     harmonics: Harmonics | None = None  # beside the first; None: none
+    errors: PreparedErrors | None = None  # beside white noise; None: none
 
     def __post_init__(self) -> None:
         if self.seed < 0:

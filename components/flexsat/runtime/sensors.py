@@ -8,6 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array, make_read_only
+from ..sensor_errors import (
+    ErrorState,
+    PreparedErrors,
+    add_fast_errors,
+    init_errors,
+    is_blinded,
+    star_tracker_error,
+)
 from . import rotations
 from . import wheel_jitter as jitter
 from .sensor_parameters import SensorParameters
@@ -52,6 +60,7 @@ class SensorState:
     broadband: Array  # (4, n), its noise part
     noise: np.random.Generator
     disturbance: np.random.Generator
+    errors: ErrorState | None  # beside white noise
     outputs: SensorOutputs
 
 
@@ -71,6 +80,7 @@ class PreparedSensors:
     imbalance_force: Array  # (n,) [N.s2/rad2]
     imbalance_torque: Array  # (n,) [N.m.s2/rad2]
     harmonics: Harmonics | None
+    errors: PreparedErrors | None  # beside white noise
     transition: Array  # (2, 4): from the four rows of the filter to its next output and rate
     deviation: Array  # (g + k + n,): noise of gyros, accelerometers, encoders
     broadband_deviation: Array  # (4, n)
@@ -107,6 +117,7 @@ def prepare(parameters: SensorParameters) -> PreparedSensors:
         imbalance_force=ones * parameters.imbalance_force,
         imbalance_torque=ones * parameters.imbalance_torque,
         harmonics=parameters.harmonics,
+        errors=parameters.errors,
         transition=np.hstack([sampled[:2, :2], sampled[:2, 2:3] - new, new]),
         deviation=np.concatenate(
             [
@@ -125,7 +136,8 @@ def prepare(parameters: SensorParameters) -> PreparedSensors:
 
 def init(prepared: PreparedSensors) -> SensorState:
     """Return the state before the first sample: instruments at rest, encoders at the nominal speeds."""
-    noise, disturbance = (np.random.default_rng(s) for s in np.random.SeedSequence([prepared.seed, STREAM]).spawn(2))
+    streams = np.random.SeedSequence([prepared.seed, STREAM]).spawn(3)
+    noise, disturbance, slow = (np.random.default_rng(stream) for stream in streams)
     return SensorState(
         count=0,
         filter=np.zeros((4, prepared.accelerometers)),
@@ -133,6 +145,7 @@ def init(prepared: PreparedSensors) -> SensorState:
         broadband=np.zeros((4, prepared.wheels)),
         noise=noise,
         disturbance=disturbance,
+        errors=None if prepared.errors is None else init_errors(prepared.errors, slow),
         outputs=SensorOutputs(
             star_tracker_quaternion=np.array([0.0, 0.0, 0.0, 1.0]),
             star_tracker_mrp=np.zeros(3),
@@ -168,6 +181,10 @@ def step(prepared: PreparedSensors, state: SensorState, inputs: SensorInputs) ->
         np.add(state.filter[0], draw[first:second], out=outputs.accelerometer)
         np.add(inputs.speed, draw[second:], out=outputs.encoder_speed)
         outputs.encoder_angle[:] = inputs.angle
+        if prepared.errors is not None and state.errors is not None:
+            add_fast_errors(
+                prepared.errors, state.errors, not state.count, inputs.rate, outputs.gyro_rate, outputs.accelerometer
+            )
         outputs.star_tracker_valid[()] = False
         if prepared.jitter:
             np.multiply(
@@ -176,12 +193,16 @@ def step(prepared: PreparedSensors, state: SensorState, inputs: SensorInputs) ->
                 out=state.broadband,
             )
     if state.count % prepared.star_tracker_steps == 0:
-        outputs.star_tracker_valid[()] = True
-        error = (prepared.star_tracker_noise * state.noise.standard_normal(3)).tolist()
-        turned = rotations.quaternion_from_rotation_vector(error)
-        seen = rotations.compose_quaternions(turned, inputs.quaternion.tolist())
-        outputs.star_tracker_quaternion[:] = seen
-        outputs.star_tracker_mrp[:] = rotations.mrp_from_quaternion(seen)
+        error, blinded = (prepared.star_tracker_noise * state.noise.standard_normal(3)).tolist(), False
+        if prepared.errors is not None and state.errors is not None:
+            error = star_tracker_error(prepared.errors, state.errors, not state.count, error)
+            blinded = is_blinded(prepared.errors, inputs.quaternion)
+        if not blinded:
+            outputs.star_tracker_valid[()] = True
+            turned = rotations.quaternion_from_rotation_vector(error)
+            seen = rotations.compose_quaternions(turned, inputs.quaternion.tolist())
+            outputs.star_tracker_quaternion[:] = seen
+            outputs.star_tracker_mrp[:] = rotations.mrp_from_quaternion(seen)
     if prepared.jitter:
         jitter.harmonic(
             inputs.speed,

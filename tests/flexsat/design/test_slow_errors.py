@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from flexsat import slow_errors
 from flexsat.design.slow_errors import SlowNoise, design_slow_filter
-from flexsat.runtime import slow_errors
-from flexsat.runtime.rotations import error_rotation, mrp_from_quaternion, rotate_quaternion
+from flexsat.runtime.rotations import error_rotation, mrp_from_quaternion, relative_mrp, rotate_quaternion
 
 INERTIA = np.array([[900.0, 30.0, 0.0], [30.0, 1100.0, -20.0], [0.0, -20.0, 1500.0]])
 NOISE = SlowNoise(gyro=2e-7, star_tracker=5e-6, torque=2e-5, torque_walk=5e-6, bias_walk=2e-7)
@@ -59,13 +59,19 @@ def _flight(slow, duration, torque, bias, outage=(np.inf, np.inf), seed=1):
             change = slow.mobility @ (torque - wheels) * PERIOD
             attitude = rotate_quaternion(attitude, (PERIOD * (rate + 0.5 * change)).tolist())
             rate = rate + change
-            slow_errors.predict(slow, state, wheels, np.zeros(3))
+            turn = slow_errors.predict(slow, state, wheels, np.zeros(3))
+            state.attitude[:] = rotate_quaternion(state.attitude.tolist(), turn.tolist())
         wheels = 0.5 * torque * np.sin(0.3 * time)
         measured = slow.gyro_axis @ rate + bias + NOISE.gyro * random.standard_normal(len(bias))
         seen = None
         if step % PHASES == 0 and not outage[0] <= time < outage[1]:
             seen = rotate_quaternion(attitude, (NOISE.star_tracker * random.standard_normal(3)).tolist())
-        slow_errors.correct(slow, state, measured, seen, since)
+        if seen is not None and since > PHASES:
+            state.attitude[:] = seen
+        else:
+            off = None if seen is None else 4.0 * np.array(relative_mrp(seen, state.attitude.tolist()))
+            turn = slow_errors.correct(slow, state, measured, off, since)
+            state.attitude[:] = rotate_quaternion(state.attitude.tolist(), turn.tolist())
         since = 1 if seen is not None else since + 1
         yield time, state, attitude
 

@@ -52,7 +52,8 @@ class Exported:
         states = sum(table[f"estimate.{name}"].length for name in
                      ("mrp", "modal.displacement", "rate", "modal.velocity", "wheel.speed"))  # fmt: skip
         wheels = table["wheel.torque"].length
-        layout = {"wheel_torque": wheels, "reference_torque": wheels, "reference": states, "estimate": states}
+        layout = {"wheel_torque": wheels, "reference_torque": wheels, "reference": states, "estimate": states,
+                  "slow_errors": table["estimate.disturbance"].length + table["estimate.gyro_bias"].length}  # fmt: skip
         fields = [(name, self.real * size) for name, size in layout.items()]
         self.outputs = type("Outputs", (ctypes.Structure,), {"_fields_": fields})()
         kind = self._structure(parameter_ports(table), ctypes.c_double)

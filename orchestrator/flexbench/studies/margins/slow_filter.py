@@ -8,7 +8,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from flexsat.runtime.prepared_controller import PreparedController
-from flexsat.runtime.slow_errors import ATTITUDE, BIASES, RATE, TORQUE, PreparedSlowErrors
+from flexsat.slow_errors import ATTITUDE, BIASES, RATE, TORQUE, PreparedSlowErrors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,7 +24,8 @@ pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compile
 
 Once = Callable[[str, Callable[[Path], None]], Path]
 OUTPUTS = ("wheel.torque", "reference.torque", *(f"{kind}.{name}" for kind in ("reference", "estimate") for name in
-           ("mrp", "modal.displacement", "rate", "modal.velocity", "wheel.speed")))  # fmt: skip
+           ("mrp", "modal.displacement", "rate", "modal.velocity", "wheel.speed")),
+           "estimate.disturbance", "estimate.gyro_bias")  # fmt: skip
 MEASURED = ("gyro.rate", "accelerometer.acceleration", "encoder.speed", "encoder.angle", "star_tracker.mrp",
             "star_tracker.valid", "command.rotation", "command.start_time")  # fmt: skip
 SMALL = (2e-5, 5e-6, -8e-6)  # rad: a slew of 1.5 s

@@ -33,12 +33,26 @@ def variants(request: pytest.FixtureRequest) -> dict[str, SensorMatrices]:
     mounts, on_each = (1, 6) if request.param == "centralised" else (11, 3)
     random = np.random.default_rng(1)
     wheels, further = mounts * on_each, mounts // 4  # harmonics: none, or two
+    axes = np.random.default_rng(2).normal(size=(2 * mounts + 1, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     wrench = random.normal(size=(6, mounts, 4, mounts, on_each)) * np.eye(mounts)[:, None, :, None]
     corrected = SensorMatrices(
         nominal_speed=random.uniform(20.0, 80.0, wheels),
         wrench_of_jitter=wrench.reshape(6 * mounts, 4 * wheels),
         gyros=2 * mounts + 1,
         accelerometers=mounts + 2,
+        gyro_axis=axes,
+        rate_of_gyros=np.linalg.pinv(axes),
+        gyro_bias=0.0,
+        gyro_bias_walk=0.0,
+        gyro_scale_error=0.0,
+        gyro_misalignment=0.0,
+        accelerometer_bias=0.0,
+        star_tracker_misalignment=np.zeros(3),
+        low_frequency_error=0.0,
+        low_frequency_time=1e3,
+        boresight=np.array([0.0, 0.0, 1.0]),
+        roll_factor=1.0,
         gyro_noise=2e-7,
         accelerometer_noise=2e-5,
         encoder_noise=3e-4,
@@ -103,8 +117,27 @@ def value_of(twin: Twin) -> Callable[[str], Any]:
         {"seed": 7},
         {"seed": 2**31 - 1, "as_published": True, "star_tracker__fine": True, "step_size": STEP},
         {"jitter__enabled": False, "fast_period": 2e-3, "star_tracker__period": 6e-3},
+        {
+            "gyro__bias": 1e-5,
+            "gyro__bias_deviation": 2e-5,
+            "gyro__bias_walk": 1e-4,
+            "gyro__scale_error": 0.01,
+            "gyro__scale_error_deviation": 0.02,
+            "gyro__misalignment_deviation": 0.01,
+            "accelerometer__bias": 0.1,
+            "accelerometer__bias_deviation": 0.05,
+            "star_tracker__misalignment": (1e-3, -2e-3, 5e-3),
+            "star_tracker__low_frequency_error": 1e-3,
+            "star_tracker__low_frequency_time": 0.05,
+            "star_tracker__boresight": (0.3, -0.4, 0.6),
+            "star_tracker__roll_factor": 8.0,
+            "seed": 11,
+            "star_tracker__sun__direction": (0.5, 0.5, -0.5),
+            "star_tracker__sun__half_angle": 1.4,
+            "star_tracker__period": 5e-3,
+        },
     ],
-    ids=["nominal", "as-published", "quiet-wheels"],
+    ids=["nominal", "as-published", "quiet-wheels", "errors"],
 )
 def test_outputs_are_those_of_the_python_stepper(
     made: Callable[..., Twin], variants: dict[str, SensorMatrices], values: dict[str, Any]
@@ -190,6 +223,10 @@ def test_restored_state_goes_on_bit_for_bit(made: Callable[..., Twin]):
         ({"star_tracker__noise_coarse": -2.0e20}, 0.0),
         ({"accelerometer__filter_frequency": 0.0}, 0.0),
         ({"seed": -1}, 0.0),
+        ({"gyro__bias_walk": -1e-9}, 0.0),
+        ({"star_tracker__low_frequency_time": 0.0}, 0.0),
+        ({"star_tracker__boresight": (0.0, 0.0, 0.0)}, 0.0),
+        ({"star_tracker__earth__half_angle": 0.5}, 0.0),
     ],
 )
 def test_bad_parameters_are_refused_in_the_same_words(

@@ -1,5 +1,5 @@
 /* Run-time filter of an external torque and of the gyros' biases, beside the filter of the state. The twin of
-runtime/slow_errors.py, which documents it. */
+slow_errors.py and runtime/controller.py, which documents it. */
 #ifndef FLEXSAT_SLOW_ERRORS_H
 #define FLEXSAT_SLOW_ERRORS_H
 

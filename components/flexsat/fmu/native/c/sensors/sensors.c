@@ -57,13 +57,17 @@ static int prepare(Component *component, PreparedSensors *prepared, double step)
 
 /* The state before the first sample: instruments at rest, encoders at the nominal speeds. */
 static void init(Component *component, const PreparedSensors *prepared, SensorState *state,
-                 const double *nominal_speed)
+                 const SensorsData *matrices)
 {
+    const double *nominal_speed = matrices->nominal_speed;
     double *real = component->real;
+    Random errors;
 
     memset(state, 0, sizeof *state);
     random_begin(&state->noise, prepared->parameters.seed, STREAM, 0);
     random_begin(&state->disturbance, prepared->parameters.seed, STREAM, 1);
+    random_begin(&errors, prepared->parameters.seed, STREAM, 2);
+    sensor_errors_init(component, matrices, errors, &state->errors);
     memset(real + PORT_STAR_TRACKER_QUATERNION, 0, 3 * sizeof(double));
     real[PORT_STAR_TRACKER_QUATERNION + 3] = 1.0;
     memset(real + PORT_STAR_TRACKER_MRP, 0, 3 * sizeof(double));
@@ -106,6 +110,8 @@ static void sample_fast(Component *component, const PreparedSensors *prepared, S
         real[PORT_ENCODER_SPEED + k] = real[PORT_WHEEL_SPEED + k] + random_normal(&state->noise) * *deviation++;
         real[PORT_ENCODER_ANGLE + k] = real[PORT_WHEEL_ANGLE + k];
     }
+    add_fast_errors(&prepared->errors, state->count == 0, real + PORT_GYRO_SITE_RATE, &state->errors,
+                    real + PORT_GYRO_RATE, real + PORT_ACCELEROMETER_ACCELERATION);
     component->boolean[PORT_STAR_TRACKER_VALID] = 0;
     if (prepared->parameters.jitter)
         for (k = 0; k < 4 * WHEELS; k++)
@@ -118,9 +124,12 @@ static void sample_star_tracker(Component *component, const PreparedSensors *pre
     double error[3], turned[4];
     int k;
 
-    component->boolean[PORT_STAR_TRACKER_VALID] = 1;
     for (k = 0; k < 3; k++)
         error[k] = prepared->parameters.star_tracker_noise * random_normal(&state->noise);
+    add_star_tracker_errors(&prepared->errors, state->count == 0, &state->errors, error);
+    if (is_blinded(&prepared->errors, component->real + PORT_ATTITUDE_QUATERNION))
+        return;
+    component->boolean[PORT_STAR_TRACKER_VALID] = 1;
     quaternion_from_rotation_vector(error, turned);
     compose_quaternions(turned, component->real + PORT_ATTITUDE_QUATERNION, seen);
     mrp_from_quaternion(seen, component->real + PORT_STAR_TRACKER_MRP);
@@ -168,9 +177,9 @@ int component_start(Component *component)
     component->state = (unsigned char *)state;
     component->state_size = sizeof *state;
     component->step_length = component->real[PORT_STEP_SIZE];
-    if (prepare(component, prepared, 0.0))
+    if (prepare(component, prepared, 0.0) || sensor_errors(component, matrices, &prepared->errors))
         return 1;
-    init(component, prepared, state, matrices->nominal_speed);
+    init(component, prepared, state, matrices);
     return 0;
 }
 

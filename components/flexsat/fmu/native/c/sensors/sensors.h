@@ -7,17 +7,17 @@
 #include "panels.h"
 #include "ports.h"
 #include "random.h"
+#include "sensor_errors.h"
 #include "sensor_parameters.h"
 #include "sines.h"
 #include "wheel_jitter.h"
 
-#define GYROS PORT_GYRO_RATE_SIZE
-#define ACCELEROMETERS PORT_ACCELEROMETER_ACCELERATION_SIZE
 #define WRENCHES (6 * PORT_JITTER_FORCE_X_SIZE) /* their ports stand one after the other */
 
 /* The filter sampled for one step length, and the numbers of one run; no step changes them. */
 typedef struct PreparedSensors {
     SensorParameters parameters;
+    SensorErrors errors;     /* beside white noise */
     double transition[2][4]; /* from the four rows of the filter to its next output and rate */
     double deviation[GYROS + ACCELEROMETERS + WHEELS];
     double broadband_deviation[4 * WHEELS];
@@ -30,6 +30,7 @@ typedef struct PreparedSensors {
 typedef struct SensorState {
     int64_t count;                    /* steps done */
     Random noise, disturbance;
+    ErrorState errors;
     double filter[3][ACCELEROMETERS]; /* m/s2: output, its rate over the corner frequency, last input */
     double broadband[4 * WHEELS];     /* noise part of force a, force b [N], torque a, torque b [N.m] of each wheel */
 } SensorState;
