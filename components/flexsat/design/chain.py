@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -238,13 +239,8 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
             gyros=model.gyro_count,
             accelerometers=model.index.accelerometers,
             gyro_axis=spacecraft.gyros.axis,
-            rate_of_gyros=on_grid(np.linalg.pinv(spacecraft.gyros.axis)),
-            **{
-                item.name: np.array(value)
-                if isinstance(value := getattr(config.sensor_errors, item.name), tuple)
-                else value
-                for item in fields(config.sensor_errors)
-            },
+            rate_of_gyros=on_grid(np.asarray(np.linalg.pinv(spacecraft.gyros.axis), np.float64)),
+            **_nominal_errors(config),
             gyro_noise=noise.gyro,
             accelerometer_noise=noise.accelerometer,
             encoder_noise=noise.encoder,
@@ -269,6 +265,12 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         ),
         controller=controller,
     )
+
+
+def _nominal_errors(config: Configuration) -> dict[str, Any]:
+    """Return the errors of a spacecraft's sensors by the names of their matrices."""
+    values = {item.name: getattr(config.sensor_errors, item.name) for item in fields(config.sensor_errors)}
+    return {name: np.array(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 
 @lru_cache(maxsize=4)  # the controllers of a configuration share it

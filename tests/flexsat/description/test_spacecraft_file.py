@@ -103,6 +103,28 @@ harmonics = [{ order = 5, force = 1e-7 }]
 """
 
 
+def test_errors_of_sensors_have_units_and_go_to_the_sensors_and_weights_to_the_filter():
+    errors = """[sensor_errors]
+gyro_bias = "3 deg/h"
+gyro_bias_walk = "0.6 deg/h/rth"
+gyro_misalignment = "20 arcsec"
+star_tracker_misalignment = ["10 arcsec", "0 arcsec", "-5 arcsec"]
+boresight = [0, 0.6, 0.8]
+roll_factor = 6
+[modes]"""
+    plain = TEXT.replace('[500, 500.0, "600 kg.m2"]', "[500, 500.0, 600]")
+    text = plain.replace("[modes]", errors).replace("mrp = 2e6", "mrp = 2e6\ntorque_walk = 3e-7")
+    given = parse_spacecraft(text, "my.toml").configurations["robust"]
+    found = given.sensor_errors
+    assert found.gyro_bias == pytest.approx(3.0 * DEGREE / 3600.0, rel=1e-14)
+    # a walk by 0.6 deg/h in an hour: 0.01 deg/h in a second
+    assert found.gyro_bias_walk == pytest.approx(0.01 * DEGREE / 3600.0, rel=1e-14)
+    assert found.gyro_misalignment == pytest.approx(20.0 * ARCSECOND, rel=1e-14)
+    assert found.star_tracker_misalignment == pytest.approx((10.0 * ARCSECOND, 0.0, -5.0 * ARCSECOND), rel=1e-14)
+    assert (found.boresight, found.roll_factor, found.gyro_scale_error) == ((0.0, 0.6, 0.8), 6.0, 0.0)
+    assert given.weights.torque_walk == 3e-7
+
+
 def test_wheels_of_several_kinds():
     text = TEXT.replace('[500, 500.0, "600 kg.m2"]', "[500, 500.0, 600]")
     for entry, kind in (('at = "top", axes', "small"), ('at = "bus", axes = ["+x", "-y"', "large")):
@@ -189,6 +211,16 @@ def test_the_files_of_the_paper_say_what_the_classes_have_from_paper_and_release
         ("design = 7", "design = 70", "my.toml:24: modes.design: must be at most plant (40)"),
         ("plant = 40", "plant = 400", "my.toml:23: modes.plant = 400: must be at most 396"),
         ("plant = 40", "plant = 40.5", "my.toml:23: modes.plant = 40.5: must be a whole number"),
+        (
+            "[modes]",
+            '[sensor_errors]\ngyro_bias = "3 deg/m"\n[modes]',
+            'my.toml:23: sensor_errors.gyro_bias = "3 deg/m": has the unit deg/m; it is measured in rad/s or deg/s or',
+        ),
+        (
+            "[modes]",
+            "[sensor_errors]\nboresight = [0, 0, 0]\n[modes]",
+            "my.toml:23: sensor_errors.boresight: must have a direction",
+        ),
         ("mrp = 2e6", "mrp = nan", "my.toml:26: controller.mrp = nan: must be finite, a number"),
         ("mrp = 5e6", "mrp = -5e6", "my.toml:28: controller.published.mrp: must be >= 0, got -5000000.0"),
         (
