@@ -190,7 +190,7 @@ class SensorErrors:
     accelerometer_bias: Annotated[float, "m/s2", Range(minimum=0.0, maximum=1.0)] = 0.0
     star_tracker_misalignment: Annotated[tuple[float, float, float], "rad", TURN] = (0.0, 0.0, 0.0)  # itself, not drawn
     low_frequency_error: Annotated[float, "rad", COARSE_ERROR] = 0.0  # first-order Gauss-Markov, each axis
-    low_frequency_time: Annotated[float, "s", POSITIVE] = 1000.0  # its correlation time
+    low_frequency_time: Annotated[float, "s", Range(above=0.0, maximum=1e9)] = 1000.0  # correlation time
     boresight: Annotated[tuple[float, float, float], "1", Range(minimum=-1.0, maximum=1.0)] = (0.0, 0.0, 1.0)
     roll_factor: Annotated[float, "1", Range(minimum=0.0, maximum=100.0)] = (
         1.0  # noise about the boresight, over across
