@@ -53,6 +53,7 @@ class ErrorParameters:
         for name, half_angle, direction in zip(SOURCES, self.half_angles.tolist(), self.sources, strict=True):
             if half_angle > 0.0 and not float(direction @ direction) > 0.0:
                 raise ValueError(f"star_tracker.{name}.direction must have a direction, got zeros")
+        make_read_only(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
