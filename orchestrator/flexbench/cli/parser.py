@@ -18,6 +18,7 @@ PROGRAM = Program(
         "build": ("flexbench.cli.build", "build the FMUs, the system files and the interface document"),
         "new": ("flexbench.cli.spacecraft.new", "write the file of a spacecraft to start from"),
         "spacecraft": ("flexbench.cli.spacecraft.spacecraft", "show a spacecraft's mass, modes and wheels"),
+        "modal": ("flexbench.cli.spacecraft.modal", "check and convert the modal data of a structure"),
         "run": ("flexbench.cli.run", "simulate a system; record its signals and metrics"),
         "paper": ("flexbench.cli.paper", "reproduce the paper's six runs and its table"),
         "branch": ("flexbench.cli.branch", "simulate variants from one checkpoint"),

@@ -238,6 +238,7 @@ EFFECTS = {
         "--like": _ADAPT + "test_a_controller_that_cannot_be_judged_is_refused_in_one_line",
     },
     "flexsat new": {},
+    "flexsat modal": {"--out": "flexbench/cli/spacecraft/test_modal.py::test_tables_become_a_modal_file"},
     "flexsat spacecraft": {
         "--file": _SPACECRAFT + "test_the_file_of_a_built_in_spacecraft_is_one_to_start_from",
         "--list-modes": _SPACECRAFT + "test_the_start_is_shown",

@@ -1,0 +1,51 @@
+"""The command `flexsat modal`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from lockstep.cli.command import command
+from lockstep.cli.options import out_option
+from lockstep.cli.parameter_types import PATH
+from lockstep.errors import InputError
+
+_EXAMPLES = """
+exit code: 0 the data fit together, 1 they do not, 2 bad input
+
+examples:
+  {program} modal array.npz
+  {program} modal array.frd --out array.npz
+  {program} modal tables --out array.npz
+"""
+
+
+@command("modal", _EXAMPLES)
+@click.argument("source", type=PATH, metavar="SOURCE",
+                help="a modal file (.npz), a folder of CSV tables, or results of CalculiX (.frd)")  # fmt: skip
+@out_option("modal file to write (default: none)", metavar="FILE")
+def modal(source: Path, out: Path | None) -> int:
+    """Check modal data of a structure: participation, mass, inertia, orthogonality, what is missing; convert them."""
+    from flexsat.fmu.reproducible_zip import write_atomically
+    from flexsat.structure.modal_checks import modal_checks
+    from flexsat.structure.modal_file import modal_bytes
+    from flexsat.structure.modal_sources import read_modal_source
+
+    try:
+        data = read_modal_source(source)
+        checks = modal_checks(data)
+    except OSError as error:
+        raise InputError(f"{error.filename or source}: cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise InputError(f"{source}: {error}") from None
+    for check in checks:
+        print(check.text if check.right else f"WRONG: {check.text}")
+    if out is not None:
+        write_atomically(out, modal_bytes(data))
+        print(out)
+    wrong = [check.text for check in checks if not check.right]
+    if wrong:
+        print(f"flexsat: {source}: {wrong[0]}", file=sys.stderr)
+    return 1 if wrong else 0
