@@ -62,8 +62,8 @@ def _body(path: Path) -> dict[str, Any]:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ValueError(
-            f"{path.name}: missing; write mass [kg], centre_of_mass [m], inertia [kg.m2] as xx, yy, zz, xy, xz, yz about"
-            " the origin, and damping_ratio"
+            f"{path.name}: missing; write mass [kg], centre_of_mass [m], inertia [kg.m2] as xx, yy, zz, xy, xz, yz"
+            " about the origin, and damping_ratio"
         ) from None
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{path.name}: not TOML: {error}") from None
