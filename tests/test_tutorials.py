@@ -21,6 +21,17 @@ BUILT = "flexsat build\n"  # done once for all tests
 def test_a_tutorial_runs_top_to_bottom(name, delivered, tmp_path):
     (tmp_path / "fmus").symlink_to(delivered)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
+    run_as_written(name, tmp_path)
+
+
+def test_a_spacecraft_of_ones_own_flies_from_an_empty_folder_to_its_studies(tmp_path):
+    """Four wheels, two gyros and seven modes, from tables: all studies run on it as on the paper's spacecraft."""
+    run_as_written("own_spacecraft_first_hour", tmp_path)
+    assert (tmp_path / "results" / "my" / "report.html").is_file()
+    assert (tmp_path / "fmus" / "my" / "array.npz").read_bytes() == (tmp_path / "array.npz").read_bytes()
+
+
+def run_as_written(name, folder):
     programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": programs}
     blocks = BLOCK.findall((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8"))
@@ -30,5 +41,5 @@ def test_a_tutorial_runs_top_to_bottom(name, delivered, tmp_path):
         command = ["bash", "-e", "-c", code] if language == "sh" else [sys.executable, "-c", code]
         if code == BUILT:
             continue
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == int(expected or 0), f"{code}{done.stdout}{done.stderr}"
