@@ -233,9 +233,8 @@ def test_another_fmu_beside_it_is_named(tmp_path):
                 "attitude.mrp <- wheel.torque: 0 steps",
             },
         ),
-        # six wheels: the time goes into the step of a Python FMU, for each input of each wheel
-        ("centralised/sensors", {"gyro.rate <- gyro_site.rate: 0 steps, feedthrough"}),
-        # an attitude counts only while its flag is up
+        ("distributed/sensors", {"gyro.rate <- gyro_site.rate: 0 steps, feedthrough"}),
+        # an attitude counts only while its flag is up; six wheels, as the inputs of each take time
         ("centralised/controller", {"estimate.mrp <- star_tracker.mrp: 0 steps, feedthrough",
                                     "estimate.mrp <- gyro.rate: 0 steps, feedthrough"}),
     ],
