@@ -10,7 +10,11 @@ from lockstep import load_system, read_scenario, read_signals
 from lockstep.faults.resolve import resolve
 from lockstep.plan.plan import Plan
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "faults").glob("*.toml"))
+EXAMPLES = [  # without that of systems with a mission manager, which this build has not
+    path
+    for path in sorted((Path(__file__).parents[2] / "examples" / "faults").glob("*.toml"))
+    if not path.stem.endswith("in_a_mission")
+]
 ARCSECOND = np.pi / 648000.0
 # Jitter acts on the structure as forces from outside do; without it nothing but wheels exchanges momentum
 CALM = ("--seed", "1", "--set", "sensors.jitter.enabled=false", "--set", "controller.jitter.feed_forward=false")
@@ -104,6 +108,7 @@ def test_our_fmus_refuse_what_is_not_a_number_in_one_line(flexsat, fmus, tmp_pat
     done = flexsat("run", fmus / "centralised" / "fine_pointing.ssd", "--faults", tmp_path / "f.toml", "--stop-time", 1,
                    "--out", tmp_path / "out")  # fmt: skip
     assert done.returncode == 1
-    assert done.stderr.count("\n") == 1
-    assert done.stderr.startswith("flexsat: controller: fmi2SetReal returned fmi2Error")
-    assert " at 0.1 s: setReal: gyro.rate[2] must be finite, got nan" in done.stderr
+    lines = [line for line in done.stderr.splitlines() if " s left" not in line]  # progress, on a loaded machine
+    assert len(lines) == 1
+    assert lines[0].startswith("flexsat: controller: fmi2SetReal returned fmi2Error")
+    assert " at 0.1 s: setReal: gyro.rate[2] must be finite, got nan" in lines[0]
