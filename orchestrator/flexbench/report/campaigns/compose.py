@@ -24,7 +24,7 @@ from flexbench.html.document import Block, Heading, Paragraph, Table
 from flexbench.html.render import template_environment
 from lockstep import InputError
 
-from .page_data import bands_data, inputs_that_fit, systems_data
+from .page_data import MOST_RUNS, bands_data, inputs_that_fit, systems_data
 
 PAGE_FOLDER = Path(__file__).with_name("page")
 SHARED = PAGE_FOLDER.parents[1] / "page"  # of the report of runs
@@ -97,6 +97,9 @@ def _sections(
         "Bounds are those of 95 % confidence. Those of percentiles are order statistics and hold for any distribution;"
         " those of the mean are Student's. A failed run has the worst value in percentiles and is not in the mean.",
     ]
+    if any(len(one.sample) > MOST_RUNS for one in found):
+        notes.append(f"Plots show {MOST_RUNS} runs of each system, evenly spaced by number, with the ends of each"
+                     " metric; tables are those of all runs.")  # fmt: skip
     yield Section(anchor="metrics", title="Metrics", template="metrics_section.html",
                   blocks=[_table(metric_table(found)), _table(percentile_table(found))], notes=notes)  # fmt: skip
     yield Section(anchor="worst", title="Worst runs", blocks=list(_worst(results, found)))

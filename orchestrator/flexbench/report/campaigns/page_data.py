@@ -19,6 +19,7 @@ STEPS = 65534  # of a quantised column
 LOST = 65535  # stands for a run without a value
 MOST_BYTES = 9_000_000  # of all data on the page, as base64
 _BAND_SHARE = 0.4  # of those bytes, for bands
+MOST_RUNS = 50_000  # of a system in plots
 _MOST_TIMES = 1200  # of a band: more than a plot has pixels
 
 Element = Callable[[str], str]  # stores a data element, and returns its id
@@ -54,7 +55,7 @@ def systems_data(found: Sequence[Evaluation], inputs: int | None, element: Eleme
 def inputs_that_fit(found: Sequence[Evaluation]) -> int | None:
     """Return how many inputs of each system fit the page; None if all do."""
     room = int(MOST_BYTES * (1.0 - _BAND_SHARE))
-    runs = sum(len(one.sample) for one in found)
+    runs = sum(len(plotted_runs(one)) for one in found)
     columns = int(room / (runs * 2 * 4.0 / 3.0)) - max(len(one.metrics) for one in found) - 2  # numbers: four bytes
     most = max(len(one.sample.inputs) for one in found)
     return None if columns >= most else max(0, columns)
@@ -69,8 +70,20 @@ def shown_inputs(one: Evaluation, most: int | None) -> list[str]:
     return sorted(strength, key=lambda name: -strength[name])[:most]
 
 
+def plotted_runs(one: Evaluation) -> NDArray[np.intp]:
+    """Return the runs that plots show: all; of more than MOST_RUNS, evenly spaced ones and the ends of each metric."""
+    count = len(one.sample)
+    if count <= MOST_RUNS:
+        return np.arange(count)
+    spaced = np.linspace(0, count - 1, MOST_RUNS, dtype=np.intp)
+    finite = [np.flatnonzero(np.isfinite(values)) for values in one.sample.metrics.values()]
+    ends = [good[[np.argmin(values[good]), np.argmax(values[good])]]
+            for good, values in zip(finite, one.sample.metrics.values(), strict=True) if len(good)]  # fmt: skip
+    return np.unique(np.concatenate([spaced, *ends]))
+
+
 def _system_data(one: Evaluation, inputs: int | None, element: Element) -> dict[str, Any]:
-    sample = one.sample
+    sample, shown = one.sample, plotted_runs(one)
     columns = []
     for metric, about in zip(one.metrics, one.descriptions, strict=True):
         limits = [
@@ -86,15 +99,17 @@ def _system_data(one: Evaluation, inputs: int | None, element: Element) -> dict[
         ]  # fmt: skip
         extra = {"worse": metric.worse, "limits": limits, "percentiles": percentiles}
         columns.append(
-            _column(metric.name, "metric", metric.shown_unit, sample.metrics[metric.name] / metric.scale, element)
+            _column(
+                metric.name, "metric", metric.shown_unit, sample.metrics[metric.name][shown] / metric.scale, element
+            )
             | extra
         )
     for name in shown_inputs(one, inputs):
-        columns.append(_column(name, "input", sample.units.get(name, ""), sample.inputs[name], element))
+        columns.append(_column(name, "input", sample.units.get(name, ""), sample.inputs[name][shown], element))
     return {
         "name": sample.system,
-        "runs": len(sample),
-        "numbers": element(encoded(sample.numbers.astype("<i4"))),
+        "runs": len(shown),
+        "numbers": element(encoded(sample.numbers[shown].astype("<i4"))),
         "band": distribution_band(len(sample)),
         "columns": columns,
     }

@@ -97,6 +97,20 @@ def test_ten_thousand_runs_take_less_than_15_mb_and_the_inputs_that_matter_stay(
     assert len(contents["bands"]) == 4
 
 
+def test_of_very_many_runs_plots_show_a_part_with_the_worst_and_tables_all(tmp_path):
+    folder = write_campaign(tmp_path, runs=60_000)
+    root, contents, column = page_of(folder)
+    _, pointing = column("pointing")
+    about = contents["systems"][0]
+
+    assert len(pointing) == about["runs"]
+    assert 50_000 <= about["runs"] <= 50_030
+    table = pq.read_table(folder / "results.parquet")["metric.pointing"].to_pandas()
+    assert_allclose(np.nanmax(pointing), table.max() / ARCSECOND)
+    assert "Plots show 50000 runs" in root.get_element_by_id("metrics").text_content()
+    assert "60000 runs, 600 of them failed." in root.get_element_by_id("summary").text_content()
+
+
 def test_bands_keep_their_peaks_on_fewer_points(tmp_path):
     folder = write_campaign(tmp_path, times=6000)
     stored = []
