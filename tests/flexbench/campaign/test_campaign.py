@@ -193,8 +193,16 @@ def test_a_signal_ends_a_campaign_in_order(campaign_file, tmp_path, number, code
     assert 1 <= len(read_entries(tmp_path / "out")) < 10
 
 
-def test_another_campaign_does_not_go_on_in_a_folder(campaign_file, fly, tmp_path):
-    fly(campaign_file("cases = 2", INPUTS), tmp_path / "out")
+def test_a_folder_says_what_its_campaign_is_and_takes_no_other(campaign_file, fly, tmp_path):
+    required = '[[requirement]]\nmetric = "largest"\nmost = 3.0\nprobability = 0.9\n'
+    results = fly(campaign_file("cases = 2", INPUTS + required), tmp_path / "out").results
+    about = json.loads((tmp_path / "out/campaign.json").read_text())
+    assert about["inputs"][1] == {"name": "u", "kind": "parameter", "targets": ["a.u"], "unit": "", "discrete": False,
+                                  "distribution": "norm(loc=1, scale=0.5)"}  # fmt: skip
+    (requirement,) = results.requirement_list()
+    assert (requirement.metric, requirement.most, requirement.probability) == ("largest", 3.0, 0.9)
+    assert [one.name for one in results.metric_list()] == ["largest", "spread"]
+
     before = content(tmp_path / "out")
     with pytest.raises(InputError, match="out: holds a campaign already, and the campaign file, or a file that it nam"):
         fly(campaign_file("cases = 3", INPUTS), tmp_path / "out")
@@ -234,14 +242,3 @@ def test_a_campaign_ends_when_its_first_runs_are_enough(campaign_file, fly, tmp_
     assert asked == [50]
     assert done.stopped
     assert read_results(tmp_path / "out").numbers.tolist() == list(range(1, 51))
-
-
-def test_about_says_what_the_file_says(campaign_file, fly, tmp_path):
-    required = '[[requirement]]\nmetric = "largest"\nmost = 3.0\nprobability = 0.9\n'
-    results = fly(campaign_file("cases = 2", INPUTS + required), tmp_path / "out").results
-    about = json.loads((tmp_path / "out/campaign.json").read_text())
-    assert about["inputs"][1] == {"name": "u", "kind": "parameter", "targets": ["a.u"], "unit": "", "discrete": False,
-                                  "distribution": "norm(loc=1, scale=0.5)"}  # fmt: skip
-    (requirement,) = results.requirement_list()
-    assert (requirement.metric, requirement.most, requirement.probability) == ("largest", 3.0, 0.9)
-    assert [one.name for one in results.metric_list()] == ["largest", "spread"]

@@ -58,3 +58,24 @@ def test_a_signal_ends_the_jobs_and_closes_their_folders(system, tmp_path):
 def test_a_job_is_refused_while_another_run_has_its_folder(system, tmp_path):
     with claim(tmp_path / "out"), pytest.raises(InputError, match="another run is writing to it"):
         run_job(Job(system=system, folder=tmp_path / "out", metrics=False))
+
+
+def test_a_job_that_is_complete_is_not_repeated_unless_what_it_depends_on_has_changed(system, tmp_path):
+    def job(**changed):
+        return Job(system=system, folder=tmp_path / "out", stop_time=0.01, metrics=False, **changed)
+
+    first = run_job(job(overrides={"a.seed": 1}))
+    before = (tmp_path / "out/signals.parquet").stat()
+    again = run_job(job(overrides={"a.seed": 1}))
+    kept = (tmp_path / "out/signals.parquet").stat()
+    other = run_job(job(overrides={"a.seed": 2}))
+    after = (tmp_path / "out/signals.parquet").stat()
+
+    assert (again.wall_time, again.simulated_time) == (first.wall_time, first.simulated_time)
+    assert kept.st_mtime_ns == before.st_mtime_ns
+    assert after.st_mtime_ns > before.st_mtime_ns
+    assert other.simulated_time == 0.01
+    content = json.loads((tmp_path / "out/job.json").read_text())
+    (tmp_path / "out/job.json").write_text(json.dumps({**content, "depends_on": "other code"}))
+    run_job(job(overrides={"a.seed": 2}))
+    assert (tmp_path / "out/signals.parquet").stat().st_mtime_ns > after.st_mtime_ns
