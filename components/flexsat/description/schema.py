@@ -13,7 +13,7 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from ..controller_weights import Weights
-from ..parameters import Aperture, Harmonic, Modes, Plate, Rates, SensorNoise, Slew, SpeedSelection, Wheel
+from ..parameters import Aperture, Harmonic, Modes, Plate, Rates, SensorErrors, SensorNoise, Slew, SpeedSelection, Wheel
 from ..quantities import Range
 from .appendage import Appendage
 from .configuration import Release
@@ -59,6 +59,7 @@ _TABLES: tuple[tuple[str, type, tuple[str, ...], tuple[tuple[str, str, str], ...
     ("[[appendages]]", Appendage, ("structure",), (("file", "", "modal file, from the folder of this file"),
      ("damping_ratio", "", "of every mode; without it those of the modal file"))),
     ("[noise]", SensorNoise, (), ()),
+    ("[sensor_errors]", SensorErrors, (), ()),
     ("[rates]", Rates, (), ()),
     ("[slew]", Slew, (), ()),
     ("[speeds]", SpeedSelection, (), ()),

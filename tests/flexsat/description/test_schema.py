@@ -24,7 +24,7 @@ def test_the_page_is_written_from_the_classes():
 def test_units_defaults_ranges_and_remarks():
     rows = {(table.title, row.key): row for table in schema() for row in table.rows}
     band = rows["[wheel]", "speed_band"]
-    assert (band.unit, band.default, band.range) == ("rad/s, deg/s, rpm", "2.617994", "> 0 and <= 1e+06")
+    assert (band.unit, band.default, band.range) == ("rad/s, deg/s, rpm, deg/h", "2.617994", "> 0 and <= 1e+06")
     assert band.meaning == "P: 50 rpm wide about the nominal speed"
     assert rows["[sites] NAME = { ... }", "on_bus"].unit == "m, mm, um"
     assert rows["[modes]", "design_by"].range == "frequency or coupling"
@@ -40,7 +40,9 @@ def test_each_table_of_a_file_is_there():
     assert missing == []
 
 
-@pytest.mark.parametrize("table", ["bus", "wheel", "plate", "modes", "noise", "rates", "slew", "speeds"])
+@pytest.mark.parametrize(
+    "table", ["bus", "wheel", "plate", "modes", "noise", "sensor_errors", "rates", "slew", "speeds"]
+)
 def test_a_refusal_names_the_keys_of_the_page(table):
     with pytest.raises(SpacecraftFileError) as refusal:
         parse_spacecraft(f"{LEAST}[{table}]\nno_such = 1\n", "one.toml")
