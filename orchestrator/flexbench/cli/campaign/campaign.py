@@ -32,7 +32,7 @@ examples:
   {program} campaign examples/campaigns/layouts.toml --out results/layouts-1000 --scheduler tcp://127.0.0.1:8786
   {program} campaign rerun results/short 17                # with full recording, into results/short/runs/17
   {program} campaign report results/short                   # page and tables again; --json - prints all numbers
-  {program} campaign rare examples/campaigns/wheel_speed.toml "speed > 428.2"
+  {program} campaign rare examples/campaigns/wheel_speed.toml "speed > 44.841"
 """
 
 

@@ -50,7 +50,7 @@ def rare(given: Sequence[str], out: Path | None, make_pool: MakePool, json: Path
     from ...campaign.rare import RARE, level_rows, run_rare, sentence
 
     if len(given) != 2:
-        raise InputError('rare: give a campaign file and an event: rare wheel_speed.toml "speed > 428.2"')
+        raise InputError('rare: give a campaign file and an event: rare wheel_speed.toml "speed > 44.841"')
     path = Path(given[0])
     folder = out or Path("results", f"{path.stem}-rare")
     event, found = run_rare(path, given[1], folder, make_pool, say(json))

@@ -49,6 +49,8 @@ def test_columns_are_those_of_the_runs_to_16_bits(tmp_path):
             base64.b64decode(root.get_element_by_id(contents["systems"][system]["numbers"]).text), "<i4"
         )
         assert numbers.tolist() == rows["number"].tolist()
+    verdicts = [row[-1].text for row in root.get_element_by_id("requirements").iterfind(".//tbody/tr")]
+    assert verdicts == ["shown", "shown", "not met", "shown"]  # centralised points twice as badly
     about, _ = column("pointing")
     assert_allclose([one["most"] for one in about["limits"]], [0.45])
     assert column("momentum")[0]["worse"] == "low"  # its only requirement limits it from below
