@@ -32,7 +32,6 @@ _SHOWN = f"{HERE}::test_timing_options_change_what_is_shown"
 _SSP = "system/test_write_ssp.py::test_the_loop_is_that_with_the_adapter"
 _EVERY_FILE = "lockstep/check/report/test_check_report.py::test_good_fmu_gets_0_and_every_file"
 _PROBE = "lockstep/check/latency/test_probe_latency.py::"
-_CHOICE = "flexbench/studies/test_fmus_of_sweeps.py::test_margins_are_the_same_with_both_kinds"
 _VALUES = "flexbench/cli/test_option_values.py::test_an_option_reaches_the_study_with_its_value"
 _MEASURED = "flexbench/studies/margins/test_margins_measured.py::"
 _MULTISINE = _MEASURED + "test_a_multisine_has_its_lines_and_no_others"
@@ -173,7 +172,7 @@ EFFECTS = {
         "--zoom": _MEASURED + "test_zoom_adds_lines_where_a_mode_is_narrower_than_their_spacing",
         "--slow-period": _MEASURED + "test_no_line_is_an_alias_of_another",
         "--directions": "flexbench/studies/margins/test_margins.py::test_one_direction_opened_leaves_the_others_closed",
-        "--python": _CHOICE,
+        "--python": "flexbench/studies/test_fmus_of_sweeps.py::test_margins_are_the_same_with_both_kinds",
         "--controller": _MARGINS + "test_bad_input_gets_one_line",
     },
     "flexsat budget": {
