@@ -103,7 +103,7 @@ EFFECTS = {
     **dict.fromkeys(("lockstep write-ssp", "flexsat write-ssp"), WRITE_SSP),
     **dict.fromkeys(("lockstep probe-latency", "flexsat probe-latency"), PROBE_LATENCY),
     "lockstep run": RUN,
-    "lockstep show": SHOWN,
+    "lockstep show": SHOWN, "flexsat new": {},
     "lockstep check": CHECK,
     "flexsat run": RUN | {
         "--seed": "flexbench/cli/test_seeds.py::test_a_given_seed_is_set_or_refused_by_the_run",
@@ -236,7 +236,6 @@ EFFECTS = {
         "--adapter": _ADAPT + "test_a_wrong_convention_is_named",
         "--like": _ADAPT + "test_a_controller_that_cannot_be_judged_is_refused_in_one_line",
     },
-    "flexsat new": {},
     "flexsat modal": {"--out": "flexbench/cli/spacecraft/test_modal.py::test_tables_become_a_modal_file"},
     "flexsat spacecraft": {
         "--file": _SPACECRAFT + "test_the_file_of_a_built_in_spacecraft_is_one_to_start_from",

@@ -13,8 +13,15 @@ from flexsat.description.built_in import configuration
 from flexsat.parameters import Aperture, Plate
 from flexsat.structure import modes as subject
 from flexsat.structure.kirchhoff_plate import assemble
-from flexsat.structure.mesh import Mesh, record_mesh, refinable_mesh
-from flexsat.structure.modes import build_structure, clamped_dofs, fix_signs, solve_modes
+from flexsat.structure.mesh import Mesh, mesh_of, record_mesh, refinable_mesh
+from flexsat.structure.modes import (
+    aperture_structure,
+    build_structure,
+    clamped_dofs,
+    fix_signs,
+    mode_limit,
+    solve_modes,
+)
 from flexsat.structure.structure import Structure
 
 AREA = 60 * 6.0 * np.sqrt(3.0)  # m2: 60 hexagons of side 2 m, each 3 sqrt(3)/2 side^2
@@ -211,6 +218,25 @@ def test_nodal_motion_is_read_from_the_right_rows(of_record):
         assert_allclose(rise, slope, atol=0.05 * scale)
     assert not of_record.slope_at(a)[2].any()
     assert not of_record.deflection_at(a)[:2].any()
+
+
+def test_another_aperture_has_modes_of_its_own():
+    """Plates of one shape: frequencies go as the inverse square of the side; more of the edge clamped is stiffer."""
+    small = Aperture(rings=2, tile_side=1.0, mesh="tiles")
+    found = {
+        name: aperture_structure(aperture, Plate(), 3)
+        for name, aperture in (
+            ("small", small),
+            ("large", replace(small, tile_side=2.0)),
+            ("fine", replace(small, refinements=1)),
+            ("edge", replace(small, refinements=1, support="edge")),
+        )
+    }
+    assert_allclose(found["small"].frequency, 4.0 * found["large"].frequency, rtol=1e-9)
+    assert_allclose(found["large"].total_mass, 4.0 * found["small"].total_mass, rtol=1e-12)
+    assert found["fine"].frequency[0] < found["small"].frequency[0]
+    assert found["edge"].frequency[0] > 1.01 * found["fine"].frequency[0]
+    assert mode_limit(small) == 3 * (len(mesh_of(small).nodes) - 6)
 
 
 def test_refusals():
