@@ -23,7 +23,7 @@ FLEXSAT = [sys.executable, "-c", "from flexbench.cli.parser import program; prog
 def start(path, out):
     """Start a campaign with two processes."""
     command = [*FLEXSAT, str(path), "--out", str(out), "--jobs", "2"]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=None)
 
 
 def main():
