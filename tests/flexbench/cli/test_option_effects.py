@@ -1,7 +1,6 @@
 """Every option of every command has an effect on the result, or is refused: the test that shows it, by option.
 
-A new option fails without one, in any file; where `test_option_values.py` follows it to a study, a test of the study.
-"""
+A new option fails without one, in any file; where `test_option_values.py` follows it to a study, one of the study."""
 
 import ast
 import tomllib
