@@ -97,7 +97,10 @@ def _solve(h: Array, g: Array, c: Array, d: Array, e: Array, f: Array) -> Array:
             ds = -inside - c @ dx  # noqa: B023
             return dx, ds, -(complementary + dual * ds) / slack, step[n:]  # noqa: B023
 
-        _, ds, dz, _ = direction(slack * dual)
+        try:
+            _, ds, dz, _ = direction(slack * dual)
+        except np.linalg.LinAlgError:  # far from every solution the system loses its rank, on some processors
+            break
         ahead = min(_longest(slack, ds), _longest(dual, dz))
         after = float((slack + ahead * ds) @ (dual + ahead * dz)) / m
         centred = slack * dual + ds * dz - (after / gap) ** 3 * gap
