@@ -25,6 +25,7 @@ from .campaign_file import Campaign, Input
 from .distributions import Value
 from .order import Order, Wanted, moved_files, with_delays
 from .sampling import Case, draw
+from .signal_units import check_signal_units
 
 Report = Callable[[str], None]
 DRAWN = "drawn"  # name of the systems of a campaign whose cases draw one each
@@ -109,6 +110,7 @@ def prepare(campaign: Campaign, folder: Path, report: Report) -> Orders:
     drawn = next((one for one in campaign.inputs if one.kind == "system"), None)
     paths = dict(campaign.systems) if drawn is None else {str(one): Path(str(one)) for one in drawn.drawn.values}
     loaded = {name: load_system(_built(path, campaign, folder, report)) for name, path in paths.items()}
+    check_signal_units(campaign.metrics, campaign.sources, loaded.values(), campaign.path.name)
     chosen = choose_fmus(list(loaded.values()), campaign.python)
     report(chosen.text)
     systems = {name: chosen.of(system) for name, system in loaded.items()}
