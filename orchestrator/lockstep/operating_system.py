@@ -322,6 +322,11 @@ def kill(process: int) -> None:
         os.kill(process, signal.SIGKILL)
 
 
+def was_killed(code: int) -> bool:
+    """Return whether an exit code of `subprocess` is that of a process that was killed from outside."""
+    return code == -signal.SIGKILL
+
+
 def end_like(code: int) -> NoReturn:
     """End this process with an exit code, or by a signal if it is negative."""
     if code < 0:

@@ -31,6 +31,7 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         "gyro.rate", "accelerometer.acceleration", "encoder.speed", "star_tracker.mrp", "star_tracker.valid",
         "applied.wheel.torque", "applied.valid",
     )  # fmt: skip
+    rigid = ("gyro.rate", "star_tracker.mrp", "star_tracker.valid", "applied.wheel.torque", "applied.valid")
     commanded = ("command.rotation", "command.start_time")
     captured = ("star_tracker.mrp", "star_tracker.valid")  # a run may begin at an attitude that is only measured
     deviation = "wheel speed less the nominal one, inertial, about its axis"
@@ -82,10 +83,10 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="estimate.wheel.speed", causality="output", unit="rad/s", size=n, display_unit="rpm",
              variability="discrete", depends_on=measured, description=f"estimated {deviation}"),
         Port(name="estimate.disturbance", causality="output", unit="N.m", size=3, frame="body",
-             variability="discrete", depends_on=measured,
+             variability="discrete", depends_on=rigid,
              description="estimated external torque; 0 without filter.disturbance"),
         Port(name="estimate.gyro_bias", causality="output", unit="rad/s", size=g, display_unit="deg/s",
-             variability="discrete", depends_on=measured,
+             variability="discrete", depends_on=rigid,
              description="estimated bias of each gyro; 0 without filter.gyro_bias"),
         Port(name="as_published", causality="parameter", kind="boolean",
              description="use the published design on the published release's order of mode rows, for any `design`;"

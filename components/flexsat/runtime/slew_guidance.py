@@ -92,7 +92,8 @@ def share_of(wheels: Wheels, division: int, torque: Array) -> Array:
     """Return the wheel torques (n,) of a body torque (3,) by one of the divisions."""
     if wheels.by_peak:
         return least_peak(wheels.axes, wheels.limits[division], torque)
-    return np.asarray(wheels.allocations[division].dot(torque))
+    share: Array = wheels.allocations[division].dot(torque)  # of their class, which may sum in a fixed order
+    return share
 
 
 def limits_about(wheels: Wheels, needed: Array) -> tuple[Array, Array]:

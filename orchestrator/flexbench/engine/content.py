@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import getpass
 import hashlib
 import os
 import shutil
@@ -73,8 +74,7 @@ def receive(contents: Mapping[File, bytes]) -> None:
 
 
 def _own() -> Path:
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    return Path(tempfile.gettempdir(), f"{_FOLDER}-{user}")
+    return Path(tempfile.gettempdir(), f"{_FOLDER}-{getpass.getuser()}")
 
 
 def _holds(path: Path, file: File) -> bool:

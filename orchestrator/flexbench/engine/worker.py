@@ -17,7 +17,7 @@ from time import monotonic
 from typing import Any, Literal
 
 from lockstep.interrupt import ENDING
-from lockstep.operating_system import interrupts_held_back
+from lockstep.operating_system import interrupts_held_back, was_killed
 
 Progress = Callable[[float, float], None]
 Kind = Literal["crash", "hang", "vanished"]
@@ -175,7 +175,7 @@ class Worker:
             return LostWorker("crash", "its process closed the connection")
         self.close()
         self._ending.clear()
-        if code == -signal.SIGKILL:
+        if was_killed(code):
             return LostWorker("vanished", "its process was killed (SIGKILL)")
         how = f"by {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
         return LostWorker("crash", f"its process ended {how}")

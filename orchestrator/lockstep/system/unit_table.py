@@ -63,6 +63,10 @@ _TABLE: dict[str, tuple[float, dict[str, int]]] = {
     "A": (1.0, {"A": 1}),
     "V": (1.0, {"kg": 1, "m": 2, "s": -3, "A": -1}),
     "K": (1.0, {"K": 1}),
+    "m2": (1.0, {"m": 2}),
+    "N/m2": (1.0, {"kg": 1, "m": -1, "s": -2}),
+    "T": (1.0, {"kg": 1, "s": -2, "A": -1}),
+    "A.m2": (1.0, {"m": 2, "A": 1}),
 }
 # names that an FMU may also use for another unit; an adapter or a fault means the one above
 _ALSO: dict[str, tuple[float, dict[str, int]]] = {

@@ -109,7 +109,7 @@ CALLS = {
         "flexbench.studies.robustness.model_errors:run_robustness",
         ("flexbench.loop.build:build_all",),
         {
-            "--configuration": (("centralised",), "('centralised',)"),
+            "--configuration": (("centralised",), "['centralised']"),
             "--scenario": (("slew",), "'slew'"),
             "--controller-design": (("published",), "'published'"),
             "--levels": (("3", "4"), "(0.03, 0.04)"),

@@ -182,7 +182,7 @@ def test_equivalence_of_native_fmus_and_the_python_steppers(delivered, tmp_path,
     command = ["equivalence", "--native", "--configuration", "centralised", "--scenario", "fine_pointing"]
     command += ["--stop-time", "0.1", "--record", "outputs:*", "--fmus", str(delivered), "--out", str(tmp_path)]
     assert main(command) == 0
-    begin = "centralised fine_pointing, native, 0.1 s, seed 1: 660 signals, largest difference "
+    begin = "centralised fine_pointing, native, 0.1 s, seed 1: 686 signals, largest difference "
     printed = capsys.readouterr().out
     assert printed.startswith(begin)
     assert 0.0 < float(printed.removeprefix(begin).split()[0]) < SAME

@@ -137,6 +137,6 @@ def test_study_table_shows_published_and_simulated_values(tmp_path):
 
 
 def test_figures_and_page_use_the_same_colours():
-    script = Path(drawing.__file__).parents[1] / "report" / "page" / "data.js"
+    script = Path(drawing.__file__).parents[1] / "report" / "page" / "colours.js"
     text = script.read_text()
     assert all(look.colour.lower() in text for look in drawing.LOOKS.values())

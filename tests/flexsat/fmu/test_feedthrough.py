@@ -90,6 +90,7 @@ def test_the_feedthrough_of_the_controller_is_as_declared(delivered, name):
     runs = [
         {"reference.smoothed": smoothed} | given | limits for smoothed in (True, False) for given in (idle, waiting)
     ]
+    runs.append(idle | limits | {"filter.disturbance": True, "filter.gyro_bias": True})
     python(SAMPLED, delivered / name / "controller.fmu", *map(json.dumps, (changes, runs, 120, never)))
 
 

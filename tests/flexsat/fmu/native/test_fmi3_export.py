@@ -18,6 +18,7 @@ from lxml import etree
 
 from flexsat.description.built_in import configuration
 from flexsat.fmu.documentation.content import MODEL_PICTURE, accompanying_files
+from flexsat.fmu.documentation.device_rows import DeviceRows
 from flexsat.fmu.documentation.experiments import Experiment
 from flexsat.fmu.documentation.reference_results import Run
 from flexsat.fmu.documentation.terminals import terminals_xml
@@ -182,7 +183,7 @@ def test_accompanying_files_have_a_column_and_a_member_a_port():
         "native": native_notes("m", (), "3.0"),
     }
     made = accompanying_files("plant", table, [run], {MODEL_PICTURE: b"png"}, config=configuration("centralised"),
-                              **facts)  # fmt: skip
+                              devices=DeviceRows(mass="", wheels=(), gyros=(), accelerometers=()), **facts)  # fmt: skip
 
     folder = "extra/org.fmi-standard.fmi-ls-ref"
     order = [port.name for port in table if port.causality == "input"]
