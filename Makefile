@@ -16,7 +16,7 @@ run: $(VENV)/installed
 
 # Three files at a time on two cores, as some tests wait; tests/conftest.py orders them: the longest first.
 test: $(VENV)/installed-dev $(HOSTS)/installed
-	$(BIN)/python -m pytest -q -n 3 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -q -rs -n 3 --dist loadfile --no-loadscope-reorder
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python tests/bench/speed.py

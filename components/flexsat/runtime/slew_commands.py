@@ -150,9 +150,9 @@ def reference_attitude(origin: Array, axis: Array, quarter: Array) -> rotations.
     """
     attitude = origin.tolist()
     if not quarter.any():
-        x, y, z, w = attitude
-        return x, y, z, w
-    about = 4.0 * float(axis @ quarter) * axis
+        return attitude[0], attitude[1], attitude[2], attitude[3]
+    (a, b, c), (x, y, z) = axis.tolist(), quarter.tolist()
+    about = 4.0 * (a * x + b * y + c * z) * axis  # in this order, so that its bits are the same on every processor
     turned = rotations.rotate_quaternion(attitude, about.tolist())
     return rotations.rotate_quaternion(turned, (4.0 * quarter - about).tolist())
 
