@@ -98,9 +98,9 @@ def _of_study(folder: Path) -> list[Block]:
     content = read_table(folder / TABLE, STUDY_SHAPE)
     assert content is not None
     rows = content["rows"]
-    seeds = ", ".join(str(seed) for seed in content["seeds"])
+    seeds = ("seed " if len(content["seeds"]) == 1 else "seeds ") + ", ".join(str(seed) for seed in content["seeds"])
     sentences = [
-        f"The paper's runs of {content['duration']:g} s through the FMUs, seeds {seeds}: slew and fine pointing of "
+        f"The paper's runs of {content['duration']:g} s through the FMUs, {seeds}: slew and fine pointing of "
         "both layouts of wheels."
     ]
     lost: Mapping[str, Sequence[float | None]] = content.get("published_design_lost_at", {})
