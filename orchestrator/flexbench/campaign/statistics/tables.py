@@ -133,7 +133,7 @@ def share_text(share: float) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a probability in percent, with the digits that tell it from 100."""
+    """Return a probability in percent, with the digits that distinguish it from 100."""
     if share in (0.0, 1.0):
         return f"{100.0 * share:.0f} %"
     digits = max(1, 1 - math.floor(math.log10(min(share, 1.0 - share) * 100.0)))
