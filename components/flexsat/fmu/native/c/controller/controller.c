@@ -5,6 +5,7 @@
 #include "controller_law.h"
 #include "controller_saved.h"
 #include "periods.h"
+#include "plain_component.h"
 
 typedef struct Controller {
     PreparedController prepared;
@@ -96,23 +97,4 @@ int component_restored(Component *component)
     if (!is_reachable(&controller->prepared, state_of(component)))
         return refuse(component, "the saved state is none that a controller reaches");
     return component->step_length > 0.0 ? component_first_step(component, component->step_length) : 0;
-}
-
-/* No parameter is tunable, and no output follows inputs or is computed on demand. */
-int component_tuned(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_follow_inputs(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_evaluate(Component *component)
-{
-    (void)component;
-    return 0;
 }

@@ -3,8 +3,8 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "component.h"
 #include "number_text.h"
+#include "plain_component.h"
 #include "ports.h"
 #include "vectors.h"
 
@@ -116,12 +116,13 @@ static void act(Component *component, double time)
 int component_start(Component *component)
 {
     const double *real = component->real;
-    PreparedEnvironment *prepared = memory_take(&component->memory, 1, sizeof *prepared);
+    PreparedEnvironment *prepared;
     const double node = real[PORT_ORBIT_NODE], tilt = real[PORT_ORBIT_INCLINATION], radius = real[PORT_ORBIT_RADIUS];
     char text[NUMBER_SIZE], other[NUMBER_SIZE];
 
-    if (component->memory.failed)
-        return refuse(component, "the host gives no memory");
+    if (take_component_memory(component, sizeof *prepared, 0)) /* nothing is remembered between steps */
+        return 1;
+    prepared = component->own;
     if (!(radius > EARTH_RADIUS))
         return refuse(component, "orbit.radius must be > %.7g m, the Earth's, got %s", EARTH_RADIUS,
                       number_text(radius, text));
@@ -142,12 +143,8 @@ int component_start(Component *component)
     prepared->along_orbit[2] = sin(tilt);
     prepared->gradient = component->boolean[PORT_GRAVITY_GRADIENT_ENABLED] ? 3.0 * prepared->rate * prepared->rate : 0.0;
     prepared->field = real[PORT_MAGNETIC_EQUATORIAL_FIELD] * pow(FIELD_RADIUS / radius, 3.0);
-    component->own = prepared;
-    component->state = memory_take(&component->memory, 1, 1); /* nothing is remembered between steps */
-    component->state_size = 0;
-    component->step_length = 0.0;
     act(component, component->start_time);
-    return component->memory.failed;
+    return 0;
 }
 
 /* Sample the attitude now; the outputs hold from now on. */
@@ -166,24 +163,6 @@ int component_first_step(Component *component, double length)
 }
 
 int component_restored(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_tuned(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_follow_inputs(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_evaluate(Component *component)
 {
     (void)component;
     return 0;

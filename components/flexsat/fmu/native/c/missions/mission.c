@@ -2,10 +2,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "component.h"
 #include "failure_detection.h"
 #include "mode_logic.h"
 #include "off_loading.h"
+#include "plain_component.h"
 #include "ports.h"
 #include "rotations.h"
 #include "thruster_model.h"
@@ -91,13 +91,8 @@ int component_start(Component *component)
     const PreparedManager *prepared;
     ManagerState *state;
 
-    component->own = memory_take(&component->memory, 1, sizeof(PreparedManager));
-    component->state = memory_take(&component->memory, 1, sizeof(ManagerState));
-    component->state_size = sizeof(ManagerState);
-    component->step_length = 0.0;
-    if (component->memory.failed)
-        return refuse(component, "the host gives no memory");
-    if (prepare(component, component->real[PORT_THRUST_PERIOD]))
+    if (take_component_memory(component, sizeof(PreparedManager), sizeof(ManagerState))
+        || prepare(component, component->real[PORT_THRUST_PERIOD]))
         return 1;
     prepared = component->own;
     state = state_of(component);
@@ -287,24 +282,5 @@ int component_restored(Component *component)
         return 1;
     if (!is_reachable(component->own, state_of(component)))
         return refuse(component, "the saved state is none that a mission reaches");
-    return 0;
-}
-
-/* No parameter is tunable, and no output follows inputs or is computed on demand. */
-int component_tuned(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_follow_inputs(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_evaluate(Component *component)
-{
-    (void)component;
     return 0;
 }

@@ -1,7 +1,7 @@
 /* Thrusters as a component: the twin of fmu/python/thrusters.py. */
 #include <string.h>
 
-#include "component.h"
+#include "plain_component.h"
 #include "ports.h"
 #include "random.h"
 #include "thruster_model.h"
@@ -50,13 +50,8 @@ int component_start(Component *component)
 {
     const double closed[THRUSTERS] = {0.0};
 
-    component->own = memory_take(&component->memory, 1, sizeof(PreparedThrusters));
-    component->state = memory_take(&component->memory, 1, sizeof(ThrustersState));
-    component->state_size = sizeof(ThrustersState);
-    component->step_length = 0.0;
-    if (component->memory.failed)
-        return refuse(component, "the host gives no memory");
-    if (prepare(component, component->real[PORT_THRUST_PERIOD]))
+    if (take_component_memory(component, sizeof(PreparedThrusters), sizeof(ThrustersState))
+        || prepare(component, component->real[PORT_THRUST_PERIOD]))
         return 1;
     random_begin(&state_of(component)->noise, (uint64_t)component->integer[PORT_SEED], STREAM, 0);
     write_outputs(component, closed);
@@ -96,24 +91,5 @@ int component_restored(Component *component)
         return 1;
     if (!is_thruster_state(component->own, &state_of(component)->model))
         return refuse(component, "the saved state is none that thrusters reach");
-    return 0;
-}
-
-/* No parameter is tunable, and no output follows inputs or is computed on demand. */
-int component_tuned(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_follow_inputs(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_evaluate(Component *component)
-{
-    (void)component;
     return 0;
 }

@@ -6,6 +6,7 @@ runtime/sensors.py, which documents it, and of fmu/python/sensors.py. */
 #include <string.h>
 
 #include "data.h"
+#include "plain_component.h"
 #include "rotations.h"
 #include "zero_order_hold.h"
 
@@ -218,23 +219,4 @@ int component_restored(Component *component)
     if (state->count < 0 || state->count > MOST_STEPS)
         return refuse(component, "the saved state has a number of steps that no run reaches");
     return prepare(component, component->own, component->step_length);
-}
-
-/* No parameter is tunable, and no output follows inputs or is computed on demand. */
-int component_tuned(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_follow_inputs(Component *component)
-{
-    (void)component;
-    return 0;
-}
-
-int component_evaluate(Component *component)
-{
-    (void)component;
-    return 0;
 }
