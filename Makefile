@@ -4,6 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 HOSTS := .venv-hosts
 PEERS := .venv-peers
+# Compiled once here: where PYTHONDONTWRITEBYTECODE is set, as in many containers, each process would compile them again.
+PACKAGES := components orchestrator
 SANITIZERS := address,undefined,float-cast-overflow
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
@@ -16,6 +18,7 @@ run: $(VENV)/installed
 
 # Three files at a time on two cores, as some tests wait; tests/conftest.py orders them: the longest first.
 test: $(VENV)/installed-dev $(HOSTS)/installed
+	$(BIN)/python -m compileall -q $(PACKAGES)
 	$(BIN)/python -m pytest -q -rs -n 3 --dist loadfile --no-loadscope-reorder
 
 bench: $(VENV)/installed-dev
@@ -52,6 +55,7 @@ $(VENV)/pip:
 
 $(VENV)/installed: pyproject.toml $(VENV)/pip
 	$(BIN)/python -m pip install --quiet --editable .
+	$(BIN)/python -m compileall -q $(PACKAGES)
 	touch $@
 
 $(VENV)/installed-dev: $(VENV)/installed

@@ -61,8 +61,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Order files so that no worker waits for another and all end together.
 
     The study comes first, which builds the FMUs and then simulates. Meanwhile the others take tests of the spacecraft,
-    which need no built FMUs; then files with long co-simulations, those that simulate the delivered systems, and last
-    the many that are quick.
+    which need no built FMUs; then files with long co-simulations, pages whose commands run as written, files that
+    simulate the delivered systems, and last the many that are quick. A file of minutes at the end has one core alone.
     """
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     waiting = {item.path for item in items if "delivered" in getattr(item, "fixturenames", ())}
@@ -73,7 +73,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             return 0
         if "flexsat" in folders and path not in waiting:
             return 1
-        return 2 if path in slow else 3 if {"hosts", "system"} & folders else 4
+        if path in slow or {"tutorials", "examples"} & folders or path.name == "test_docs_build.py":
+            return 2
+        return 3 if {"hosts", "system"} & folders else 4
 
     items.sort(key=lambda item: place(item.path))
 
