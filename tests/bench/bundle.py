@@ -1,7 +1,7 @@
 """Time of a bundle in a C program over that of the master; or the fuzzer on a bundle of four cells.
 
     python tests/bench/bundle.py SYSTEM.ssd [SECONDS]
-    python tests/bench/bundle.py --fuzz [SEQUENCES]
+    python tests/bench/bundle.py --fuzz [SEQUENCES] [VERSION OF FMI]
 
 The bundle has what the system records as outputs, and steps of the recording's period; the master records the same in
 memory. Times are those of the processor, after 0.1 s of simulated time. Nothing passes or fails here but the fuzzer.
@@ -59,19 +59,21 @@ def in_c(system, seconds, folder):
     return float(done.stdout) / (steps * step / system.tick) * 1e6
 
 
-def fuzz(sequences, folder):
+def fuzz(sequences, version, folder):
     """Run the fuzzer, and print what came of it."""
-    path = bundled(four_cells(cell_fmu(folder)), folder / "four.fmu", CHOICE)
+    path = bundled(four_cells(cell_fmu(folder)), folder / "four.fmu", CHOICE, version=version)
     unpacked = Path(fmpy.extract(str(path), str(folder / "unpacked")))
     guid = read_description(Component(name="it", source=path, period=MS)).guid
-    print(run_fuzzer(build_fuzzer(folder / "build"), unpacked / "resources", guid, sequences), end="")
+    program = build_fuzzer(folder / "build", version)
+    print(run_fuzzer(program, unpacked / "resources", guid, sequences, version=version), end="")
 
 
 def main() -> int:
     """Print a line for each."""
     with tempfile.TemporaryDirectory(prefix="lockstep_bundle_") as name:
         if sys.argv[1] == "--fuzz":
-            fuzz(int((*sys.argv[2:], "100000")[0]), Path(name))
+            given = dict(enumerate(sys.argv[2:]))
+            fuzz(int(given.get(0, "100000")), given.get(1, "2.0"), Path(name))
             return 0
         seconds = float((*sys.argv[2:], "5")[0])
         system = load_system(sys.argv[1])

@@ -18,9 +18,9 @@ MS = 1_000_000  # [ns]
 CLOSED = Choice(inputs=("none",), outputs=("all",))
 
 
-def bundled(system, path, choice=CLOSED, overrides=None, step=None):
+def bundled(system, path, choice=CLOSED, overrides=None, step=None, version="2.0"):
     """Write the bundle of a system; return its path."""
-    path.write_bytes(bundle_bytes(contents(system, overrides or {}, choice, step)))
+    path.write_bytes(bundle_bytes(contents(system, overrides or {}, choice, step), version=version))
     return path
 
 
@@ -51,7 +51,12 @@ class Host:
         self.description = read_description(part)
         self.log = []
         self.slave = instantiate(part, self.description, folder, lambda *entry: self.log.append(entry))
-        self.call = self.slave.instance.call
+
+    def call(self, name, *arguments):
+        """Call a function by its name in FMI 2.0, without prefix."""
+        if self.description.version == "3.0":
+            name = name.replace("FMUstate", "FMUState").replace("DeSerialize", "Deserialize")
+        return self.slave.instance.call(name, *arguments)
 
     def __enter__(self):
         """Return the host; the instance is freed at the end."""

@@ -37,10 +37,22 @@ class Library3:
         self.logged = []
         self.logger = _LOGGER(lambda _, status, category, text: self.logged.append((status, category, text.decode())))
 
-    def instantiate(self, name=b"one", *, token=b"", logging=True, events=False, early=False, required=(), logger=True):
-        """Return an instance, or None; an empty token stands for the right one."""
+    def instantiate(
+        self,
+        name=b"one",
+        *,
+        token=b"",
+        resources=b"",
+        logging=True,
+        events=False,
+        early=False,
+        required=(),
+        logger=True,
+    ):
+        """Return an instance, or None; an empty token, and empty resources, stand for the right ones."""
+        folder = f"{self.folder / 'resources'}/".encode() if resources == b"" else resources
         made = self.dll.fmi3InstantiateCoSimulation(
-            name, self.token if token == b"" else token, None, c_bool(False), c_bool(logging), c_bool(events),
+            name, self.token if token == b"" else token, folder, c_bool(False), c_bool(logging), c_bool(events),
             c_bool(early), (c_uint32 * len(required))(*required), c_size_t(len(required)), None,
             self.logger if logger else None, None,
         )  # fmt: skip

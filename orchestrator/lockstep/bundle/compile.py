@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from lockstep.bundle.platforms import PLATFORMS
+from lockstep.bundle.platforms import PLATFORMS, VERSIONS
 from lockstep.errors import InputError
 from lockstep.tick.compiled import HEADERS as TICK_HEADERS
 from lockstep.tick.compiled import SOURCES as TICK_SOURCES
@@ -27,15 +27,19 @@ _UNIVERSAL = ("string", "stdio", "heap", "convert", "private", "utility", "runti
 _TIME_LIMIT = 600  # [s]
 
 
-def sources() -> dict[str, bytes]:
-    """Return the C files of the library, by name."""
-    own = (path for path in sorted(_SOURCES.iterdir()) if path.suffix in (".c", ".h"))
+def sources(version: str = "2.0") -> dict[str, bytes]:
+    """Return the C files of the library of a version of FMI, by name: what other versions have begins with theirs."""
+    others = tuple(f"fmi{one[0]}_" for one in VERSIONS if one != version)
+    files = (path for path in sorted(_SOURCES.iterdir()) if path.suffix in (".c", ".h"))
+    own = (path for path in files if path.suffix == ".h" or not path.name.startswith(others))
     return {path.name: path.read_bytes() for path in (*own, *TICK_SOURCES, *TICK_HEADERS)}
 
 
 @cache
-def library(platform: str | None) -> bytes:
+def library(platform: str | None, version: str = "2.0") -> bytes:
     """Return the library for a platform, which Zig compiles; for None, this machine's, by its own C compiler.
+
+    `version` is that of FMI which hosts see.
 
     Raises
     ------
@@ -43,13 +47,13 @@ def library(platform: str | None) -> bytes:
         If there is no compiler, or it fails.
     """
     if platform is None:
-        return _compiled(_own_compiler(), ("-Wl,--build-id=none",), ("-ldl",), sources())
+        return _compiled(_own_compiler(), ("-Wl,--build-id=none",), ("-ldl",), sources(version))
     command = (_zig(), "cc", "-target", PLATFORMS[platform].target)
     if platform == "win64":
         libraries = ("-lkernel32", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in _UNIVERSAL))
         runtime = {path.name: path.read_bytes() for path in _WINDOWS.iterdir()}
-        return _compiled(command, ("-nostdlib", "-Wl,/Brepro"), libraries, sources() | runtime, zig=True)
-    return _compiled(command, ("-nostdlib",), ("-lc", "-ldl"), sources(), zig=True)
+        return _compiled(command, ("-nostdlib", "-Wl,/Brepro"), libraries, sources(version) | runtime, zig=True)
+    return _compiled(command, ("-nostdlib",), ("-lc", "-ldl"), sources(version), zig=True)
 
 
 def _own_compiler() -> tuple[str, ...]:

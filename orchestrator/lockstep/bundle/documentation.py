@@ -13,7 +13,7 @@ _STYLE = "body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1
 _CELLS = "td,th{border:1px solid #bbb;padding:.2em .6em;text-align:left;vertical-align:top}"
 
 
-def documentation(contents: Contents, platforms: Sequence[str]) -> bytes:
+def documentation(contents: Contents, platforms: Sequence[str], version: str) -> bytes:
     """Return documentation/index.html."""
     system = contents.system
     tick = seconds_text(system.tick)
@@ -29,7 +29,7 @@ def documentation(contents: Contents, platforms: Sequence[str]) -> bytes:
         rows.append((component.name, component.source.name, f"{period} s from {offset} s", component.kind, seen))
     body = [
         f"<h1>{escape(system.name)}</h1>",
-        f"<p>A system of {len(rows)} FMUs as one FMU for co-simulation (FMI 2.0). Its library calls the FMUs in "
+        f"<p>A system of {len(rows)} FMUs as one FMU for co-simulation (FMI {version}). Its library calls the FMUs in "
         "<code>resources/</code>, each at its own period, and transfers their values with the delays of the system."
         "</p>",
         _table(("component", "FMU", "steps", "kind", "outputs are new"), rows),

@@ -10,6 +10,7 @@ from lockstep.bundle.contents import Contents
 from lockstep.bundle.platforms import PLATFORMS
 from lockstep.errors import InputError
 from lockstep.fmi.library import unpack_fmu
+from lockstep.fmi.model_description import Description
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.system.component import Component
 
@@ -45,18 +46,19 @@ def members(contents: Contents, platforms: Sequence[str]) -> dict[str, bytes]:
                 done.add(place)
                 unpacked = temporary / place
                 unpack_fmu(component, unpacked)
-                identifier = contents.descriptions[component.name].identifier
-                found |= _needed(component, identifier, unpacked, place, platforms)
+                description = contents.descriptions[component.name]
+                found |= _needed(component, description, unpacked, place, platforms)
     return found
 
 
 def _needed(
-    component: Component, identifier: str, unpacked: Path, place: str, platforms: Sequence[str]
+    component: Component, description: Description, unpacked: Path, place: str, platforms: Sequence[str]
 ) -> Mapping[str, bytes]:
     chosen: list[str] = []
     for name in platforms:
         platform = PLATFORMS[name]
-        paths = [f"binaries/{folder}/{identifier}{platform.suffix}" for folder in platform.folders]
+        places = platform.folders[description.version]
+        paths = [f"binaries/{folder}/{description.identifier}{platform.suffix}" for folder in places]
         path = next((path for path in paths if (unpacked / path).is_file()), None)
         if path is None:
             binaries = sorted(one.name for one in (unpacked / "binaries").iterdir() if one.is_dir())

@@ -13,12 +13,14 @@ from math import lcm
 from lockstep.bundle.contents import CARRIED, Contents
 from lockstep.bundle.ports import Port
 from lockstep.bundle.program import Get, Initial, Program, Step, step_length
+from lockstep.bundle.shown import Shown
 from lockstep.fmi.slave import SCALARS, Scalar
 from lockstep.system.component import Value
 
 PROGRAM = "program.bin"
-MAGIC = b"LOCKSTEP BUNDLE\x01"
+MAGIC = b"LOCKSTEP BUNDLE\x02"
 TYPES: tuple[Scalar, ...] = (*CARRIED, "String")
+_ENUMERATION = len(TYPES)  # how FMI 3.0 passes one differs from how it lies in the bundle: an Integer
 _KINDS = ("input", "output", "parameter", "tunable")
 _CONTINUOUS, _EARLY, _SAVES_STATE = 1, 2, 4  # flags of a component
 
@@ -64,7 +66,9 @@ class _Writer:
         return b"".join(self._parts)
 
 
-def program_bytes(contents: Contents, program: Program, guid: str, folders: Mapping[str, str]) -> bytes:
+def program_bytes(
+    contents: Contents, program: Program, guid: str, folders: Mapping[str, str], variables: Sequence[Shown]
+) -> bytes:
     """Return the program file.
 
     Parameters
@@ -72,6 +76,7 @@ def program_bytes(contents: Contents, program: Program, guid: str, folders: Mapp
     contents, program : what to write
     guid : of the bundle
     folders : of each component's FMU below resources/
+    variables : what hosts see of the ports, in their order
     """
     out = _Writer()
     out.text(guid)
@@ -85,6 +90,7 @@ def program_bytes(contents: Contents, program: Program, guid: str, folders: Mapp
             out.count(sizes.get(scalar, 0))
     _write_components(out, contents, folders)
     _write_ports(out, contents)
+    _write_variables(out, variables)
     out.counts(program.order)
     for initial in program.initial:
         _write_initial(out, initial)
@@ -163,6 +169,15 @@ def _write_ports(out: _Writer, contents: Contents) -> None:
             out.count(end.variable.reference)
             out.real(end.gain)
             out.real(end.bias)
+
+
+def _write_variables(out: _Writer, variables: Sequence[Shown]) -> None:
+    out.count(len(variables))
+    for variable in variables:
+        first = variable.first.variable
+        assert first.scalar is not None
+        out.count(len(variable.ports))
+        out.count(_ENUMERATION if first.type == "Enumeration" else TYPES.index(first.scalar))
 
 
 def _kind(port: Port) -> str:

@@ -7,15 +7,19 @@ import io
 import uuid
 import zipfile
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from lockstep.bundle.compile import library
 from lockstep.bundle.contents import Contents
+from lockstep.bundle.declared import identifier
 from lockstep.bundle.documentation import documentation
 from lockstep.bundle.members import folders, members
-from lockstep.bundle.model_description import identifier, model_description
+from lockstep.bundle.model_description import model_description
+from lockstep.bundle.model_description3 import model_description3
 from lockstep.bundle.platforms import PLATFORMS
 from lockstep.bundle.program import program
 from lockstep.bundle.program_file import PROGRAM, program_bytes
+from lockstep.bundle.shown import shown
 from lockstep.errors import InputError
 from lockstep.fmi.platforms import PLATFORM
 
@@ -24,13 +28,14 @@ _MODE = 0o100644 << 16  # a plain file, readable by all
 _UNIX = 3
 
 
-def bundle_bytes(contents: Contents, platforms: Sequence[str] = ()) -> bytes:
+def bundle_bytes(contents: Contents, platforms: Sequence[str] = (), version: str = "2.0") -> bytes:
     """Return the FMU of a system.
 
     Parameters
     ----------
     contents : of the bundle
     platforms : keys of PLATFORMS, which Zig compiles for; none for this machine's, with its own C compiler
+    version : of FMI that hosts see; the FMUs inside have their own
 
     Raises
     ------
@@ -39,15 +44,21 @@ def bundle_bytes(contents: Contents, platforms: Sequence[str] = ()) -> bytes:
     """
     names = tuple(platforms) or (_here(),)
     files = members(contents, names)
+    variables = shown(contents.ports, contents.descriptions, version)
+    contents = replace(contents, ports=tuple(port for variable in variables for port in variable.ports))
     places, operations = folders(contents), program(contents)
-    guid = _guid(program_bytes(contents, operations, "", places), model_description(contents, ""), contents)
+
+    def described(guid: str) -> bytes:
+        return model_description3(contents, guid, variables) if version == "3.0" else model_description(contents, guid)
+
+    guid = _guid(program_bytes(contents, operations, "", places, variables), described(""), contents)
     name = identifier(contents.system.name)
     for platform in names:
-        path = f"binaries/{PLATFORMS[platform].folders[0]}/{name}{PLATFORMS[platform].suffix}"
-        files[path] = library(platform if platforms else None)
-    files[f"resources/{PROGRAM}"] = program_bytes(contents, operations, guid, places)
-    files["modelDescription.xml"] = model_description(contents, guid)
-    files["documentation/index.html"] = documentation(contents, names)
+        path = f"binaries/{PLATFORMS[platform].folders[version][0]}/{name}{PLATFORMS[platform].suffix}"
+        files[path] = library(platform if platforms else None, version)
+    files[f"resources/{PROGRAM}"] = program_bytes(contents, operations, guid, places, variables)
+    files["modelDescription.xml"] = described(guid)
+    files["documentation/index.html"] = documentation(contents, names, version)
     return _packed(files)
 
 

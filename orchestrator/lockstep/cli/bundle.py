@@ -21,9 +21,10 @@ examples:
   {program} bundle fmus/native/fine_pointing.ssd --input 'plant.external.*' --output plant.rate \\
       --platforms linux64,win64 --out loop.fmu
 
-  The FMU is one for co-simulation (FMI 2.0) with the FMUs of the system in its resources; each is stepped at its own
-  period, with the delays of the system. Without options its inputs and outputs are the connectors of the system, or, if
-  there are none, all outputs and no input; its parameters are those of all components, with the values of the system.
+  The FMU is one for co-simulation (FMI 2.0, or 3.0 with --fmi3) with the FMUs of the system in its resources; each is
+  stepped at its own period, with the delays of the system. Without options its inputs and outputs are the connectors
+  of the system, or, if there are none, all outputs and no input; its parameters are those of all components, with the
+  values of the system.
   A C compiler is needed, or Zig (pip install ziglang) with --platforms.
 """
 
@@ -60,6 +61,7 @@ examples:
     metavar="NAMES",
     help=f"binaries to build, with Zig: {', '.join(PLATFORMS)} (default: this machine's, without Zig)",
 )
+@click.option("--fmi3", is_flag=True, help="an FMU of FMI 3.0 in place of 2.0, with whole arrays as variables")
 @set_option
 @timing_options
 def bundle(
@@ -70,6 +72,7 @@ def bundle(
     parameters: tuple[str, ...],
     multiple_of: str | None,
     platforms: tuple[str, ...],
+    fmi3: bool,
     settings: tuple[str, ...],
     timing: TimingOptions,
 ) -> int:
@@ -86,7 +89,7 @@ def bundle(
     choice = Choice(inputs=inputs or None, outputs=outputs or None, parameters=parameters or None)
     step = None if multiple_of is None else positive_nanoseconds(multiple_of, "--multiple-of")
     made = contents(loaded, assignments(settings), choice, step)
-    content = bundle_bytes(made, platforms)
+    content = bundle_bytes(made, platforms, "3.0" if fmi3 else "2.0")
     try:
         write_whole(out, content)
     except OSError as error:

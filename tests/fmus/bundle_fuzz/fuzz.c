@@ -2,6 +2,8 @@
 
      fuzz RESOURCES GUID SEQUENCES SEED
 
+   CALLS is a header with the calls of a version of FMI; a status is an int, and a state a pointer, in all of them.
+
    What a call that is refused in step mode leaves is the state before it, in every byte; a state that is restored goes on
    with the same rows; all memory that the host gave is freed. It prints the numbers of calls by their status. */
 
@@ -10,22 +12,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi2Functions.h"
-
+enum { OK, WARNING, DISCARD, PENDING = 5 };
 enum { INSTANCES = 2, STATES = 4, LONGEST = 60, MOST = 6, OUTPUTS = 200 };
 
 typedef struct {
-    fmi2Component c;
+    void *c;
     int life; /* 0 instantiated, 1 initialising, 2 stepping, 3 other */
     long tick;
-    fmi2FMUstate states[STATES];
+    void *states[STATES];
 } Slot;
 
 static Slot slots[INSTANCES];
 static long blocks, counts[6], lines;
 static unsigned long long seed;
 static const char *resources, *guid;
-static fmi2Byte *kept;
+static char *kept;
 static size_t kept_size;
 
 static unsigned draw(unsigned below)
@@ -34,50 +35,25 @@ static unsigned draw(unsigned below)
     return (unsigned)(seed >> 33) % below;
 }
 
-static void *give(size_t count, size_t size)
-{
-    blocks++;
-    return calloc(count, size);
-}
-
-static void take(void *block)
-{
-    if (block != NULL)
-        blocks--;
-    free(block);
-}
-
-static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                   fmi2String message, ...)
-{
-    char text[3000];
-    va_list arguments;
-    (void)environment, (void)name, (void)status, (void)category;
-    va_start(arguments, message);
-    vsnprintf(text, sizeof text, message, arguments);
-    va_end(arguments);
-    lines++;
-}
-
-static const fmi2CallbackFunctions callbacks = {logger, give, take, NULL, NULL};
-
 static void fail(const char *why)
 {
     fprintf(stderr, "fuzz: %s, after %ld fatal failures\n", why, counts[4]);
     abort();
 }
 
-static fmi2Status counted(fmi2Status status)
+static int counted(int status)
 {
-    if (status < fmi2OK || status > fmi2Pending)
+    if (status < OK || status > PENDING)
         fail("a status that FMI does not know");
     counts[status]++;
     return status;
 }
 
+#include CALLS
+
 static void begin(Slot *slot)
 {
-    slot->c = fmi2Instantiate("it", fmi2CoSimulation, guid, resources, &callbacks, fmi2False, draw(2));
+    slot->c = instantiate((int)draw(2));
     if (slot->c == NULL)
         fail("cannot be instantiated");
     slot->life = 0;
@@ -87,21 +63,21 @@ static void begin(Slot *slot)
 static void end(Slot *slot)
 {
     if (slot->c != NULL)
-        fmi2FreeInstance(slot->c);
+        free_instance(slot->c);
     memset(slot, 0, sizeof *slot); /* states that are left are freed with the instance */
 }
 
 /* Return the state as bytes, or NULL. */
-static fmi2Byte *bytes_of(Slot *slot, size_t *size)
+static char *bytes_of(Slot *slot, size_t *size)
 {
-    fmi2FMUstate state = NULL;
-    fmi2Byte *bytes = NULL;
-    if (fmi2GetFMUstate(slot->c, &state) <= fmi2Warning && fmi2SerializedFMUstateSize(slot->c, state, size) <= fmi2Warning) {
+    void *state = NULL;
+    char *bytes = NULL;
+    if (get_state(slot->c, &state) <= WARNING && state_size(slot->c, state, size) <= WARNING) {
         bytes = malloc(*size);
-        if (fmi2SerializeFMUstate(slot->c, state, bytes, *size) > fmi2Warning)
+        if (serialize(slot->c, state, bytes, *size) > WARNING)
             fail("a state is not serialised");
     }
-    fmi2FreeFMUstate(slot->c, &state);
+    free_state(slot->c, &state);
     return bytes;
 }
 
@@ -114,9 +90,9 @@ static void wrong_step(Slot *slot)
 {
     static const double steps[] = {0.0, -0.001, 0.0015, 1e300, 0.0 / 0.0, 1e-12};
     size_t before = 0, after = 0;
-    fmi2Byte *first = bytes_of(slot, &before), *second;
+    char *first = bytes_of(slot, &before), *second;
     double time = time_of(slot) + (draw(2) ? 0.25 : 0.0);
-    if (counted(fmi2DoStep(slot->c, time, steps[draw(6)], fmi2True)) <= fmi2Warning)
+    if (counted(do_step(slot->c, time, steps[draw(6)])) <= WARNING)
         fail("a wrong step is accepted");
     second = bytes_of(slot, &after);
     if (first != NULL && second != NULL && (before != after || memcmp(first, second, before) != 0))
@@ -128,55 +104,30 @@ static void steps(Slot *slot, int count)
 {
     for (int k = 0; k < count; k++) {
         unsigned ticks = 1 + draw(3);
-        fmi2Status status = counted(fmi2DoStep(slot->c, time_of(slot), ticks / 1000.0, fmi2True));
-        if (status <= fmi2Warning)
+        int status = counted(do_step(slot->c, time_of(slot), ticks / 1000.0));
+        if (status <= WARNING)
             slot->tick += ticks;
         else
             slot->life = 3;
     }
 }
 
-static void values(Slot *slot, int set)
-{
-    fmi2ValueReference references[MOST];
-    unsigned count = draw(MOST + 1), any = draw(3) == 0;
-    fmi2Real reals[MOST];
-    fmi2Integer integers[MOST];
-    fmi2String texts[MOST];
-    fmi2Status status;
-    for (unsigned k = 0; k < count; k++) {
-        references[k] = draw(any ? 100 : 60);
-        reals[k] = draw(40) ? draw(1000) / 100.0 - 5.0 : 1e308;
-        integers[k] = (int)draw(9);
-        texts[k] = draw(5) ? "text" : NULL;
-    }
-    switch (draw(4)) {
-    case 0: status = set ? fmi2SetReal(slot->c, references, count, reals) : fmi2GetReal(slot->c, references, count, reals); break;
-    case 1: status = set ? fmi2SetInteger(slot->c, references, count, integers)
-                         : fmi2GetInteger(slot->c, references, count, integers); break;
-    case 2: status = set ? fmi2SetBoolean(slot->c, references, count, integers)
-                         : fmi2GetBoolean(slot->c, references, count, integers); break;
-    default: status = set ? fmi2SetString(slot->c, references, count, texts) : fmi2GetString(slot->c, references, count, texts);
-    }
-    counted(status);
-}
-
 /* Rows after each of some steps from a state, twice. */
 static void goes_on(Slot *slot)
 {
-    fmi2FMUstate state = NULL;
-    fmi2Byte *first, *second;
+    void *state = NULL;
+    char *first, *second;
     size_t one = 0, two = 0;
     long tick = slot->tick;
-    if (counted(fmi2GetFMUstate(slot->c, &state)) > fmi2Warning)
+    if (counted(get_state(slot->c, &state)) > WARNING)
         return;
     steps(slot, 1);
     first = bytes_of(slot, &one);
     if (slot->life == 2) {
         unsigned ticks = (unsigned)(slot->tick - tick);
-        counted(fmi2SetFMUstate(slot->c, state));
+        counted(set_state(slot->c, state));
         slot->tick = tick;
-        if (fmi2DoStep(slot->c, time_of(slot), ticks / 1000.0, fmi2True) <= fmi2Warning)
+        if (do_step(slot->c, time_of(slot), ticks / 1000.0) <= WARNING)
             slot->tick += ticks;
         second = bytes_of(slot, &two);
         if (first != NULL && second != NULL && (one != two || memcmp(first, second, one) != 0))
@@ -184,19 +135,19 @@ static void goes_on(Slot *slot)
         free(second);
     }
     free(first);
-    counted(fmi2FreeFMUstate(slot->c, &state));
+    counted(free_state(slot->c, &state));
 }
 
 static void states(Slot *slot)
 {
-    fmi2FMUstate *state = &slot->states[draw(STATES)];
+    void **state = &slot->states[draw(STATES)];
     Slot *other = &slots[draw(INSTANCES)];
     size_t size = 0;
     switch (draw(6)) {
-    case 0: counted(fmi2GetFMUstate(slot->c, state)); break;
-    case 1: counted(fmi2FreeFMUstate(slot->c, state)); break;
+    case 0: counted(get_state(slot->c, state)); break;
+    case 1: counted(free_state(slot->c, state)); break;
     case 2: /* of any instance; where it was taken is not followed */
-        if (counted(fmi2SetFMUstate(slot->c, other->states[draw(STATES)])) <= fmi2Warning)
+        if (counted(set_state(slot->c, other->states[draw(STATES)])) <= WARNING)
             slot->life = 3;
         break;
     case 3:
@@ -206,54 +157,49 @@ static void states(Slot *slot)
         break;
     case 4:
         if (*state == NULL && kept != NULL)
-            counted(fmi2DeSerializeFMUstate(slot->c, kept, kept_size - (draw(3) ? 0 : draw((unsigned)kept_size + 1)), state));
+            counted(deserialize(slot->c, kept, kept_size - (draw(3) ? 0 : draw((unsigned)kept_size + 1)), state));
         break;
     default:
         if (*state == NULL && kept != NULL) {
             unsigned at = draw((unsigned)kept_size);
             kept[at] ^= 1;
-            if (fmi2DeSerializeFMUstate(slot->c, kept, kept_size, state) <= fmi2Warning)
+            if (deserialize(slot->c, kept, kept_size, state) <= WARNING)
                 fail("damaged bytes are accepted");
             kept[at] ^= 1;
-            fmi2SerializedFMUstateSize(slot->c, *state, &size);
+            state_size(slot->c, *state, &size);
         }
     }
 }
 
 static void act(Slot *slot)
 {
-    fmi2Real real;
-    fmi2Boolean boolean;
     unsigned what = draw(24);
-    fmi2Status status;
+    int status;
     if (slot->c == NULL) begin(slot);
     switch (what) {
-    case 0: counted(fmi2SetupExperiment(slot->c, draw(2), draw(3) / 10.0, 0.0, draw(2), draw(3) - 1.0)); break;
+    case 0: counted(set_up(slot->c, 0)); break;
     case 1: case 2: case 3:
-        if (slot->life == 0) counted(fmi2SetupExperiment(slot->c, fmi2False, 0.0, 0.0, fmi2False, 0.0));
-        status = counted(fmi2EnterInitializationMode(slot->c));
-        if (status <= fmi2Warning) slot->life = 1;
+        if (slot->life == 0 && draw(4) == 0) end_soon(slot->c);
+        status = counted(enter_initialization(slot->c, slot->life == 0));
+        if (status <= WARNING) slot->life = 1;
         else if (slot->life != 2) slot->life = 3;
         break;
     case 4: case 5: case 6:
-        status = counted(fmi2ExitInitializationMode(slot->c));
-        if (status <= fmi2Warning) slot->life = 2;
+        status = counted(exit_initialization(slot->c));
+        if (status <= WARNING) slot->life = 2;
         else if (slot->life == 1) slot->life = 3;
         break;
     case 7: case 8: case 9: if (slot->life == 2) steps(slot, 2); break;
     case 10: wrong_step(slot); break;
-    case 11: case 12: values(slot, 1); break;
-    case 13: case 14: values(slot, 0); break;
+    case 11: case 12: counted(touch(slot->c, 1, draw(3) == 0)); break;
+    case 13: case 14: counted(touch(slot->c, 0, draw(3) == 0)); break;
     case 15: if (slot->life == 2) goes_on(slot); break;
     case 16: case 17: case 18: states(slot); break;
-    case 19: if (draw(4) == 0) { counted(fmi2Terminate(slot->c)); slot->life = 3; } break;
-    case 20: if (draw(3) == 0 && counted(fmi2Reset(slot->c)) <= fmi2Warning) { slot->life = 0; slot->tick = 0; } break;
+    case 19: if (draw(4) == 0) { counted(terminate(slot->c)); slot->life = 3; } break;
+    case 20: if (draw(3) == 0 && counted(reset(slot->c)) <= WARNING) { slot->life = 0; slot->tick = 0; } break;
     case 21: if (draw(6) == 0) end(slot); break;
-    case 22: counted(fmi2SetDebugLogging(slot->c, draw(2), 0, NULL)); break;
-    default:
-        counted(fmi2GetRealStatus(slot->c, (fmi2StatusKind)draw(4), &real));
-        counted(fmi2GetBooleanStatus(slot->c, (fmi2StatusKind)draw(4), &boolean));
-        counted(fmi2CancelStep(slot->c));
+    case 22: counted(log_more(slot->c)); break;
+    default: ask(slot->c);
     }
 }
 

@@ -6,7 +6,7 @@ import os
 import subprocess
 from pathlib import Path
 
-from fmus.c_fmu import HEADERS
+from fmus.c_fmu import HEADERS, quoted
 from lockstep.bundle.compile import sources
 from lockstep.bundle.ports import Choice
 
@@ -18,21 +18,24 @@ SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow"
 OPTIONS = ("-std=c99", "-O0", "-fno-sanitize-recover=all", "-DTICK_EXPORT=", "-DTICK_ONE_THREAD")
 
 
-def build_fuzzer(folder: Path) -> Path:
-    """Compile in a folder, and return the program."""
+def build_fuzzer(folder: Path, version: str = "2.0") -> Path:
+    """Compile in a folder for a version of FMI, and return the program."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in sources().items():
+    files = sources(version)
+    for name, content in files.items():
         (folder / name).write_bytes(content)
-    units = sorted(name for name in sources() if name.endswith(".c"))
+    units = sorted(name for name in files if name.endswith(".c"))
     main = Path(__file__).with_name("fuzz.c")
-    command = ["gcc", *OPTIONS, SANITIZERS, f"-I{HEADERS}", "-o", "fuzz", main, *units, "-ldl"]
+    calls = quoted("CALLS", str(main.with_name(f"calls{version[0]}.h")))
+    command = ["gcc", *OPTIONS, SANITIZERS, f"-D{calls}", f"-I{HEADERS}", "-o", "fuzz", main, *units, "-ldl"]
     subprocess.run(command, cwd=folder, check=True)
     return folder / "fuzz"
 
 
-def run_fuzzer(program: Path, resources: Path, guid: str, sequences: int, seed: int = 1) -> str:
+def run_fuzzer(program: Path, resources: Path, guid: str, sequences: int, seed: int = 1, version: str = "2.0") -> str:
     """Run sequences on a bundle whose resources are unpacked; return what it prints, or raise AssertionError."""
-    arguments = [program, resources.as_uri(), guid, str(sequences), str(seed)]
+    place = resources.as_uri() if version == "2.0" else f"{resources}/"
+    arguments = [program, place, guid, str(sequences), str(seed)]
     environment = os.environ | {"ASAN_OPTIONS": "detect_leaks=1:handle_abort=1"}
     done = subprocess.run(arguments, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr[-6000:]

@@ -57,6 +57,9 @@ def test_every_option_changes_the_bundle(cells, ssd, tmp_path, capsys):
         made("--output", "arm.y", "--multiple-of", "0.005", *option)
         assert zipfile.ZipFile(tmp_path / "made.fmu").read("resources/program.bin") != before
 
+    text, _ = made("--output", "all", "--fmi3")
+    assert 'fmiVersion="3.0"' in text
+    assert '<Dimension start="3" />' in text
     one = [str(cells.components[0].source), "--out", str(tmp_path / "made.fmu"), "--step-size", "0.004"]
     assert main(["bundle", *one, "--tick", "0.002"]) == 0
     assert 'stepSize="0.002"' in description(tmp_path / "made.fmu")

@@ -17,10 +17,16 @@ from lockstep.fmi.model_description import read_description
 OPEN = Choice(outputs=("all",))  # the inputs are the connectors of the system
 
 
+@pytest.fixture(scope="module", params=["2.0", "3.0"])
+def version(request):
+    """Return the version of FMI that hosts see."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def path(cells, tmp_path_factory):
+def path(cells, tmp_path_factory, version):
     """Return the bundle."""
-    return bundled(cells, tmp_path_factory.mktemp("life") / "four.fmu", OPEN)
+    return bundled(cells, tmp_path_factory.mktemp("life") / "four.fmu", OPEN, version=version)
 
 
 @pytest.fixture
@@ -149,17 +155,18 @@ def test_an_error_names_component_call_and_time(path, tmp_path, setting, status,
             assert not host.texts
 
 
-def test_a_transferred_value_that_is_not_finite_is_an_error(cells, tmp_path):
+def test_a_transferred_value_that_is_not_finite_is_an_error(cells, tmp_path, version):
     extra = replace(cells.connections[0], from_component="arm", output="y[3]", to_component="fast", input="u[3]")
     system = replace(cells, connections=(*cells.connections, extra))
-    with another(bundled(system, tmp_path / "x.fmu"), tmp_path / "a", arm__nan_at=0.01) as host:
+    with another(bundled(system, tmp_path / "x.fmu", version=version), tmp_path / "a", arm__nan_at=0.01) as host:
         worst = [host.slave.do_step(k / 1000, 0.001, 1) for k in range(9)]
         assert worst == [0] * 8 + [3]
         assert "arm.y[3]: is nan at 0.01 s; every exchanged value must be finite" in host.texts[-1]
 
 
-def test_messages_of_components_have_their_names(cells, tmp_path):
-    path = bundled(cells, tmp_path / "talk.fmu", overrides={"body.label": "talk", "slow.fail_at": "0.007"})
+def test_messages_of_components_have_their_names(cells, tmp_path, version):
+    values = {"body.label": "talk", "slow.fail_at": "0.007"}
+    path = bundled(cells, tmp_path / "talk.fmu", overrides=values, version=version)
     with another(path, tmp_path / "a") as host:
         for k in range(9):
             host.slave.do_step(k / 1000, 0.001, 1)
@@ -178,7 +185,8 @@ def test_a_component_may_ask_for_the_end(path, tmp_path):
         assert host.slave.do_step(0.006, 0.001, 1) == 3
 
 
-def test_resources_of_another_place_and_another_guid_are_refused(path, tmp_path):
+def test_resources_of_another_place_and_another_guid_are_refused(cells, tmp_path):
+    path = bundled(cells, tmp_path / "four.fmu", OPEN)
     part = Component(name="it", source=path, period=MS)
     unpack_fmu(part, tmp_path)
     description = read_description(part)

@@ -7,7 +7,7 @@
 #include "fmi2.h"
 #include "tick.h"
 
-enum { REAL, INTEGER, BOOLEAN, STRING, ALL_TYPES, BUS_TYPES = STRING };
+enum { REAL, INTEGER, BOOLEAN, STRING, ALL_TYPES, BUS_TYPES = STRING, ENUMERATION = ALL_TYPES };
 enum { INPUT, OUTPUT, PARAMETER, TUNABLE };           /* kinds of ports */
 enum { CONTINUOUS = 1, EARLY = 2, SAVES_STATE = 4 };  /* flags of a component */
 
@@ -116,23 +116,43 @@ typedef struct {
     char *text; /* owned */
 } port_t;
 
+/* What a host sees as one variable: successive ports of one type. FMI 2.0 has no arrays: each is one port. */
+typedef struct {
+    uint32_t first, count, shown; /* the type, or ENUMERATION */
+} variable_t;
+
+/* The functions of the host, whatever its version of FMI. */
+typedef struct {
+    void (*logger)(void);
+    void *environment;
+    fmi2CallbackAllocateMemory allocate;
+    fmi2CallbackFreeMemory release;
+} host_t;
+
+/* Memory that grows with what a host asks for. */
+typedef struct {
+    void *memory;
+    size_t size;
+} room_t;
+
 typedef enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED, FAILED, FATAL } life_t;
 
 typedef struct saved saved_t;
 
 struct bundle {
     char *name, *resources, *resources_uri;
-    fmi2CallbackFunctions host;
+    host_t host;
     int logging;
     life_t life;
     const char *guid;
     unsigned char *program;
     void *blocks; /* all memory of the program, in a list */
     int64_t second; /* units of time in 1 s */
-    uint32_t step_ticks, component_count, port_count, step_count, row_count, cycle, most_values;
+    uint32_t step_ticks, component_count, port_count, variable_count, step_count, row_count, cycle, most_values;
     uint32_t bus_size[BUS_TYPES], slot_count[BUS_TYPES], row_size[BUS_TYPES];
     component_t *components;
     port_t *ports;
+    variable_t *variables;
     counts_t order;
     step_t *steps;
     counts_t (*rows)[BUS_TYPES];
@@ -141,6 +161,7 @@ struct bundle {
     /* scratch of one call from the host */
     uint32_t *references;
     void *values;
+    room_t expanded, given; /* the ports behind a host's variables, and their values */
     /* experiment */
     double start, stop, tolerance;
     int stop_defined, tolerance_defined;

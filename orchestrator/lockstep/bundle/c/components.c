@@ -95,7 +95,8 @@ static fmi2Status instantiate(component_t *component)
     if (uri == NULL)
         return refuse(bundle, "%s: there is no memory", component->name);
     snprintf(uri, room, "%s/%s/resources", bundle->resources_uri, component->folder);
-    component->callbacks = bundle->host;
+    component->callbacks.allocateMemory = bundle->host.allocate;
+    component->callbacks.freeMemory = bundle->host.release;
     component->callbacks.logger = component_message;
     component->callbacks.stepFinished = NULL;
     component->callbacks.componentEnvironment = component;
@@ -120,6 +121,12 @@ fmi2Status load_components(bundle_t *bundle)
     if (status == fmi2OK)
         bind_operations(bundle);
     return status;
+}
+
+fmi2Status log_component(component_t *component, int on)
+{
+    return judge(component, "fmi2SetDebugLogging",
+                 component->call.set_debug_logging(component->instance, on ? fmi2True : fmi2False, 0, NULL));
 }
 
 void unload_components(bundle_t *bundle)

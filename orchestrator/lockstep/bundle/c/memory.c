@@ -43,6 +43,18 @@ char *copy_text(const char *text)
     return copy;
 }
 
+void *grown(room_t *room, size_t size)
+{
+    if (size > room->size) {
+        void *memory = realloc(room->memory, size);
+        if (memory == NULL)
+            return NULL;
+        room->memory = memory;
+        room->size = size;
+    }
+    return room->memory;
+}
+
 double time_of(const bundle_t *bundle, int64_t tick)
 {
     return (double)(bundle->state.origin + tick * bundle->state.length) / bundle->state.second;

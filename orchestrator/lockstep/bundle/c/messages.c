@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "interface.h"
+
 enum { USUAL = 600 }; /* bytes of a message; a function's variables stay below a page, which Windows would probe */
 
 static const char *const status_names[] = {"fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal",
@@ -31,8 +33,8 @@ static char *append(char *to, const char *text, size_t length)
 {
     for (size_t k = 0; k < length; k++) {
         *to++ = text[k];
-        if (text[k] == '%')
-            *to++ = '%'; /* a host takes the text for a format */
+        if (text[k] == host_mark)
+            *to++ = host_mark;
     }
     return to;
 }
@@ -60,7 +62,7 @@ static void pass_on(const bundle_t *bundle, fmi2Status status, const char *categ
             }
         }
         *end = '\0';
-        bundle->host.logger(bundle->host.componentEnvironment, bundle->name, status, category, passed);
+        host_message(bundle, status, category, passed);
     }
     if (passed != usual)
         free(passed);

@@ -9,7 +9,7 @@
 #include "operations.h"
 #include "reader.h"
 
-static const char magic[] = "LOCKSTEP BUNDLE\1";
+static const char magic[] = "LOCKSTEP BUNDLE\2";
 
 static set_t *settings(reader_t *in, uint32_t *number, int initial)
 {
@@ -175,6 +175,34 @@ static void ports(reader_t *in)
     read_largest(in, bundle->port_count);
 }
 
+/* What hosts see as variables: they are all ports, in their order. */
+static void variables(reader_t *in)
+{
+    bundle_t *bundle = in->bundle;
+    uint32_t first = 0;
+
+    bundle->variable_count = read_count(in);
+    bundle->variables = read_memory(in, bundle->variable_count, sizeof *bundle->variables);
+    for (uint32_t k = 0; !in->bad && k < bundle->variable_count; k++) {
+        variable_t *variable = &bundle->variables[k];
+        variable->first = first;
+        variable->count = read_count(in);
+        variable->shown = read_count(in);
+        read_limit(in, variable->shown, ENUMERATION + 1);
+        if (variable->count == 0 || variable->count > bundle->port_count - first) {
+            in->bad = 1;
+            break;
+        }
+        first += variable->count;
+        for (uint32_t n = variable->first; n < first; n++)
+            if (bundle->ports[n].kind != bundle->ports[variable->first].kind
+                || bundle->ports[n].type != (variable->shown == ENUMERATION ? INTEGER : variable->shown))
+                in->bad = 1;
+    }
+    if (first != bundle->port_count)
+        in->bad = 1;
+}
+
 static void operations(reader_t *in)
 {
     bundle_t *bundle = in->bundle;
@@ -310,6 +338,7 @@ const char *read_program(bundle_t *bundle)
         in.bad = 1;
     components(&in);
     ports(&in);
+    variables(&in);
     operations(&in);
     ticks(&in);
     buffers(&in);

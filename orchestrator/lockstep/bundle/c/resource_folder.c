@@ -53,3 +53,61 @@ char *folder_of_uri(const char *uri)
         folder[--length] = '\0';
     return folder;
 }
+
+static int plain(char letter)
+{
+    return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || (letter >= '0' && letter <= '9')
+           || (letter != '\0' && strchr("-._~/:", letter) != NULL);
+}
+
+char *uri_of_folder(const char *folder)
+{
+    static const char digits[] = "0123456789ABCDEF";
+    char *uri = malloc(3 * strlen(folder) + sizeof "file:///"), *to = uri;
+
+    if (uri == NULL)
+        return NULL;
+    memcpy(to, "file://", sizeof "file://" - 1);
+    to += sizeof "file://" - 1;
+#ifdef _WIN32
+    if (folder[0] != '/' && folder[0] != '\\')
+        *to++ = '/'; /* before the letter of a drive */
+    else if (folder[1] == folder[0])
+        folder += 2; /* the authority of a share */
+#endif
+    for (; *folder != '\0'; folder++) {
+#ifdef _WIN32
+        const char letter = *folder == '\\' ? '/' : *folder;
+#else
+        const char letter = *folder;
+#endif
+        if (plain(letter)) {
+            *to++ = letter;
+            continue;
+        }
+        *to++ = '%';
+        *to++ = digits[(unsigned char)letter >> 4];
+        *to++ = digits[(unsigned char)letter & 15];
+    }
+    *to = '\0';
+    return uri;
+}
+
+static int separates(char letter)
+{
+#ifdef _WIN32
+    return letter == '/' || letter == '\\';
+#else
+    return letter == '/';
+#endif
+}
+
+char *folder_of_path(const char *path)
+{
+    char *folder = copy_text(path);
+    size_t length = folder == NULL ? 0 : strlen(folder);
+
+    while (length > 1 && separates(folder[length - 1]))
+        folder[--length] = '\0';
+    return folder;
+}

@@ -106,25 +106,25 @@ static size_t content_size(bundle_t *bundle)
     return stream.size;
 }
 
-fmi2Status get_state(bundle_t *bundle, fmi2FMUstate *state)
+fmi2Status get_state(bundle_t *bundle, const char *call, fmi2FMUstate *state)
 {
     size_t size = content_size(bundle);
     saved_t *made = *state == NULL ? NULL : found(bundle, *state);
     fmi2Status status = fmi2OK;
 
     if (*state != NULL && made == NULL)
-        return refuse(bundle, "fmi2GetFMUstate: the state is none of this instance, nor NULL");
+        return refuse(bundle, "%s: the state is none of this instance, nor NULL", call);
     if (made == NULL) {
         made = new_state(bundle, size);
         if (made == NULL)
-            return refuse(bundle, "fmi2GetFMUstate: there is no memory");
+            return refuse(bundle, "%s: there is no memory", call);
         made->next = bundle->states;
         bundle->states = made;
         *state = made;
     } else if (made->size < size) {
         unsigned char *content = realloc(made->content, size + 1);
         if (content == NULL)
-            return refuse(bundle, "fmi2GetFMUstate: there is no memory");
+            return refuse(bundle, "%s: there is no memory", call);
         made->content = content;
     }
     made->size = size;
@@ -137,14 +137,14 @@ fmi2Status get_state(bundle_t *bundle, fmi2FMUstate *state)
     return status;
 }
 
-fmi2Status set_state(bundle_t *bundle, fmi2FMUstate state)
+fmi2Status set_state(bundle_t *bundle, const char *call, fmi2FMUstate state)
 {
     saved_t *given = found(bundle, state);
     stream_t stream = {READ, NULL, NULL, 0, 0};
     fmi2Status status = fmi2OK;
 
     if (given == NULL)
-        return refuse(bundle, "fmi2SetFMUstate: the state is none of this instance; serialise a state of another one");
+        return refuse(bundle, "%s: the state is none of this instance; serialise a state of another one", call);
     for (uint32_t k = 0; k < bundle->component_count && status <= fmi2Warning; k++) {
         component_t *component = &bundle->components[k];
         status = worse(status, judge(component, "fmi2SetFMUstate",
@@ -162,7 +162,7 @@ fmi2Status set_state(bundle_t *bundle, fmi2FMUstate state)
     }
     bundle->life = FAILED;
     bundle->state.tick = 0;
-    return refuse(bundle, "fmi2SetFMUstate: the state is damaged, or there is no memory");
+    return refuse(bundle, "%s: the state is damaged, or there is no memory", call);
 }
 
 static void unlink_state(bundle_t *bundle, const saved_t *state)
@@ -174,7 +174,7 @@ static void unlink_state(bundle_t *bundle, const saved_t *state)
     *link = state->next;
 }
 
-fmi2Status free_state(bundle_t *bundle, fmi2FMUstate *state)
+fmi2Status free_state(bundle_t *bundle, const char *call, fmi2FMUstate *state)
 {
     saved_t *given;
 
@@ -182,7 +182,7 @@ fmi2Status free_state(bundle_t *bundle, fmi2FMUstate *state)
         return fmi2OK;
     given = found(bundle, *state);
     if (given == NULL)
-        return refuse(bundle, "fmi2FreeFMUstate: the state is none of this instance");
+        return refuse(bundle, "%s: the state is none of this instance", call);
     unlink_state(bundle, given);
     drop(bundle, given);
     *state = NULL;
@@ -215,13 +215,13 @@ static size_t head_size(const bundle_t *bundle)
     return sizeof magic + strlen(bundle->guid);
 }
 
-fmi2Status state_size(bundle_t *bundle, fmi2FMUstate state, size_t *size)
+fmi2Status state_size(bundle_t *bundle, const char *call, fmi2FMUstate state, size_t *size)
 {
     const saved_t *given = found(bundle, state);
     fmi2Status status = fmi2OK;
 
     if (given == NULL)
-        return refuse(bundle, "fmi2SerializedFMUstateSize: the state is none of this instance");
+        return refuse(bundle, "%s: the state is none of this instance", call);
     *size = head_size(bundle) + sizeof(uint64_t) + given->size + sizeof(uint64_t);
     for (uint32_t k = 0; k < bundle->component_count && status <= fmi2Warning; k++) {
         component_t *component = &bundle->components[k];
@@ -233,22 +233,22 @@ fmi2Status state_size(bundle_t *bundle, fmi2FMUstate state, size_t *size)
     return status;
 }
 
-fmi2Status serialize(bundle_t *bundle, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+fmi2Status serialize(bundle_t *bundle, const char *call, fmi2FMUstate state, void *bytes, size_t size)
 {
     const saved_t *given = found(bundle, state);
-    stream_t out = {WRITE, (unsigned char *)bytes, (unsigned char *)bytes + size, 0, 0};
+    stream_t out = {WRITE, bytes, (unsigned char *)bytes + size, 0, 0};
     fmi2Status status = fmi2OK;
     uint64_t length;
     size_t needed = 0;
 
     if (given == NULL)
-        return refuse(bundle, "fmi2SerializeFMUstate: the state is none of this instance");
-    status = state_size(bundle, state, &needed);
+        return refuse(bundle, "%s: the state is none of this instance", call);
+    status = state_size(bundle, call, state, &needed);
     if (status > fmi2Warning)
         return status;
     if (size < needed)
-        return refuse(bundle, "fmi2SerializeFMUstate: %lu bytes are too few; fmi2SerializedFMUstateSize gives %lu",
-                      (unsigned long)size, (unsigned long)needed);
+        return refuse(bundle, "%s: %lu bytes are too few; the state has %lu", call, (unsigned long)size,
+                      (unsigned long)needed);
     memcpy(out.at, magic, sizeof magic);
     memcpy(out.at + sizeof magic, bundle->guid, strlen(bundle->guid));
     out.at += head_size(bundle);
@@ -273,7 +273,7 @@ fmi2Status serialize(bundle_t *bundle, fmi2FMUstate state, fmi2Byte bytes[], siz
     return status;
 }
 
-static fmi2Status read_components(bundle_t *bundle, stream_t *in, saved_t *made)
+static fmi2Status read_components(bundle_t *bundle, const char *call, stream_t *in, saved_t *made)
 {
     fmi2Status status = fmi2OK;
     uint64_t length = 0;
@@ -282,7 +282,7 @@ static fmi2Status read_components(bundle_t *bundle, stream_t *in, saved_t *made)
         component_t *component = &bundle->components[k];
         pass(in, &length, sizeof length);
         if (in->bad || length > (uint64_t)(in->end - in->at))
-            return refuse(bundle, "fmi2DeSerializeFMUstate: the bytes are cut off");
+            return refuse(bundle, "%s: the bytes are cut off", call);
         status = worse(status, judge(component, "fmi2DeSerializeFMUstate",
                                      component->call.deserialize(component->instance, (const fmi2Byte *)in->at,
                                                                  (size_t)length, &made->components[k])));
@@ -291,7 +291,7 @@ static fmi2Status read_components(bundle_t *bundle, stream_t *in, saved_t *made)
     return status;
 }
 
-fmi2Status deserialize(bundle_t *bundle, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+fmi2Status deserialize(bundle_t *bundle, const char *call, const void *bytes, size_t size, fmi2FMUstate *state)
 {
     stream_t in = {READ, NULL, NULL, 0, 0};
     saved_t *made;
@@ -301,14 +301,14 @@ fmi2Status deserialize(bundle_t *bundle, const fmi2Byte bytes[], size_t size, fm
     unsigned char *copy = malloc(size + 1);
 
     if (copy == NULL)
-        return refuse(bundle, "fmi2DeSerializeFMUstate: there is no memory");
+        return refuse(bundle, "%s: there is no memory", call);
     memcpy(copy, bytes, size);
     if (size >= sizeof sum)
         memcpy(&sum, copy + size - sizeof sum, sizeof sum);
     if (size < head_size(bundle) + sizeof sum || sum != digest(copy, size - sizeof sum) || memcmp(copy, magic, sizeof magic) != 0
         || memcmp(copy + sizeof magic, bundle->guid, strlen(bundle->guid)) != 0) {
         free(copy);
-        return refuse(bundle, "fmi2DeSerializeFMUstate: the bytes are no state of this FMU, or damaged");
+        return refuse(bundle, "%s: the bytes are no state of this FMU, or damaged", call);
     }
     in.at = copy + head_size(bundle);
     in.end = copy + size - sizeof sum;
@@ -316,10 +316,10 @@ fmi2Status deserialize(bundle_t *bundle, const fmi2Byte bytes[], size_t size, fm
     made = in.bad || length > (uint64_t)(in.end - in.at) ? NULL : new_state(bundle, (size_t)length);
     if (made == NULL) {
         free(copy);
-        return refuse(bundle, "fmi2DeSerializeFMUstate: the bytes are cut off, or there is no memory");
+        return refuse(bundle, "%s: the bytes are cut off, or there is no memory", call);
     }
     pass(&in, made->content, made->size);
-    status = read_components(bundle, &in, made);
+    status = read_components(bundle, call, &in, made);
     free(copy);
     if (status > fmi2Warning) {
         drop(bundle, made);

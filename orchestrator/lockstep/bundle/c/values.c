@@ -81,7 +81,7 @@ static fmi2Status refuse_reference(const bundle_t *bundle, int type, fmi2ValueRe
     return refuse(bundle, "value reference %u: there is no %s of this number", reference, type_names[type]);
 }
 
-static fmi2Status refuse_set(const bundle_t *bundle, const port_t *port, fmi2ValueReference reference)
+fmi2Status refuse_set(const bundle_t *bundle, const port_t *port, uint32_t reference)
 {
     if (port->kind == OUTPUT)
         return refuse(bundle, "value reference %u: is an output; only inputs and parameters can be set", reference);

@@ -8,6 +8,9 @@ fmi2Status set_ports(bundle_t *bundle, int type, const fmi2ValueReference refere
                      const void *values);
 fmi2Status get_ports(bundle_t *bundle, int type, const fmi2ValueReference references[], size_t count, void *values);
 
+/* Refuse to set an output, or a fixed parameter after initialization; `reference` is the host's, for the message. */
+fmi2Status refuse_set(const bundle_t *bundle, const port_t *port, uint32_t reference);
+
 /* Have all components the values that the host has given since instantiation. */
 fmi2Status set_given(bundle_t *bundle);
 

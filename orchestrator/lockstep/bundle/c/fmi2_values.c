@@ -1,5 +1,5 @@
 /* The functions of FMI 2.0 that set and get values and states, and those of what a bundle does not have. */
-#include "components.h"
+#include "access.h"
 #include "messages.h"
 #include "states.h"
 #include "values.h"
@@ -12,10 +12,6 @@
         return function(instance, #name, type, references, count, values);                                      \
     }
 
-FMI2_EXPORT const char *fmi2GetTypesPlatform(void);
-FMI2_EXPORT const char *fmi2GetVersion(void);
-FMI2_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean on, size_t count,
-                                           const fmi2String categories[]);
 FMI2_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *state);
 FMI2_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component instance, fmi2FMUstate state);
 FMI2_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component instance, fmi2FMUstate *state);
@@ -37,37 +33,20 @@ FMI2_EXPORT fmi2Status fmi2GetIntegerStatus(fmi2Component instance, fmi2StatusKi
 FMI2_EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component instance, fmi2StatusKind kind, fmi2Boolean *value);
 FMI2_EXPORT fmi2Status fmi2GetStringStatus(fmi2Component instance, fmi2StatusKind kind, fmi2String *value);
 
-static fmi2Status noted(bundle_t *bundle, fmi2Status status)
-{
-    if (status >= fmi2Error && bundle->life == FATAL)
-        return fmi2Fatal;
-    return status;
-}
-
 static fmi2Status set(bundle_t *bundle, const char *call, int type, const fmi2ValueReference references[],
                       size_t count, const void *values)
 {
-    if (bundle == NULL)
+    if (bundle == NULL || !may_set(bundle, call, count, references, values))
         return fmi2Error;
-    if (bundle->life > STEPPING)
-        return refuse(bundle, "%s: is not allowed after the end or a failure", call);
-    if (count > 0 && (references == NULL || values == NULL))
-        return refuse(bundle, "%s: has %lu references, and no array of them or of the values", call,
-                      (unsigned long)count);
-    return noted(bundle, set_ports(bundle, type, references, count, values));
+    return noted_fatal(bundle, set_ports(bundle, type, references, count, values));
 }
 
 static fmi2Status get(bundle_t *bundle, const char *call, int type, const fmi2ValueReference references[],
                       size_t count, void *values)
 {
-    if (bundle == NULL)
+    if (bundle == NULL || !may_get(bundle, call, count, references, values))
         return fmi2Error;
-    if (bundle->life == FATAL)
-        return refuse(bundle, "%s: is not allowed after a fatal failure", call);
-    if (count > 0 && (references == NULL || values == NULL))
-        return refuse(bundle, "%s: has %lu references, and no array of them or of the values", call,
-                      (unsigned long)count);
-    return noted(bundle, get_ports(bundle, type, references, count, values));
+    return noted_fatal(bundle, get_ports(bundle, type, references, count, values));
 }
 
 VALUES(fmi2SetReal, const fmi2Real, REAL, set)
@@ -79,81 +58,51 @@ VALUES(fmi2GetInteger, fmi2Integer, INTEGER, get)
 VALUES(fmi2GetBoolean, fmi2Boolean, BOOLEAN, get)
 VALUES(fmi2GetString, fmi2String, STRING, get)
 
-const char *fmi2GetTypesPlatform(void)
+static int has_state(const bundle_t *bundle, const char *call, const void *given)
 {
-    return "default";
-}
-
-const char *fmi2GetVersion(void)
-{
-    return "2.0";
-}
-
-fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean on, size_t count, const fmi2String categories[])
-{
-    bundle_t *bundle = instance;
-    fmi2Status worst = fmi2OK;
-
-    (void)count, (void)categories; /* components have categories of their own */
-    if (bundle == NULL)
-        return fmi2Error;
-    if (bundle->life == FATAL)
-        return refuse(bundle, "fmi2SetDebugLogging: is not allowed after a fatal failure");
-    bundle->logging = on ? fmi2True : fmi2False;
-    for (uint32_t k = 0; k < bundle->component_count && worst < fmi2Fatal; k++) {
-        component_t *component = &bundle->components[k];
-        worst = worse(worst, judge(component, "fmi2SetDebugLogging",
-                                   component->call.set_debug_logging(component->instance, bundle->logging, 0, NULL)));
-    }
-    return worst;
-}
-
-/* Whether the state may be asked for or set; a message if not. */
-static int stateful(const bundle_t *bundle, const char *call, const void *given)
-{
-    if (bundle == NULL)
-        return 0;
-    if (bundle->life == FATAL)
-        refuse(bundle, "%s: is not allowed after a fatal failure", call);
-    else if (given == NULL)
-        refuse(bundle, "%s: has no place for the state, or no state", call);
-    else
-        return 1;
-    return 0;
+    return bundle != NULL && may_have_state(bundle, call, given);
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *state)
 {
-    return stateful(instance, "fmi2GetFMUstate", state) ? get_state(instance, state) : fmi2Error;
+    static const char call[] = "fmi2GetFMUstate";
+
+    return has_state(instance, call, state) ? get_state(instance, call, state) : fmi2Error;
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component instance, fmi2FMUstate state)
 {
-    return stateful(instance, "fmi2SetFMUstate", state) ? set_state(instance, state) : fmi2Error;
+    static const char call[] = "fmi2SetFMUstate";
+
+    return has_state(instance, call, state) ? set_state(instance, call, state) : fmi2Error;
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component instance, fmi2FMUstate *state)
 {
-    return instance == NULL ? fmi2Error : free_state(instance, state);
+    return instance == NULL ? fmi2Error : free_state(instance, "fmi2FreeFMUstate", state);
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component instance, fmi2FMUstate state, size_t *size)
 {
-    if (!stateful(instance, "fmi2SerializedFMUstateSize", size))
-        return fmi2Error;
-    return state_size(instance, state, size);
+    static const char call[] = "fmi2SerializedFMUstateSize";
+
+    return has_state(instance, call, size) ? state_size(instance, call, state, size) : fmi2Error;
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    return stateful(instance, "fmi2SerializeFMUstate", bytes) ? serialize(instance, state, bytes, size) : fmi2Error;
+    static const char call[] = "fmi2SerializeFMUstate";
+
+    return has_state(instance, call, bytes) ? serialize(instance, call, state, bytes, size) : fmi2Error;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
-    if (!stateful(instance, "fmi2DeSerializeFMUstate", bytes) || !stateful(instance, "fmi2DeSerializeFMUstate", state))
+    static const char call[] = "fmi2DeSerializeFMUstate";
+
+    if (!has_state(instance, call, bytes) || !has_state(instance, call, state))
         return fmi2Error;
-    return deserialize(instance, bytes, size, state);
+    return deserialize(instance, call, bytes, size, state);
 }
 
 /* Refuse what the capability flags deny; asked for nothing, it is fine. */
