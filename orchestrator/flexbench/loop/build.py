@@ -80,8 +80,7 @@ def build_all(
     """
     try:
         check_compilers(platforms)
-        versions_in_c: tuple[FmiVersion, ...] = (*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ()))
-        in_c = _InC(versions=versions_in_c, flat=flat, platforms=platforms, without=without_native)
+        in_c = _InC(versions=_versions_in_c(native, fmi3), flat=flat, platforms=platforms, without=without_native)
         _build_all(names, folder, print_line, flat, execution_tool, in_c)
     except BuildError as error:
         raise InputError(str(error)) from None
@@ -112,14 +111,17 @@ def build_files(
     """
     try:
         check_compilers(platforms)
-        versions_in_c: tuple[FmiVersion, ...] = (*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ()))
-        in_c = _InC(versions=versions_in_c, flat=flat, platforms=platforms, without=None)
+        in_c = _InC(versions=_versions_in_c(native, fmi3), flat=flat, platforms=platforms, without=None)
         read = [(Path(f"{one.name}.toml"), one) if isinstance(one, SpacecraftFile) else (one, read_file(one))
                 for one in files]  # fmt: skip
         for path, spacecraft in read:
             _build_file(spacecraft, path, folder, print_line, flat, execution_tool, in_c, notes)
     except BuildError as error:
         raise InputError(str(error)) from None
+
+
+def _versions_in_c(native: bool, fmi3: bool) -> tuple[FmiVersion, ...]:
+    return (*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ()))
 
 
 def _build_file(

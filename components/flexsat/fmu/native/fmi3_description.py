@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element, SubElement
 
 from ...ports.table import Kind, Port, PortTable
-from ..python.model_description import About, add_units, value_text
+from ..python.model_description import About, add_defaults, add_units, description_root, value_text
 
 TYPES: dict[Kind, str] = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "string": "String"}
 TIME = 0  # value reference of the independent variable
@@ -16,28 +16,10 @@ OPTIONS = "-O2 -ffp-contract=off"  # of gcc and clang, so that results are the s
 
 def fmi3_model_description(table: PortTable, about: About) -> Element:
     """Describe a component completely: units, variables, feedthrough, initial unknowns, capabilities."""
-    head = {
-        "fmiVersion": "3.0",
-        "modelName": about.model_name,
-        "instantiationToken": about.guid,
-        "description": about.description,
-        "author": about.author,
-        "version": about.version,
-        "license": about.license,
-        "generationTool": about.generation_tool,
-    }
-    if about.date is not None:
-        head["generationDateAndTime"] = about.date
-    root = Element("fmiModelDescription", {**head, "variableNamingConvention": table.naming})
+    root = description_root(table, about, "3.0", token="instantiationToken")
     SubElement(root, "CoSimulation", _capabilities(about))
     add_units(root, {TIME_UNIT} | {port.unit for port in table if port.kind == "real"})
-    categories = SubElement(root, "LogCategories")
-    for name, description in about.log_categories.items():
-        SubElement(categories, "Category", {"name": name, "description": description})
-    experiment = {"startTime": "0.0", "stepSize": value_text(about.step_size)}
-    if about.stop_time is not None:
-        experiment["stopTime"] = value_text(about.stop_time)
-    SubElement(root, "DefaultExperiment", experiment)
+    add_defaults(root, about)
     variables = SubElement(root, "ModelVariables")
     time = {"name": "time", "valueReference": str(TIME), "description": "time", "causality": "independent"}
     SubElement(variables, "Float64", {**time, "variability": "continuous", "unit": TIME_UNIT})

@@ -80,10 +80,27 @@ def build_date() -> str | None:
 
 def model_description(table: PortTable, about: About) -> Element:
     """Describe a component completely: units, variables, feedthrough, initial unknowns, capabilities."""
+    root = description_root(table, about, "2.0", token="guid")
+    kind = SubElement(root, "CoSimulation", _capabilities(about))
+    if about.source_files:
+        files = SubElement(kind, "SourceFiles")
+        for name in about.source_files:
+            SubElement(files, "File", {"name": name})
+    add_units(root, {port.unit for port in table if port.kind == "real"})
+    add_defaults(root, about)
+    variables = SubElement(root, "ModelVariables")
+    for variable in table.variables:
+        _add_variable(variables, variable)
+    _add_structure(root, table)
+    return root
+
+
+def description_root(table: PortTable, about: About, version: str, *, token: str) -> Element:
+    """Return the empty description of a version of FMI, which names the attribute that identifies the FMU, `token`."""
     head = {
-        "fmiVersion": "2.0",
+        "fmiVersion": version,
         "modelName": about.model_name,
-        "guid": about.guid,
+        token: about.guid,
         "description": about.description,
         "author": about.author,
         "version": about.version,
@@ -92,13 +109,11 @@ def model_description(table: PortTable, about: About) -> Element:
     }
     if about.date is not None:
         head["generationDateAndTime"] = about.date
-    root = Element("fmiModelDescription", {**head, "variableNamingConvention": table.naming})
-    kind = SubElement(root, "CoSimulation", _capabilities(about))
-    if about.source_files:
-        files = SubElement(kind, "SourceFiles")
-        for name in about.source_files:
-            SubElement(files, "File", {"name": name})
-    add_units(root, {port.unit for port in table if port.kind == "real"})
+    return Element("fmiModelDescription", head | {"variableNamingConvention": table.naming})
+
+
+def add_defaults(root: Element, about: About) -> None:
+    """Describe what can be logged, and the default experiment."""
     categories = SubElement(root, "LogCategories")
     for name, description in about.log_categories.items():
         SubElement(categories, "Category", {"name": name, "description": description})
@@ -106,11 +121,6 @@ def model_description(table: PortTable, about: About) -> Element:
     if about.stop_time is not None:
         experiment["stopTime"] = value_text(about.stop_time)
     SubElement(root, "DefaultExperiment", experiment)
-    variables = SubElement(root, "ModelVariables")
-    for variable in table.variables:
-        _add_variable(variables, variable)
-    _add_structure(root, table)
-    return root
 
 
 def _capabilities(about: About) -> dict[str, str]:

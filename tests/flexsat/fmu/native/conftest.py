@@ -2,7 +2,7 @@
 
 import pickle
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,8 @@ from fmus.native.matrices import compile_with_places, give_matrices
 from fmus.native.native_toy import build_follower, compiler_is_missing
 from fmus.native.plant_pair import PlantPair
 from fmus.native.twin import compile_twin
+from fmus.raw_fmu import Library
+from fmus.raw_fmu3 import Library3
 
 Make = Callable[[Path], None]
 Compiled = Callable[[str, str, Sequence[Port], Mapping[str, Any]], Path]
@@ -53,6 +55,15 @@ def follower(once: Callable[[str, Make], Path]) -> Path:
         build_follower(folder / "follower.fmu")
 
     return once("native-follower", make) / "follower.fmu"
+
+
+@pytest.fixture
+def one(library: Library | Library3) -> Generator[Any, None, None]:
+    """Return a new instance of the library of a test file; what was logged before is forgotten."""
+    library.logged.clear()
+    made = library.instantiate()
+    yield made
+    made.free()
 
 
 @pytest.fixture(scope="session", params=CONFIGURATIONS)

@@ -17,14 +17,6 @@ def library(follower, tmp_path_factory):
     return Library(follower, tmp_path_factory.mktemp("unpacked"))
 
 
-@pytest.fixture
-def one(library):
-    library.logged.clear()
-    made = library.instantiate()
-    yield made
-    made.free()
-
-
 def derivative(one, unknown, known, seed):
     """Return the status and the sensitivities of unknowns, named or by value reference."""
     reference = one.library.reference

@@ -35,14 +35,6 @@ def library(native_toy_fmi3, tmp_path_factory):
     return Library3(native_toy_fmi3, tmp_path_factory.mktemp("unpacked"))
 
 
-@pytest.fixture
-def one(library):
-    library.logged.clear()
-    made = library.instantiate()
-    yield made
-    made.free()
-
-
 def in_phase(one, phase):
     calls = {
         "initialization": [lambda: one.enter(0.0, 0.5)],

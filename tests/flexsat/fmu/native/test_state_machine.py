@@ -35,14 +35,6 @@ def library(native_toy, tmp_path_factory):
     return Library(native_toy, tmp_path_factory.mktemp("unpacked"))
 
 
-@pytest.fixture
-def one(library):
-    library.logged.clear()
-    made = library.instantiate()
-    yield made
-    made.free()
-
-
 def in_phase(one, phase):
     assert one.setup(0.0, 0.5) == OK
     calls = {
