@@ -35,7 +35,7 @@ EFFECTS = {
     },
     "flexsat export-c": dict.fromkeys(("--configuration", "--design", "--precision", "--out", "--fmus"), _EXPORTED_C),
     **dict.fromkeys(("lockstep bundle", "flexsat bundle"), dict.fromkeys(
-        ("--out", "--input", "--output", "--parameter", "--multiple-of", "--set", *SHOWN),
+        ("--out", "--input", "--output", "--parameter", "--multiple-of", "--fmi3", "--set", *SHOWN),
         _BUNDLE + "every_option_changes_the_bundle",
     ) | {"--platforms": _BUNDLE + "zig_builds_for_chosen_platforms_that_all_fmus_have"}),
     **dict.fromkeys(("lockstep write-ssp", "flexsat write-ssp"), WRITE_SSP),
