@@ -21,7 +21,7 @@ MOST_IN_A_FOLDER = 22  # files of one subject
 FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/embedded", "fmu/native", "fmu/python", "fmu/python/shim", "fmu/documentation"),
-        *("design", "spacecraft", "description", "ports", "runtime/missions"),
+        *("design", "spacecraft", "description", "ports", "runtime/missions", "runtime/turning"),
         *("runtime", "structure", "parameters", "controller_weights"),
         *("slow_errors", "sensor_errors"),
         *("quantities", "allocation", "fixed_order", "double_double", "arrays", "errors"),
@@ -248,8 +248,8 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     assert {module for module, _ in foreign} == {"flexsat.fmu.python.life_cycle"}
     assert {name.partition(".")[0] for _, name in foreign} == {"pythonfmu"}
     allowed = {
-        None, "runtime", "runtime/missions", "ports", "fmu", "fmu/python", "parameters", "quantities", "allocation",
-        "slow_errors", "sensor_errors", "fixed_order", "arrays", "controller_weights",
+        None, "runtime", "runtime/missions", "runtime/turning", "ports", "fmu", "fmu/python", "parameters",
+        "quantities", "allocation", "slow_errors", "sensor_errors", "fixed_order", "arrays", "controller_weights",
     }  # fmt: skip
     assert {folder_of(module) for module in inside} <= allowed
 

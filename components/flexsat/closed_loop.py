@@ -100,6 +100,7 @@ class ClosedLoop:
                 variant = controller_ports.variant(values.__getitem__)
             models[name] = getattr(getattr(designs, variant), name)
         models["plant"] = plant_ports.simulated(models["plant"], self.values["plant"].__getitem__)
+        models["plant"] = plant_ports.at_present_angles(models["plant"], self.values["plant"].__getitem__)
         self.modal_size = designs.corrected.plant.modes  # of the plant's ports
         self.known_modes = models["controller"].modes
         rates = designs.corrected.config.rates

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
+from ..arrays import Array
 from ..quantities import Range, check_ranges
 from ..structure.combine import Placed, rotation_about, turned
 from ..structure.structure import Structure
@@ -23,7 +24,8 @@ class Appendage:
     """Modal data of a structure, clamped to the bus at a point.
 
     Its own axes, from its interface, are turned by `orientation` against the body axes, and before that by `angle`
-    about `axis` of its own axes: the angle of a drive, at which it stands still.
+    about `axis` of its own axes: the angle of a drive, at which it stands still. With `turns` the FMU of the plant has
+    this angle as a parameter, and axes of devices on the appendage are those at angle 0, in body axes.
     """
 
     name: str
@@ -32,6 +34,7 @@ class Appendage:
     orientation: Annotated[Vector, "rad", TURN] = (0.0, 0.0, 0.0)  # rotation vector: angle times axis
     axis: Vector = (1.0, 0.0, 0.0)  # unit vector, of the drive, in its own axes
     angle: Annotated[float, "rad", TURN] = 0.0  # of the drive
+    turns: bool = False  # whether the angle is a parameter of the FMUs; devices on it then turn with it
     modes: Annotated[int, "1", Range(minimum=1)] = 1_000_000  # the lowest of the data; all if there are fewer
 
     def __post_init__(self) -> None:
@@ -42,6 +45,22 @@ class Appendage:
             )
         if not abs(math.hypot(*self.axis) - 1.0) <= UNIT:
             raise ValueError(f"Appendage.axis must be a unit vector, got {self.axis!r}")
+
+    @property
+    def drive(self) -> Array:
+        """The axis of the drive, (3,), in body axes."""
+        return np.asarray(rotation_about(np.array(self.orientation)) @ np.array(self.axis))
+
+    @property
+    def body_from_own(self) -> Array:
+        """The rotation from its own axes to body axes, (3, 3)."""
+        turn = rotation_about(self.angle * np.array(self.axis))
+        return np.asarray(rotation_about(np.array(self.orientation)) @ turn)
+
+    @property
+    def turn(self) -> Array:
+        """The rotation of what it carries from where that is at angle 0, (3, 3), both in body axes."""
+        return rotation_about(self.angle * self.drive)
 
     def in_body(self) -> Structure:
         """Return its modal data in body axes from the body's origin."""
@@ -56,5 +75,5 @@ class Appendage:
             deflection=own.deflection[:, :, kept],
             slope=own.slope[:, :, kept],
         )
-        turn = rotation_about(np.array(self.orientation)) @ rotation_about(self.angle * np.array(self.axis))
-        return turned(Placed(name=self.name, structure=own, at=np.array(self.at), body_from_own=turn))
+        place = Placed(name=self.name, structure=own, at=np.array(self.at), body_from_own=self.body_from_own)
+        return turned(place)

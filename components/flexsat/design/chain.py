@@ -23,7 +23,7 @@ from ..parameters import (
 )
 from ..runtime.controller_parameters import ControllerMatrices
 from ..runtime.periods import whole_multiple
-from ..runtime.plant_parameters import PlantMatrices
+from ..runtime.plant_parameters import PlantMatrices, without_rounding
 from ..runtime.sensor_parameters import SensorMatrices
 from ..spacecraft.assembly import Spacecraft, build_spacecraft
 from ..spacecraft.linear_model import LinearModel, linearise
@@ -34,9 +34,6 @@ from .estimator import Estimator, assumed_by_filter, design_estimator, measureme
 from .jitter_cancellation import MODES, jitter_torque
 from .regulator import Regulator, design_regulator
 from .slow_errors import slow_gains, static_deflection
-
-# Relative to the masses that are coupled. Rounding couples the mesh of record by up to 1e-12; couplings are above 1e-5.
-NO_COUPLING = 1e-11
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,16 +59,6 @@ class Design:
         return np.arange(self.structure.mode_count)[modes_of_design(self.structure, self.config.modes)]
 
 
-def without_rounding(mass: Array) -> Array:
-    """Return a mass matrix whose couplings are exactly zero where rounding alone couples.
-
-    On a symmetric structure most modes move no body, and the others move it along or about one axis. What the sums over
-    the finite elements leave elsewhere would join vibrations that are independent, and cost a native plant seconds.
-    """
-    scale = np.sqrt(np.outer(np.diag(mass), np.diag(mass)))
-    return np.where(np.abs(mass) > NO_COUPLING * scale, mass, 0.0)
-
-
 def plant_matrices(
     spacecraft: Spacecraft, nominal_speed: Array, step_size: float, flexible_accelerometers: bool = True
 ) -> PlantMatrices:
@@ -85,7 +72,7 @@ def plant_matrices(
     deflection = np.einsum("ni,nim->nm", spacecraft.accelerometers.axis, spacecraft.accelerometers.deflection)
     if not flexible_accelerometers:
         deflection = np.zeros_like(deflection)
-    turned = np.cross(spacecraft.lateral_a, spacecraft.lateral_b)
+    turned, turning = np.cross(spacecraft.lateral_a, spacecraft.lateral_b), spacecraft.turning
     return PlantMatrices(
         mass_matrix=without_rounding(spacecraft.mass_matrix),
         frequency=spacecraft.frequency,
@@ -111,6 +98,17 @@ def plant_matrices(
         accelerometer_axis=spacecraft.accelerometers.axis,
         accelerometer_position=spacecraft.accelerometers.position,
         accelerometer_deflection=deflection,
+        turn_axis=turning.axis,
+        turn_point=turning.point,
+        turn_angle=turning.angle,
+        turn_moment=turning.moment,
+        turn_inertia=turning.inertia,
+        mount_turn=turning.mount_turn,
+        mount_position=spacecraft.mounts.position,
+        mode_part=turning.mode_part,
+        mount_part=turning.mount_part,
+        gyro_part=turning.gyro_part,
+        accelerometer_part=turning.accelerometer_part,
     )
 
 
@@ -235,7 +233,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         ),
         sensors=SensorMatrices(
             nominal_speed=response.nominal,
-            wrench_of_jitter=spacecraft.wrench_of_jitter,
+            wrench_of_jitter=spacecraft.wrench_in_mount_axes,
             gyros=model.gyro_count,
             accelerometers=model.index.accelerometers,
             gyro_axis=spacecraft.gyros.axis,

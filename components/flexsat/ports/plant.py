@@ -9,6 +9,7 @@ import numpy as np
 
 from ..parameters import DEGREE, Wheel
 from ..runtime.plant_parameters import PlantMatrices, PlantParameters, lowest_modes, parameters_of_run
+from ..runtime.turning.angles import at_angles
 from .declared import parameter_port
 from .table import Port
 
@@ -16,6 +17,8 @@ from .table import Port
 FASTEST = 0.2  # rad/s about each axis: 12 % of the energy are made in 5 s at 0.5 rad/s
 LARGEST = 100.0  # of each modal coordinate, m sqrt(kg) and m sqrt(kg)/s; at 1000 the motion diverges
 
+FULL_TURN = 2.0 * np.pi  # rad
+ANGLE = "appendage.angle"  # of a plant with appendages that turn
 JITTER = tuple(f"jitter.{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
 
 
@@ -133,12 +136,21 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
                        " wheel.speed_limit; 0: it does not fall"),
         parameter_port(Wheel, "torque_step", name="wheel.torque_step", size=n, start=tuple(model.torque_step.tolist()),
                        description="the motor rounds its command to whole steps of this; 0: none"),
+        *(Port(name=ANGLE, causality="parameter", unit="rad", size=count, minimum=-FULL_TURN, maximum=FULL_TURN,
+               display_unit="deg", variability="tunable", start=tuple(model.turn_angle.tolist()),
+               description="angle of the drive of each appendage that turns, in the order of the spacecraft's file")
+          for count in [len(model.turn_angle)] if count),
     )  # fmt: skip
 
 
 def simulated(model: PlantMatrices, value: Callable[[str], Any]) -> PlantMatrices:
     """Return the matrices with the modes that a run simulates; `value` gives the value of a port."""
     return lowest_modes(model, value("modes"))
+
+
+def at_present_angles(model: PlantMatrices, value: Callable[[str], Any]) -> PlantMatrices:
+    """Return the matrices with appendages at the angles of the parameters; the same ones if none turns."""
+    return at_angles(model, value(ANGLE)) if len(model.turn_angle) else model
 
 
 def parameters(model: PlantMatrices, value: Callable[[str], Any]) -> PlantParameters:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, make_read_only
+from ..arrays import Array, Flags, make_read_only
 from ..fixed_order import product
 from .plant_parameters import PlantMatrices
 
@@ -53,12 +53,13 @@ def prepare_loads(matrices: PlantMatrices) -> Loads:
     torques = [at_mounts(matrices, -vectors) for vectors in (matrices.wheel_axis, first, second)]
     no_force = np.zeros((3 * s, matrices.wheels))
     on_wheel, about_a, about_b = (np.vstack([no_force, torque]) for torque in torques)
-    wrench_of_held = np.hstack([on_wheel, np.eye(6 * s), np.zeros((6 * s, 6)), about_a, about_b, np.zeros((6 * s, 6))])
+    given = _in_body(matrices)
+    wrench_of_held = np.hstack([on_wheel, given, np.zeros((6 * s, 6)), about_a, about_b, np.zeros((6 * s, 6))])
     held, momentum_terms = wrench_of_held.shape[1], slice(wrench_of_held.shape[1] - 6, None)
     resultant = product(wrench[:6], wrench_of_held)
     resultant[:, matrices.wheels + 6 * s : matrices.wheels + 6 * s + 6] = np.eye(6)
     resultant[:, momentum_terms] = -np.eye(6)
-    moving = np.any(wrench[6:] != 0.0, axis=0)
+    moving = _moving(matrices)
     turning = np.zeros((3, held))
     turning[:, held - 6 : held - 3] = np.eye(3)
     force = np.zeros((6 + m, 6 + np.count_nonzero(moving) + 3))
@@ -74,6 +75,30 @@ def prepare_loads(matrices: PlantMatrices) -> Loads:
         mount_slopes=picks[: 3 * s],
         gyro_slopes=picks[3 * s :],
     )
+
+
+def _in_body(matrices: PlantMatrices) -> Array:
+    """Return the wrenches on the mounts in body axes, from those in axes that turn with the mounts, (6 s, 6 s)."""
+    s = matrices.mounts
+    turns = np.zeros((2, 3, s, 2, 3, s))
+    for mount in range(s):
+        for kind in range(2):
+            turns[kind, :, mount, kind, :, mount] = matrices.mount_turn[mount]
+    return turns.reshape(6 * s, 6 * s)
+
+
+def _moving(matrices: PlantMatrices) -> Flags:
+    """Return the components of the mounts' wrenches that move modes, (6 s,): at any angle, where a mount turns."""
+    moving = np.any(matrices.wrench_influence[6:] != 0.0, axis=0).reshape(2, 3, matrices.mounts)
+    turning = matrices.mount_part >= 0
+    moving[:, :, turning] = np.any(moving[:, :, turning], axis=1, keepdims=True)
+    return np.asarray(moving.reshape(-1))
+
+
+def tilted_axes(matrices: PlantMatrices, loads: Loads, eta: Array) -> Array:
+    """Return the axes of the wheels as the structure tilts them, (n, 3), to second order in eta, (m,)."""
+    slopes = (loads.mount_slopes @ (loads.slopes @ eta)).reshape(3, -1).T[matrices.mount_of_wheel]
+    return np.asarray(matrices.wheel_axis + np.cross(slopes, matrices.wheel_axis))
 
 
 def distinct_rows(matrix: Array) -> tuple[Array, Array]:

@@ -20,6 +20,7 @@ from ..arrays import Array
 from ..fixed_order import product
 from . import bearing_friction, motors, rotations
 from .bearing_friction import PreparedFriction
+from .loads import tilted_axes
 from .named_state import NOT_SAVED
 from .prepared_plant import MIDDLE, PRODUCTS, PreparedPlant, at_step, prepare, prepare_motion
 from .rotations import Triple
@@ -374,8 +375,7 @@ def telemetry(prepared: PreparedPlant, state: PlantState) -> Telemetry:
     matrices, loads, momentum = motion.matrices, motion.loads, state.work.moving[-6:]
     moving = structure_motion(prepared, state)
     eta, body, speed = moving[:m], moving[m : m + 6], moving[m + 6 :]
-    slopes = (loads.mount_slopes @ (loads.slopes @ eta)).reshape(3, -1).T[matrices.mount_of_wheel]
-    axes = matrices.wheel_axis + np.cross(slopes, matrices.wheel_axis)
+    axes = tilted_axes(matrices, loads, eta)
     modal_momentum = motion.mass[6:, :6] @ body + speed
     return Telemetry(
         angular_momentum=rotations.matrix_from_mrp(state.mrp).T @ (momentum[3:] + state.momentum @ axes),

@@ -8,6 +8,8 @@ import numpy as np
 
 from ..arrays import Array, Index, make_read_only
 
+# Relative to the masses that are coupled. Rounding couples the mesh of record by up to 1e-12; couplings are above 1e-5.
+NO_COUPLING = 1e-11
 STREAM = 1  # a component's own random streams: plant and sensors may be given the same seed
 
 
@@ -39,6 +41,18 @@ class PlantMatrices:
     accelerometer_axis: Array  # (k, 3)
     accelerometer_position: Array  # (k, 3) [m]
     accelerometer_deflection: Array  # (k, m)
+    # The t appendages that turn, at the angles of the file; a part is one of them, from 0, or -1: it does not turn.
+    turn_axis: Array  # (t, 3) unit vectors
+    turn_point: Array  # (t, 3) [m] of the interface, from the origin
+    turn_angle: Array  # (t,) [rad]
+    turn_moment: Array  # (t, 3) [kg.m] first moment of mass about the interface
+    turn_inertia: Array  # (t, 3, 3) [kg.m2] about the interface
+    mount_turn: Array  # (s, 3, 3): body axes from those of the mount's jitter, which are body axes at angle 0
+    mount_position: Array  # (s, 3) [m]
+    mode_part: Index  # (m,)
+    mount_part: Index  # (s,)
+    gyro_part: Index  # (g,)
+    accelerometer_part: Index  # (k,)
 
     def __post_init__(self) -> None:
         make_read_only(self)
@@ -57,6 +71,16 @@ class PlantMatrices:
     def mounts(self) -> int:
         """Number of mounts that carry wheels."""
         return int(self.wrench_influence.shape[1]) // 6
+
+
+def without_rounding(mass: Array) -> Array:
+    """Return a mass matrix whose couplings are exactly zero where rounding alone couples.
+
+    On a symmetric structure most modes move no body, and the others move it along or about one axis. What the sums over
+    the finite elements leave elsewhere would join vibrations that are independent, and cost a native plant seconds.
+    """
+    scale = np.sqrt(np.outer(np.diag(mass), np.diag(mass)))
+    return np.where(np.abs(mass) > NO_COUPLING * scale, mass, 0.0)
 
 
 def lowest_modes(matrices: PlantMatrices, count: int) -> PlantMatrices:
@@ -83,6 +107,7 @@ def lowest_modes(matrices: PlantMatrices, count: int) -> PlantMatrices:
         wheel_slope=matrices.wheel_slope[:, :, :count],
         gyro_slope=matrices.gyro_slope[:, :count],
         accelerometer_deflection=matrices.accelerometer_deflection[:, :count],
+        mode_part=matrices.mode_part[:count],
     )
 
 

@@ -24,6 +24,7 @@ from ..structure.mesh import polar
 from ..structure.structure import Structure
 from .flexible import node_of, structure_of
 from .rigid_bus import join
+from .turning import Turning, turned_axes, turning_of, turns_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +62,7 @@ class Spacecraft:
     lateral_b: Array  # (n, 3): second
     gyros: Points
     accelerometers: Points
+    turning: Turning  # the appendages that turn
 
     @property
     def mode_count(self) -> int:
@@ -110,7 +112,7 @@ class Spacecraft:
 
     @property
     def wrench_of_jitter(self) -> Array:
-        """Map the jitter of the wheels to the wrenches on their mounts, (6 s, 4 n)."""
+        """Map the jitter of the wheels to the wrenches on their mounts, (6 s, 4 n), in body axes."""
         count, wheels = len(self.mounts.position), self.wheel_count
         matrix = np.zeros((2, 3, count, 2, 2, wheels))  # force or torque, x y z, mount; the same, a or b, wheel
         each = np.arange(wheels)
@@ -119,6 +121,15 @@ class Spacecraft:
                 for component in range(3):
                     matrix[kind, component, self.mount_of_wheel, kind, k, each] = lateral[:, component]
         return matrix.reshape(6 * count, 4 * wheels)
+
+    @property
+    def wrench_in_mount_axes(self) -> Array:
+        """The same, (6 s, 4 n), in axes that turn with each mount's appendage: those of the FMUs' jitter ports."""
+        back = self.turning.mount_turn.transpose(0, 2, 1)
+        if np.array_equal(back, np.broadcast_to(np.eye(3), back.shape)):
+            return self.wrench_of_jitter
+        by_mount = self.wrench_of_jitter.reshape(2, 3, len(back), -1)
+        return np.asarray(np.einsum("sij,kjsc->kisc", back, by_mount).reshape(6 * len(back), -1))
 
     @property
     def jitter_influence(self) -> Array:
@@ -172,7 +183,7 @@ def _points(structure: Structure, config: Configuration, placed: Sequence[Device
     sites = [config.site(device.site) for device in placed]
     return Points(
         position=np.array([position_of(structure, site) for site in sites]),
-        axis=np.array([device.axis for device in placed]),
+        axis=turned_axes(config, placed),
         slope=np.array([structure.slope_at(nodes[s.name]) if s.name in nodes else modes for s in sites]),
         deflection=np.array([structure.deflection_at(nodes[s.name]) if s.name in nodes else modes for s in sites]),
     )
@@ -209,7 +220,8 @@ def build_spacecraft(config: Configuration, as_published: bool = False) -> Space
     carrying = {device.site for device in config.wheels}
     occupied = [site.name for site in config.all_sites if site.name in carrying]
     mounts = [Device(site=name, axis=ALONG["+z"]) for name in occupied]
-    lateral_a, lateral_b = lateral_axes(wheels.axis)
+    lateral_a, lateral_b = _lateral_axes(config)
+    turning = turning_of(config, structure, [config.site(name) for name in occupied], whole.centre)
     return Spacecraft(
         name=config.name,
         mass=whole.mass,
@@ -227,7 +239,18 @@ def build_spacecraft(config: Configuration, as_published: bool = False) -> Space
         lateral_b=lateral_b,
         gyros=_from(whole.centre, gyros),
         accelerometers=_from(whole.centre, accelerometers),
+        turning=turning,
     )
+
+
+def _lateral_axes(config: Configuration) -> tuple[Array, Array]:
+    """Return the lateral axes of the wheels; on an appendage that turns they turn with it."""
+    stated = np.array([device.axis for device in config.wheels])
+    first, second = lateral_axes(stated)
+    turns = turns_of(config, [config.site(device.site) for device in config.wheels])
+    if turns is None:
+        return first, second
+    return np.einsum("nij,nj->ni", turns, first), np.einsum("nij,nj->ni", turns, second)
 
 
 def _from(centre: Array, points: Points) -> Points:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+from ..arrays import Index
 from ..description.appendage import Appendage
 from ..description.configuration import Configuration
 from ..description.placement import Site
 from ..parameters import Aperture, Plate
-from ..structure.combine import combined
+from ..structure.combine import combined, parts_of_modes
 from ..structure.modes import aperture_structure
 from ..structure.structure import Structure
 
@@ -18,10 +19,29 @@ def structure_of(config: Configuration) -> Structure:
     return _structure(config.aperture, config.plate, config.appendages, config.modes.plant)
 
 
+def appendages_of_modes(config: Configuration) -> Index:
+    """Return the appendage that each mode of the structure is one of, (m,), from 0; -1 for those of the aperture."""
+    first = 0 if config.aperture is None else 1
+    parts = _parts(config.aperture, config.plate, config.appendages, config.modes.plant)
+    return parts_of_modes(parts, config.modes.plant) - first
+
+
+def appendage_at(config: Configuration, site: Site) -> int:
+    """Return the appendage that a site is a node of, from 0; -1 for a site on the bus or the aperture."""
+    owners = (k for k, one in enumerate(config.appendages) if site.node.startswith(f"{one.name}."))
+    return next(owners, -1)
+
+
 @lru_cache(maxsize=8)
 def _structure(aperture: Aperture | None, plate: Plate, appendages: tuple[Appendage, ...], count: int) -> Structure:
-    parts = [] if aperture is None else [aperture_structure(aperture, plate, count)]
-    return combined([*parts, *(one.in_body() for one in appendages)], count)
+    return combined(_parts(aperture, plate, appendages, count), count)
+
+
+def _parts(
+    aperture: Aperture | None, plate: Plate, appendages: tuple[Appendage, ...], count: int
+) -> tuple[Structure, ...]:
+    own = [] if aperture is None else [aperture_structure(aperture, plate, count)]
+    return (*own, *(one.in_body() for one in appendages))
 
 
 def node_of(structure: Structure, site: Site) -> int:

@@ -37,6 +37,13 @@ def with_modes(config: Configuration, count: int) -> Configuration:
     return replace(config, modes=replace(config.modes, plant=count, design=known))
 
 
+def with_angles(config: Configuration, angles: Sequence[float]) -> Configuration:
+    """Return the configuration with the appendages that turn at angles [rad], in the order of the file."""
+    left = iter(angles)
+    turned = (replace(one, angle=next(left)) if one.turns else one for one in config.appendages)
+    return replace(config, appendages=tuple(turned))
+
+
 def modes_of_design(spacecraft: Spacecraft, modes: Modes) -> slice | list[int]:
     """Return the modes that the controller is designed with: the lowest, or those most coupled to rigid motion.
 
@@ -72,6 +79,7 @@ def keep_modes(spacecraft: Spacecraft, kept: Sequence[int] | slice) -> Spacecraf
         mounts=cut(spacecraft.mounts),
         gyros=cut(spacecraft.gyros),
         accelerometers=cut(spacecraft.accelerometers),
+        turning=replace(spacecraft.turning, mode_part=spacecraft.turning.mode_part[kept]),
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..fixed_order import product
 from .structure import Structure
 
@@ -73,6 +73,18 @@ def turned(placed: Placed) -> Structure:
     )
 
 
+def parts_of_modes(parts: Sequence[Structure], count: int) -> Index:
+    """Return which of the parts each of the modes of `combined` is one of, (m,), from 0."""
+    owners = np.concatenate([np.full(part.mode_count, k) for k, part in enumerate(parts)])
+    return np.asarray(owners[_lowest(parts, count)])
+
+
+def _lowest(parts: Sequence[Structure], count: int) -> Index:
+    """Return the lowest modes of all parts, by their places one part after the other."""
+    frequency = np.concatenate([part.frequency for part in parts])
+    return np.asarray(np.argsort(frequency, kind="stable")[:count])
+
+
 def combined(parts: Sequence[Structure], count: int) -> Structure:
     """Return structures on one bus, in the same axes, as one with the lowest `count` modes of all of them.
 
@@ -81,7 +93,7 @@ def combined(parts: Sequence[Structure], count: int) -> Structure:
     if len(parts) == 1 and parts[0].mode_count <= count:
         return parts[0]
     frequency = np.concatenate([part.frequency for part in parts])
-    kept = np.argsort(frequency, kind="stable")[:count]
+    kept = _lowest(parts, count)
     starts = np.cumsum([0, *(part.mode_count for part in parts)])
     first_nodes = np.cumsum([0, *(len(part.position) for part in parts)])
 

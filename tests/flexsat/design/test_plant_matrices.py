@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import eigh
 
 from flexsat.description.built_in import configuration
-from flexsat.design.chain import NO_COUPLING, plant_matrices, without_rounding
+from flexsat.design.chain import plant_matrices
+from flexsat.runtime.plant_parameters import NO_COUPLING, without_rounding
 from flexsat.spacecraft.assembly import Spacecraft, build_spacecraft
 
 

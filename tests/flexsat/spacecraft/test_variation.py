@@ -7,8 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexsat.description.built_in import configuration
+from flexsat.description.spacecraft_file import read_spacecraft
 from flexsat.parameters import ALL_MODES
-from flexsat.spacecraft.variation import ModelErrors, full_spacecraft, keep_modes, with_errors
+from flexsat.spacecraft.assembly import build_spacecraft
+from flexsat.spacecraft.variation import ModelErrors, full_spacecraft, keep_modes, with_angles, with_errors
+from fmus.turning_array import spacecraft, write_files
 
 
 @pytest.fixture(scope="module")
@@ -43,3 +46,12 @@ def test_mass_stays_positive_with_less_inertia(full, inertia):
 def test_impossible_errors_are_refused(name, value):
     with pytest.raises(ValueError, match=rf"ModelErrors\.{name} must be >=? -1, got {value}"):
         ModelErrors(**{name: value})
+
+
+def test_angles_of_what_turns_alone(tmp_path):
+    """Of three appendages the second stands still: a file with the angles is the same spacecraft."""
+    config = read_spacecraft(write_files(tmp_path, 25.0, -15.0)).configurations["robust"]
+    turned = with_angles(config, np.deg2rad([70.0, 10.0]).tolist())
+    assert [one.angle for one in turned.appendages] == np.deg2rad([70.0, 0.0, 10.0]).tolist()
+    expected = spacecraft(tmp_path, 70.0, 10.0)
+    assert_allclose(build_spacecraft(turned).mass_matrix, expected.mass_matrix, atol=1e-12)

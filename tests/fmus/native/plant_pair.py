@@ -9,6 +9,8 @@ import numpy as np
 from flexsat.ports import plant as interface
 from flexsat.runtime import bearing_friction, plant
 from flexsat.runtime.plant_parameters import PlantMatrices
+from flexsat.runtime.prepared_plant import Motion
+from flexsat.runtime.turning.state import turned_state
 from fmus.native.twin import Twin
 
 TYPES = {"real": float, "integer": int, "boolean": bool}
@@ -22,7 +24,8 @@ class PlantPair:
         self.native = Twin(library, self.ports, **values)
         matrices = variants["as_published" if self.value("as_published") else "corrected"]
         self.matrices = interface.simulated(matrices, self.value)
-        self.motion = plant.prepare_motion(self.matrices, interface.parameters(self.matrices, self.value))
+        self.parameters = interface.parameters(self.matrices, self.value)
+        self.motion = self.at_angles()
         self.change_step(step)
         self.state = plant.init(self.plant)
         self.native.start()
@@ -35,6 +38,18 @@ class PlantPair:
         """Return the value of a port as the Python component reads it."""
         port, values = self.native.table[name], self.native.view(name)
         return values.copy() if port.size is not None else TYPES[port.kind](values[0])
+
+    def at_angles(self) -> Motion:
+        """Return the motion with appendages at their present angles."""
+        return plant.prepare_motion(interface.at_present_angles(self.matrices, self.value), self.parameters)
+
+    def turn(self, *angles: float) -> None:
+        """Set the angles of the appendages that turn [rad] in both."""
+        self.native.view("appendage.angle")[:] = angles
+        before, self.motion = self.plant, self.at_angles()
+        self.change_step(before.step_length)
+        self.state = turned_state(before, self.plant, self.state, self.inputs, self.friction)
+        self.native.tuned()
 
     def change_step(self, step: float) -> None:
         """Use steps of another length [s]; reads the friction of the wheels anew."""

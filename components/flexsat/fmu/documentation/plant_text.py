@@ -20,6 +20,9 @@ PLANT = ComponentText(
         " wheel up is limited further where it has a wheel.speed_limit: above wheel.full_torque_speed the limit falls,"
         " in a line, to zero there; without one, to what reaches it within the step. 0 is no limit, no fall, no step."
         " Gyroscopic torques of the wheels act on body and modes.",
+        "Appendages that turn have their angles as parameters, appendage.angle, which may change at any time in a run:"
+        " a quasi-static change that keeps modal displacements, the momenta of all coordinates, and the angular"
+        " momentum. Neither the torque nor the rate of the drive is modelled.",
         "Left out: gravity gradient and other environment (external.force and external.torque are there for it),"
         " in-plane deformation, large deformation, viscous friction, thermal effects.",
         "Mounts are the sites that carry wheels, in the order of the sites.",

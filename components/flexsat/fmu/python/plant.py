@@ -13,6 +13,7 @@ from ...ports.table import Port
 from ...runtime import bearing_friction, plant
 from ...runtime.named_state import NamedValues
 from ...runtime.plant_parameters import PlantMatrices
+from ...runtime.turning.state import turned_state
 from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 from .port_values import AnyArray
@@ -37,13 +38,14 @@ class Plant(ComponentSlave):
         """Draw the random initial values, and make the state."""
         path = self.resource(MODEL_FILE)
         variant: Variant = "as_published" if self.value("as_published") else "corrected"
-        matrices = interface.simulated(load_matrices(path, PlantMatrices, variant), self.value)
-        parameters = interface.parameters(matrices, self.value)
-        self._motion = plant.prepare_motion(matrices, parameters, fixed_order=self.fixed_order)
+        self._matrices = interface.simulated(load_matrices(path, PlantMatrices, variant), self.value)
+        self._parameters = interface.parameters(self._matrices, self.value)
+        at_angles = interface.at_present_angles(self._matrices, self.value)
+        self._motion = plant.prepare_motion(at_angles, self._parameters, fixed_order=self.fixed_order)
         self._plant = self.in_use(plant.at_step(self._motion, self.preferred_step))
         self._plants = {self.preferred_step: self._plant}
         self.state = plant.init(self._plant)
-        self.tuned()
+        self._prepare_friction()
         reals = self.values.arrays["real"]
         self._inputs = reals[self.table.run("input")]
         self._shown = reals[self.table.span("attitude.mrp").start : self.table.span("wheel.angle").stop]
@@ -65,10 +67,24 @@ class Plant(ComponentSlave):
                 self._plants.pop(next(iter(self._plants)))
             self._plants[step] = self.in_use(plant.at_step(self._motion, step))
         self._plant = self._plants[step]
-        self.tuned()
+        self._prepare_friction()
 
     def tuned(self) -> None:
-        """Prepare the friction of the wheels, which may change at any time."""
+        """Use the friction of the wheels and the angles of appendages, which may change at any time."""
+        before = self._plant
+        angles = self._motion.matrices.turn_angle
+        turned = len(angles) > 0 and not np.array_equal(self.view(interface.ANGLE), angles)
+        if turned:
+            matrices = interface.at_present_angles(self._matrices, self.value)
+            self._motion = plant.prepare_motion(matrices, self._parameters, fixed_order=self.fixed_order)
+            self._plant = self.in_use(plant.at_step(self._motion, before.step_length))
+            self._plants = {before.step_length: self._plant}
+        self._prepare_friction()
+        if turned:
+            self.state = turned_state(before, self._plant, self.state, self._inputs, self._friction)
+            np.copyto(self._shown, self.state.outputs.flat)
+
+    def _prepare_friction(self) -> None:
         limits = self.value("wheel.friction_torque")
         self._friction = bearing_friction.prepare(self._plant, limits) if limits.any() else None
 

@@ -13,8 +13,8 @@ from flexsat.closed_loop import port_values
 from flexsat.design.chain import Design
 from flexsat.parameters import ControllerDesign
 from flexsat.ports import plant as plant_ports
-from flexsat.spacecraft.assembly import Spacecraft
-from flexsat.spacecraft.variation import ModelErrors, dispersed
+from flexsat.spacecraft.assembly import Spacecraft, build_spacecraft
+from flexsat.spacecraft.variation import ModelErrors, dispersed, with_angles
 from lockstep import InputError, System
 from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value
@@ -164,8 +164,11 @@ def _flown(design: Design, given: Mapping[str, Value]) -> tuple[Spacecraft, int,
     known = {port.name for port in ports if port.causality == "parameter"}
     parameters = {name: value for name, value in given.items() if name.partition("[")[0] in known}
     values = port_values("plant", ports, parameters)
+    angles, structure = values.get(plant_ports.ANGLE, design.plant.turn_angle), design.structure
+    if not np.array_equal(angles, design.plant.turn_angle):
+        structure = build_spacecraft(with_angles(design.config, angles.tolist()))
     real = dispersed(
-        design.structure,
+        structure,
         values["dispersion.frequency"],
         values["dispersion.damping"],
         values["dispersion.inertia"],

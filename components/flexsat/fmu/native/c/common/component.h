@@ -30,7 +30,7 @@ typedef struct Component {
 } Component;
 
 /* Prepare for the parameters and make the state at the start of a run; the outputs are true afterwards. Allocates from
-`memory`; no other function does. May be called again during initialisation. */
+`memory`, as component_tuned may; no other function does. May be called again during initialisation. */
 int component_start(Component *component);
 
 /* Where all steps have to be as long as the first: prepare for this length [s]. */

@@ -8,15 +8,15 @@ double lateral_axis(const PlantMatrices *matrices, int which, int wheel, int axi
 {
     const int width = 2 * matrices->wheels;
 
-    return matrices->data->lateral_influence[(3 + axis) * width + which * matrices->wheels + wheel];
+    return matrices->lateral[axis * width + which * matrices->wheels + wheel];
 }
 
 /* The wrenches on the mounts, (6 s, held), of what is held. */
 static void wrenches(const PlantMatrices *matrices, int held, double *wrench)
 {
     const int n = matrices->wheels, s = matrices->mounts, about_a = n + 6 * s + 6;
-    const double *axes = matrices->data->wheel_axis;
-    int wheel, axis, i;
+    const double *axes = matrices->wheel_axis;
+    int wheel, axis, i, j, mount;
 
     for (wheel = 0; wheel < n; wheel++)
         for (axis = 0; axis < 3; axis++) {
@@ -25,19 +25,24 @@ static void wrenches(const PlantMatrices *matrices, int held, double *wrench)
             row[about_a + wheel] = -lateral_axis(matrices, 0, wheel, axis);
             row[about_a + n + wheel] = -lateral_axis(matrices, 1, wheel, axis);
         }
-    for (i = 0; i < 6 * s; i++)
-        wrench[(size_t)i * (size_t)held + (size_t)(n + i)] = 1.0;
+    for (mount = 0; mount < s; mount++) /* jitter in axes that turn with the mount: its forces, then its torques */
+        for (i = 0; i < 6; i++)
+            for (j = i / 3 * 3; j < i / 3 * 3 + 3; j++)
+                wrench[(size_t)(i * s + mount) * (size_t)held + (size_t)(n + j * s + mount)] =
+                    matrices->mount_turn[9 * mount + 3 * (i % 3) + j % 3];
 }
 
-/* Whether a component of the wrenches moves a mode. */
+/* Whether a component of the wrenches moves a mode; of a mount that turns, whether any of the three does. */
 static int moves(const PlantMatrices *matrices, int column)
 {
-    const int width = 6 * matrices->mounts;
-    int j;
+    const int s = matrices->mounts, width = 6 * s, turns = matrices->data->mount_part[column % s] >= 0;
+    const int first = turns ? column / (3 * s) * 3 * s + column % s : column, count = turns ? 3 : 1;
+    int i, j;
 
-    for (j = 0; j < matrices->modes; j++)
-        if (matrices->wrench[(size_t)(6 + j) * (size_t)width + (size_t)column] != 0.0)
-            return 1;
+    for (i = 0; i < count; i++)
+        for (j = 0; j < matrices->modes; j++)
+            if (matrices->wrench[(size_t)(6 + j) * (size_t)width + (size_t)(first + i * s)] != 0.0)
+                return 1;
     return 0;
 }
 

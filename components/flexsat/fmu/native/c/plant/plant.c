@@ -10,6 +10,16 @@
 #include "plant_step.h"
 #include "plant_telemetry.h"
 #include "ports.h"
+#include "turned_state.h"
+#include "turning_appendages.h"
+
+/* What stays when the plant is prepared for other angles, and where the memory begins that is prepared anew. */
+typedef struct TurningPlant {
+    Plant plant; /* first: the component's own */
+    Kept kept;
+    MemoryBlock *mark;
+    int angles; /* t */
+} TurningPlant;
 
 static const double SHORTEST = 1e-9; /* s: lengths of steps are whole multiples of it */
 
@@ -75,30 +85,69 @@ static void use_step(Component *component, Plant *plant, double length)
         prepare_friction(plant, component->real + PORT_WHEEL_FRICTION_TORQUE);
 }
 
-int component_start(Component *component)
+/* Doubles of the state of any plant that a component may start. */
+static size_t most_doubles(void)
 {
-    Memory *memory = &component->memory;
-    Plant *plant = memory_take(memory, 1, sizeof(Plant));
-    size_t doubles;
+    const size_t loads = 6 + 6 * (size_t)PORT_JITTER_FORCE_X_SIZE + 3;
+
+    return 1 + 3 + 2 * (size_t)PORT_MODAL_DISPLACEMENT_SIZE + 6 + 2 * loads + 3 * (size_t)PORT_WHEEL_TORQUE_SIZE + 3;
+}
+
+/* Prepare for the present parameters, but for the state. */
+static int prepare(Component *component, TurningPlant *own)
+{
+    Plant *plant = &own->plant;
+    const double *angle = appendage_angles(component);
     int i;
 
-    component->own = plant;
-    component->step_length = 0.0;
-    if (memory->failed)
-        return refuse(component, "there is not enough memory");
     if (prepare_motion(component, &plant->motion))
         return 1;
     for (i = 0; i < KEPT_STEPS; i++)
         if (take_step(component, &plant->motion, &plant->steps[i]))
             return 1;
-    doubles = lay_out(&plant->motion, NULL, &plant->state);
-    component->state = memory_take(memory, doubles, sizeof(double));
-    component->state_size = doubles * sizeof(double);
-    if (memory->failed || take_work(memory, &plant->motion, &plant->work))
+    plant->next = 0;
+    if (take_work(&component->memory, &plant->motion, &plant->work))
         return refuse(component, "there is not enough memory");
-    lay_out(&plant->motion, (double *)(void *)component->state, &plant->state);
+    for (i = 0; i < own->angles; i++)
+        own->kept.angle[i] = angle[i];
+    component->state_size = sizeof(double) * lay_out(&plant->motion, (double *)(void *)component->state, &plant->state);
+    return 0;
+}
+
+int component_start(Component *component)
+{
+    Memory *memory = &component->memory;
+    TurningPlant *own = memory_take(memory, 1, sizeof(TurningPlant));
+    Plant *plant = &own->plant;
+
+    component->own = plant;
+    component->step_length = 0.0;
+    component->state = memory_take(memory, most_doubles(), sizeof(double));
+    if (memory->failed)
+        return refuse(component, "there is not enough memory");
+    own->angles = plant_corrected.turn_axis_rows;
+    if (take_kept(memory, PORT_MODAL_DISPLACEMENT_SIZE, own->angles, &own->kept))
+        return refuse(component, "there is not enough memory");
+    own->mark = memory->last;
+    if (prepare(component, own))
+        return 1;
     use_step(component, plant, plant->motion.matrices.data->step_size);
     plant_begin(component, plant);
+    return 0;
+}
+
+/* Prepare the plant for the present angles, and continue its motion. */
+static int turn(Component *component, TurningPlant *own)
+{
+    Plant *plant = &own->plant;
+    const double length = plant->step->length;
+
+    keep_motion(plant, &own->kept);
+    memory_rewind(&component->memory, own->mark);
+    if (prepare(component, own))
+        return 1;
+    use_step(component, plant, length);
+    continue_motion(component, plant, &own->kept);
     return 0;
 }
 
@@ -128,8 +177,13 @@ int component_advance(Component *component, double time, double length)
 int component_tuned(Component *component)
 {
     Plant *plant = component->own;
+    TurningPlant *own = component->own;
+    const double *angle = appendage_angles(component);
     int i;
 
+    for (i = 0; i < own->angles; i++)
+        if (angle[i] != own->kept.angle[i])
+            return turn(component, own);
     for (i = 0; i < KEPT_STEPS; i++)
         plant->steps[i].braked = -1;
     prepare_friction(plant, component->real + PORT_WHEEL_FRICTION_TORQUE);

@@ -28,8 +28,8 @@ static void accelerations_of_force(const Motion *motion, double *of_force, doubl
     int i, j;
 
     for (i = 0; i < k; i++) {
-        const double *axis = matrices->data->accelerometer_axis + 3 * i;
-        const double *position = matrices->data->accelerometer_position + 3 * i;
+        const double *axis = matrices->accelerometer_axis + 3 * i;
+        const double *position = matrices->accelerometer_position + 3 * i;
         columns[0 * k + i] = axis[0], columns[1 * k + i] = axis[1], columns[2 * k + i] = axis[2];
         columns[3 * k + i] = position[1] * axis[2] - position[2] * axis[1];
         columns[4 * k + i] = position[2] * axis[0] - position[0] * axis[2];
@@ -134,7 +134,6 @@ static void accelerometer_products(const double *axis, const double *position, d
 static void output_rows(const Motion *motion, int width, double *rows, double *mount_speed)
 {
     const PlantMatrices *matrices = &motion->matrices;
-    const PlantData *data = matrices->data;
     const int n = matrices->wheels, g = matrices->gyros, k = matrices->accelerometers, speeds = motion->speeds;
     int i, slope[3];
 
@@ -145,18 +144,18 @@ static void output_rows(const Motion *motion, int width, double *rows, double *m
     rows += 6 * width;
     for (i = 0; i < n; i++, rows += width) {
         wheel_slopes(motion, i, slope);
-        pick(slope, data->wheel_axis + 3 * i, -1.0, 3, mount_speed + i * speeds);
+        pick(slope, matrices->wheel_axis + 3 * i, -1.0, 3, mount_speed + i * speeds);
         memcpy(rows, mount_speed + i * speeds, (size_t)speeds * sizeof(double));
-        rows[speeds + k + i] = 1.0 / data->wheel_inertia[i];
+        rows[speeds + k + i] = 1.0 / matrices->data->wheel_inertia[i];
     }
     for (i = 0; i < g; i++, rows += width) {
-        memcpy(rows + 3, data->gyro_axis + 3 * i, 3 * sizeof(double));
+        memcpy(rows + 3, matrices->gyro_axis + 3 * i, 3 * sizeof(double));
         if (motion->loads.gyro_slope[i] >= 0)
             rows[6 + motion->loads.gyro_slope[i]] = 1.0;
     }
     for (i = 0; i < k; i++, rows += width) {
         rows[speeds + i] = 1.0;
-        accelerometer_products(data->accelerometer_axis + 3 * i, data->accelerometer_position + 3 * i,
+        accelerometer_products(matrices->accelerometer_axis + 3 * i, matrices->accelerometer_position + 3 * i,
                                rows + speeds + k + n);
     }
 }

@@ -6,6 +6,7 @@
 #include "number_text.h"
 #include "ports.h"
 #include "random.h"
+#include "turning_appendages.h"
 
 enum { STREAM = 1, PHASES = 0, ATTITUDE = 1 }; /* the plant's random streams */
 static const double TURN = 6.283185307179586;  /* 2 pi */
@@ -45,7 +46,14 @@ int choose_matrices(Component *component, PlantMatrices *matrices)
     matrices->wrench = corner(memory, data->wrench_influence, 6 * matrices->mounts, 6 + m, 6 * matrices->mounts);
     matrices->gyro_slope = corner(memory, data->gyro_slope, all, matrices->gyros, m);
     matrices->deflection = corner(memory, data->accelerometer_deflection, all, matrices->accelerometers, m);
-    return memory->failed ? refuse(component, "there is not enough memory") : 0;
+    matrices->wheel_axis = data->wheel_axis;
+    matrices->lateral = data->lateral_influence + 3 * data->lateral_influence_columns;
+    matrices->wheel_slope = data->wheel_slope;
+    matrices->gyro_axis = data->gyro_axis;
+    matrices->accelerometer_axis = data->accelerometer_axis;
+    matrices->accelerometer_position = data->accelerometer_position;
+    matrices->mount_turn = data->mount_turn;
+    return memory->failed ? refuse(component, "there is not enough memory") : turn_appendages(component, matrices);
 }
 
 /* Refuse the initial motion of a mode that is not simulated. */

@@ -14,6 +14,11 @@ typedef struct PlantMatrices {
     const double *wrench;                             /* (6 + m, 6 s) */
     const double *gyro_slope;                         /* (g, m) */
     const double *deflection;                         /* (k, m) of the accelerometers */
+    const double *wheel_axis, *lateral;               /* (n, 3); (3, 2 n): their axes a, then b */
+    const double *wheel_slope;                        /* (n, 3, all modes) */
+    const double *gyro_axis;                          /* (g, 3) */
+    const double *accelerometer_axis, *accelerometer_position; /* (k, 3); (k, 3) [m] */
+    const double *mount_turn;                         /* (s, 3, 3): body axes from those of the mount's jitter */
     const PlantData *data;                            /* the others, with all modes where there are modes */
 } PlantMatrices;
 
@@ -30,7 +35,7 @@ typedef struct PlantParameters {
     int gyroscopics;
 } PlantParameters;
 
-/* Choose the variant and the number of modes by the component's parameters. */
+/* Choose the variant, the number of modes and the angles of appendages by the component's parameters. */
 int choose_matrices(Component *component, PlantMatrices *matrices);
 
 /* Read the parameters, and draw from the seed what is random at the start. */

@@ -224,24 +224,23 @@ void plant_feed_through(Component *component, Plant *plant)
     write_outputs(component, plant);
 }
 
-/* Set the motion of body and structure; no inputs act. */
-static void place(Plant *plant, const double *body)
+void plant_place(Plant *plant, const double *eta, const double *body, const double *speed)
 {
     const Motion *motion = &plant->motion;
-    const PlantParameters *given = &motion->parameters;
     PlantState *state = &plant->state;
     const int m = motion->matrices.modes, size = 6 + m;
     int i, j;
 
-    coordinates_of(&motion->free, 1, given->modal_displacement, given->modal_velocity, state->z);
+    coordinates_of(&motion->free, 1, eta, speed, state->z);
     for (i = 0; i < 6; i++) {
         state->momentum[i] = 0.0;
         for (j = 0; j < size; j++)
-            state->momentum[i] += motion->mass[i * size + j] * (j < 6 ? body[j] : given->modal_velocity[j - 6]);
+            state->momentum[i] += motion->mass[i * size + j] * (j < 6 ? body[j] : speed[j - 6]);
     }
     find_speeds(motion, state->z, state->momentum, plant->work.speeds);
     set_internal(plant, state->momentum, plant->work.speeds);
     memcpy(state->load, state->internal, (size_t)motion->loads.count * sizeof(double));
+    plant->work.ahead_length = 0.0;
 }
 
 void plant_begin(Component *component, Plant *plant)
@@ -257,10 +256,10 @@ void plant_begin(Component *component, Plant *plant)
     quaternion_from_mrp(given->mrp, quaternion);
     mrp_from_quaternion(quaternion, state->mrp);
     for (i = 0; i < n; i++) {
-        const double *direction = matrices->data->wheel_axis + 3 * i;
+        const double *direction = matrices->wheel_axis + 3 * i;
         double speed = given->wheel_speed[i];
         for (axis = 0; axis < 3; axis++) {
-            const double *slope = matrices->data->wheel_slope + (size_t)(3 * i + axis) * (size_t)all;
+            const double *slope = matrices->wheel_slope + (size_t)(3 * i + axis) * (size_t)all;
             speed += direction[axis] * given->rate[axis];
             for (j = 0; j < m; j++)
                 speed += direction[axis] * slope[j] * given->modal_velocity[j];
@@ -271,8 +270,7 @@ void plant_begin(Component *component, Plant *plant)
     }
     memcpy(body, given->velocity, 3 * sizeof(double));
     memcpy(body + 3, given->rate, 3 * sizeof(double));
-    place(plant, body);
-    plant->work.ahead_length = 0.0;
+    plant_place(plant, given->modal_displacement, body, given->modal_velocity);
     find_speeds(motion, state->z, state->momentum, plant->work.seen);
     look(plant);
     memcpy(state->turn, plant->work.turn, 3 * sizeof(double));

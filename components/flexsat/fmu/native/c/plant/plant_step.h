@@ -52,6 +52,9 @@ typedef struct Plant {
 /* Make the state at the start of a run, and the outputs. */
 void plant_begin(Component *component, Plant *plant);
 
+/* Set the motion of body and structure: eta (m), velocity and rate (6), eta' (m); no inputs act. */
+void plant_place(Plant *plant, const double *eta, const double *body, const double *speed);
+
 /* Advance by one step of the length in use, with the inputs held over it; the outputs are true at its end. */
 int plant_step(Component *component, Plant *plant);
 

@@ -7,8 +7,7 @@
 #include "ports.h"
 #include "rotations.h"
 
-/* The wheels' momenta about axes that are tilted with the structure, to second order in eta (PHYSICS section 2). */
-static void add_wheels(const Plant *plant, const double *eta, double momentum[3])
+void add_wheels(const Plant *plant, const double *eta, double momentum[3])
 {
     const Motion *motion = &plant->motion;
     const int s = motion->matrices.mounts;
@@ -17,7 +16,7 @@ static void add_wheels(const Plant *plant, const double *eta, double momentum[3]
 
     times_vector(motion->loads.turns, motion->matrices.modes, motion->loads.slopes, eta, slopes);
     for (wheel = 0; wheel < motion->matrices.wheels; wheel++) {
-        const double *axis = motion->matrices.data->wheel_axis + 3 * wheel, axial = plant->state.axial[wheel];
+        const double *axis = motion->matrices.wheel_axis + 3 * wheel, axial = plant->state.axial[wheel];
         double slope[3] = {0.0, 0.0, 0.0};
         for (i = 0; i < 3; i++) {
             const int row = motion->loads.mount_slope[i * s + motion->matrices.data->mount_of_wheel[wheel]];
