@@ -1,6 +1,6 @@
 """Tests of the options of what accepts, adapts and measures FMUs of others."""
 
-from .shared import HERE
+from .shared import HERE, JSON
 
 _EVERY_FILE = "lockstep/check/report/test_check_report.py::test_good_fmu_gets_0_and_every_file"
 _PROBE = "lockstep/check/latency/test_probe_latency.py::"
@@ -31,7 +31,8 @@ EFFECTS = {
         "--adapter": _ADAPT + "test_a_wrong_convention_is_named",
         "--like": _ADAPT + "test_a_controller_that_cannot_be_judged_is_refused_in_one_line",
     },
-    "flexsat shadow": {
+    "flexsat shadow": JSON
+    | {
         "--from": _SHADOWS + "test_residuals_begin_at_the_given_time_and_end_at_the_switchover",
         "--window": "system/test_shadow.py::test_windows_that_do_not_fit_are_refused",
         "--out": f"{HERE}::test_results_of_two_runs_go_to_folders_of_their_own",

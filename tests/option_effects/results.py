@@ -1,12 +1,15 @@
 """Tests of the options of what reads results."""
 
+from .shared import JSON
+
 EFFECTS = {
     "flexsat report": {
         "--out": "system/test_report_files.py::test_run_with_parts_of_arrays_has_a_page_of_these",
         "--time-range": "flexbench/report/test_results.py::test_short_window_keeps_every_row",
         "--pdf": "system/test_report_files.py::test_pdf_on_request",
     },
-    "flexsat figures": {
+    "flexsat figures": JSON
+    | {
         "--robust-design": "flexbench/figures/test_robust_design.py::test_the_command_prints_the_tables_and_draws",
         "--as-published": "flexbench/figures/test_figure_lists.py::test_the_command_draws_the_design_as_published",
         **dict.fromkeys(("--configuration", "--out"),

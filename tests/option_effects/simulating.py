@@ -1,6 +1,6 @@
 """Tests of the options of runs of systems, of the paper, of branches and campaigns."""
 
-from .shared import HERE
+from .shared import HERE, JSON
 
 _TIMING = "lockstep/ssp/test_timing.py::test_command_line_overrides_the_fmus"
 _RECORD = "lockstep/run/test_run.py::test_the_run_record_describes_the_run"
@@ -42,8 +42,8 @@ RUN = dict.fromkeys(("--delay", "--step-size", "--tick", "--continuous", "--samp
 }
 
 EFFECTS = {
-    "lockstep run": RUN,
-    "flexsat run": RUN | {
+    "lockstep run": RUN | JSON,
+    "flexsat run": RUN | JSON | {
         "--seed": "flexbench/cli/test_seeds.py::test_a_given_seed_is_set_or_refused_by_the_run",
         "--settling-band": "flexbench/cli/test_closing_table.py"
         "::test_the_table_gives_rms_and_peak_during_the_slew_and_after_its_settling",
@@ -56,7 +56,8 @@ EFFECTS = {
         "--vary": "flexbench/engine/test_branches.py::test_all_combinations_are_named_by_their_values",
         **dict.fromkeys(("--set", "--reinitialise", "--stop-time", "--record", "--out", "--jobs"), _VALUES),
     },
-    "flexsat paper": {
+    "flexsat paper": JSON
+    | {
         **dict.fromkeys(("--as-published", "--corrected"), _PAPER + "test_a_variant_that_was_not_run_has_no_column"),
         "--seeds": _PAPER + "test_a_cell_is_mean_and_standard_deviation_over_the_seeds",
         "--stop-time": _VALUES,

@@ -1,5 +1,7 @@
 """Tests of the options of studies, of a design or of many runs."""
 
+from .shared import JSON
+
 _VALUES = "flexbench/cli/test_option_values.py::test_an_option_reaches_the_study_with_its_value"
 _MEASURED = "flexbench/studies/margins/test_margins_measured.py::"
 _MULTISINE = _MEASURED + "test_a_multisine_has_its_lines_and_no_others"
@@ -14,7 +16,8 @@ _VALUE_FILE = "flexbench/cli/test_option_values.py::"
 _MARGINS = "system/test_margins.py::"
 
 EFFECTS = {
-    "flexsat margins": {
+    "flexsat margins": JSON
+    | {
         **dict.fromkeys(("--replace", "--set", "--out", "--amplitude", "--periods", "--settle"), _VENDOR),
         "--adapter": "examples/test_vendor_controller.py::test_margins_are_measured_through_an_adapter",
         "--analytic-only": _VALUE_FILE + "test_measurement_options_beside_analytic_only_are_refused",
@@ -31,7 +34,8 @@ EFFECTS = {
         "--python": "flexbench/studies/test_fmus_of_sweeps.py::test_margins_are_the_same_with_both_kinds",
         "--controller": _MARGINS + "test_bad_input_gets_one_line",
     },
-    "flexsat budget": {
+    "flexsat budget": JSON
+    | {
         "--requirements": "system/test_budget.py::test_budget_judges_requirements_by_its_exit_code",
         **dict.fromkeys(("--split", "--seed", "--stop-time"), _SPLIT),
         "--out": _EVALUATED,
@@ -42,18 +46,21 @@ EFFECTS = {
         "--level": _BUDGET + "test_value_at_a_level_is_an_order_statistic",
         "--from": _BUDGET + "test_bad_windows_levels_and_starts_are_refused",
     },
-    "flexsat spectra": {
+    "flexsat spectra": JSON
+    | {
         "--resolution": "flexbench/studies/spectra/test_spectra.py::test_bad_resolution_is_refused",
         "--confidence": "flexbench/studies/spectra/test_spectra.py::"
                         "test_bounds_cover_the_true_density_with_their_confidence",
         "--from": _VALUES,
         "--out": _EVALUATED,
     },
-    "flexsat health": {
+    "flexsat health": JSON
+    | {
         "--seeds": "flexbench/studies/health/test_health.py::test_bounds_of_an_average_are_those_of_chi_square",
         **dict.fromkeys(("--stop-time", "--out", "--python", "--jobs"), _VALUES),
     },
-    "flexsat robustness": {
+    "flexsat robustness": JSON
+    | {
         "--levels": _ROBUSTNESS + "test_errors_are_shifts_or_draws_of_the_level",
         **dict.fromkeys(("--vary", "--damping", "--inertia", "--participation", "--modes"),
                         _ROBUSTNESS + "test_each_error_reaches_the_plant"),
@@ -61,14 +68,16 @@ EFFECTS = {
         **dict.fromkeys(("--configuration", "--scenario", "--controller-design", "--seeds"), _VALUES),
         **dict.fromkeys(("--out", "--fmus", "--python", "--jobs"), _VALUES),
     },
-    "flexsat compare-layouts": {
+    "flexsat compare-layouts": JSON
+    | {
         "--dispersion": "flexbench/studies/layouts/test_dispersions.py::test_limits_are_given_in_percent_and_checked",
         "--stop-time": _LAYOUT + "test_a_slew_that_leaves_no_time_after_it_is_refused_before_anything_runs",
         "--settling-band": _LAYOUT + "test_a_slew_is_compared_while_it_lasts_and_from_its_end_on",
         "--set": _LAYOUT + "test_a_limit_cycle_is_lost_and_named",
         **dict.fromkeys(("--seeds", "--scenario", "--out", "--fmus", "--python", "--jobs"), _VALUES),
     },
-    "flexsat waterfall": {
+    "flexsat waterfall": JSON
+    | {
         "--as-published": "flexbench/studies/waterfall/test_waterfall.py::"
                           "test_a_sweep_as_published_flies_25_modes_and_is_named_so",
         **dict.fromkeys(("--points", "--speed-range", "--stop-time", "--out"), _WATERFALL),

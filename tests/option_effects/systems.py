@@ -1,6 +1,6 @@
 """Tests of the options of what is built, written and shown: spacecraft, FMUs, systems, bundles."""
 
-from .shared import HERE, SHOWN
+from .shared import HERE, JSON, SHOWN
 
 _SPACECRAFT = "flexbench/cli/spacecraft/test_spacecraft.py::"
 _SSP = "system/test_write_ssp.py::test_the_loop_is_that_with_the_adapter"
@@ -27,7 +27,8 @@ EFFECTS = {
     },
     "flexsat new": {},
     "flexsat modal": {"--out": "flexbench/cli/spacecraft/test_modal.py::test_tables_become_a_modal_file"},
-    "flexsat spacecraft": {
+    "flexsat spacecraft": JSON
+    | {
         "--file": _SPACECRAFT + "test_the_file_of_a_built_in_spacecraft_is_one_to_start_from",
         "--list-modes": _SPACECRAFT + "test_the_start_is_shown",
         "--schema": _SPACECRAFT + "test_the_schema_is_the_page_of_the_documentation",

@@ -9,6 +9,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
+from lockstep.cli.outcome import wrote
 from lockstep.cli.parameter_types import PATH
 
 _EXAMPLES = """
@@ -17,7 +18,7 @@ example:
 """
 
 
-@command("adapt", _EXAMPLES)
+@command("adapt", _EXAMPLES, then="{program} check-adapter {fmu} --adapter {out}    # after editing what is undecided")
 @click.argument("fmu", type=PATH, metavar="FMU", help="the foreign FMU")
 @click.option("--like", required=True, metavar="NAME",
               help="the component that it is to replace: controller, plant or sensors, or controller:distributed, "
@@ -34,7 +35,7 @@ def adapt(fmu: Path, like: str, out: Path | None) -> int:
         print(text, end="")
     else:
         write_atomically(out, text.encode())
-        print(out)
+        wrote(out)
     for doubt in doubts:
         print(f"undecided: {doubt}", file=sys.stderr)
     return 0

@@ -14,6 +14,7 @@ import click
 from lockstep.cli.command import command
 from lockstep.cli.given_options import refuse_given
 from lockstep.cli.options import DISTINGUISHED, from_option, option_group, out_option
+from lockstep.cli.outcome import remark, show_table, suggest, wrote
 from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, PATH, WHOLE_NUMBER
 from lockstep.errors import InputError
 
@@ -103,7 +104,9 @@ evaluation_options = option_group(
 )  # fmt: skip
 
 
-@command("budget", _EXAMPLES)
+@command(
+    "budget", _EXAMPLES, then="{program} spectra {results[0]}    # at which frequencies the errors are", tables=True
+)
 @click.argument("results", type=PATH, nargs=-1, metavar="[RESULTS...]", help="results folders of runs")
 @click.option("--requirements", type=PATH, metavar="FILE", help="TOML file of requirements to assess")
 @split_options
@@ -128,7 +131,6 @@ def _evaluate(results: Sequence[Path], file: Path | None, evaluation: Evaluation
     """Print and write the budget of each run; return 1 if a requirement fails."""
     from ..figures.budget import budget_figure
     from ..figures.drawing import save_figure
-    from ..html.text_table import format_table
     from ..runs.evaluation_folder import evaluation_folders, writing
     from ..runs.run_folder import read_run
     from ..studies.budget import tables
@@ -147,12 +149,11 @@ def _evaluate(results: Sequence[Path], file: Path | None, evaluation: Evaluation
         with writing(target):
             path = write_budget(found, assessments, run, target, file)
             save_figure(budget_figure(history, found), target / "figures", "budget")
-        print(f"{run.configuration}, seed {run.seed}: {folder}")
-        print(format_table(tables.header(found), tables.rows(found)))
-        print("\n".join(tables.notes(found)))
+        show_table(tables.header(found), tables.rows(found), f"{run.configuration}, seed {run.seed}: {folder}")
+        remark(*tables.notes(found))
         if assessments:
-            print(format_table(tables.ASSESSMENTS, tables.assessment_rows(assessments), left=3))
-        print(path)
+            show_table(tables.ASSESSMENTS, tables.assessment_rows(assessments))
+        wrote(path)
     if failed:
         print(f"flexsat: {failed} of {len(requirements) * len(results)} requirements fail", file=sys.stderr)
     return 1 if failed else 0
@@ -163,7 +164,6 @@ def _split(system: Path, options: SplitOptions, evaluation: EvaluationOptions) -
     from lockstep.cli.run_options import folder_name
     from lockstep.ssp.load import load_system
 
-    from ..html.text_table import format_table
     from ..runs.study_folder import study_folder
     from ..studies.budget import split as study
     from ..studies.budget import tables
@@ -183,8 +183,9 @@ def _split(system: Path, options: SplitOptions, evaluation: EvaluationOptions) -
             options.python,
             partial(print, flush=True),
         )
-        print(f"{name}, seed {found.seed}, {found.stop:g} s, from t = {found.start:g} s: line of sight, RMS [arcsec]")
-        print(format_table(study.HEADER, study.rows(found), left=1))
-        print(tables.SPLIT)
-        print(folder / study.RESULT)
+        title = f"{name}, seed {found.seed}, {found.stop:g} s, from t = {found.start:g} s: line of sight, RMS [arcsec]"
+        show_table(study.HEADER, study.rows(found), title)
+        remark(tables.SPLIT)
+        wrote(folder / study.RESULT)
+        suggest("{program} report {path}".replace("{path}", str(folder)))
     return 0

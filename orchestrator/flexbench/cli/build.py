@@ -10,6 +10,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
+from lockstep.cli.outcome import suggest
 from lockstep.cli.parameter_types import PATH, SomeOf
 from lockstep.errors import InputError
 
@@ -89,4 +90,7 @@ def build(
 
         write_all_missions(configurations(configuration), files, out, native=not no_native)
     print(f"built in {perf_counter() - started:.1f} s")
+    first = files[0].stem if files else configurations(configuration)[-1]
+    native_run = "" if no_native else " --native"
+    suggest(f"{{program}} run {out / first}/fine_pointing.ssd{native_run} --stop-time 30 --out results/first")
     return 0

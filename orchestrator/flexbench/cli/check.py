@@ -29,7 +29,11 @@ example:
 """
 
 
-@command("check", _EXAMPLES)
+@command(
+    "check",
+    _EXAMPLES,
+    then="{program} probe-latency {fmus[0]}    # delay and feedthrough from each input to each output",
+)
 @check_options
 @click.option("--like", metavar="NAME",
               help="compare its ports with controller, plant or sensors, or with controller:distributed, "

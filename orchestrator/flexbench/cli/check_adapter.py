@@ -17,7 +17,11 @@ example:
 """
 
 
-@command("check-adapter", _EXAMPLES)
+@command(
+    "check-adapter",
+    _EXAMPLES,
+    then="{program} run fmus/centralised/fine_pointing.ssd --replace controller={fmu} --adapter {adapter}",
+)
 @click.argument("fmu", type=PATH, metavar="FMU", help="the foreign controller")
 @click.option("--adapter", type=PATH, required=True, metavar="FILE", help="TOML file to check")
 @click.option("--like", metavar="NAME",

@@ -10,6 +10,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, assignments, jobs_option, out_option, set_option, stop_time_option
+from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import Number, OneOf
 from lockstep.errors import InputError
 
@@ -24,7 +25,7 @@ example:
 """
 
 
-@command("compare-layouts", _EXAMPLES)
+@command("compare-layouts", _EXAMPLES, then="open {path} in a browser", tables=True)
 @click.option("--scenario", type=OneOf(SCENARIOS[:2]), multiple=True, metavar="NAME",
               help="slew or fine_pointing (default: both)")  # fmt: skip
 @click.option("--dispersion", multiple=True, metavar="WHAT=PERCENT",
@@ -59,11 +60,10 @@ def compare_layouts(
     from ..loop.build import build_all
     from ..report import write_report
     from ..runs.study_folder import study_folder
+    from ..studies.layouts import tables
     from ..studies.layouts.dispersions import dispersion_of
     from ..studies.layouts.plan import COMPARED, Plan
-    from ..studies.layouts.result_file import as_text
     from ..studies.layouts.study import run_layouts
-    from ..studies.layouts.tables import compare
 
     plan = Plan(
         seeds=seeds(seed_count),
@@ -79,10 +79,14 @@ def compare_layouts(
         build_all(missing, fmus)
     with study_folder(out, "layouts") as folder:
         found = run_layouts(fmus, folder, plan, jobs, partial(print, flush=True), python)
-        rows = compare(found)
-        print(as_text(found, rows))
+        rows = tables.compare(found)
+        show_table(tables.HEADER, [tables.cells(row) for row in rows])
+        remark(*map(tables.verdict, rows))
+        if wheels := tables.wheel_rows(found):
+            show_table(tables.WHEELS_HEADER, wheels)
+        remark(*tables.answer(found, rows), *tables.notes(found))
         save_figure(layouts_figure(found, rows), folder / "figures", "layouts")
-        print(write_report([folder], folder / "report.html")[0])
+        wrote(*write_report([folder], folder / "report.html"))
         print(f"layouts.txt, layouts.csv, layouts.json, figures and every run: {folder}")
     return 0 if any(row.contrast is not None for row in rows) else 1
 

@@ -10,6 +10,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, out_option, record_option, stop_time_option
+from lockstep.cli.outcome import keep, remark
 from lockstep.cli.parameter_types import OneOf
 
 from .options import DEFAULT_SEED, SCENARIOS, fmus_option, seed_option, spacecraft_option
@@ -27,7 +28,7 @@ examples:
 """
 
 
-@command("equivalence", _EXAMPLES)
+@command("equivalence", _EXAMPLES, then="{program} figures {path} --out differences    # the runs, drawn")
 @spacecraft_option
 @click.option("--scenario", type=OneOf(SCENARIOS), multiple=True, metavar="NAME",
               help="slew, fine_pointing or fine_pointing_open_loop (default: the first two)")  # fmt: skip
@@ -70,7 +71,8 @@ def equivalence(
                     "equal" if worst.relative == 0.0 else f"largest difference {worst.relative:.1e} in {worst.signal}"
                 )
                 kind = "native, " if native else ""
-                print(f"{name} {one}, {kind}{stop_time:g} s, seed {seed}: {signals} signals, {result}")
+                remark(f"{name} {one}, {kind}{stop_time:g} s, seed {seed}: {signals} signals, {result}")
+        keep(root)
     if failed:
         tolerance = gate.NATIVE_TOLERANCE if native else gate.TOLERANCE
         print(f"flexsat: signals differ by more than {tolerance:g}", file=sys.stderr)

@@ -8,8 +8,15 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
+from lockstep.cli.outcome import suggest, wrote
 from lockstep.cli.parameter_types import PATH, OneOf
 
+READ = {  # how other tools read the file
+    "csv": "pandas.read_csv({path})",
+    "mat": "load({path}) in MATLAB, scipy.io.loadmat({path}) in Python",
+    "hdf5": "xarray.open_dataset({path})",
+    "parquet": "pandas.read_parquet({path})",
+}
 _EXAMPLES = """
 example:
   {program} export results/distributed-slew --format mat --signals plant.rate --signals 'plant.wheel.*'
@@ -27,5 +34,6 @@ def export(results: Path, format_: str, out: Path | None, signals: tuple[str, ..
     """Write the signals of a run, with units, as one file for other tools."""
     from ..runs.export import export_run
 
-    print(export_run(results, format_, out, signals))
+    wrote(export_run(results, format_, out, signals))
+    suggest(f"read it: {READ[format_]}")
     return 0

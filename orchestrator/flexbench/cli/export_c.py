@@ -9,6 +9,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
+from lockstep.cli.outcome import wrote
 from lockstep.cli.parameter_types import OneOf
 
 from .options import fmus_option, spacecraft_option
@@ -27,7 +28,7 @@ example:
 """
 
 
-@command("export-c", _EXAMPLES)
+@command("export-c", _EXAMPLES, then="make -C {path}    # compiles the example of its use")
 @click.argument("component", type=OneOf(COMPONENTS), metavar="COMPONENT", help="controller")
 @spacecraft_option
 @click.option("--design", type=OneOf(DESIGNS), default=DESIGNS[0], metavar="NAME",
@@ -53,5 +54,6 @@ def export_c(
         written = export_controller(
             spacecraft.root, name, cast("ControllerDesign", design), cast("Precision", precision), folder
         )
-        print(f"{folder}: {written} files; interface in flexsat_controller.h, use in README.md, `make` builds example")
+        print(f"{written} files; interface in flexsat_controller.h, use in README.md:")
+        wrote(folder)
     return 0

@@ -10,8 +10,8 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, out_option
+from lockstep.cli.outcome import show_table, wrote
 from lockstep.cli.parameter_types import PATH
-from lockstep.cli.print_table import print_table
 from lockstep.errors import InputError
 
 from .options import configurations, spacecraft_option
@@ -32,7 +32,7 @@ examples:
 """
 
 
-@command("figures", _EXAMPLES)
+@command("figures", _EXAMPLES, then="open {path}", tables=True)
 @click.argument("results", type=PATH, nargs=-1, metavar="[RESULTS...]",
                 help="results folders of runs, or folders of such folders (default: draw the design)")  # fmt: skip
 @click.option("--as-published", is_flag=True,
@@ -75,8 +75,7 @@ def figures(
                 figure = make()
             except InputError as error:  # a signal was not recorded, or not often enough
                 raise InputError(f"figure {name}: {error}") from error
-            for path in save_figure(figure, folder, name):
-                print(path, flush=True)
+            wrote(*save_figure(figure, folder, name))
     return 0
 
 
@@ -86,11 +85,11 @@ def _robust_design(chosen: Sequence[ConfigurationName]) -> Drawn:
     from ..studies.spillover import mode_choice, trade_off
 
     choices = [choice.row for choice in mode_choice.compare_mode_choices(chosen)]
-    print_table(mode_choice.HEADER, choices)
+    show_table(mode_choice.HEADER, choices)
     curves = {name: trade_off.robust_trade_off(name) for name in chosen}
     for name, points in curves.items():
-        print(f"{name}: factors of the robust design's weights")
-        print_table(trade_off.HEADER, [point.row for point in points])
+        rows = [point.row for point in points]
+        show_table(trade_off.HEADER, rows, f"{name}: factors of the robust design's weights")
     return robust_design_figures(curves)
 
 

@@ -9,8 +9,8 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
+from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import PATH
-from lockstep.cli.print_table import print_table
 
 from .options import python_option, seeds, seeds_option
 
@@ -20,7 +20,7 @@ example:
 """
 
 
-@command("health", _EXAMPLES)
+@command("health", _EXAMPLES, then="open {path}: consistency over time", tables=True)
 @click.argument("system", type=PATH, metavar="SYSTEM", help="a system file that `flexsat build` has written")
 @seeds_option(2)
 @stop_time_option(100.0)
@@ -37,9 +37,9 @@ def health(system: Path, seed_count: int, stop_time: float, out: Path | None, py
     numbers = seeds(seed_count)
     with study_folder(out, "health") as folder:
         found = run_health(system, folder, numbers, stop_time, {}, jobs, python, partial(print, flush=True))
-        save_figure(estimator_health(found), folder / "figures", "estimator-health")
-        print_table(HEADER, table_rows(found))
+        paths = save_figure(estimator_health(found), folder / "figures", "estimator-health")
+        show_table(HEADER, table_rows(found))
         outside = 100 * found.whiteness.outside
-        print(f"innovations of seed {numbers[0]}: {outside:.1f} % of the lags beyond the 95 % bound of white noise")
-        print(f"{RESULT}, figures and runs: {folder}")
+        remark(f"innovations of seed {numbers[0]}: {outside:.1f} % of the lags beyond the 95 % bound of white noise")
+        wrote(*paths, folder / RESULT)
     return 0

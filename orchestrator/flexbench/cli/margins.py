@@ -23,8 +23,8 @@ from lockstep.cli.options import (
     set_option,
     system_argument,
 )
+from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, OneOf, Several, WholeNumber
-from lockstep.cli.print_table import print_table
 from lockstep.cli.timing_options import with_delays
 
 from .options import python_option, seed_option, seed_overrides
@@ -90,7 +90,12 @@ measurement_options = option_group(
 )  # fmt: skip
 
 
-@command("margins", _EXAMPLES)
+@command(
+    "margins",
+    _EXAMPLES,
+    then="{program} robustness --vary frequency damping    # which errors of the structure the loop bears",
+    tables=True,
+)
 @system_argument
 @replace_option
 @adapter_option
@@ -144,7 +149,7 @@ def margins(
     from ..runs.study_folder import study_folder
     from ..studies.margins.estimate import COHERENT
     from ..studies.margins.stability_table import GAINS, Grid, grid_header, grid_rows
-    from ..studies.margins.study import read_study, run_study
+    from ..studies.margins.study import FILE, read_study, run_study
     from ..studies.margins.system_loop import read_loop, with_controller
     from ..studies.margins.tables import (
         EXACT_HEADER,
@@ -182,17 +187,16 @@ def margins(
         unstable = "stability" in content and content["stability"]["growth"] >= 0.0
         if "stability" in content:
             grid = content["stability"]["grid"]
-            print_table(grid_header(grid), grid_rows(grid))
-            print(stability_text(content))
+            show_table(grid_header(grid), grid_rows(grid))
+            remark(stability_text(content))
         if exact_rows(content):
-            print_table(EXACT_HEADER, exact_rows(content))
+            show_table(EXACT_HEADER, exact_rows(content))
         if margin_rows(content):
-            print_table(HEADER, margin_rows(content))
-            print(explanation(content))
-            print(limit_text(content))
+            show_table(HEADER, margin_rows(content))
+            remark(explanation(content), limit_text(content))
         for name, figure in margin_figures(content, COHERENT).items():
             save_figure(figure, folder / "figures", name)
-        print(f"margins.json and figures: {folder}")
+        wrote(folder / FILE, folder / "figures")
     if unstable:
         print(f"flexsat: {stability_text(content)}", file=sys.stderr)
     return 1 if unstable else 0

@@ -11,6 +11,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
+from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.errors import InputError
 
 from .options import fmus_option, seeds, seeds_option
@@ -26,7 +27,7 @@ example:
 """
 
 
-@command("paper", _EXAMPLES)
+@command("paper", _EXAMPLES, then="open {path} in a browser", tables=True)
 @click.option("--as-published", is_flag=True, help="only with the slips of the published release")
 @click.option("--corrected", is_flag=True, help="only without them (default: both)")
 @seeds_option(1)
@@ -52,12 +53,11 @@ def paper(
     from ..report.paper_pages import draw_paper, report_paper
     from ..runs.metrics import SETTLED_FROM
     from ..runs.study_folder import study_folder
+    from ..studies.paper import native_table, table
     from ..studies.paper.native import FILE, run_natively
-    from ..studies.paper.native_table import as_text as native_text
     from ..studies.paper.native_table import objections
     from ..studies.paper.paper import run_paper
     from ..studies.paper.published import VARIANTS
-    from ..studies.paper.table import as_text
 
     asked = {"as_published": as_published, "corrected": corrected, "published_design": corrected}
     chosen: list[Variant] = [variant for variant in VARIANTS if asked[variant]] or list(VARIANTS)
@@ -71,16 +71,22 @@ def paper(
         build_all(CONFIGURATIONS, fmus, native=not python, without_native=lacking.append)
         print(f"built in {perf_counter() - started:.1f} s")
         numbers = seeds(seed_count)
-        print(as_text(run_paper(fmus, folder, chosen, numbers, stop_time, jobs)))
+        results = run_paper(fmus, folder, chosen, numbers, stop_time, jobs)
+        for name in CONFIGURATIONS:
+            show_table(table.header(results), table.lines(results, name), table.title(name))
+        remark(*table.footnotes(results))
         if lacking:
             print(f"no runs through native FMUs, as these cannot be built here: {lacking[0]}")
         elif not python:
             compared = run_natively(fmus, folder, chosen, numbers[0], stop_time, jobs)
-            print(native_text(compared))
+            show_table(native_table.RUN_HEADER, native_table.run_rows(compared), native_table.TITLE)
+            if ports := native_table.port_rows(compared):
+                show_table(native_table.PORT_HEADER, ports)
+            remark(*native_table.remarks(compared))
         print("\n".join(str(path) for path in draw_paper(folder, chosen, numbers[0])))
-        print(report_paper(folder, chosen, numbers[0]))
-        tables = ["table.txt", "table.md", "table.csv", "table.json", *([FILE] if compared else [])]
-        print(f"{', '.join(tables)} and every run: {folder}")
+        wrote(report_paper(folder, chosen, numbers[0]))
+        files = ["table.txt", "table.md", "table.csv", "table.json", *([FILE] if compared else [])]
+        print(f"{', '.join(files)} and every run: {folder}")
     wrong = objections(compared) if compared else []
     for line in wrong:
         print(f"flexsat: {line}", file=sys.stderr)

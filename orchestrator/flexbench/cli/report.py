@@ -8,6 +8,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
+from lockstep.cli.outcome import wrote
 from lockstep.cli.parameter_types import NUMBER, PATH
 
 _EXAMPLES = """
@@ -16,7 +17,7 @@ example:
 """
 
 
-@command("report", _EXAMPLES)
+@command("report", _EXAMPLES, then="open {path} in a browser")
 @click.argument("results", type=PATH, nargs=-1, required=True, metavar="RESULTS...",
                 help="results folders of runs, or folders of such folders")  # fmt: skip
 @out_option("page to write (default: report.html in the first results folder)", metavar="FILE")
@@ -27,5 +28,5 @@ def report(results: tuple[Path, ...], out: Path | None, time_range: tuple[float,
     """Write one HTML page about a run, or a comparison of several; the page needs no network."""
     from ..report import write_report
 
-    print("\n".join(str(path) for path in write_report(results, out, pdf=pdf, window=time_range)))
+    wrote(*write_report(results, out, pdf=pdf, window=time_range))
     return 0

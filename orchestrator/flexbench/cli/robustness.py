@@ -12,8 +12,8 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
+from lockstep.cli.outcome import remark, show_table
 from lockstep.cli.parameter_types import COUNT, NUMBER, OneOf, Several
-from lockstep.cli.print_table import print_table
 from lockstep.errors import InputError
 
 from .options import SCENARIOS, fmus_option, python_option, seeds, seeds_option, spacecraft_option
@@ -38,7 +38,12 @@ example:
 """
 
 
-@command("robustness", _EXAMPLES)
+@command(
+    "robustness",
+    _EXAMPLES,
+    then="{program} margins {fmus}/distributed/fine_pointing.ssd    # how far from instability",
+    tables=True,
+)
 @spacecraft_option
 @click.option("--scenario", type=OneOf(SCENARIOS[:2]), default="fine_pointing", metavar="NAME",
               help="slew or fine_pointing (default: fine_pointing)")  # fmt: skip
@@ -115,9 +120,9 @@ def robustness(
             python,
             partial(print, flush=True),
         )
-    print_table(errors.HEADER, errors.table_rows(outcomes))
+    show_table(errors.HEADER, errors.table_rows(outcomes))
     unstable = sum(not outcome.stable for outcome in outcomes)
-    print(f"{unstable} of {len(outcomes)} runs unstable; worst of seeds {numbers[0]} to {numbers[-1]} in each row")
+    remark(f"{unstable} of {len(outcomes)} runs unstable; worst of seeds {numbers[0]} to {numbers[-1]} in each row")
     if unstable:
         print("flexsat: the loop is not robust to these errors of the plant", file=sys.stderr)
     return 1 if unstable else 0

@@ -12,6 +12,7 @@ import click
 from lockstep.cli.checkpoint_options import resume_run
 from lockstep.cli.command import command
 from lockstep.cli.options import assignments
+from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import PATH, Number
 from lockstep.cli.run_options import RunRequest, run_options, run_system
 from lockstep.cli.timing_options import implementation
@@ -47,7 +48,7 @@ the body, such as a boresight, outside up to two cones.
 {HELP}"""
 
 
-@command("run", _EXAMPLES)
+@command("run", _EXAMPLES, then="{program} report {path}    # a page with its plots", tables=True)
 @run_options
 @seed_option
 @click.option("--as-published", is_flag=True, help="with the slips of the published release")
@@ -69,12 +70,15 @@ def run(
 ) -> int:
     """Simulate a system and leave its signals, events and metrics in a results folder."""
     from ..runs.loop_monitor import print_found
-    from ..runs.metrics_file import closing_text
+    from ..runs.metrics_file import closing_table
     from ..runs.mission_monitor import watch_run
 
     def finish(folder: Path) -> None:
         print_found(folder)
-        print(closing_text(folder, settling_band))
+        header, rows, notes = closing_table(folder, settling_band)
+        if rows:
+            show_table(header, rows)
+        remark(*notes)
         if request.profile:
             _draw_profile(folder)
 
@@ -157,7 +161,7 @@ def _draw_profile(folder: Path) -> None:
     from ..figures.profile import profile_figure
 
     for path in save_figure(profile_figure(read_run_record(folder)[0]), folder / "figures", "profile"):
-        print(path)
+        wrote(path)
 
 
 def _published(system: System) -> Mapping[str, Value]:

@@ -8,6 +8,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import from_option, out_option, results_argument
+from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import DURATION
 
 _EXAMPLES = """
@@ -20,7 +21,7 @@ example:
 """
 
 
-@command("shadow", _EXAMPLES)
+@command("shadow", _EXAMPLES, then="{program} report {results[0]}    # a page with the plots of the run", tables=True)
 @results_argument
 @from_option("leave out what is before this time in seconds (default: 0)")
 @click.option("--window", type=DURATION, metavar="S",
@@ -30,7 +31,6 @@ def shadow(results: tuple[Path, ...], start: float | None, window: float | None,
     """Evaluate a shadow controller: residual of each wheel, the closed loop before and after the switchover."""
     from ..figures.drawing import save_figure
     from ..figures.shadow import shadow_figure
-    from ..html.text_table import format_table
     from ..runs.evaluation_folder import evaluation_folders, writing
     from ..runs.run_folder import read_run
     from ..studies.shadow import tables
@@ -43,8 +43,8 @@ def shadow(results: tuple[Path, ...], start: float | None, window: float | None,
             path = tables.write_study(found, run, target)
             paths = save_figure(shadow_figure(run.signals(), found), target / "figures", "shadow")
         print(f"{run.configuration}, seed {run.seed}: {folder}")
-        print("\n".join(tables.summary(found)))
-        print(format_table(tables.RESIDUALS, tables.residual_rows(found)))
-        print(format_table(tables.loop_header(found), tables.loop_rows(found)))
-        print("\n".join(map(str, (path, *paths))))
+        remark(*tables.summary(found))
+        show_table(tables.RESIDUALS, tables.residual_rows(found))
+        show_table(tables.loop_header(found), tables.loop_rows(found))
+        wrote(path, *paths)
     return 0

@@ -8,6 +8,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import from_option, out_option, results_argument
+from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import NUMBER
 
 from .options import SETTLED_HELP
@@ -18,7 +19,7 @@ example:
 """
 
 
-@command("spectra", _EXAMPLES)
+@command("spectra", _EXAMPLES, then="{program} report {results[0]}    # a page with the plots of the run", tables=True)
 @results_argument
 @click.option("--resolution", type=NUMBER, metavar="HZ",
               help="noise bandwidth (default: 0.05, coarser for short runs)")  # fmt: skip
@@ -31,7 +32,6 @@ def spectra(
     """Compute power spectral densities of pointing, rate, deformation and torque, with confidence bounds."""
     from ..figures.drawing import save_figure
     from ..figures.spectra import spectra_figure
-    from ..html.text_table import format_table
     from ..runs.evaluation_folder import evaluation_folders, writing
     from ..runs.run_folder import read_run
     from ..studies.spectra.channels import CHANNELS, run_spectra
@@ -43,8 +43,10 @@ def spectra(
         figure = spectra_figure(result, run.design)
         with writing(target):
             paths = [write_spectra(result, run, target), *save_figure(figure, target / "figures", "spectra")]
-        print(f"{run.configuration}, seed {run.seed}, from t = {result.start:g} s over {result.duration:g} s: {folder}")
-        print(format_table(HEADER, rows(result), left=1))
-        print(result.spectra[CHANNELS[0].name].method.describe())
-        print("\n".join(map(str, paths)))
+        title = (
+            f"{run.configuration}, seed {run.seed}, from t = {result.start:g} s over {result.duration:g} s: {folder}"
+        )
+        show_table(HEADER, rows(result), title)
+        remark(result.spectra[CHANNELS[0].name].method.describe())
+        wrote(*paths)
     return 0

@@ -8,6 +8,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import system_argument
+from lockstep.cli.outcome import wrote
 from lockstep.cli.parameter_types import COUNT, PATH
 from lockstep.cli.timing_options import TimingOptions, timing_options, with_delays
 
@@ -17,7 +18,7 @@ example:
 """
 
 
-@command("timeline", _EXAMPLES)
+@command("timeline", _EXAMPLES, then="{program} run {system}")
 @system_argument
 @timing_options
 @click.option("--ticks", type=COUNT, default=6, metavar="N", help="ticks to show (default: 6)")
@@ -33,5 +34,5 @@ def timeline(system: Path, timing: TimingOptions, ticks: int, svg: Path | None) 
     print("\n".join(timeline_lines(loaded, ticks)))
     if svg is not None:
         write_atomically(svg, timeline_svg(loaded, ticks).encode())
-        print(svg)
+        wrote(svg)
     return 0

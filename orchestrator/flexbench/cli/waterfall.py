@@ -9,6 +9,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
+from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import COUNT, NUMBER, PATH
 
 from .options import DEFAULT_SEED, python_option, seed_option
@@ -19,7 +20,7 @@ example:
 """
 
 
-@command("waterfall", _EXAMPLES)
+@command("waterfall", _EXAMPLES, then="open {path}: the deformation over the Campbell diagram", tables=True)
 @click.argument("system", type=PATH, metavar="SYSTEM",
                 help="a system file that `flexsat build` has written; its loop is opened")  # fmt: skip
 @click.option("--points", type=COUNT, default=24, metavar="N", help="speeds (default: 24)")
@@ -47,7 +48,6 @@ def waterfall(
 
     from ..figures.drawing import save_figure
     from ..figures.waterfall import waterfall_figure
-    from ..html.text_table import format_table
     from ..runs.study_folder import study_folder
     from ..studies.waterfall.sweep import RESULT, design_of, read_waterfall, sweep
     from ..studies.waterfall.tables import HEADER, flagged_rows, summary
@@ -64,8 +64,8 @@ def waterfall(
         paths = save_figure(waterfall_figure(result, design), folder / "figures", "waterfall")
         content = read_waterfall(folder)
         if content is not None:
-            print(summary(content))
+            remark(summary(content))
             if flagged := flagged_rows(content):
-                print(format_table(HEADER, flagged, left=0))
-        print("\n".join(map(str, [folder / RESULT, *paths])))
+                show_table(HEADER, flagged)
+        wrote(*paths, folder / RESULT)
     return 0

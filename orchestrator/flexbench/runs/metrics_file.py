@@ -9,7 +9,6 @@ from pathlib import Path
 from flexsat.parameters import ARCSECOND
 from lockstep import InputError
 
-from ..html.text_table import format_table
 from .flown_design import keep_flown
 from .json_file import write_json
 from .loop_numbers import LoopNumbers, loop_numbers
@@ -74,8 +73,10 @@ def write_paper_metrics(folder: Path) -> Mapping[str, float]:
     return evaluated.paper
 
 
-def closing_text(folder: Path, band_arcsec: float | None = None) -> str:
-    """Evaluate a run and return its numbers as a table; a line that says why not for a system without our plant.
+def closing_table(
+    folder: Path, band_arcsec: float | None = None
+) -> tuple[tuple[str, ...], list[tuple[str, ...]], list[str]]:
+    """Evaluate a run and return its numbers as header, rows and notes; a note says why there are none.
 
     Parameters
     ----------
@@ -85,6 +86,5 @@ def closing_text(folder: Path, band_arcsec: float | None = None) -> str:
     try:
         numbers = evaluate(folder, None if band_arcsec is None else band_arcsec * ARCSECOND).numbers
     except InputError as error:
-        return f"no metrics.json: {error}"
-    table = [format_table(header(numbers), rows(numbers))] if numbers.windows else []
-    return "\n".join([*table, *notes(numbers)])
+        return (), [], [f"no metrics.json: {error}"]
+    return (header(numbers), rows(numbers), list(notes(numbers))) if numbers.windows else ((), [], list(notes(numbers)))

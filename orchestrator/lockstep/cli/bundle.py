@@ -10,6 +10,7 @@ import click
 from lockstep.bundle.platforms import PLATFORMS
 from lockstep.cli.command import command
 from lockstep.cli.options import assignments, out_option, set_option, system_argument
+from lockstep.cli.outcome import wrote
 from lockstep.cli.parameter_types import SomeOf
 from lockstep.cli.timing_options import TimingOptions, timing_options, with_delays
 from lockstep.errors import InputError
@@ -29,7 +30,7 @@ examples:
 """
 
 
-@command("bundle", _EXAMPLES)
+@command("bundle", _EXAMPLES, then="{program} check {out}    # the acceptance check that any FMU gets")
 @system_argument
 @out_option("FMU to write", metavar="FILE", required=True)
 @click.option(
@@ -96,5 +97,5 @@ def bundle(
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
     for note in made.notes:
         print(f"note: {note}", file=sys.stderr)
-    print(out)
+    wrote(out)
     return 0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +14,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import option_group
+from lockstep.cli.outcome import PRINTED, wrote
 from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
 
@@ -51,12 +54,16 @@ check_options = option_group(
     click.option("--static", is_flag=True, help="only inspect the file; do not run it"),
     click.option("--strict", is_flag=True, help="warnings fail too"),
     click.option("--html", type=PATH, metavar="FILE", help="write the report as one HTML page"),
-    click.option("--json", type=PATH, metavar="FILE", help="write the report as JSON"),
+    click.option("--json", type=PATH, metavar="FILE", help="write the report as JSON; - prints it instead"),
     click.option("--junit", type=PATH, metavar="FILE", help="write the report as JUnit XML, one test case per finding"),
 )  # fmt: skip
 
 
-@command("check", _EXAMPLES)
+@command(
+    "check",
+    _EXAMPLES,
+    then="{program} probe-latency {fmus[0]}    # delay and feedthrough from each input to each output",
+)
 @check_options
 def check(options: CheckOptions) -> int:
     """Accept or refuse FMUs: the files, and how they run."""
@@ -82,10 +89,11 @@ def check_fmus(
     """
     from lockstep.check.check_fmu import check_fmu
     from lockstep.check.contract import named
-    from lockstep.check.report.check_report import fails
+    from lockstep.check.report.check_report import as_json, fails
     from lockstep.check.report.report_text import print_report, show_checks
 
-    outputs = {"--html": options.html, "--json": options.json, "--junit": options.junit}
+    file = None if options.json == PRINTED else options.json
+    outputs = {"--html": options.html, "--json": file, "--junit": options.junit}
     _refuse(options.fmus, outputs)
     offered = contracts()
     if like is not None:
@@ -103,9 +111,14 @@ def check_fmus(
                 others=others,
                 report=progress,
             )
-        print_report(found)
+        with redirect_stdout(sys.stderr if options.json == PRINTED else sys.stdout):
+            print_report(found)
         reports.append(found)
         _write(outputs, reports, options.strict)  # after each: what is done survives an interruption
+    if options.json == PRINTED:
+        print(as_json(reports), end="")
+    else:
+        wrote(*(path for path in outputs.values() if path is not None))
     return 1 if fails(reports, options.strict) else 0
 
 

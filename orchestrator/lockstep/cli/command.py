@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from lockstep.cli.outcome import json_option, reported
 from lockstep.cli.parameter_types import SEPARATOR, Several
 from lockstep.cli.usage_errors import option_name
 
@@ -18,6 +19,14 @@ _NUMBER = re.compile(r"-\.?\d")  # a value that begins with a dash
 
 class Command(click.Command):
     """A command whose epilog is printed as it is, and some of whose options take values up to the next option."""
+
+    then: str | None = None  # what to do next
+
+    def invoke(self, ctx: click.Context) -> int:
+        """Run the command, say what to do next, write what `--json` asks for; return the exit code."""
+        with reported(ctx, self.then) as codes:
+            codes.append(int(super().invoke(ctx) or 0))
+        return codes[-1]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the command line of the command, or raise UsageError."""
@@ -62,18 +71,24 @@ class Command(click.Command):
         write_epilog(self.epilog, ctx, formatter)
 
 
-def command(name: str, epilog: str) -> Callable[[Callable[..., int]], Command]:
+def command(
+    name: str, epilog: str, *, then: str | None = None, tables: bool = False
+) -> Callable[[Callable[..., int]], Command]:
     """Return a decorator that makes a command of a function, whose docstring is the help.
 
     Parameters
     ----------
     name : as the user writes it
     epilog : examples and notes that follow the options, as they are; `{program}` is the name of the program
+    then : what to do next, printed after a success; `{program}`, `{path}`, which was written first, and the names of
+        parameters are filled in, and where one has no value nothing is printed
+    tables : whether it has the option `--json` for its tables
     """
 
     def decorate(function: Callable[..., int]) -> Command:
         made = click.command(name, cls=Command, epilog=epilog, context_settings=_SETTINGS)(function)
-        made.params.append(traceback_option())
+        made.then = then
+        made.params += [json_option()] * tables + [traceback_option()]
         return made
 
     return decorate

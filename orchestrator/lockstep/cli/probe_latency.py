@@ -11,6 +11,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import assignments, refuse_repeated
+from lockstep.cli.outcome import PRINTED, json_path_option, wrote
 from lockstep.cli.parameter_types import COUNT, DURATION, PATH, OneOf
 from lockstep.errors import InputError
 from lockstep.interrupt import exit_code
@@ -27,7 +28,11 @@ example:
 """
 
 
-@command("probe-latency", _EXAMPLES)
+@command(
+    "probe-latency",
+    _EXAMPLES,
+    then="{program} run SYSTEM --delay A:B=N    # a run with other delays of its connections",
+)
 @click.argument("fmu", type=PATH, metavar="FMU",
                 help="a co-simulation FMU of any version of FMI; it runs in a process of its own")  # fmt: skip
 @click.option("--step-size", metavar="S", help="its step in seconds (default: what it recommends, or 0.001)")
@@ -44,7 +49,7 @@ example:
 @click.option("--time-limit", type=DURATION, default=60.0, metavar="S",
               help="wall time for all changes; arrays are changed as a whole where it is too short "
                    "(default: 60)")  # fmt: skip
-@click.option("--json", type=PATH, metavar="FILE", help="also write every pair as JSON; - prints it instead")
+@json_path_option("also write every pair as JSON; - prints it instead")
 def probe_latency(
     fmu: Path,
     step_size: str | None,
@@ -69,22 +74,21 @@ def probe_latency(
         seconds=time_limit,
         **_amplitudes(amplitude),
     )
-    printed = json is not None and str(json) == "-"
-    if json is not None and not printed:
-        _refuse(json, fmu)
+    if json is not None and json != PRINTED and json.resolve() == fmu.resolve():
+        raise InputError(f"--json {json}: is the FMU; give another name")
     try:
         with show_probing(str(fmu)) as watch:
             report = probe(fmu, chosen, watch)
     except KeyboardInterrupt as error:
         print(f"{fmu}: interrupted; nothing was written", file=sys.stderr)
         return exit_code(error)
-    if printed:
+    if json == PRINTED:
         print(as_json(report), end="")
     else:
         print("\n".join(as_lines(report, shutil.get_terminal_size((120, 40)).columns)))
         if json is not None:
             write_whole(json, as_json(report).encode())
-            print(json)
+            wrote(json)
     return 1 if report.of("contradicted") else 0
 
 
@@ -115,13 +119,3 @@ def _number(text: str, what: str) -> float:
         return float(text)
     except ValueError:
         raise InputError(f"{what}: {text!r} is not a number") from None
-
-
-def _refuse(output: Path, fmu: Path) -> None:
-    """Refuse a file that cannot be written, before the probe takes its time."""
-    if output.is_dir():
-        raise InputError(f"--json {output}: is a folder; give the name of a file")
-    if output.resolve() == fmu.resolve():
-        raise InputError(f"--json {output}: is the FMU; give another name")
-    if not output.absolute().parent.is_dir():
-        raise InputError(f"--json {output}: there is no folder {output.parent}; make it, or give another name")

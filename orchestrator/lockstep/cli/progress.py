@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from lockstep.cli.print_table import print_table
+from lockstep.cli.outcome import keep, remark, show_table
 from lockstep.run.loop_time import TABLE_HEADER
 from lockstep.run.real_time_pacing import Pacer
 from lockstep.simulation import Progress as Report
@@ -90,14 +90,16 @@ def print_summary(summary: RunSummary, *, profile: bool = False) -> None:
     begun = f", from {summary.start_time:g} s on" if summary.start_time else ""
     took = f"{simulated:g} s simulated{begun} in {summary.wall_time:.1f} s ({speed:.1f} x real time)"
     recorded = f", {summary.rows} rows in {in_bytes(summary.size)}" if summary.rows and summary.folder else ""
-    print(f"{took}{recorded}: {summary.folder}")
+    remark(f"{took}{recorded}: {summary.folder}")
+    if summary.folder:
+        keep(summary.folder)
     if summary.loop_time is not None:
         if profile:
-            print_table(TABLE_HEADER, summary.loop_time.table())
+            show_table(TABLE_HEADER, summary.loop_time.table())
         elif line := summary.loop_time.line():
-            print(line)
+            remark(line)
     if summary.terminated:
-        print(f"ended before the stop time: {summary.terminated}")
+        remark(f"ended before the stop time: {summary.terminated}")
     if summary.pacer is not None:
         print(summary.pacer)
         print("\n".join(summary.pacer.histogram()))

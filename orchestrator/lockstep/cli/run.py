@@ -38,7 +38,7 @@ inputs from a file, and variables that are no outputs:
 {HELP}"""
 
 
-@command("run", _EXAMPLES)
+@command("run", _EXAMPLES, then='lockstep.read_signals("{path}") in Python: time, signals, units', tables=True)
 @run_options
 def run(request: RunRequest) -> int:
     """Simulate a system of FMUs and leave its signals in a results folder."""

@@ -18,7 +18,7 @@ example:
 """
 
 
-@command("show", _EXAMPLES)
+@command("show", _EXAMPLES, then="{program} run {system}")
 @system_argument
 @timing_options
 def show(system: Path, timing: TimingOptions) -> int:

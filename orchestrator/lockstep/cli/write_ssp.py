@@ -18,6 +18,7 @@ from lockstep.cli.options import (
     step_size_option,
     system_argument,
 )
+from lockstep.cli.outcome import wrote
 from lockstep.cli.timing_options import with_delays, with_step_sizes
 from lockstep.errors import InputError
 from lockstep.whole_file import write_whole
@@ -35,7 +36,7 @@ example:
 """
 
 
-@command("write-ssp", _EXAMPLES)
+@command("write-ssp", _EXAMPLES, then="{program} run {out}")
 @system_argument
 @replace_option
 @adapter_option
@@ -75,7 +76,7 @@ def write_ssp(
         write_whole(out, content)
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
-    print(out)
+    wrote(out)
     return 0
 
 

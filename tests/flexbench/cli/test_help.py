@@ -126,3 +126,27 @@ def test_every_command_that_simulates_has_the_same_default_seed_and_the_same_sto
             assert " --stop-time S " in text, name
         if name not in ("branch",):
             assert re.search(r"--seed N .*?seed of plant and sensors \(default: 1\)|simulate seeds 1 to N", text), name
+
+
+TEXTS = (
+    "open ",
+    "read it: ",
+    "make -C ",
+    "lockstep.read_signals(",
+    "change the file, then ",
+)  # no command of a program
+WITHOUT = ("build", "campaign", "export")  # what is next depends on what was asked for
+
+
+@pytest.mark.parametrize(("program", "name"), COMMANDS)
+def test_every_command_says_what_to_do_next(program, name):
+    then = PROGRAMS[program].get_command(None, name).then
+    if name in WITHOUT:
+        assert then is None
+        return
+    if then.startswith(TEXTS):
+        return
+    parameters = {one.name: ("a.fmu",) for one in PROGRAMS[program].get_command(None, name).params}
+    line = then.format_map({**parameters, "program": program, "path": "a.fmu"}).replace("('a.fmu',)", "a.fmu")
+    [(_, words)] = examples(line)
+    parse(program, words)

@@ -11,7 +11,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import jobs_option, out_option, record_option
-from lockstep.cli.parameter_types import PATH
+from lockstep.cli.outcome import json_path_option
 from lockstep.errors import InputError
 
 from .evaluation import rare, report, say
@@ -47,7 +47,7 @@ examples:
 @click.option("--stop-when", metavar="RULE",
               help="end once the runs are enough: p95(METRIC) within 5 %, mean(METRIC) within 2 %,"
               " probability(REQUIREMENT) within 1 %, requirement(REQUIREMENT) decided; several with `and`")  # fmt: skip
-@click.option("--json", type=PATH, metavar="FILE", help="also write all numbers as JSON; - prints them instead")
+@json_path_option("also write all numbers as JSON; - prints them instead")
 def campaign(
     what: tuple[str, ...],
     out: Path | None,

@@ -8,19 +8,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lockstep.cli.outcome import PRINTED, show_table, suggest
 from lockstep.errors import InputError
 from lockstep.whole_file import write_whole
 
 if TYPE_CHECKING:
     from ...campaign.campaign import MakePool
 
-PRINTED = Path("-")  # of --json: standard output
-
 
 def report(given: Sequence[str], out: Path | None, json: Path | None) -> int:
     """Write the page of a campaign, and print its tables."""
-    from lockstep.cli.print_table import print_table
-
     from ...campaign.statistics.tables import answer, metric_table, requirement_table
     from ...report.campaigns import write_campaign_page
 
@@ -30,23 +27,21 @@ def report(given: Sequence[str], out: Path | None, json: Path | None) -> int:
     _write_json(json, numbers)
     if json == PRINTED:
         return 0
-    print_table(*metric_table(found))
+    show_table(*metric_table(found))
     if any(one.judgements for one in found):
         print()
-        print_table(*requirement_table(found))
+        show_table(*requirement_table(found))
     print("\n".join(["", *answer(found), f"page {page}, numbers {numbers}"]))
     first = found[0]
     worst = first.sample.numbers[first.worst[0][0]]
-    print(
-        f"next: flexsat campaign rerun {given[0]} {worst}    # the worst run by {first.metrics[0].name}, fully recorded"
+    suggest(
+        f"{{program}} campaign rerun {given[0]} {worst}    # the worst run by {first.metrics[0].name}, fully recorded"
     )
     return 0
 
 
 def rare(given: Sequence[str], out: Path | None, make_pool: MakePool, json: Path | None) -> int:
     """Find the probability of a rare event."""
-    from lockstep.cli.print_table import print_table
-
     from ...campaign.rare import RARE, level_rows, run_rare, sentence
 
     if len(given) != 2:
@@ -57,9 +52,9 @@ def rare(given: Sequence[str], out: Path | None, make_pool: MakePool, json: Path
     _write_json(json, folder / RARE)
     if json == PRINTED:
         return 0
-    print_table(*level_rows(event, found))
+    show_table(*level_rows(event, found))
     print("\n".join(["", sentence(event, found), f"levels {folder / RARE}"]))
-    print(f"next: flexsat campaign report {folder}    # its runs, the worst ones first")
+    suggest(f"{{program}} campaign report {folder}    # its runs, the worst ones first")
     return 0
 
 

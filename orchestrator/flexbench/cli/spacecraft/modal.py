@@ -9,6 +9,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
+from lockstep.cli.outcome import wrote
 from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
 
@@ -22,7 +23,7 @@ examples:
 """
 
 
-@command("modal", _EXAMPLES)
+@command("modal", _EXAMPLES, then="{program} new my.toml    # then name the modal file in it: docs/modal_files.md")
 @click.argument("source", type=PATH, metavar="SOURCE",
                 help="a modal file (.npz), a folder of CSV tables, or results of CalculiX (.frd)")  # fmt: skip
 @out_option("modal file to write (default: none)", metavar="FILE")
@@ -44,7 +45,7 @@ def modal(source: Path, out: Path | None) -> int:
         print(check.text if check.right else f"WRONG: {check.text}")
     if out is not None:
         write_atomically(out, modal_bytes(data))
-        print(out)
+        wrote(out)
     wrong = [check.text for check in checks if not check.right]
     if wrong:
         print(f"flexsat: {source}: {wrong[0]}", file=sys.stderr)

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from lockstep.cli.command import command
+from lockstep.cli.outcome import wrote
 from lockstep.cli.parameter_types import PATH
 
 _EXAMPLES = """
@@ -17,12 +18,12 @@ example:
 """
 
 
-@command("new", _EXAMPLES)
+@command("new", _EXAMPLES, then="change the file, then {program} spacecraft {file}; {program} build {file}")
 @click.argument("file", type=PATH, metavar="FILE", help="file to write, such as my.toml; its name is the spacecraft's")
 def new(file: Path) -> int:
     """Write the commented file of a spacecraft, to be changed and built: four wheels in a pyramid, two gyros."""
     from ...loop.spacecraft import write_start
 
     write_start(file)
-    print(f"{file}: change it, look at it with `flexsat spacecraft {file}`, build it with `flexsat build {file}`")
+    wrote(file)
     return 0

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from lockstep.cli.command import command
+from lockstep.cli.outcome import remark, show_table, suggest, wrote
 from lockstep.cli.parameter_types import COUNT, PATH
-from lockstep.cli.print_table import print_table
 from lockstep.errors import InputError
 
 _EXAMPLES = """
@@ -22,7 +22,7 @@ examples:
 FORMATS = (".png", ".svg")  # of figures
 
 
-@command("spacecraft", _EXAMPLES)
+@command("spacecraft", _EXAMPLES, then="{program} build {spacecraft}    # its FMUs and systems", tables=True)
 @click.argument(
     "spacecraft", required=False, metavar="[SPACECRAFT]", help="a spacecraft's file, or the name of a built-in one"
 )
@@ -57,12 +57,14 @@ def spacecraft(spacecraft: str | None, modes: int, show_file: bool, show_schema:
         print(given.text, end="")
         return 0
     found = properties_of(given, spacecraft)
-    print("\n".join(property_lines(found)))
-    print_table(MODES_HEADER, mode_rows(found, modes))
+    remark(*property_lines(found))
+    show_table(MODES_HEADER, mode_rows(found, modes))
     if drawing is not None:
         from ...figures.drawing import write_figure
         from ...figures.spacecraft import spacecraft_figure
 
         write_figure(spacecraft_figure(found), drawing)
-        print(drawing)
+        wrote(drawing)
+    if spacecraft in CONFIGURATIONS:
+        suggest("{program} build --configuration {spacecraft}    # its FMUs and systems")
     return 0

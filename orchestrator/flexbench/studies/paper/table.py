@@ -109,7 +109,8 @@ def _stored_scatter() -> dict[str, dict[str, float]]:
     return dict(content["cells"])
 
 
-def _header(results: Results) -> list[str]:
+def header(results: Results) -> list[str]:
+    """Return the columns of `lines`."""
     columns = ["row", "unit", "published"]
     for variant in results.variants:
         columns.append(TITLES[variant])
@@ -118,8 +119,9 @@ def _header(results: Results) -> list[str]:
     return columns + ([TITLES["published_design"]] if results.lost else [])
 
 
-def _lines(results: Results, name: ConfigurationName) -> list[list[str]]:
-    lines = []
+def lines(results: Results, name: ConfigurationName) -> list[list[str]]:
+    """Return the rows of a configuration as texts."""
+    found = []
     for row in ROWS:
         line = [row.label, row.unit, number(row.published_for(name))]
         for variant in results.variants:
@@ -130,8 +132,8 @@ def _lines(results: Results, name: ConfigurationName) -> list[list[str]]:
         if results.lost:
             times = results.lost.get(name) if row.scenario == "fine_pointing" else None
             line.append("-" if times is None else when_lost(times))
-        lines.append(line)
-    return lines
+        found.append(line)
+    return found
 
 
 def footnotes(results: Results) -> list[str]:
@@ -152,15 +154,20 @@ def footnotes(results: Results) -> list[str]:
     return notes + list(REMARKS)
 
 
+def title(name: ConfigurationName) -> str:
+    """Return what stands above the table of a configuration."""
+    return f"{name}: results of the paper and of flexsat"
+
+
 def as_text(results: Results, width: int = 110) -> str:
     """Return the table for a terminal."""
     output = io.StringIO()
     console = Console(file=output, width=width)
     for name in CONFIGURATIONS:
-        table = Table(title=f"{name}: results of the paper and of flexsat", title_justify="left", box=SIMPLE_HEAD)
-        for column in _header(results):
+        table = Table(title=title(name), title_justify="left", box=SIMPLE_HEAD)
+        for column in header(results):
             table.add_column(column, justify="left" if column in ("row", "unit") else "right", no_wrap=column == "row")
-        for line in _lines(results, name):
+        for line in lines(results, name):
             table.add_row(*line)
         console.print(table)
     return output.getvalue() + "\n".join(footnotes(results)) + "\n"
@@ -182,9 +189,9 @@ def as_markdown(results: Results) -> str:
     """Return the tables in Markdown, with their footnotes."""
     parts = []
     for name in CONFIGURATIONS:
-        header = _header(results)
-        rules = ["---" if column in ("row", "unit") else "---:" for column in header]
-        rows = [[name, *header[1:]], rules, *_lines(results, name)]
+        columns = header(results)
+        rules = ["---" if column in ("row", "unit") else "---:" for column in columns]
+        rows = [[name, *columns[1:]], rules, *lines(results, name)]
         parts.append("\n".join("| " + " | ".join(row) + " |" for row in rows))
     parts.append("\n".join(f"- {note}" for note in footnotes(results)))
     return "\n\n".join(parts) + "\n"

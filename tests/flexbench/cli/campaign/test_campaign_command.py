@@ -91,9 +91,9 @@ def test_the_probability_of_a_rare_event_is_printed_and_written(folder, tmp_path
     path = folder / "rare.toml"
     path.write_text(FILE.replace("cases = 3", "cases = 20"))
     assert main(["campaign", "rare", str(path), "largest > 0.2", "--out", str(tmp_path / "out")]) == 0
-    said = capsys.readouterr().out
+    said, hint = capsys.readouterr()
     assert "largest > 0.2: probability" in said
-    assert f"next: flexsat campaign report {tmp_path / 'out'}" in said
+    assert f"next: flexsat campaign report {tmp_path / 'out'}" in hint
     assert main(["campaign", "rare", str(path), "largest > 0.2", "--out", str(tmp_path / "out"), "--json", "-"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert f"probability {found['probability']:.2g}, 95 % bounds" in said

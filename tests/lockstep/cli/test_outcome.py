@@ -1,0 +1,119 @@
+"""What a command came to: collected tables, files and remarks as JSON, and the line of what to do next."""
+
+import io
+import json
+import re
+import sys
+
+import click
+import pytest
+
+from lockstep.cli.command import command
+from lockstep.cli.outcome import remark, show_table, suggest, wrote
+from lockstep.errors import RunError
+
+
+def made(then="{program} show {system} {path}", suggestion=None, code=0, error=None):
+    """Return a program with one command that prints a table and writes a file."""
+
+    @command("study", "example:\n  {program} study a.ssd", then=then, tables=True)
+    @click.argument("system")
+    def study(system):  # noqa: ARG001
+        """Study a system."""
+        show_table(("mode", "share", "note"), [("1", "0.25", "-"), ("2", "nan", "lost")], "modes")
+        remark("One sentence.")
+        if error:
+            raise error
+        wrote("results/a b/table.json")
+        if suggestion:
+            suggest(suggestion)
+        return code
+
+    group = click.Group("flexsat")
+    group.add_command(study)
+
+    def call(*words):
+        with group.make_context("flexsat", ["study", "a.ssd", *words]) as context:
+            return group.invoke(context)
+
+    return call
+
+
+def test_tables_files_and_the_next_command_are_written_as_json(tmp_path, capsys):
+    assert made()("--json", str(tmp_path / "out.json")) == 0
+    found = json.loads((tmp_path / "out.json").read_text())
+
+    assert found == {
+        "format": 1,
+        "command": "flexsat study",
+        "exit_code": 0,
+        "tables": [
+            {"title": "modes", "columns": ["mode", "share", "note"], "rows": [[1, 0.25, None], [2, "nan", "lost"]]}
+        ],
+        "remarks": ["One sentence."],
+        "files": ["results/a b/table.json"],
+        "next": "flexsat show a.ssd 'results/a b/table.json'",
+    }
+    out, err = capsys.readouterr()
+    assert out.splitlines()[0] == "modes"
+    assert out.splitlines()[-1] == "results/a b/table.json"
+    assert err == "next: flexsat show a.ssd 'results/a b/table.json'\n"
+
+
+def test_a_dash_prints_the_json_alone(capsys):
+    assert made(code=1)("--json", "-") == 1
+    out, err = capsys.readouterr()
+
+    assert json.loads(out)["exit_code"] == 1
+    assert json.loads(out)["next"] is None  # after a failure there is another thing to do first
+    assert "One sentence." in err
+    assert "next:" not in err
+
+
+def test_nothing_is_written_or_suggested_after_an_error(tmp_path, capsys):
+    with pytest.raises(RunError):
+        made(error=RunError("lost"))("--json", str(tmp_path / "out.json"))
+    assert list(tmp_path.iterdir()) == []
+    assert "next:" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("then", "suggestion", "line"),
+    [
+        ("open {path}", None, "next: open 'results/a b/table.json'\n"),
+        ("open {path}", "{program} report {system}", "next: flexsat report a.ssd\n"),
+        ("{program} run {absent}", None, ""),
+        (None, None, ""),
+    ],
+)
+def test_a_suggestion_needs_all_that_it_names(capsys, then, suggestion, line):
+    assert made(then, suggestion)() == 0
+    assert capsys.readouterr().err == line
+
+
+@pytest.mark.parametrize("where", ["folder", "absent/out.json"])
+def test_a_file_that_cannot_be_written_is_refused_first(tmp_path, where, monkeypatch):
+    from lockstep.errors import InputError
+
+    (tmp_path / "folder").mkdir()
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=f"--json {where}: .*; "):
+        made(error=AssertionError("must not begin"))("--json", where)
+
+
+def test_sentences_are_wrapped_between_words_on_a_terminal(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stdout", screen)
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "xterm")
+    text = "results/a/long/path/of/a/run.json: 12.5 % [of all] " * 6
+    remark(text)
+    monkeypatch.undo()
+    lines = re.sub(r"\x1b\[[0-9;]*m", "", screen.getvalue()).splitlines()
+
+    assert max(map(len, lines)) <= 80
+    assert " ".join(lines).split() == text.split()
