@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from ...arrays import Array
 from ...parameters import Aperture
@@ -19,6 +21,7 @@ from ...structure.mesh import tile_centres, tile_vertices
 from ...structure.structure import Structure
 
 SIZE, ICON_SIZE = 480, 128  # pixels
+LETTERS = 11.5  # points: 8 pixels high where a tool shows the picture 200 pixels wide
 RESOLUTION = 120  # pixels an inch
 ARROW = 1.9  # m, of a wheel's axis
 PAPER = 15.588457268119894  # m: largest coordinate of the paper's aperture
@@ -29,7 +32,7 @@ TRACKER = (0.85, 1.0)  # m; it sits on the bus, drawn next to the gyros there
 WHEEL, GYRO, ACCELEROMETER = "#D55E00", "#0072B2", "#F0E442"
 FAINT = "0.72"
 _STYLE: dict[Any, Any] = {  # any: the type of a key is the list of all of them
-    "font.size": 7.5,
+    "font.size": LETTERS,
     "font.family": "DejaVu Sans",
     "mathtext.fontset": "dejavusans",
 }
@@ -76,10 +79,11 @@ def model_picture(spacecraft: Spacecraft, component: str, shown: Shown) -> bytes
         _draw_structure(axes, shown, emphasis)
         _draw_devices(axes, spacecraft, emphasis, shown.scale, scale=1.0)
         _draw_frame(axes, shown.scale)
-        count, sites = spacecraft.wheel_count, len({tuple(p) for p in spacecraft.wheels.position.tolist()})
-        where = "on the bus" if sites == 1 else f"at {sites} places"
-        axes.set_title(f"{component}: {count} wheels {where}, {spacecraft.mode_count} modes", fontsize=9.0)
-        figure.legend(loc="lower center", ncols=4, frameon=False, fontsize=7.5, handletextpad=0.3, columnspacing=1.2)
+        if emphasis.wheels:
+            _number_wheels(axes, spacecraft, shown.scale)
+        axes.set_title(f"{component}: {spacecraft.wheel_count} wheels, {spacecraft.mode_count} modes", fontsize=13.0)
+        figure.legend(loc="lower center", ncols=2, frameon=False, handletextpad=0.3, columnspacing=1.5,
+                      labelspacing=0.25, borderpad=0.0)  # fmt: skip
         return _png(figure)
 
 
@@ -94,7 +98,7 @@ def icon(spacecraft: Spacecraft, component: str, shown: Shown) -> bytes:
 
 def _canvas(pixels: int, size: float, *, legend: bool) -> tuple[Figure, Axes]:
     figure = Figure(figsize=(pixels / RESOLUTION, pixels / RESOLUTION), dpi=RESOLUTION)
-    axes = figure.add_axes((0.02, 0.10, 0.96, 0.83) if legend else (0.0, 0.0, 1.0, 1.0))
+    axes = figure.add_axes((0.02, 0.13, 0.96, 0.79) if legend else (0.0, 0.0, 1.0, 1.0))
     reach = size * (16.8 if legend else 16.0)
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     axes.set_axis_off()
@@ -139,6 +143,29 @@ def _draw_devices(axes: Axes, spacecraft: Spacecraft, emphasis: Emphasis, size: 
             face, edge, line = "none", colour, 1.6 * scale
         axes.scatter(places[:, 0], places[:, 1], s=area * scale**2, marker=marker, facecolor=face, edgecolor=edge,
                      linewidth=line, label=name, zorder=order)  # fmt: skip
+
+
+def _number_wheels(axes: Axes, spacecraft: Spacecraft, size: float) -> None:
+    """Write the wheels' numbers, elements of the arrays, diagonally beside each mount: arrows go along the axes."""
+    centre = spacecraft.centre[:2]
+    for mount, place in enumerate(spacecraft.mounts.position[:, :2] + centre):
+        # neighbours along x do not touch, and the lowest stay clear of axes and scale
+        right, up = place[0] > size, place[1] < -size
+        text = axes.annotate(number_ranges(np.flatnonzero(spacecraft.mount_of_wheel == mount) + 1),
+                             place + 0.75 * size * np.where([right, up], 1.0, -1.0), ha="left" if right else "right",
+                             va="bottom" if up else "top", zorder=8, fontweight="bold")  # fmt: skip
+        text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
+
+
+def number_ranges(numbers: Iterable[int]) -> str:
+    """Return ascending numbers as text, 1-3, 7 for example."""
+    ranges: list[list[int]] = []
+    for number in map(int, numbers):
+        if ranges and number == ranges[-1][-1] + 1:
+            ranges[-1][1:] = [number]
+        else:
+            ranges.append([number])
+    return ", ".join("-".join(map(str, ends)) for ends in ranges)
 
 
 def _places(points: Points) -> Array:

@@ -12,9 +12,11 @@ from flexbench.loop.systems import WIRES
 from flexsat.closed_loop import PORTS
 from flexsat.design.chain import Designs
 from flexsat.fmu.build import SHELLS, component_resources
+from flexsat.fmu.documentation import drawing
 from flexsat.fmu.documentation.component_text import Equation
 from flexsat.fmu.documentation.content import TEXTS, draw
 from flexsat.fmu.documentation.device_rows import DeviceRows, device_rows
+from flexsat.fmu.documentation.drawing import number_ranges
 from flexsat.fmu.documentation.experiments import EXPERIMENTS, Experiment
 from flexsat.fmu.documentation.licences import licence_files
 from flexsat.fmu.documentation.page import page
@@ -125,6 +127,26 @@ def test_pictures_repeat_and_differ_between_components_and_layouts(centralised, 
     assert drawn.shape[:2] == (480, 480)
     assert np.ptp(drawn[..., 0]) == 1.0  # from black to white
     assert b"matplotlib" not in pictures["model.png"]  # no version in the file
+
+
+@pytest.mark.parametrize(
+    ("numbers", "text"), [((1, 2, 3), "1-3"), ((1, 2, 4, 7, 8), "1-2, 4, 7-8"), ((5,), "5"), ((), "")]
+)
+def test_numbers_of_wheels_are_written_as_ranges(numbers, text):
+    assert number_ranges(numbers) == text
+
+
+def test_wheels_are_numbered_where_the_picture_is_about_them(centralised, monkeypatch):
+    """Without their numbers the pictures of plant and controller differ, that of the sensors does not."""
+    numbered = {name: draw(centralised.spacecraft, centralised.config, name)["model.png"] for name in COMPONENTS}
+    monkeypatch.setattr(drawing, "number_ranges", lambda _: "")
+    changed = {
+        name
+        for name in COMPONENTS
+        if draw(centralised.spacecraft, centralised.config, name)["model.png"] != numbered[name]
+    }
+
+    assert changed == {"plant", "controller"}
 
 
 def test_terminals_connect_what_the_closed_loop_connects():
