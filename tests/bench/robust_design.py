@@ -1,7 +1,7 @@
 """Check the robust controller on the whole structure: `python tests/bench/robust_design.py [layout] [--curves]`.
 
-Every corner at which it must be stable, with all 198 modes below 80 Hz (some minutes), its exact margins there, fine
-pointing as covariances, and with `--curves` the trade-off, which
+Every corner at which it must be stable, with all 198 modes below 80 Hz (some minutes), points between the corners, its
+exact margins there, fine pointing as covariances, and with `--curves` the trade-off, which
 `flexsat figures --robust-design` draws. The published design is in the table beside.
 """
 
@@ -10,7 +10,7 @@ import sys
 from flexbench.studies.margins.designed_loop import DesignedLoop
 from flexbench.studies.margins.real_plant import Corner, Plants, stability
 from flexbench.studies.margins.stability import stability_margins
-from flexbench.studies.spillover.corners import required_corners
+from flexbench.studies.spillover.corners import points_between, required_corners
 from flexbench.studies.spillover.stationary import stationary
 from flexbench.studies.spillover.trade_off import HEADER, robust_trade_off
 from flexsat.description.built_in import CONFIGURATIONS, configuration
@@ -29,6 +29,9 @@ def show(name: str) -> None:
     for corner in required_corners(name):
         rates = [stability(each, corner).growth for each in (plants, published)]
         print(f"  {corner.title:62} robust {rates[0]:+9.4f}   published {rates[1]:+9.3f}", flush=True)
+    print("  between the corners, not required")
+    for corner in points_between():
+        print(f"  {corner.title:62} robust {stability(plants, corner).growth:+9.4f}", flush=True)
     for fine in (True, False):
         model = plants.model(ALL_MODES, ModelErrors())
         found = stationary(plants.design, model, plants.spacecraft.mass, fine=fine, jitter=fine)

@@ -16,6 +16,8 @@ DELAY: dict[ConfigurationName, float] = {"centralised": 0.020, "distributed": 0.
 POINTING: dict[ConfigurationName, float] = {"centralised": 0.02 * ARCSECOND, "distributed": 0.03 * ARCSECOND}  # rad
 TORQUE: dict[ConfigurationName, float] = {"centralised": 0.02, "distributed": 0.06}  # N.m, of the sum over the wheels
 DEFORMATION: dict[ConfigurationName, float] = {"centralised": 0.10e-6, "distributed": 0.14e-6}  # m; not the first
+SMALL_INERTIA = (0.01, 0.02, 0.05)
+LESS_DAMPING = (0.0, -0.25, -0.5)
 ERRORS = ModelErrors(frequency=0.05, damping=0.5, inertia=0.1)
 
 
@@ -36,3 +38,13 @@ def required_corners(name: ConfigurationName, modes: int = ALL_MODES) -> Iterato
                     inertia=inertia * ERRORS.inertia,
                 ),
             )
+
+
+def points_between(modes: int = ALL_MODES) -> Iterator[Corner]:
+    """Yield points between the corners, which do not bound them: little inertia more, with the damping and with less.
+
+    The modes carry nearly all inertia, so that a little more of the bus moves their coupled frequencies far: 2 % about
+    each axis moves the centralised layout's first bending mode from 1.71 to 1.49 Hz, 10 % to 1.00 Hz.
+    """
+    for inertia, damping in product(SMALL_INERTIA, LESS_DAMPING):
+        yield Corner(modes=modes, errors=ModelErrors(inertia=inertia, damping=damping))
