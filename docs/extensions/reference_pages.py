@@ -13,7 +13,9 @@ from flexsat.fmu.documentation.content import TEXTS
 from lockstep.__main__ import PROGRAM as LOCKSTEP
 from lockstep.cli.program import Program
 
-_MISSING = "The interface document is written by `flexsat build`; it was not there when these pages were built.\n"
+_MISSING = (
+    "The interface document is written by `flexsat build --missions`; it was not there when these pages were built.\n"
+)
 
 
 def command_page(program: Program, title: str) -> str:
@@ -55,6 +57,9 @@ def _on_builder(app: Sphinx) -> None:
         "lockstep_commands.md": command_page(LOCKSTEP, "Commands of lockstep"),
         "models.md": models_page(),
         "ports.md": _interface(Path(app.config.interface_document)),
+        "mission_ports.md": _interface(
+            Path(app.config.interface_document).parent / "centralised" / "missions" / "ICD.md", "Ports of missions"
+        ),
     }
     for name, text in pages.items():
         path = folder / name
@@ -62,9 +67,9 @@ def _on_builder(app: Sphinx) -> None:
             path.write_text(text, encoding="utf-8")
 
 
-def _interface(document: Path) -> str:
+def _interface(document: Path, title: str = "Ports") -> str:
     if not document.is_file():
-        return f"# Ports\n\n{_MISSING}"
+        return f"# {title}\n\n{_MISSING}"
     lines = document.read_text(encoding="utf-8").splitlines()
     return "\n".join(line for line in lines if not line.startswith("![")) + "\n"  # the timeline stands below as text
 

@@ -1,8 +1,11 @@
 """Missions through their FMUs: momentum and impulse, pointing, modes, failures; both kinds of FMUs."""
 
+import hashlib
 import json
 import os
+import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +13,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexbench.cli.parser import main
+from flexbench.loop.native_fmus import with_native_fmus
+from flexsat.design.chain import build_designs
+from flexsat.fmu import build_missions
 from flexsat.parameters import ARCSECOND
 from flexsat.runtime.rotations import error_angle, matrix_from_mrp
-from lockstep import Signals, read_signals
+from lockstep import Signals, load_system, read_signals, simulate
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "examples" / "missions"
@@ -103,6 +109,46 @@ def pointing(run: Signals, after: float = 0.0) -> float:
 def events(folder: Path, kind: str) -> list[dict[str, object]]:
     lines = [json.loads(line) for line in (folder / "events.jsonl").read_text(encoding="utf-8").splitlines()]
     return [line for line in lines if line["event"] == kind]
+
+
+def test_the_manifest_lists_what_is_in_the_folder_with_its_hash(layout: Path):
+    top = layout.parents[1]
+    entry = json.loads((top / "manifest.json").read_text(encoding="utf-8"))["configurations"]["centralised"]
+    listed = {name: facts["sha256"] for name, facts in {**entry["fmus"], **entry["files"]}.items()}
+    found = {path.relative_to(top).as_posix(): path for path in layout.rglob("*") if path.is_file()}
+
+    assert listed == {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in found.items()}
+    assert {facts["component"] for facts in entry["fmus"].values()} == {
+        name + kind for name in ("environment", "thrusters", "mission") for kind in ("", ", native")}  # fmt: skip
+    document = (layout / "ICD.md").read_text(encoding="utf-8")
+    assert all(name in document and facts["guid"] in document for name, facts in entry["fmus"].items())
+
+
+def test_thrusters_of_fmi_3_built_for_a_platform_give_the_bits_of_fmi_2(
+    layout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(build_missions, "MISSION_SHELLS", {"thrusters": build_missions.MISSION_SHELLS["thrusters"]})
+    built = build_missions.build_missions(
+        build_designs("centralised"), tmp_path, versions_in_c=("3.0",), platforms=("linux64",)
+    )
+    fmu = tmp_path / "centralised" / "missions" / "native" / "fmi3" / "thrusters.fmu"
+    assert built["thrusters, FMI 3.0"].path == fmu
+    with zipfile.ZipFile(fmu) as archive:
+        assert "ziglang" in archive.read("resources/build.json").decode()
+        assert b'fmiVersion="3.0"' in archive.read("modelDescription.xml")
+
+    system = with_native_fmus(load_system(layout / "mission.ssd"))
+    found = []
+    for name, source in (("two", None), ("three", fmu)):
+        components = tuple(replace(c, source=source) if source and c.name == "thrusters" else c
+                           for c in system.components)  # fmt: skip
+        simulate(replace(system, components=components), tmp_path / name, stop_time=0.3, record=["thrusters.*"],
+                 overrides={"mission.timeline.action[1]": 2, "mission.settle.dwell": 0.0,
+                            "plant.initial.wheel.speed_offset[1]": 0.4})  # fmt: skip
+        found.append(read_signals(tmp_path / name))
+    assert found[0]["thrusters.thrust.impulse"][-1] > 0.0
+    for name in ("thrust", "external.torque", "thrust.impulse"):
+        assert np.array_equal(found[0][f"thrusters.{name}"], found[1][f"thrusters.{name}"])
 
 
 def test_off_loading_removes_the_momentum_of_the_external_impulse_while_pointing_holds(

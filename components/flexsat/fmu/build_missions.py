@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
 
 from ..design.chain import Design, Designs
-from ..ports.table import PortTable
+from ..ports.table import FmiVersion, PortTable
 from ..runtime.missions.mission_data import MissionData
 from ..structure.mesh import tile_centres
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
@@ -23,7 +23,7 @@ from .documentation.reference_results import Run, run_experiments
 from .export import BuiltFmu, build_fmu
 from .native.compile import native_notes
 from .native.export import NativeComponent, native_content
-from .native.sources import NATIVE, c_files
+from .native.sources import IN_C, c_files, native_folder
 from .python.environment import Environment
 from .python.load_matrices import MODEL_FILE
 from .python.mission import Mission
@@ -56,7 +56,7 @@ class MissionParts:
         """Name of the model."""
         return f"{self.component}_{self.design.config.name}"
 
-    def accompanying_files(self, native: NativeNotes | None = None) -> AccompanyingFiles:
+    def accompanying_files(self, native: NativeNotes | None = None, fmi: FmiVersion = "2.0") -> AccompanyingFiles:
         """Return the documentation, pictures and reference results."""
         shell = MISSION_SHELLS[self.component]
         return accompanying_files(
@@ -71,6 +71,7 @@ class MissionParts:
             step=shell.preferred_step,
             stop=shell.stop_time,
             native=native,
+            fmi=fmi,
         )
 
 
@@ -107,9 +108,22 @@ def mission_parts(designs: Designs) -> dict[str, MissionParts]:
 
 
 def build_missions(
-    designs: Designs, folder: Path, report: Callable[[str], None] = lambda _: None, *, native: bool = True
+    designs: Designs,
+    folder: Path,
+    report: Callable[[str], None] = lambda _: None,
+    *,
+    versions_in_c: Sequence[FmiVersion] = ("2.0",),
+    platforms: Sequence[str] = (),
 ) -> dict[str, BuiltFmu]:
     """Build the FMUs of missions into `folder`/<configuration>/missions/, and those in C into its native/.
+
+    Parameters
+    ----------
+    designs : of one configuration
+    folder : usually `fmus`
+    report : called with a line for each file written
+    versions_in_c : versions of FMI of those in C; those of FMI 3.0 stand in native/fmi3/
+    platforms : of those in C, as of `flexsat.fmu.native.compile.binaries`
 
     Raises
     ------
@@ -130,19 +144,20 @@ def build_missions(
             documentation=content.documentation,
             extra=content.extra,
         )
-        if native:
-            built[f"{component}, native"] = _build_native(part, target / NATIVE / f"{component}.fmu")
+        for fmi in versions_in_c:
+            path = native_folder(target, fmi) / f"{component}.fmu"
+            built[f"{component}, {IN_C[fmi]}"] = _build_native(part, path, fmi, platforms)
     for one in built.values():
         report(f"{one.path}  {one.path.stat().st_size / 1e6:.1f} MB  {one.guid}")
     return built
 
 
-def _build_native(part: MissionParts, path: Path) -> BuiltFmu:
-    made = native_content(native_mission_component(part))
-    files = part.accompanying_files(native_notes(part.model_name, (), "2.0"))
+def _build_native(part: MissionParts, path: Path, fmi: FmiVersion, platforms: Sequence[str]) -> BuiltFmu:
+    made = native_content(native_mission_component(part), fmi, platforms)
+    files = part.accompanying_files(native_notes(part.model_name, platforms, fmi), fmi)
     documentation = {f"documentation/{file}": content for file, content in files.documentation.items()}
     archive = zip_bytes({**files.extra, **documentation, **made.entries})
-    path.parent.mkdir(exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, archive)
     return BuiltFmu(path=path, guid=made.guid, sha256=hashlib.sha256(archive).hexdigest())
 

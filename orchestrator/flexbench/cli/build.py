@@ -88,7 +88,8 @@ def build(
     if missions:
         from ..loop.missions import write_all_missions
 
-        write_all_missions(configurations(configuration), files, out, native=not no_native)
+        in_c = {"native": not no_native, "fmi3": fmi3, "platforms": options["platforms"]}
+        write_all_missions(configurations(configuration), files, out, **in_c)
     print(f"built in {perf_counter() - started:.1f} s")
     first = files[0].stem if files else configurations(configuration)[-1]
     native_run = "" if no_native else " --native"

@@ -12,6 +12,7 @@ from flexsat.closed_loop import PORTS
 from flexsat.design.chain import Design, Designs
 from flexsat.fmu.documentation.device_rows import DEVICE_COLUMNS, WHEEL_COLUMNS, device_rows
 from flexsat.parameters import ConfigurationName
+from flexsat.ports.table import Port
 from flexsat.ports.units import UNITS
 from lockstep import System
 from lockstep.plan.timeline import timeline_lines
@@ -82,18 +83,25 @@ def icd_blocks(
         Listing("\n".join(timeline_lines(system, TIMELINE_TICKS))),
     ]
     for component, role in _ROLES.items():
-        rows = port_rows(designs, wires, component)
-        blocks += [Heading(2, component.capitalize()), Paragraph(role)]
-        for causality, title, partner in (
-            ("input", "Inputs", "source"),
-            ("output", "Outputs", "destination"),
-            ("parameter", "Parameters", ""),
-        ):
-            chosen = [row for row in rows if row.causality == causality]
-            blocks += [Heading(3, f"{title} of the {component}"), _ports(chosen, partner)]
+        blocks += component_blocks(component, role, port_rows(designs, wires, component))
     for name, both in designs.items():
         blocks += [Heading(2, f"Elements of the arrays: {name}"), *_elements(both.corrected)]
-    return [*blocks, Heading(2, "Units"), _units(designs)]
+    design = next(iter(designs.values())).corrected
+    ports = [port for component, table in PORTS.items() for port in table(getattr(design, component))]
+    return [*blocks, Heading(2, "Units"), units_table(ports)]
+
+
+def component_blocks(component: str, role: str, rows: Sequence[PortRow]) -> list[Block]:
+    """Return what the document says of a component: its role, and a table each of inputs, outputs and parameters."""
+    blocks: list[Block] = [Heading(2, component.capitalize()), Paragraph(role)]
+    for causality, title, partner in (
+        ("input", "Inputs", "source"),
+        ("output", "Outputs", "destination"),
+        ("parameter", "Parameters", ""),
+    ):
+        chosen = [row for row in rows if row.causality == causality]
+        blocks += [Heading(3, f"{title} of the {component}"), _ports(chosen, partner)]
+    return blocks
 
 
 def _wire(source: str, target: str, names: Sequence[str], delay: int) -> tuple[str, str, str, str]:
@@ -134,9 +142,8 @@ def _numbers(values: NDArray[np.float64]) -> list[str]:
     return [f"{value + 0.0:.4g}" for value in np.round(values, 12)]  # no -0
 
 
-def _units(designs: Mapping[ConfigurationName, Designs]) -> Table:
-    design = next(iter(designs.values())).corrected
-    ports = [port for component, table in PORTS.items() for port in table(getattr(design, component))]
+def units_table(ports: Sequence[Port]) -> Table:
+    """Return the units of ports, by base units."""
     used = {port.unit for port in ports if port.kind == "real"}
     lines = []
     for name, unit in UNITS.items():

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from flexsat.closed_loop import PORTS
 from flexsat.design.chain import Designs
-from flexsat.parameters import ConfigurationName, Rates
+from flexsat.parameters import ConfigurationName
 from flexsat.ports.table import Port, Scalar
 from lockstep.errors import InputError
 
-from .ranges import range_text, signal_ranges
+from .ranges import Range, range_text, signal_ranges
 
 Wire = tuple[str, str, Sequence[str], int]  # from, to, ports of the same name at both ends, delay in ticks
 
@@ -38,6 +38,24 @@ def port_rows(designs: Mapping[ConfigurationName, Designs], wires: Sequence[Wire
     tables = {name: PORTS[component](getattr(both.corrected, component)) for name, both in designs.items()}
     ranges = {name: signal_ranges(both.corrected) for name, both in designs.items()}
     rates = next(iter(designs.values())).corrected.config.rates
+    return rows_of(component, tables, ranges, getattr(rates, component), lambda port: _partner(component, port, wires))
+
+
+def rows_of(
+    component: str,
+    tables: Mapping[ConfigurationName, tuple[Port, ...]],
+    ranges: Mapping[ConfigurationName, dict[str, Range]],
+    seconds: float,
+    partner: Callable[[Port], str],
+) -> list[PortRow]:
+    """Return a row for each port of a component, in the order of its tables.
+
+    Parameters
+    ----------
+    tables, ranges : by configuration
+    seconds : period of the component
+    partner : gives the other ends of a port
+    """
     found = []
     for ports in zip(*tables.values(), strict=True):
         first = ports[0]
@@ -51,10 +69,10 @@ def port_rows(designs: Mapping[ConfigurationName, Designs], wires: Sequence[Wire
                 size=_joined(["1" if port.size is None else str(port.size) for port in ports]),
                 unit=_unit(first),
                 frame=first.frame or "",
-                period=_period(first, tables, component, rates),
-                range=_joined([range_text(port, ranges[name]) for name, port in zip(designs, ports, strict=True)]),
+                period=_period(first, tables, seconds),
+                range=_joined([range_text(port, ranges[name]) for name, port in zip(tables, ports, strict=True)]),
                 start=_joined([_start(port) for port in ports]),
-                partner=_partner(component, first, wires),
+                partner=partner(first),
                 description=first.description,
             )
         )
@@ -88,13 +106,12 @@ def _text(value: Scalar) -> str:
     return str(value).lower() if isinstance(value, bool) else f"{value:.6g}"
 
 
-def _period(port: Port, tables: Mapping[ConfigurationName, tuple[Port, ...]], component: str, rates: Rates) -> str:
+def _period(port: Port, tables: Mapping[ConfigurationName, tuple[Port, ...]], seconds: float) -> str:
     """Return how often a signal changes, in ms."""
     if port.causality == "parameter":
         return "fixed"
     if port.on_demand:
         return "when read"
-    seconds = getattr(rates, component)
     if port.period_parameter is not None:
         parameter = next(p for table in tables.values() for p in table if p.name == port.period_parameter)
         seconds = float(parameter.starts[0])

@@ -14,7 +14,7 @@ from flexsat.fmu.build import Parts, build_configuration, configuration_parts
 from flexsat.fmu.build_native import build_native_configuration
 from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.native.compilers import check_compilers
-from flexsat.fmu.native.sources import native_folder
+from flexsat.fmu.native.sources import IN_C, native_folder
 from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
 from flexsat.parameters import ConfigurationName
 from flexsat.ports.table import FmiVersion
@@ -34,7 +34,6 @@ from .systems import WIRES, build_system, write_closed_systems, write_systems
 
 PrintLine = Callable[[str], None]
 Notes = Callable[[Designs], Iterable[str]]
-_IN_C: Mapping[FmiVersion, str] = {"2.0": "native", "3.0": "FMI 3.0"}  # what the manifest calls them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -217,7 +216,7 @@ def _build_in_c(
     files: list[Path] = []
     for fmi in wanted.versions:
         built = build_native_configuration(designs, folder, parts, print_line, fmi, wanted.platforms)
-        fmus |= {f"{component}, {_IN_C[fmi]}": fmu for component, fmu in built.items()}
+        fmus |= {f"{component}, {IN_C[fmi]}": fmu for component, fmu in built.items()}
         systems = write_systems(designs, native_folder(layout, fmi))
         files += systems
         if fmi == "2.0":  # other tools that load packages know FMI 2.0

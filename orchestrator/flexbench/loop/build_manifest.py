@@ -77,6 +77,17 @@ def write_manifest(folder: Path, entries: Mapping[ConfigurationName, dict[str, A
     return content
 
 
+def add_to_manifest(
+    config: Configuration, built: Mapping[str, BuiltFmu], others: list[Path], folder: Path
+) -> dict[str, Any]:
+    """Add files to a configuration's entry in the manifest, and return the manifest."""
+    entry = describe_configuration(config, built, others, folder)
+    before = _configurations(folder / MANIFEST).get(config.name, {})
+    return write_manifest(
+        folder, {config.name: entry | {part: {**before.get(part, {}), **entry[part]} for part in ("fmus", "files")}}
+    )
+
+
 def _configurations(path: Path) -> dict[str, Any]:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))["configurations"]

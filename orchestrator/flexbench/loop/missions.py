@@ -9,13 +9,21 @@ from pathlib import Path
 from flexsat.design.chain import Designs, build_designs
 from flexsat.errors import BuildError
 from flexsat.fmu.build_missions import FOLDER, build_missions, mission_data
+from flexsat.fmu.native.sources import native_folder
+from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
 from flexsat.ports import environment, mission, thrusters
-from flexsat.ports.table import Port
+from flexsat.ports.table import FmiVersion, Port
 from lockstep import Component, Connection, System, write_ssd
 from lockstep.errors import InputError
+from lockstep.plan.timeline_svg import timeline_svg
 from lockstep.system.clock import Time, nanoseconds
 
+from ..html.document import as_markdown
+from ..html.render import as_html
+from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS
+from ..icd.mission_contents import mission_icd_blocks
+from .build_manifest import add_to_manifest
 from .spacecraft import design_file, read_file
 from .systems import build_system, component_periods, ports_of, scalar_names
 
@@ -61,21 +69,48 @@ RECORD = {
 
 
 def write_missions(
-    designs: Designs, folder: Path, print_line: Callable[[str], None] = print, *, native: bool = True
+    designs: Designs,
+    folder: Path,
+    print_line: Callable[[str], None] = print,
+    *,
+    native: bool = True,
+    fmi3: bool = False,
+    platforms: Sequence[str] = (),
 ) -> list[Path]:
     """Build the FMUs of missions of a spacecraft into `folder`/<name>/missions, and write their systems there.
 
-    The FMUs of its plant, sensors and controller are those in `folder`/<name>.
+    The FMUs of its plant, sensors and controller are those in `folder`/<name>. The manifest of `folder` gets all files,
+    and an interface document stands beside them. Parameters are those of `flexbench.loop.build.build_all`.
     """
-    build_missions(designs, folder, print_line, native=native)
-    layout = folder / designs.corrected.config.name
+    in_c: tuple[FmiVersion, ...] = (*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ()))
+    built = build_missions(designs, folder, print_line, versions_in_c=in_c, platforms=platforms)
+    config = designs.corrected.config
+    layout = folder / config.name
     paths = []
-    for name in SYSTEMS:
-        path = layout / FOLDER / f"{name}.ssd"
-        write_ssd(mission_system(designs, name, layout), path)
+    for fmi in (None, *(version for version in in_c if version == "3.0")):
+        for name in SYSTEMS:
+            path = _folder(layout / FOLDER, fmi) / f"{name}.ssd"
+            write_ssd(mission_system(designs, name, layout, fmi), path)
+            paths.append(path)
+    identities = [(one.path.relative_to(folder).as_posix(), one.guid, one.sha256) for one in built.values()]
+    system = mission_system(designs, "mission", layout)
+    blocks = mission_icd_blocks(designs.corrected, mission_ports(designs), system, identities)
+    for file, text in (
+        ("ICD.md", as_markdown(blocks)),
+        (TIMELINE_FILE, timeline_svg(system, TIMELINE_TICKS)),
+        ("ICD.html", as_html(blocks)),
+    ):
+        write_atomically(layout / FOLDER / file, text.encode())
+        paths.append(layout / FOLDER / file)
+    for path in paths:
         print_line(str(path))
-        paths.append(path)
+    add_to_manifest(config, built, paths, folder)
     return paths
+
+
+def _folder(folder: Path, fmi: FmiVersion | None) -> Path:
+    """Return the folder of the FMUs in C of a version of FMI; None: of those in Python."""
+    return folder if fmi is None else native_folder(folder, fmi)
 
 
 def write_all_missions(
@@ -85,6 +120,8 @@ def write_all_missions(
     print_line: Callable[[str], None] = print,
     *,
     native: bool = True,
+    fmi3: bool = False,
+    platforms: Sequence[str] = (),
 ) -> None:
     """Write the missions of spacecraft that have been built: those of files, or the built-in ones of some names.
 
@@ -96,14 +133,14 @@ def write_all_missions(
     try:
         designs = [design_file(read_file(path), path) for path in files] or [build_designs(name) for name in names]
         for one in designs:
-            write_missions(one, folder, print_line, native=native)
+            write_missions(one, folder, print_line, native=native, fmi3=fmi3, platforms=platforms)
     except BuildError as error:
         raise InputError(str(error)) from None
 
 
-def mission_system(designs: Designs, name: str, layout: Path) -> System:
-    """Return a system of SYSTEMS, whose FMUs are in the folder of a layout."""
-    base = build_system(designs, "fine_pointing", layout)
+def mission_system(designs: Designs, name: str, layout: Path, fmi: FmiVersion | None = None) -> System:
+    """Return a system of SYSTEMS, whose FMUs are in the folder of a layout: in Python, or in C of a version of FMI."""
+    base = build_system(designs, "fine_pointing", _folder(layout, fmi))
     known = _all_ports(designs)
     periods = _periods(designs)
     loop = [component.name for component in base.components]
@@ -122,7 +159,7 @@ def mission_system(designs: Designs, name: str, layout: Path) -> System:
     for component in added:
         components[component] = Component(
             name=component,
-            source=layout / FOLDER / f"{component}.fmu",
+            source=_folder(layout / FOLDER, fmi) / f"{component}.fmu",
             period=periods[component],
             kind="sampled",
             parameters={},
@@ -143,9 +180,14 @@ def _without(component: Component, fed: set[tuple[str, str]]) -> Component:
     return replace(component, parameters=left)
 
 
-def _all_ports(designs: Designs) -> dict[str, dict[str, Port]]:
+def mission_ports(designs: Designs) -> dict[str, tuple[Port, ...]]:
+    """Return the ports of the components of missions."""
     data = mission_data(designs.corrected)
-    more = {"environment": environment.ports(data), "thrusters": thrusters.ports(data), "mission": mission.ports(data)}
+    return {"mission": mission.ports(data), "environment": environment.ports(data), "thrusters": thrusters.ports(data)}
+
+
+def _all_ports(designs: Designs) -> dict[str, dict[str, Port]]:
+    more = mission_ports(designs)
     return ports_of(designs) | {component: {port.name: port for port in ports} for component, ports in more.items()}
 
 

@@ -16,6 +16,7 @@ NATIVE = "native"  # folder of the FMUs; their models have the names of the Pyth
 FMI3 = "fmi3"  # folder in that, of the FMUs of FMI 3.0
 FOLDER = Path(__file__).with_name("c")
 LAYERS: dict[FmiVersion, tuple[str, ...]] = {"2.0": ("fmi", "fmi2"), "3.0": ("fmi", "fmi3")}  # folders of the FMI layer
+IN_C: dict[FmiVersion, str] = {"2.0": "native", "3.0": "FMI 3.0"}  # what a build's manifest calls the FMUs
 IDENTITY = "identity.c"
 INCLUDE = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
 GENERATED = frozenset({"data.h", "ports.h"})  # headers
