@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 from copied_process import Copies
+from flexbench.cli.parser import main
+from lockstep import Signals, read_signals
 
 COMMAND = Path(sys.executable).with_name("flexsat")
 # warnings are errors in the programs too, their workers included; one thread each, as two run at a time
@@ -134,3 +136,50 @@ def study(fmus: Path, python: RunScript, once: Callable[[str, Callable[[Path], N
 
     folder = once("study", run)
     return folder / "results", (folder / "printed.txt").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def missions(delivered: Path, once: Callable[[str, Callable[[Path], None]], Path]) -> Callable[[str], Path]:
+    """Return a function that returns the missions of a layout, as `flexsat build --missions` leaves them."""
+
+    def of(name: str) -> Path:
+        def build(folder: Path) -> None:
+            from flexbench.loop import build as stock
+
+            target = folder / name
+            for kind in ("", "native"):
+                (target / kind).mkdir(parents=True, exist_ok=True)
+                for component in ("plant", "sensors", "controller"):
+                    os.link(delivered / name / kind / f"{component}.fmu", target / kind / f"{component}.fmu")
+            given = stock.build_all
+            stock.build_all = lambda *_, **__: None  # they are there
+            try:
+                assert main(["build", "--missions", "--configuration", name, "--out", str(folder)]) == 0
+            finally:
+                stock.build_all = given
+
+        return once(f"missions-{name}", build) / name / "missions"
+
+    return of
+
+
+@pytest.fixture
+def fly_from(tmp_path: Path) -> Callable[..., Signals]:
+    """Return what runs a system in a folder of missions and returns its signals; files are given as texts."""
+
+    def run(
+        folder: Path, stop: float, *words: str, mission: str | None = None, faults: str | None = None,
+        name: str = "run", system: str = "mission", native: bool = True,
+    ) -> Signals:  # fmt: skip
+        out = tmp_path / name
+        command = ["run", str(folder / f"{system}.ssd"), "--stop-time", str(stop), "--out", str(out), *words]
+        command += ["--native"] if native else []
+        for option, text in (("--mission", mission), ("--faults", faults)):
+            if text is not None:
+                path = tmp_path / f"{name}{option}.toml"
+                path.write_text(text)
+                command += [option, str(path)]
+        assert main(command) == 0
+        return read_signals(out)
+
+    return run
