@@ -11,6 +11,7 @@ import errno
 import mmap
 import os
 import signal
+import socket
 import sys
 import warnings
 from collections.abc import Callable, Collection, Iterator
@@ -26,6 +27,8 @@ _CURRENT_PERSONALITY, _SAME_LAYOUT = 0xFFFFFFFF, 0x0040000  # linux/personality.
 _PARENT_DEATH_SIGNAL, _CHILD_SUBREAPER = 1, 36  # linux/prctl.h: PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER
 
 LOCK = ".lock"  # file in a locked folder, where a folder itself cannot be locked
+
+KILLED = -getattr(signal, "SIGKILL", 9)  # exit code of a process that was killed
 
 Release = Callable[[], None]
 
@@ -307,6 +310,23 @@ def wait_for_child(process: int) -> int:
             return os.waitstatus_to_exitcode(status)
 
 
+def wait_without_reaping(process: int) -> int:
+    """Wait for the end of this child and return its exit code, negative for a signal; its number stays its own."""
+    found = os.waitid(os.P_PID, process, os.WEXITED | os.WNOWAIT)
+    assert found is not None
+    return int(found.si_status) if found.si_code == os.CLD_EXITED else -int(found.si_status)
+
+
+def can_serve_copies() -> bool:
+    """Return whether a process that has imported numpy can be copied at any time, and get descriptors."""
+    return sys.platform == "linux" and hasattr(socket, "SOCK_SEQPACKET")
+
+
+def new_session() -> None:
+    """Make this process the first of a new session."""
+    os.setsid()
+
+
 def reap() -> bool:
     """Reap the children that have ended; return whether there are others."""
     with suppress(ChildProcessError):
@@ -324,7 +344,7 @@ def kill(process: int) -> None:
 
 def was_killed(code: int) -> bool:
     """Return whether an exit code of `subprocess` is that of a process that was killed from outside."""
-    return code == -signal.SIGKILL
+    return code == KILLED
 
 
 def end_like(code: int) -> NoReturn:

@@ -82,7 +82,9 @@ def test_an_interrupted_check_leaves_nothing(tmp_path):
     while not any(b"fmi2DoStep" in read(path) for path in scratch.glob("*/results/last_call")):
         assert process.poll() is None, process.communicate()
         time.sleep(0.05)
-    assert len(processes_with(str(scratch))) == 3  # the check, the guard of its probe, and the probe
+    assert (
+        len(processes_with(str(scratch))) == 4
+    )  # the check, what its probes are copies of, the guard of a probe, and the probe
 
     process.send_signal(signal.SIGINT)
     _, result = process.communicate(timeout=60.0)

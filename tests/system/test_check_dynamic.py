@@ -148,7 +148,7 @@ def test_inputs_that_it_refuses_to_move_stay_where_they_are(tmp_path):
     assert "level: a small change is refused" in findings["dynamic.latency"].details[0]
 
 
-@pytest.mark.parametrize("defect", ["SEEDED_BY_CLOCK", "SEEDED_BY_PROCESS"])
+@pytest.mark.parametrize("defect", ["SEEDED_BY_CLOCK", "SEEDED_BY_PROCESS", "SEEDED_BY_LAYOUT"])
 def test_without_repetition_nothing_is_compared(tmp_path, defect):
     findings = checked(bad_fmu(tmp_path, defect))
 

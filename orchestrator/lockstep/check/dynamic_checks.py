@@ -85,8 +85,10 @@ def dynamic_checks(
     only : checks to run; those that every other builds on run as well
     faults : static checks with an error: what cannot be read or loaded for them is no error again
     """
-    with temporary_folder("check") as folder:
-        runner = ProbeRunner(archive=path.resolve(), work=folder, time_limit=time_limit)
+    with (
+        temporary_folder("check") as folder,
+        ProbeRunner(archive=path.resolve(), work=folder, time_limit=time_limit) as runner,
+    ):
         return CheckSequence(runner, report, steps, tuple(others), faults).run(only)
 
 
@@ -223,7 +225,7 @@ class CheckSequence:
 
     def _repeat(self) -> ProbeResult:
         time.sleep(max(0.0, SEED_AGE - (time.monotonic() - self._reference_made)))
-        return self._compared("again", "in a new process")
+        return self._compared("again", "in a new process", fresh=True)
 
     def _compared(self, name: str, words: str, **options: Any) -> ProbeResult:
         """Repeat the run and compare it with the reference."""
@@ -291,10 +293,10 @@ class CheckSequence:
         here = self._probe(probes_state.roll_back)
         if here.status == "error" or not self.experiment.serialises_state:
             return here
-        there = self._probe(probes_state.restore, initialised=False)
+        there = self._probe(probes_state.restore, initialised=False, fresh=True)
         if there.status != "error":
             return replace(here, message=f"{here.message}; {there.message}")
-        later = self._probe(probes_state.restore, initialised=True)
+        later = self._probe(probes_state.restore, initialised=True, fresh=True)
         if later.status == "error":
             return later
         return replace(later, status="warning", message=f"{later.message}, but only into an instance that was "
@@ -344,12 +346,13 @@ class CheckSequence:
 
     def _cost(self) -> ProbeResult:
         limit = self.runner.time_limit + COST_SECONDS
-        return self._probe(probes_load.cost, steps=COST_STEPS, seconds=COST_SECONDS, time_limit=limit)
+        options = {"steps": COST_STEPS, "seconds": COST_SECONDS}
+        return self._probe(probes_load.cost, time_limit=limit, fresh=True, **options)
 
     def _memory(self) -> ProbeResult:
         limit = self.runner.time_limit + MEMORY_SECONDS
         options = {"steps": self._memory_steps, "seconds": MEMORY_SECONDS}
-        return self._probe(probes_load.memory, time_limit=limit, **options)
+        return self._probe(probes_load.memory, time_limit=limit, fresh=True, **options)
 
 
 def _carried_out(check: Callable[[], ProbeResult]) -> ProbeResult:

@@ -15,6 +15,7 @@ from threading import Lock
 import psutil
 
 from lockstep.operating_system import has_fork, session_of
+from lockstep.processes.fork_server import CopiedProcess, ForkServer
 from lockstep.processes.guard import END
 from lockstep.processes.running_time import RunningTime
 
@@ -41,7 +42,13 @@ class ChildProcess:
         temporary: Path,
         directory: Path | None = None,
         descriptors: Sequence[int] = (),
+        server: ForkServer | None = None,
     ) -> None:
+        """Start Python with arguments; `descriptors` are those that it inherits.
+
+        With a server, which has to have the same temporary folder, the arguments are `module:function` and its own, and
+        the process is a copy of the server's.
+        """
         temporary.mkdir(parents=True, exist_ok=True)
         self.printed = printed
         self._marks = {"TMPDIR": str(temporary)}
@@ -52,8 +59,16 @@ class ChildProcess:
         report, reports = os.pipe()
         self._report = os.fdopen(report)
         guard = ["-m", _GUARD, str(reports)] if has_fork() else []
+        self._process: subprocess.Popen[bytes] | CopiedProcess
         try:
             with printed.open("ab") as stream:  # for appending: whoever cuts the file off does not leave a hole in it
+                if server is not None:
+                    function, *own = arguments
+                    folder = Path.cwd() if directory is None else directory
+                    self._process = server.start(
+                        function, own, directory=folder, printed=stream.fileno(), report=reports
+                    )
+                    return
                 self._process = subprocess.Popen(
                     [sys.executable, "-P", *guard, *arguments],
                     cwd=directory,
@@ -62,7 +77,7 @@ class ChildProcess:
                     stderr=subprocess.STDOUT,
                     pass_fds=(*descriptors, *([reports] if guard else [])),
                     start_new_session=True,
-                    env=_ONE_THREAD | dict(os.environ) | absolute_paths() | self._marks,
+                    env=environment_of(temporary),
                 )
         except BaseException:
             self._report.close()
@@ -150,6 +165,11 @@ class ChildProcess:
             for process in self.others():
                 with suppress(psutil.Error):
                     process.kill()
+
+
+def environment_of(temporary: Path) -> dict[str, str]:
+    """Return the environment of a child process with this folder for temporary files."""
+    return _ONE_THREAD | dict(os.environ) | absolute_paths() | {"TMPDIR": str(temporary)}
 
 
 def absolute_paths() -> dict[str, str]:

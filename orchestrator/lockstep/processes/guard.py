@@ -35,6 +35,13 @@ _LIMIT = 5.0  # [s] for all that are killed to be gone
 
 def main(report: int, arguments: list[str]) -> NoReturn:
     """Run Python with the arguments in a child, and guard it."""
+    guard_copy(report)
+    # not runpy: a step of a worker that goes on in a copy of this memory takes 1.5 us more
+    os.execv(sys.executable, [sys.executable, "-P", *arguments])
+
+
+def guard_copy(report: int) -> None:
+    """Copy this process, which becomes the guard of its copy; return in the copy alone."""
     child = 0
 
     def end_child(*_: object) -> None:
@@ -51,8 +58,6 @@ def main(report: int, arguments: list[str]) -> NoReturn:
     end_with_parent()
     signal.signal(END, signal.SIG_DFL)
     os.close(report)
-    # not runpy: a step of a worker that goes on in a copy of this memory takes 1.5 us more
-    os.execv(sys.executable, [sys.executable, "-P", *arguments])
 
 
 def _guard(report: int, child: int) -> NoReturn:

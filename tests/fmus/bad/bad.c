@@ -87,6 +87,9 @@ static void start(Instance *instance) {
 #ifdef DEFECT_SEEDED_BY_PROCESS
     seed = (uint32_t)getpid();
 #endif
+#ifdef DEFECT_SEEDED_BY_LAYOUT /* as what reads memory that nobody has written, or hashes addresses */
+    seed = (uint32_t)((uintptr_t)&seed >> 4);
+#endif
 #ifdef DEFECT_RESET_KEEPS_GENERATOR
     if (instance->now.generator) seed = instance->now.generator;
 #endif

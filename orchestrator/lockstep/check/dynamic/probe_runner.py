@@ -5,28 +5,47 @@ from __future__ import annotations
 import json
 import shutil
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
 from lockstep.check.dynamic.experiment import Experiment
 from lockstep.check.dynamic.probe_process import Probe, ProbeResult
 from lockstep.fmi.safe_zip import extract, open_zip
-from lockstep.processes.child_process import ChildProcess, ending, printed_lines, signal_name
+from lockstep.operating_system import can_serve_copies
+from lockstep.processes.child_process import ChildProcess, ending, environment_of, printed_lines, signal_name
+from lockstep.processes.fork_server import ForkServer
 from lockstep.processes.last_call import read_last_call
+
+_PROBE = "lockstep.check.dynamic.probe_process"
 
 
 @dataclass(slots=True, kw_only=True)
 class ProbeRunner:
-    """Runs probes of one FMU, which is unpacked again for each of them, to the same folder."""
+    """Runs probes of one FMU, which is unpacked again for each of them, to the same folder.
+
+    As a context manager it runs them in copies of a process that has imported what they need, where the system can.
+    """
 
     archive: Path
     work: Path
     time_limit: float  # [s] for one process
+    _server: ForkServer | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         for folder in (self.results, self.elsewhere, self.work / "tmp"):
             folder.mkdir(parents=True, exist_ok=True)
+
+    def __enter__(self) -> Self:
+        if can_serve_copies():
+            self._server = ForkServer([_PROBE], environment_of(self.work / "tmp"), self.work)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self._server is not None:
+            self._server.close()
+            self._server = None
 
     @property
     def unpacked(self) -> Path:
@@ -59,11 +78,13 @@ class ProbeRunner:
         folder: Path | None = None,
         directory: Path | None = None,
         time_limit: float | None = None,
+        fresh: bool = False,
         **options: Any,
     ) -> ProbeResult:
-        """Run a probe on the FMU in a new process.
+        """Run a probe on the FMU in a process of its own.
 
-        `directory` is the working directory; None is the one in which the FMU runs.
+        `directory` is the working directory; None is the one in which the FMU runs. A `fresh` process is no copy: its
+        layout of memory and seed of hashes are its own.
         """
         unpacked = self.unpack(folder)
         usual = unpacked if experiment.directory == "unpacked" else self.elsewhere
@@ -79,12 +100,7 @@ class ProbeRunner:
         (self.results / "last_call").unlink(missing_ok=True)
         limit = time_limit or self.time_limit
         began = time.monotonic()
-        child = ChildProcess(
-            ["-m", "lockstep.check.dynamic.probe_process", str(self.results / "task.json")],
-            printed=self.results / "printed",
-            temporary=self.work / "tmp",
-            directory=directory or usual,
-        )
+        child = self._start(directory or usual, fresh)
         try:
             code = child.wait(limit, pauses=True)
             left = code is not None and child.left_running
@@ -95,6 +111,22 @@ class ProbeRunner:
         if left and result.status != "error":
             return ProbeResult(status="error", message="a process that it started continued after the end of its own")
         return result
+
+    def _start(self, directory: Path, fresh: bool) -> ChildProcess:
+        """Start the process that carries out the task."""
+        task, folders = str(self.results / "task.json"), (self.results / "printed", self.work / "tmp", directory)
+        if self._server is not None and not fresh:
+            try:
+                return self._child([f"{_PROBE}:main", task], *folders, self._server)
+            except OSError:  # an FMU has ended the server
+                self._server.close()
+                self._server = None
+        return self._child(["-m", _PROBE, task], *folders)
+
+    def _child(
+        self, arguments: list[str], printed: Path, temporary: Path, directory: Path, server: ForkServer | None = None
+    ) -> ChildProcess:
+        return ChildProcess(arguments, printed=printed, temporary=temporary, directory=directory, server=server)
 
     def _result(self, code: int | None, limit: float, lasted: float) -> ProbeResult:
         call = read_last_call(self.results / "last_call")
