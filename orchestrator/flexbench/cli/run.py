@@ -71,10 +71,11 @@ def run(
     """Simulate a system and leave its signals, events and metrics in a results folder."""
     from ..runs.loop_monitor import print_found
     from ..runs.metrics_file import closing_table
-    from ..runs.mission_monitor import watch_run
+    from ..runs.mission_monitor import print_mission, watch_run
 
     def finish(folder: Path) -> None:
         print_found(folder)
+        print_mission(folder)
         header, rows, notes = closing_table(folder, settling_band)
         if rows:
             show_table(header, rows)

@@ -1,32 +1,49 @@
-"""Watch the mission of a run: changes of mode, wheels that fail, outages of the star tracker, as events of the run."""
+"""Watch the mission of a run: changes of mode, wheels that fail, outages of the star tracker, as events of the run.
+
+At the end of a run the same events say how the mission went.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexsat.runtime.missions.mode_logic import MODES
+from flexsat.runtime.missions.mode_logic import MODES, OFF_LOAD
 from lockstep.results.monitor import Found, Monitor
+from lockstep.results.run_record import EVENTS
 from lockstep.system.system import System
 
-from ..loop.loop_parts import Parameters
+from ..loop.loop_parts import Parameters, number_of
 from ..loop.mission_file import MANAGER
 from .loop_monitor import watch_loop
 
 MODE, OUTAGE, STATUS = f"{MANAGER}.mode", f"{MANAGER}.star_tracker.outage", f"{MANAGER}.wheel.status"
 STATES = ("works", "off", "seized")  # of a wheel, by its status
+MOMENTUM = f"{MANAGER}.momentum"
+Event = Mapping[str, Any]  # of events.jsonl
 _WATCHED = (MODE, OUTAGE, STATUS)
 
 
 class MissionMonitor:
     """Looks at the rows of one run; a `lockstep.results.monitor.Monitor`."""
 
-    def __init__(self, columns: Sequence[str]) -> None:
-        """Prepare for recorded signals of a mission manager."""
-        self._columns = tuple(columns)
+    def __init__(self, columns: Sequence[str], momentum: Sequence[str] = (), tolerance: float | None = None) -> None:
+        """Prepare for recorded signals of a mission manager.
+
+        Parameters
+        ----------
+        columns : modes, states of wheels, outages
+        momentum : of the wheels about each axis, if it is recorded
+        tolerance : of off-loadings [N.m.s]
+        """
+        self._columns, self._momentum, self._tolerance = tuple(columns), tuple(momentum), tolerance
         self._last: dict[str, int] = {}
 
     def rows(self, time: NDArray[np.float64], columns: Mapping[str, NDArray[Any]]) -> Iterator[Found]:
@@ -35,11 +52,18 @@ class MissionMonitor:
         for name in self._columns:
             values = columns[name].astype(np.int64)
             before = np.concatenate([[self._last.get(name, values[0])], values[:-1]]) if len(values) else values
-            found += [_change(name, float(time[k]), int(before[k]), int(values[k]))
-                      for k in np.flatnonzero(values != before).tolist()]  # fmt: skip
+            for k in np.flatnonzero(values != before).tolist():
+                one = _change(name, float(time[k]), int(before[k]), int(values[k]))
+                ended = name == MODE and int(before[k]) == OFF_LOAD and self._momentum
+                found.append(replace(one, details={**one.details, **self._left(columns, k)}) if ended else one)
             if len(values):
                 self._last[name] = int(values[-1])
         yield from sorted(found, key=lambda one: one.time)
+
+    def _left(self, columns: Mapping[str, NDArray[Any]], row: int) -> dict[str, float]:
+        """Return what an off-loading left, about the axis with most of it [N.m.s]."""
+        left = max(abs(float(columns[name][row])) for name in self._momentum)
+        return {"momentum_left": left} | ({} if self._tolerance is None else {"tolerance": self._tolerance})
 
     def end(self) -> Iterable[Found]:
         """Return nothing: every change was shown."""
@@ -68,12 +92,14 @@ class _Together:
         return [table for monitor in self._monitors for table in monitor.summary()]
 
 
-def watch_mission(system: System, recorded: Sequence[str]) -> MissionMonitor | None:
+def watch_mission(system: System, parameters: Parameters, recorded: Sequence[str]) -> MissionMonitor | None:
     """Return what watches the mission manager of a system; None if there is none, or nothing of it is recorded."""
-    if all(component.name != MANAGER for component in system.components):
-        return None
+    manager = next((component for component in system.components if component.name == MANAGER), None)
     columns = [name for name in recorded if name.partition("[")[0] in _WATCHED]
-    return MissionMonitor(columns) if columns else None
+    if manager is None or not columns:
+        return None
+    momentum = [name for name in recorded if name.partition("[")[0] == MOMENTUM]
+    return MissionMonitor(columns, momentum, number_of(manager, "off_loading.tolerance", parameters))
 
 
 def watch_run(system: System, parameters: Parameters, recorded: Sequence[str]) -> Monitor | None:
@@ -81,7 +107,7 @@ def watch_run(system: System, parameters: Parameters, recorded: Sequence[str]) -
 
     It is a `lockstep.results.monitor.Watch`: the argument `watch` of `lockstep.simulate`.
     """
-    loop, mission = watch_loop(system, parameters, recorded), watch_mission(system, recorded)
+    loop, mission = watch_loop(system, parameters, recorded), watch_mission(system, parameters, recorded)
     if loop is None or mission is None:
         return loop if mission is None else mission
     return _Together((loop, mission))
@@ -94,3 +120,62 @@ def _change(name: str, time: float, before: int, after: int) -> Found:
         return Found(time=time, event="star-tracker-outage", details={"begins" if after else "ends": True})
     wheel = int(name.partition("[")[2].rstrip("]"))
     return Found(time=time, event="wheel-status", details={"wheel": wheel, "from": STATES[before], "to": STATES[after]})
+
+
+def print_mission(folder: Path) -> None:
+    """Print how the mission of a run went; nothing for a run without a mission manager."""
+    path = folder / EVENTS
+    lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
+    for line in mission_lines([json.loads(line) for line in lines]):
+        print(line)
+
+
+def mission_lines(events: Sequence[Event]) -> list[str]:
+    """Return a line for the mode at the end, and one each for wheels that failed, outages and short off-loadings."""
+    modes, wheels, outages = (
+        [event for event in events if event["event"] == kind]
+        for kind in ("mode", "wheel-status", "star-tracker-outage")
+    )
+    if not modes and not wheels and not outages:
+        return []
+    return [*_mode(modes, wheels, outages), *_wheels(wheels), *_outages(outages), *_off_loadings(modes)]
+
+
+def _mode(modes: Sequence[Event], wheels: Sequence[Event], outages: Sequence[Event]) -> Iterator[str]:
+    if not modes:
+        return
+    last = modes[-1]
+    text = f"mission: in mode {last['to']} from {last['time']:.6g} s to the end"
+    if last["to"] != "safe":
+        yield text
+    elif any(wheel["time"] == last["time"] for wheel in wheels):
+        yield f"{text}: the wheels left give no torque about some axis, and the attitude drifts about it"
+    elif outages and outages[-1].get("begins"):
+        yield f"{text}: no sample of the star tracker from {outages[-1]['time']:.6g} s on"
+    else:
+        yield f"{text}, by command"
+
+
+def _wheels(wheels: Sequence[Event]) -> Iterator[str]:
+    for number in sorted({event["wheel"] for event in wheels}):
+        changes = [f"{event['to']} from {event['time']:.6g} s on" for event in wheels if event["wheel"] == number]
+        yield f"wheel {number}: {', '.join(changes)}"
+
+
+def _outages(outages: Sequence[Event]) -> Iterator[str]:
+    begins = [event["time"] for event in outages if event.get("begins")]
+    ends = [event["time"] for event in outages if event.get("ends")]
+    for begin in begins:
+        end = next((time for time in ends if time > begin), None)
+        until = "to the end" if end is None else f"to {end:.6g} s"
+        yield f"star tracker: no samples, known from {begin:.6g} s {until}"
+
+
+def _off_loadings(modes: Sequence[Event]) -> Iterator[str]:
+    for before, event in pairwise(modes):
+        left, tolerance = event.get("momentum_left"), event.get("tolerance")
+        if before["to"] == "off-load" and left is not None and tolerance is not None and left > tolerance:
+            yield (
+                f"off-loading from {before['time']:.6g} to {event['time']:.6g} s left {left:.3g} N.m.s about an axis,"
+                f" more than mission.off_loading.tolerance, {tolerance:g}"
+            )
