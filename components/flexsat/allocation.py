@@ -10,9 +10,11 @@ Markley, Reynolds, Liu, Lebsock (2010), J. Guidance, Control, and Dynamics 33(5)
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from .arrays import Array, Flags
+from .arrays import Array, Flags, make_read_only
 from .fixed_order import inverse, product
 
 ALONG = 1e-9  # of the length of a limit's axis: less across a face is rounding
@@ -50,6 +52,46 @@ def least_peak(axes: Array, limits: Array, torque: Array) -> Array:
         free &= ~settled
         across = np.vstack([across, normal])
     return share * limits
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NullMotion:
+    """Motion of redundant wheels that gives the body no torque: it brings their momenta towards the least peak."""
+
+    rate: float  # 1/s: of what is left to the least peak
+    axes: Array  # (n, 3); zero for wheels that have no torque, which take no part
+    inverse: Array  # (3, 3): of the sum of axis times axis
+    limits: Array  # (n,) [N.m.s]: momentum that each wheel may have beside the nominal one
+
+    def __post_init__(self) -> None:
+        make_read_only(self)
+
+
+def null_motion(axes: Array, limits: Array, works: Flags, rate: float) -> NullMotion:
+    """Prepare the null motion of the wheels that work, which turn the body about all axes."""
+    used = axes * works[:, np.newaxis]
+    return NullMotion(rate=rate, axes=used, inverse=inverse(product(used.T, used)), limits=limits * works)
+
+
+def null_part(motion: NullMotion, momenta: Array) -> Array:
+    """Return the part of wheels' momenta (n,) without a resultant; zero for wheels that take no part."""
+    works = motion.limits > 0.0
+    return np.asarray(momenta * works - motion.axes @ (motion.inverse @ (momenta @ motion.axes)))
+
+
+def null_torque(motion: NullMotion, momenta: Array, least: Array, most: Array) -> Array:
+    """Return the torques (n,) towards the least peak of the momenta's shares of the limits; their resultant is zero.
+
+    Parameters
+    ----------
+    momenta : (n,) beside the nominal ones [N.m.s]
+    least, most : (n,) what each wheel has left [N.m]; all torques are made smaller alike until they fit
+    """
+    aim = least_peak(motion.axes, motion.limits, -(momenta @ motion.axes))
+    torque = motion.rate * null_part(motion, aim - momenta)
+    moved = torque != 0.0
+    room = np.where(torque > 0.0, np.maximum(most, 0.0), np.minimum(least, 0.0))
+    return np.asarray(torque * np.min(room[moved] / torque[moved], initial=1.0))
 
 
 def _face(spans: Array, free: Flags, left: Array, across: Array) -> tuple[Array, float]:

@@ -156,6 +156,9 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
              " instead of the sum of the squares of the shares"),
         Port(name="slew.gyroscopic", causality="parameter", kind="boolean", start=model.slew_gyroscopic,
              description="count the gyroscopic torque of body and wheels in the feed-forward torque of slews"),
+        Port(name="wheel.null_motion_rate", causality="parameter", unit="1/s", start=0.0, minimum=0.0, maximum=1.0,
+             description="rate at which wheels move, without torque on the body, to the least largest share of their"
+             " speed bands; 0: the regulator alone moves them to their nominal speeds"),
     )  # fmt: skip
 
 
@@ -199,6 +202,7 @@ def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> Contro
         gyroscopic=value("slew.gyroscopic"),
         estimates_torque=value("filter.disturbance"),
         estimates_bias=value("filter.gyro_bias"),
+        null_rate=value("wheel.null_motion_rate"),
         keep_out=keep_out(
             np.array(value("keep_out.axis")),
             np.array([value(f"keep_out.{name}.direction") for name in CONES]),

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import slow_errors
+from ..allocation import null_torque
 from ..arrays import Array
 from . import rotations, slew_motion
 from . import wheel_jitter as jitter
@@ -357,8 +358,16 @@ def _follow_momentum(prepared: PreparedController, state: ControllerState, refer
 
 
 def _saturate(prepared: PreparedController, torque: Array, speed: Array) -> Array:
-    """Limit to the motor, then to what leaves the speed band within a period (PHYSICS section 6)."""
+    """Limit to the motor, then to what leaves the speed band within a period (PHYSICS section 6).
+
+    The null motion of the wheels has what these limits leave.
+    """
     limit, band = prepared.torque_limit, prepared.speed_band
     scale = prepared.wheel_inertia / prepared.period
     limited = np.minimum(np.maximum(torque, -limit), limit)
-    return np.minimum(np.maximum(limited, scale * (-band - speed)), scale * (band - speed))
+    slowest, fastest = scale * (-band - speed), scale * (band - speed)
+    limited = np.minimum(np.maximum(limited, slowest), fastest)
+    if prepared.null_motion is None:
+        return limited
+    least, most = np.maximum(slowest, -limit) - limited, np.minimum(fastest, limit) - limited
+    return limited + null_torque(prepared.null_motion, prepared.wheel_inertia * speed, least, most)

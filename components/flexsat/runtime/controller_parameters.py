@@ -92,6 +92,7 @@ class ControllerParameters:
     keep_out: KeepOut = NO_CONES
     estimates_torque: bool = False  # an external torque on the body, and compensates it
     estimates_bias: bool = False  # the bias of each gyro
+    null_rate: float = 0.0  # 1/s, of wheels' motion without torque on the body towards the least share of their bands
 
     def __post_init__(self) -> None:
         # named as the ports are: the messages reach those who set them

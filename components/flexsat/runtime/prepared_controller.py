@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..allocation import NullMotion, null_motion
 from ..arrays import Array, make_read_only
 from ..fixed_order import inverse, product
 from ..slow_errors import PreparedSlowErrors
@@ -63,6 +64,7 @@ class PreparedController:
     slew_wheels: guidance.Wheels  # what each wheel may give to a slew
     shaper: guidance.Shaper
     keep_out: KeepOut
+    null_motion: NullMotion | None  # None: the regulator alone moves wheels against each other
     slow: PreparedSlowErrors | None  # None: no torque on the body and no gyro bias is estimated
 
     def __post_init__(self) -> None:
@@ -141,7 +143,7 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         nominal_speed=matrices.nominal_speed,
         c=matrices.c,
         gain=gain,
-        feedback=matrices.feedback,
+        feedback=_feedback(matrices, parameters),
         jitter_torque=matrices.jitter_torque,
         cancels_jitter=parameters.feed_forward_jitter and bool(matrices.jitter_torque.any()),
         predict=np.ascontiguousarray(np.hstack([a, inputs, b_jitter])),
@@ -152,8 +154,22 @@ def prepare(matrices: ControllerMatrices, parameters: ControllerParameters) -> P
         slew_wheels=slew_wheels,
         shaper=guidance.shaper_for_pole(matrices.shaper_frequency, matrices.shaper_damping, period),
         keep_out=parameters.keep_out,
+        null_motion=None
+        if parameters.null_rate == 0.0
+        else null_motion(
+            matrices.wheel_axis, matrices.wheel_inertia * speed_band, torque_limit > 0.0, parameters.null_rate
+        ),
         slow=_slow_errors(matrices, parameters, slew_wheels.allocations[0], part),
     )
+
+
+def _feedback(matrices: ControllerMatrices, parameters: ControllerParameters) -> Array:
+    """Return the gain, (n, r): it sees wheel speeds where they give no momentum alone, which null motion replaces."""
+    if parameters.null_rate == 0.0:
+        return matrices.feedback
+    feedback = matrices.feedback.copy()
+    feedback[:, 6 + 2 * matrices.modes :] = 0.0
+    return feedback
 
 
 def choice_of(parameters: ControllerParameters) -> int | None:

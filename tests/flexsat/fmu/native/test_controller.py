@@ -169,6 +169,11 @@ SCENARIOS: dict[str, tuple[dict[str, Any], Commands, float, int]] = {
          "command__start_time": 0.9},
         {}, 1e-7, 250,
     ),
+    "null motion, unequal wheels, delays": (
+        {"wheel__null_motion_rate": 0.3, "wheel__torque_limit_factor": UNEQUAL, "wheel__speed_band_factor": UNEQUAL,
+         "delay__measurement": 5e-3, "command__rotation": SMALL, "command__start_time": 0.9},
+        {}, 1e-7, 250,
+    ),
     "guidance smoothed, open loop": (
         {"slew__guidance": "smoothed", "open_loop": True, "delay__measurement": 7e-3, "command__rotation": SMALL,
          "command__start_time": 0.9, "slew__authority": 0.5},

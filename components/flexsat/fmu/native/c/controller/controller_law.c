@@ -294,6 +294,24 @@ static void saturate(const PreparedController *prepared, const Real *speed, Real
     }
 }
 
+/* Add the null motion of the wheels, which has what the limits leave. */
+static void move_wheels(const PreparedController *prepared, const Real *speed, Real *torque)
+{
+    const double *limits = prepared->parameters.torque_limits, *bands = prepared->parameters.speed_bands;
+    double momenta[WHEELS], least[WHEELS], most[WHEELS], added[WHEELS];
+    int k;
+
+    for (k = 0; k < WHEELS; k++) {
+        const double scale = prepared->wheel_inertia[k] / prepared->period;
+        least[k] = fmax(scale * (-bands[k] - speed[k]), -limits[k]) - torque[k];
+        most[k] = fmin(scale * (bands[k] - speed[k]), limits[k]) - torque[k];
+        momenta[k] = prepared->wheel_inertia[k] * speed[k];
+    }
+    null_torque(&prepared->null_motion, momenta, least, most, added);
+    for (k = 0; k < WHEELS; k++)
+        torque[k] += (Real)added[k];
+}
+
 /* The state when the torque of this step will act. */
 static void look_ahead(const PreparedController *prepared, const ControllerState *state, Real *expected)
 {
@@ -346,6 +364,8 @@ int controller_step(Component *component, const PreparedController *prepared, Co
     look_ahead(prepared, state, expected);
     refer(prepared, state, time + prepared->parameters.actuation_delay, outputs, attitude);
     compare(prepared, state, expected, attitude, outputs, error);
+    if (prepared->parameters.null_rate > 0.0) /* the gain sees wheel speeds where they give no momentum alone */
+        memset(error + CONTROLLED - WHEELS, 0, WHEELS * sizeof(Real));
     panels_times(&prepared->feedback, error, correction);
     for (k = 0; k < WHEELS; k++)
         torque[k] = outputs->reference_torque[k] - correction[k];
@@ -356,6 +376,8 @@ int controller_step(Component *component, const PreparedController *prepared, Co
     for (k = 0; k < SLOW; k++)
         outputs->slow_errors[k] = (Real)state->slow.errors[k];
     saturate(prepared, expected + CONTROLLED - WHEELS, torque);
+    if (prepared->parameters.null_rate > 0.0)
+        move_wheels(prepared, expected + CONTROLLED - WHEELS, torque);
     if (prepared->parameters.open_loop)
         memset(torque, 0, WHEELS * sizeof(Real));
     memmove(state->history + WHEELS, state->history, (history_size(prepared) - WHEELS) * sizeof(Real));

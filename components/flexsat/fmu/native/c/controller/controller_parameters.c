@@ -141,6 +141,7 @@ int controller_parameters(Component *component, const ControllerData **matrices,
     parameters->actuation_delay = real[PORT_DELAY_ACTUATION];
     parameters->estimates_torque = boolean[PORT_FILTER_DISTURBANCE];
     parameters->estimates_bias = boolean[PORT_FILTER_GYRO_BIAS];
+    parameters->null_rate = real[PORT_WHEEL_NULL_MOTION_RATE];
     parameters->capture_angle = real[PORT_INITIAL_CAPTURE_ANGLE];
     parameters->least_peak = boolean[PORT_SLEW_LEAST_PEAK];
     parameters->gyroscopic = boolean[PORT_SLEW_GYROSCOPIC];

@@ -32,6 +32,7 @@ typedef struct ControllerParameters {
     KeepOut keep_out;
     int estimates_torque;     /* an external torque on the body, and compensates it */
     int estimates_bias;       /* the bias of each gyro */
+    double null_rate;         /* 1/s, of wheels' motion without torque on the body; 0: none */
     int linear_attitude;      /* attitudes as sums of a quarter of the angle, as the published release has them */
 } ControllerParameters;
 

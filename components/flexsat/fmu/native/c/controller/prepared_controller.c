@@ -231,6 +231,8 @@ int prepare_controller(Component *component, const ControllerData *matrices, con
     memcpy(prepared->nominal_speed, matrices->nominal_speed, sizeof prepared->nominal_speed);
     if (prepare_wheels(component, matrices, prepared))
         return 1;
+    if (parameters->null_rate > 0.0)
+        prepare_null_motion(matrices, parameters, &prepared->null_motion);
     shaper_for_pole(matrices->shaper_frequency, matrices->shaper_damping, period, &prepared->shaper);
     return take(memory, prepared) || sample(memory, matrices, part, prepared);
 }

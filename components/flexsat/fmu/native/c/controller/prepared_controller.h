@@ -7,6 +7,7 @@ runtime/prepared_controller.py, which documents it. */
 
 #include "controller_parameters.h"
 #include "controller_sizes.h"
+#include "null_motion.h"
 #include "panels.h"
 #include "sines.h"
 #include "slew_guidance.h"
@@ -26,6 +27,7 @@ typedef struct PreparedController {
     int knots; /* of a planned motion */
     int estimates_slow; /* torque on the body or gyro biases */
     SlowErrors slow;
+    NullMotion null_motion;
     int optimal; /* slews are planned by the quadratic programme */
     Optimum *optimum; /* which works in this */
     KeepOut keep_out;
