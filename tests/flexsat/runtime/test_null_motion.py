@@ -119,4 +119,3 @@ def test_speeds_stay_in_their_bands_with_it_and_leave_them_without(designs):
     axes = designs.corrected.spacecraft.wheels.axis
     held = {rate: (speed[before] * wheels.inertia) @ axes for rate, speed in speeds.items()}
     assert_allclose(held[1.0], held[0.0], atol=5e-3 * np.abs(held[0.0]).max())
-    assert errors[0.0][-1] > errors[1.0][-1] + 1.0  # a wheel at its band gives no more torque
