@@ -62,7 +62,7 @@ $(VENV)/installed-dev: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --group dev
 	touch $@
 
-# CoFMuPy and gemseo-fmu need other versions of FMPy, pythonfmu and numpy than flexsat. Without them their tests skip.
+# CoFMuPy, gemseo-fmu and pyNastran need other versions of FMPy, pythonfmu and numpy than flexsat. Without them their tests skip.
 $(HOSTS)/installed: tests/hosts/pypi/requirements.txt $(VENV)/pip
 	-$(PYTHON) -m venv --without-pip $(HOSTS) \
 	  && $(BIN)/python -m pip --python $(HOSTS) install --quiet --no-deps --no-compile \

@@ -26,7 +26,11 @@ EFFECTS = {
         "--needs-execution-tool": "flexsat/fmu/test_export.py::test_a_build_declares_that_a_tool_is_needed_if_asked_to",
     },
     "flexsat new": {},
-    "flexsat modal": {"--out": "flexbench/cli/spacecraft/test_modal.py::test_tables_become_a_modal_file"},
+    "flexsat modal": {
+        "--out": "flexbench/cli/spacecraft/test_modal.py::test_tables_become_a_modal_file",
+        "--nastran-python": "flexbench/cli/spacecraft/test_nastran.py::"
+                            "test_participation_and_mass_are_those_of_the_models_mass_matrix",
+    },
     "flexsat spacecraft": JSON
     | {
         "--file": _SPACECRAFT + "test_the_file_of_a_built_in_spacecraft_is_one_to_start_from",

@@ -37,15 +37,17 @@ def read_modal_source(path: Path) -> ModalData:
         return _read_results(path)
     if path.suffix == ".npz":
         return read_modal(path.read_bytes())
-    raise ValueError("neither a modal file (.npz), a folder of CSV tables, nor results of CalculiX (.frd)")
+    raise ValueError(
+        "neither a modal file (.npz), a folder of CSV tables, nor results of CalculiX (.frd) or NASTRAN (.op2)"
+    )
 
 
 def _read_results(path: Path) -> ModalData:
-    body = _body(path.with_suffix(".toml"))
+    body = read_body(path.with_suffix(".toml"))
     found = read_calculix(path.read_text(encoding="utf-8"), path.with_suffix(".dat").read_text(encoding="utf-8"))
     return ModalData(
         frequency=found.frequency,
-        damping_ratio=_ratios(body, len(found.frequency)),
+        damping_ratio=ratios(body, len(found.frequency)),
         node_name=found.node_name,
         node_position=found.node_position,
         node_translation=found.node_translation,
@@ -56,8 +58,11 @@ def _read_results(path: Path) -> ModalData:
     )
 
 
-def _body(path: Path) -> dict[str, Any]:
-    """Return what a file says of mass, inertia and damping of the whole; `inertia` is about the origin of the axes."""
+def read_body(path: Path, also: Sequence[str] = ()) -> dict[str, Any]:
+    """Return what a file says of mass, inertia and damping of the whole; `inertia` is about the origin of the axes.
+
+    `also` names further keys, of numbers. ValueError for a file that is missing or wrong.
+    """
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -68,16 +73,17 @@ def _body(path: Path) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{path.name}: not TOML: {error}") from None
     for key in values:
-        if key not in _KEYS:
-            raise ValueError(f"{path.name}: {key}: no such key; there are {', '.join(_KEYS)}")
+        if key not in (*_KEYS, *also):
+            raise ValueError(f"{path.name}: {key}: no such key; there are {', '.join([*_KEYS, *also])}")
     body: dict[str, Any] = {"kind": "clamped", **values}
     if body["kind"] not in KINDS:
         raise ValueError(f"{path.name}: kind must be {' or '.join(KINDS)}, got {body['kind']!r}")
     for key, shape in _VECTORS.items():
         if key in body:
             body[key] = _array(f"{path.name}: {key}", body[key], shape)
-    if "mass" in body:
-        body["mass"] = float(_array(f"{path.name}: mass", body["mass"], ()))
+    for key in ("mass", *also):
+        if key in body:
+            body[key] = float(_array(f"{path.name}: {key}", body[key], ()))
     if "inertia" in body:
         xx, yy, zz, xy, xz, yz = body["inertia"]
         body["inertia"] = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -94,13 +100,14 @@ def _array(name: str, value: Any, shape: tuple[int, ...]) -> Array:
     return array
 
 
-def _ratios(body: dict[str, Any], count: int) -> Array:
+def ratios(body: dict[str, Any], count: int) -> Array:
+    """Return the damping ratio of each mode: that of the whole, 0 if there is none."""
     return np.full(count, float(_array("damping_ratio", body.get("damping_ratio", 0.0), ())))
 
 
 def _read_tables(folder: Path) -> ModalData:
     """Read body.toml, modes.csv, nodes.csv and shapes.csv, whose columns have the names in docs/modal_files.md."""
-    body = _body(folder / BODY)
+    body = read_body(folder / BODY)
     modes = _table(folder / "modes.csv", ("frequency",), ("damping_ratio", *_columns("participation")))
     nodes = _table(folder / "nodes.csv", ("name", *_AXES), ("mass",))
     moved, turned = _columns("translation"), _columns("rotation")
@@ -123,7 +130,7 @@ def _read_tables(folder: Path) -> ModalData:
     place = np.array([[_number(nodes[axis][k], "nodes.csv", k, axis) for axis in _AXES] for k in range(len(names))])
     return ModalData(
         frequency=_needed(_column(modes, "frequency", "modes.csv")),
-        damping_ratio=_ratios(body, count) if damping is None else damping,
+        damping_ratio=ratios(body, count) if damping is None else damping,
         node_name=names,
         node_position=place.reshape(len(names), 3),
         node_translation=shape[:, :3],

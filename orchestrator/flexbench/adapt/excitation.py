@@ -142,19 +142,20 @@ def _torque(
     rotation: Array,
     rate: Array,
 ) -> Array:
-    """Return the torque of each wheel after `span` at this attitude error, reached at a constant rate."""
+    """Return the torque of each wheel at the end of a motion from rest to this attitude error, or at this rate."""
     step = binding.adapter.step or excitation.period
     count = max(2, math.ceil(span / seconds(step)))
+    positions, rates = motion(rotation, rate, count, seconds(step))
     with temporary_folder("adapt") as folder:
         slave = instantiate(component, description, folder, lambda *_: None, alone=True)
         try:
             adapted = AdaptedSlave(slave, binding)
-            _called(adapted, "SetupExperiment", adapted.setup_experiment(0.0, count * seconds(step)))
+            _called(adapted, "SetupExperiment", adapted.setup_experiment(0.0, len(rates) * seconds(step)))
             _called(adapted, "EnterInitializationMode", adapted.enter_initialization())
-            _set_sensors(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1), rate)
+            _set_sensors(adapted, binding, excitation, positions[0], rates[0])
             _called(adapted, "ExitInitializationMode", adapted.exit_initialization())
-            for number in range(count):
-                _set_sensors(adapted, binding, excitation, rotation - rate * seconds(step) * (count - 1 - number), rate)
+            for number, (position, speed) in enumerate(zip(positions, rates, strict=True)):
+                _set_sensors(adapted, binding, excitation, position, speed)
                 _called(adapted, "DoStep", adapted.do_step(number * step / 1e9, seconds(step), 1))
             torque = np.zeros(len(excitation.torque))
             references = [binding.shown[name].reference for name in excitation.torque]
@@ -162,6 +163,27 @@ def _torque(
         finally:
             slave.close()
     return torque
+
+
+def motion(rotation: Array, rate: Array, count: int, step: float) -> tuple[Array, Array]:
+    """Return attitudes and rates of the samples of a motion from rest at zero, which gyros and star tracker both see.
+
+    To an attitude error the body turns for `count` steps and stays for as many. A rate lasts for the last `count` steps
+    and ends at zero attitude, so that no attitude error acts; the body turns back before. An error from the first
+    sample on would be the attitude at which a run begins, from which a controller may count.
+
+    Parameters
+    ----------
+    rotation, rate : (3,) [rad], [rad/s]: one of them is zero
+
+    Returns
+    -------
+    positions, rates : (2 count + 1, 3) each
+    """
+    turning = rotation / (count * step) - rate
+    back = np.zeros(3) + rate
+    rates = np.vstack([np.zeros(3), np.tile(turning, (count, 1)), np.tile(back, (count, 1))])
+    return step * np.cumsum(rates, axis=0), rates
 
 
 def _set_sensors(slave: AdaptedSlave, binding: Binding, excitation: Excitation, rotation: Array, rate: Array) -> None:

@@ -16,6 +16,7 @@ _AT_REST = 5.0  # times the torque expected for the errors: feedforward of jitte
 _BANDWIDTH = 0.75  # decades from the reference's: 5.6 times slower or faster
 _DAMPING = 0.6  # decades of the damping ratio: 4 times
 _SILENT = 1e-6  # of the reference: no response
+_MEASURED = 0.99  # of a unit rate about an axis, as the gyros together see it: the axis is measured
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +29,7 @@ class Judgement:
     silent: bool  # no wheel answers to anything: no change of a convention mends that
     bandwidth: float  # over the reference's; nan without a response
     damping: float  # ratio, over the reference's
+    measured: tuple[bool, ...] = (True, True, True)  # the gyros measure the rate about x, y, z; others are not judged
 
     @property
     def distance(self) -> float:
@@ -39,7 +41,12 @@ def judge(response: Response, excitation: Excitation) -> Judgement:
     """Compare with the reference; describe what is wrong in the response, not its cause."""
     attitude: Array = np.asarray(np.linalg.solve(-excitation.stiffness, response.attitude), float)
     rate: Array = np.asarray(np.linalg.solve(-excitation.damping, response.rate), float)
-    problems = [*_rest(response, excitation), *_pattern("attitude", attitude), *_pattern("rate", rate)]
+    measured = _measured_axes(excitation)
+    problems = [
+        *_rest(response, excitation),
+        *_pattern("attitude", attitude, (True, True, True)),
+        *_pattern("rate", rate, measured),
+    ]
     due = excitation.angle * float(np.max(np.abs(excitation.stiffness)))
     if np.max(np.abs([attitude, rate])) <= _SILENT < response.wheels / due:
         problems = [
@@ -47,7 +54,8 @@ def judge(response: Response, excitation: Excitation) -> Judgement:
             "counts about its own axis, and some axes point the other way"
         ]
     bandwidth = damping = float("nan")
-    stiffer, harder = (float(np.median(np.linalg.norm(shares, axis=0))) for shares in (attitude, rate))
+    stiffer = float(np.median(np.linalg.norm(attitude, axis=0)))
+    harder = float(np.median(np.linalg.norm(rate[:, list(measured)], axis=0))) if any(measured) else stiffer**0.5
     if min(stiffer, harder) > _SILENT:
         bandwidth = stiffer**0.5
         damping = harder / bandwidth
@@ -56,8 +64,21 @@ def judge(response: Response, excitation: Excitation) -> Judgement:
             problems.append(f"its stiffness is {stiffer:.3g} times and its damping {harder:.3g} times the reference's")
     silent = response.wheels / due <= _SILENT
     return Judgement(
-        problems=tuple(problems), attitude=attitude, rate=rate, silent=silent, bandwidth=bandwidth, damping=damping
+        problems=tuple(problems),
+        attitude=attitude,
+        rate=rate,
+        silent=silent,
+        bandwidth=bandwidth,
+        damping=damping,
+        measured=measured,
     )
+
+
+def _measured_axes(excitation: Excitation) -> tuple[bool, ...]:
+    """Return for each body axis whether the gyros measure a rate about it; about another a rate response takes long."""
+    axes = np.array(list(excitation.rate.values())).reshape(-1, 3)
+    seen = np.diag(np.linalg.pinv(axes) @ axes)
+    return tuple(bool(value > _MEASURED) for value in seen)
 
 
 def _rest(response: Response, excitation: Excitation) -> list[str]:
@@ -75,11 +96,13 @@ def _rest(response: Response, excitation: Excitation) -> list[str]:
     return [f"without errors it commands a torque of ({values}) N.m; none is expected"]
 
 
-def _pattern(what: str, shares: Array) -> list[str]:
-    if np.max(np.abs(shares)) <= _SILENT:
+def _pattern(what: str, shares: Array, judged: Sequence[bool]) -> list[str]:
+    columns = [k for k in range(3) if judged[k]]
+    if columns and np.max(np.abs(shares[:, columns])) <= _SILENT:
         return [f"no response to {what} errors about any axis"]
     found = []
-    for k, axis in enumerate(AXES):
+    for k in columns:
+        axis = AXES[k]
         column = shares[:, k]
         size = float(np.linalg.norm(column))
         if size <= _SILENT:
@@ -99,7 +122,7 @@ def _pattern(what: str, shares: Array) -> list[str]:
 
 def axes_named(judgement: Judgement) -> str:
     """Describe a permutation or reversal of axes, if the response shows one; nothing otherwise."""
-    patterns = [_signed(judgement.attitude), _signed(judgement.rate)]
+    patterns = [_signed(judgement.attitude), _signed(judgement.rate) if all(judgement.measured) else None]
     parts = [
         (what, pattern)
         for what, pattern in zip(("attitude", "rate"), patterns, strict=True)

@@ -27,6 +27,9 @@ def describe_verdict(verdict: Verdict, excitation: Excitation, fmu: Path, adapte
         lines.append(f"  {axis}              {attitude}    {rate}")
     if verdict.unseen:
         lines.append(f"constant, so not judged: {', '.join(verdict.unseen)}")
+    unmeasured = [axis for axis, measured in zip(AXES, judgement.measured, strict=True) if not measured]
+    if unmeasured:
+        lines.append(f"no gyro measures the rate about {', '.join(unmeasured)}: the response to it is not judged")
     lines += _constants(verdict)
     if verdict.right:
         lines.append(

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
+from lockstep.cli.options import DISTINGUISHED, assignments, jobs_option, out_option, set_option, stop_time_option
 from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import PATH
 
@@ -17,6 +17,7 @@ from .options import python_option, seeds, seeds_option
 _EXAMPLES = """
 example:
   {program} health fmus/distributed/fine_pointing.ssd --seeds 4 --stop-time 100
+  {program} health fmus/distributed/fine_pointing.ssd --set controller.design=published --set plant.modes=25
 """
 
 
@@ -24,10 +25,19 @@ example:
 @click.argument("system", type=PATH, metavar="SYSTEM", help="a system file that `flexsat build` has written")
 @seeds_option(2)
 @stop_time_option(100.0)
+@set_option
 @out_option(f"results folder (default: results/health{DISTINGUISHED})")
 @python_option
 @jobs_option
-def health(system: Path, seed_count: int, stop_time: float, out: Path | None, python: bool, jobs: int | None) -> int:
+def health(
+    system: Path,
+    seed_count: int,
+    stop_time: float,
+    settings: tuple[str, ...],
+    out: Path | None,
+    python: bool,
+    jobs: int | None,
+) -> int:
     """Test the consistency of the estimator: NIS and NEES with bounds, whiteness of the innovations."""
     from ..figures.drawing import save_figure
     from ..figures.health import estimator_health
@@ -36,7 +46,8 @@ def health(system: Path, seed_count: int, stop_time: float, out: Path | None, py
 
     numbers = seeds(seed_count)
     with study_folder(out, "health") as folder:
-        found = run_health(system, folder, numbers, stop_time, {}, jobs, python, partial(print, flush=True))
+        changed = assignments(settings)
+        found = run_health(system, folder, numbers, stop_time, changed, jobs, python, partial(print, flush=True))
         paths = save_figure(estimator_health(found), folder / "figures", "estimator-health")
         show_table(HEADER, table_rows(found))
         outside = 100 * found.whiteness.outside

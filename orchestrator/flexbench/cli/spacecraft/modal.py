@@ -20,25 +20,36 @@ examples:
   {program} modal array.npz
   {program} modal array.frd --out array.npz
   {program} modal tables --out array.npz
+  {program} modal array.op2 --nastran-python nastran/bin/python --out array.npz
 """
 
 
 @command("modal", _EXAMPLES, then="{program} new my.toml    # then name the modal file in it: docs/modal_files.md")
 @click.argument("source", type=PATH, metavar="SOURCE",
-                help="a modal file (.npz), a folder of CSV tables, or results of CalculiX (.frd)")  # fmt: skip
+                help="a modal file (.npz), a folder of CSV tables, results of CalculiX (.frd) or of NASTRAN"
+                     " (.op2)")  # fmt: skip
 @out_option("modal file to write (default: none)", metavar="FILE")
-def modal(source: Path, out: Path | None) -> int:
+@click.option("--nastran-python", type=PATH, metavar="FILE",
+              help="Python with pyNastran, which reads .op2: nastran/bin/python after `python3 -m venv nastran` and"
+                   " `nastran/bin/pip install pyNastran`")  # fmt: skip
+def modal(source: Path, out: Path | None, nastran_python: Path | None) -> int:
     """Check modal data of a structure: participation, mass, inertia, orthogonality, what is missing; convert them."""
     from flexsat.fmu.reproducible_zip import write_atomically
     from flexsat.structure.modal_checks import modal_checks
     from flexsat.structure.modal_file import modal_bytes
     from flexsat.structure.modal_sources import read_modal_source
 
+    from .nastran_process import ENDING, read_nastran
+
+    if source.suffix != ENDING and nastran_python is not None:
+        raise InputError(f"--nastran-python: has no effect on {source}; it reads results of NASTRAN ({ENDING})")
     try:
-        data = read_modal_source(source)
+        data = read_nastran(source, nastran_python) if source.suffix == ENDING else read_modal_source(source)
         checks = modal_checks(data)
     except OSError as error:
         raise InputError(f"{error.filename or source}: cannot be read ({error.strerror})") from None
+    except InputError:
+        raise
     except ValueError as error:
         raise InputError(f"{source}: {error}") from None
     for check in checks:

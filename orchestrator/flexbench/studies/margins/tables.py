@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import atan, degrees, isfinite, log10
+from math import atan, ceil, degrees, isfinite, log10
 from typing import Any
 
 from .estimate import COHERENT, CONFIDENCE, TOGETHER
@@ -11,6 +11,8 @@ from .estimate import COHERENT, CONFIDENCE, TOGETHER
 EXACT_HEADER = ("all inputs of the plant together", "margin")
 HEADER = ("loop", "gain", "phase", "delay", "disk", "left out")
 NONE = "none found"
+_KINDS = ("gain_down", "gain_up", "phase", "delay", "disk")
+_LINES_BELOW = 4.0  # about as many up to the lowest margin: it lies between two
 Rows = list[tuple[str, ...]]
 
 
@@ -79,7 +81,21 @@ def explanation(content: Mapping[str, Any]) -> str:
             "because the response changes too fast between two lines, the margins are upper bounds: --zoom measures "
             "again there, with longer periods."
         )
-    return text
+    return text + _below_the_lines(content)
+
+
+def _below_the_lines(content: Mapping[str, Any]) -> str:
+    """Name where the design has margins below the lowest measured line, which the measured ones then lack."""
+    margins = content.get("analysis", {}).get("margins", {}).values()
+    places = [found[f"{name}_at"] for found in margins for name in _KINDS if found[name] and found[f"{name}_at"]]
+    frequency = content.get("measured", {}).get("frequency", [])
+    if not places or not frequency or min(places) >= frequency[0]:
+        return ""
+    length = 10.0 * ceil(_LINES_BELOW / (10.0 * min(places)))
+    return (
+        f" The design has margins from {min(places):.3g} Hz on, below the lowest measured line, {frequency[0]:.3g} Hz:"
+        f" the measured margins lack them; --length {length:g} measures there too."
+    )
 
 
 def limit_text(content: Mapping[str, Any]) -> str:
