@@ -27,6 +27,7 @@ if threading.current_thread() is threading.main_thread():
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
+import fmus.c_fmu  # noqa: E402
 import fmus.reference.build  # noqa: E402
 
 _FLEXSAT = Path(sys.executable).with_name("flexsat")
@@ -80,11 +81,22 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: place(item.path))
 
 
+def _shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the session's folder, above those of the workers."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _kept_libraries(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Compile each library of a test FMU once for all workers."""
+    fmus.c_fmu.kept = _shared(tmp_path_factory) / "libraries"
+
+
 @pytest.fixture(scope="session")
 def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Make], Path]:
     """Return a function that makes a named folder once for all workers, whichever comes first; for reading only."""
-    base = tmp_path_factory.getbasetemp()
-    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base  # of the session, above that of a worker
+    shared = _shared(tmp_path_factory)
 
     def made(name: str, make: Make) -> Path:
         folder, result = shared / name, shared / f"{name}.made"
