@@ -38,6 +38,7 @@ from .palette import BLUE, ORANGE, SKY_BLUE
 
 MICROMETRE = 1e-6  # m
 MILLI = "to reference [$10^{-3}$ arcsec]"
+ERROR, DEFORMATION = "Pointing error", "Deformation"  # titles of panels
 ZOOM = 2.0  # s, at the end of the run: some turns of the slowest wheel
 # lighter than with the loop closed
 OPEN_LOOKS: dict[ConfigurationName, Look] = defaultdict(
@@ -88,10 +89,10 @@ def fine_pointing_comparison(
                 _draw_run(grid, signals, f"{name}, {loop}", looks[name])
                 _draw_published(grid[:, 0], scenario, name, float(signals.time[-1]), looks[name].colour)
         make_logarithmic(grid[0, 0])
-        grid[0, 0].set(title="Pointing error", ylabel="to reference [arcsec]")
-        grid[0, 1].set(title=f"Pointing error, last {ZOOM:g} s, less its mean", ylabel=MILLI)
-        grid[1, 0].set(title="Deformation", ylabel="RMS over aperture [µm]")
-        grid[1, 1].set(title=f"Deformation, last {ZOOM:g} s", ylabel="RMS over aperture [µm]")
+        grid[0, 0].set(title=ERROR, ylabel="to reference [arcsec]")
+        grid[0, 1].set(title=f"{ERROR}, last {ZOOM:g} s, less its mean", ylabel=MILLI)
+        grid[1, 0].set(title=DEFORMATION, ylabel="RMS over aperture [µm]")
+        grid[1, 1].set(title=f"{DEFORMATION}, last {ZOOM:g} s", ylabel="RMS over aperture [µm]")
         for axes in grid[1]:
             axes.set_ylim(bottom=0.0)
             axes.set_xlabel("time [s]")

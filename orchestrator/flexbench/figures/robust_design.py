@@ -113,7 +113,7 @@ def _draw_cancellation(axes: Axes, name: ConfigurationName, points: Sequence[Poi
     axes.axvline(TORQUE[name], **WANTED)
     axes.axhline(1e6 * DEFORMATION[name], **WANTED)
     axes.set(title=f"{name}: cancellation of harmonic jitter", xlabel="torque, sum over the wheels [N.m]",
-             ylabel="deformation [um]")  # fmt: skip
+             ylabel="deformation [µm]")  # fmt: skip
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(0.0, 1.15 * axes.dataLim.y1)
 

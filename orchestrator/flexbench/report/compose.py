@@ -6,19 +6,29 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from flexbench.html.document import Block
+from flexbench.html.document import Block, Heading, Paragraph
 from flexbench.html.render import template_environment
+from lockstep import InputError
 
-from .figure_images import Image, drawn_images, image_of, split_by_size, stored_images
+from .figure_images import Image, drawn_images, fitted_images, image_of, stored_images
 from .headline import headline_blocks
 from .layouts_page import TITLE, layouts_blocks
 from .loop_blocks import loop_blocks
-from .results import Result
+from .paper_figures import paper_figures
+from .results import Result, Unread
 from .run_data import RunData, Window, read_run_data
 from .script_data import MOST_SHOWN, script_data
 from .study_sections import study_sections
-from .study_table import study_table
-from .text_blocks import event_blocks, number_blocks, run_description, summary_blocks, system_blocks, version_blocks
+from .study_table import TABLE, native_blocks, study_table
+from .text_blocks import (
+    event_blocks,
+    number_blocks,
+    run_description,
+    something_happened,
+    summary_blocks,
+    system_blocks,
+    version_blocks,
+)
 
 PAGE_FOLDER = Path(__file__).with_name("page")
 SCRIPTS = ("colours.js", "ticks.js", "data.js", "axes.js", "plots.js", "scene.js")
@@ -34,11 +44,15 @@ class PageSection:
     blocks: Sequence[Block] = ()
     runs: Sequence[tuple[str, Sequence[Block]]] = ()  # name and blocks of each run
     images: Sequence[Image] = ()
-    too_large: Sequence[Image] = ()
     notes: Sequence[str] = ()
 
 
-def compose_page(results: Sequence[Result], studies: Sequence[Path] = (), window: Window | None = None) -> str:
+def compose_page(
+    results: Sequence[Result],
+    studies: Sequence[Path] = (),
+    window: Window | None = None,
+    unread: Sequence[Unread] = (),
+) -> str:
     """Return the page of some runs as HTML.
 
     Parameters
@@ -46,8 +60,15 @@ def compose_page(results: Sequence[Result], studies: Sequence[Path] = (), window
     results : of the runs
     studies : folders with the table of a study and its figures
     window : part of the time to show, begin and end [s]
+    unread : further runs, which could not be read
+
+    Raises
+    ------
+    InputError
+        If the signals of no run can be read.
     """
-    runs = [read_run_data(result, len(results), window) for result in results]
+    runs, unread = _read_all(results, window, unread)
+    results = [run.result for run in runs]
     title = results[0].name if len(results) == 1 else f"{len(results)} runs compared"
     if len(results) > 1 and len(studies) == 1:
         title = f"{studies[0].resolve().name}: {title}"
@@ -58,7 +79,7 @@ def compose_page(results: Sequence[Result], studies: Sequence[Path] = (), window
         title=title,
         status=str(results[0].record.get("status", "")) if len(results) == 1 else "",
         subtitle=run_description(runs[0]) if len(results) == 1 else names,
-        sections=list(_sections(runs, studies)),
+        sections=list(_sections(runs, studies, unread)),
         image_of=image_of,
         contents=contents,
         data=data,
@@ -67,18 +88,41 @@ def compose_page(results: Sequence[Result], studies: Sequence[Path] = (), window
     )
 
 
-def _sections(runs: Sequence[RunData], studies: Sequence[Path]) -> Iterator[PageSection]:
+def _read_all(
+    results: Sequence[Result], window: Window | None, unread: Sequence[Unread]
+) -> tuple[list[RunData], list[Unread]]:
+    """Return the data of the runs whose signals can be read, and the others."""
+    runs: list[RunData] = []
+    failed = list(unread)
+    for result in results:
+        try:
+            runs.append(read_run_data(result, len(results), window))
+        except InputError as error:
+            if len(results) == 1:
+                raise
+            failed.append(Unread(name=result.name, reason=str(error)))
+    if not runs:
+        raise InputError("; ".join(one.reason for one in failed))
+    return runs, failed
+
+
+def _sections(runs: Sequence[RunData], studies: Sequence[Path], unread: Sequence[Unread]) -> Iterator[PageSection]:
+    """Yield the sections: the answer and its numbers, figures, histories, motion, studies, bookkeeping last."""
     results = [run.result for run in runs]
+    missing: list[Block] = [Paragraph(f"Not on this page: {one.name} ({one.reason}).") for one in unread]
     answer = headline_blocks(results, studies)
-    title = "Records of the runs" if answer else "Summary"
-    records = PageSection(anchor="summary", title=title, blocks=summary_blocks(runs))
-    yield PageSection(anchor="answer", title="In short", blocks=answer) if answer else records
+    records = summary_blocks(runs)
+    if answer:
+        yield PageSection(anchor="answer", title="In short", blocks=[*answer, *missing])
+    else:
+        yield PageSection(anchor="summary", title="Summary", blocks=[*records, *missing])
     for study in studies:
         if compared := layouts_blocks(study):
             yield PageSection(anchor="layouts", title=TITLE, blocks=compared)
         else:
-            yield PageSection(anchor="study", title="The study's table", blocks=study_table(study))
-    numbers = [*loop_blocks([run.result for run in runs]), *number_blocks(runs, with_metrics=not studies)]
+            yield PageSection(anchor="study", title="Published and flown", blocks=study_table(study))
+    yield from _figures(results, studies)
+    numbers = [*loop_blocks(results), *number_blocks(runs, with_metrics=not studies)]
     if numbers:
         yield PageSection(anchor="numbers", title="Numbers", blocks=numbers)
     yield PageSection(
@@ -86,24 +130,32 @@ def _sections(runs: Sequence[RunData], studies: Sequence[Path]) -> Iterator[Page
     )
     if any(run.for_script["motion"] for run in runs):
         yield PageSection(anchor="structure", title="The structure in motion", template="structure_section.html")
-    stored = [image for folder in [*studies, *(r.folder for r in results)] for image in stored_images(folder)]
-    images, too_large = split_by_size(stored or drawn_images(results))
-    if images or too_large:
-        yield PageSection(
-            anchor="figures", title="Figures", template="figures_section.html", images=images, too_large=too_large
-        )
     for name, blocks in study_sections(results):
         yield PageSection(anchor=name.lower().replace(" ", "-"), title=name, blocks=blocks)
-    if any(result.events for result in results):
+    if any(map(something_happened, results)):
         yield PageSection(anchor="events", title="Events and faults", blocks=event_blocks(results))
+    native = [block for study in studies for block in native_blocks(study)]
     if answer:  # else it stands first
-        yield records
+        yield PageSection(anchor="summary", title="Records of the runs", blocks=[*records, *native])
     for anchor, title, blocks_of in (
         ("system", "System", system_blocks),
         ("versions", "Versions and hashes", version_blocks),
     ):
         of_runs = [(result.name, blocks_of(result)) for result in results]
         yield PageSection(anchor=anchor, title=title, template="runs_section.html", runs=of_runs)
+
+
+def _figures(results: Sequence[Result], studies: Sequence[Path]) -> Iterator[PageSection]:
+    """Yield the figures of studies and runs, those stored or else drawn; for the paper's study with its figures."""
+    stored = [image for folder in [*studies, *(r.folder for r in results)] for image in stored_images(folder)]
+    images, large = fitted_images(stored or drawn_images(results))
+    blocks: list[Block] = [Paragraph(f"No room on this page for `figures/{one.name}`: {one.title}") for one in large]
+    if any((study / TABLE).is_file() for study in studies):
+        blocks += [Heading(3, "The paper's figures"), *paper_figures([image.name for image in images])]
+    if images or blocks:
+        yield PageSection(
+            anchor="figures", title="Figures", template="figures_section.html", images=images, blocks=blocks
+        )
 
 
 def _reductions(runs: Sequence[RunData]) -> Iterator[str]:
@@ -117,6 +169,12 @@ def _reductions(runs: Sequence[RunData]) -> Iterator[str]:
                     f"{run.for_script['name']}: minimum and maximum of every {stride * run.interval:.3g} s, so that"
                     f" no peak is lost, of {names}"
                 )
+        windows = run.for_script["full_rate"]["windows"]
+        if windows:
+            named = "; ".join(f"{one['name']}, {one['begin']:.4g} to {one['end']:.4g} s" for one in windows)
+            count = len(run.for_script["full_rate"]["data"])
+            yield f"{run.for_script['name']}: every row of the first {count} of these signals in windows: {named}"
+        for part in run.for_script["parts"]:
             if part["left_out"]:
                 yield f"{run.for_script['name']}: no room on this page for {', '.join(part['left_out'])}"
 

@@ -87,7 +87,7 @@ def derived_histories(signals: Signals, run: Run | None) -> Iterator[DerivedHist
         )
     if fully_recorded(signals, design, histories.TORQUE):
         yield DerivedHistory(
-            name="wheel effort",
+            name="torque, sum over wheels",
             unit="N.m",
             description="sum over the wheels of |commanded torque|",
             values=histories.torque_norm(signals),

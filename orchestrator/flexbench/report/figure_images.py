@@ -1,4 +1,4 @@
-"""Figures of a page as images: those stored in the results folders, or else drawn now."""
+"""Figures of a page as images: those stored in the results folders, or else drawn now; reduced where room is short."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import base64
 import io
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import PIL.Image
 
 from flexbench.html.document import Picture
 from lockstep.errors import InputError
@@ -17,6 +19,8 @@ from .captions import caption_of
 from .results import Result
 
 ROOM = 2_500_000  # bytes for all figures of a page, before base64
+WIDTHS = (1800, 1400, 1000, 700)  # pixels of a figure that is reduced, widest first; a page shows 1170
+COLOURS = 64  # of a reduced figure: lines, bands, and shades between
 LARGE = 800_000  # bytes of an SVG from which on PNG is smaller
 TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
 
@@ -28,6 +32,8 @@ class Image:
     title: str
     data: bytes
     type: str
+    name: str = ""  # of its file, without ending
+    raster: Path | None = None  # its PNG, where it is stored in both formats
 
     @property
     def source(self) -> str:
@@ -42,13 +48,24 @@ def image_of(picture: Picture) -> Image:
 
 def stored_images(folder: Path) -> list[Image]:
     """Return the figures stored in a results folder, each in the smaller of its formats."""
-    found: dict[str, Path] = {}
+    files: dict[str, list[Path]] = {}
     for path in sorted((folder / "figures").glob("*")):
-        if path.suffix in TYPES and (path.stem not in found or path.stat().st_size < found[path.stem].stat().st_size):
-            found[path.stem] = path
-    return [
-        Image(title=caption_of(stem), data=path.read_bytes(), type=TYPES[path.suffix]) for stem, path in found.items()
-    ]
+        if path.suffix in TYPES:
+            files.setdefault(path.stem, []).append(path)
+    images = []
+    for stem, paths in files.items():
+        smallest = min(paths, key=lambda path: path.stat().st_size)
+        raster = next((path for path in paths if path.suffix == ".png"), None)
+        images.append(
+            Image(
+                title=caption_of(stem),
+                data=smallest.read_bytes(),
+                type=TYPES[smallest.suffix],
+                name=stem,
+                raster=raster,
+            )
+        )
+    return images
 
 
 def drawn_images(results: Sequence[Result]) -> list[Image]:
@@ -58,27 +75,49 @@ def drawn_images(results: Sequence[Result]) -> list[Image]:
     images = []
     for name, draw in result_figures([result.run for result in results if result.run is not None]).items():
         with suppress(InputError):  # a signal that the figure needs was not recorded, or in part
-            images.append(_image(caption_of(name), draw()))
+            images.append(_image(name, draw()))
     return images
 
 
-def _image(title: str, figure: Any) -> Image:
+def _image(name: str, figure: Any) -> Image:
     vector = io.BytesIO()
     figure.savefig(vector, format="svg")
     if len(vector.getvalue()) <= LARGE:
-        return Image(title=title, data=vector.getvalue(), type=TYPES[".svg"])
+        return Image(title=caption_of(name), data=vector.getvalue(), type=TYPES[".svg"], name=name)
     raster = io.BytesIO()
     figure.savefig(raster, format="png", dpi=150)
-    return Image(title=title, data=raster.getvalue(), type=TYPES[".png"])
+    return Image(title=caption_of(name), data=raster.getvalue(), type=TYPES[".png"], name=name)
 
 
-def split_by_size(images: Sequence[Image], room: int = ROOM) -> tuple[list[Image], list[Image]]:
-    """Return the images that fit the page, in their order, and those that are too large for it."""
-    taken, left = [], []
-    for image in images:
-        if len(image.data) <= room:
-            taken.append(image)
-            room -= len(image.data)
-        else:
-            left.append(image)
-    return taken, left
+def fitted_images(images: Sequence[Image], room: int = ROOM) -> tuple[list[Image], list[Image]]:
+    """Return the images that fit the page, in their order, and those for which there is no room.
+
+    Where they are too large together the largest are replaced by PNG of fewer pixels and colours, so that only images
+    without a PNG can be left out.
+    """
+    shown = list(images)
+    for width in WIDTHS:
+        for k in sorted(range(len(shown)), key=lambda k: -len(shown[k].data)):
+            if sum(len(image.data) for image in shown) <= room:
+                return shown, []
+            shown[k] = _reduced(shown[k], width)
+    left: list[Image] = []
+    while sum(len(image.data) for image in shown) > room:
+        left.append(shown.pop(max(range(len(shown)), key=lambda k: len(shown[k].data))))
+    return shown, left
+
+
+def _reduced(image: Image, width: int) -> Image:
+    """Return an image as a PNG of at most this width with few colours, if that is smaller."""
+    if image.raster is None and image.type != TYPES[".png"]:
+        return image
+    source = io.BytesIO(image.data) if image.raster is None else image.raster
+    with PIL.Image.open(source) as opened:
+        picture = opened.convert("RGB")
+    if picture.width > width:
+        picture = picture.resize((width, round(picture.height * width / picture.width)), PIL.Image.Resampling.LANCZOS)
+    written = io.BytesIO()
+    picture.quantize(COLOURS).save(written, format="png", optimize=True)
+    if len(written.getvalue()) >= len(image.data):
+        return image
+    return replace(image, data=written.getvalue(), type=TYPES[".png"])

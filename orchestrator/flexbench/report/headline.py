@@ -17,7 +17,7 @@ from flexsat.description.built_in import CONFIGURATIONS
 from lockstep import InputError
 
 from .results import Result
-from .study_table import STUDY_SHAPE, TABLE
+from .study_table import STUDY_SHAPE, TABLE, shown_unit
 
 CITATION = (
     "The spacecraft and the published numbers: P. Cachim, W. Kraus, Z. Manchester, P. Lourenço, R. Ventura, Optimal "
@@ -82,7 +82,7 @@ def flown(result: Result) -> str:
 def _numbers(numbers: LoopNumbers) -> str:
     last = numbers.windows[-1]
     parts = [
-        f"{quantity.label} {last.rms[quantity.key] / quantity.scale:.3g} {quantity.unit.replace('um', 'µm')} RMS "
+        f"{quantity.label} {last.rms[quantity.key] / quantity.scale:.3g} {quantity.unit} RMS "
         f"({last.peak[quantity.key] / quantity.scale:.3g} at most)"
         for quantity in QUANTITIES
         if quantity.key in _SAID and quantity.key in last.rms
@@ -126,6 +126,5 @@ def _fine(rows: Sequence[Mapping[str, object]], configuration: str, label: str) 
     for row in rows:
         if (row["row"], row["configuration"], row["variant"]) == (label, configuration, "corrected"):
             value, published = (number(float(str(row[key]))) for key in ("mean", "published"))
-            unit = str(row["unit"]).replace("um", "µm")
-            return f"{label.removeprefix('fine pointing: ')} {value} {unit} (published {published})"
+            return f"{label.removeprefix('fine pointing: ')} {value} {shown_unit(row)} (published {published})"
     return ""

@@ -1,4 +1,8 @@
-"""Prepare the animation of the structure: mesh, mode shapes and wheels, and modal coordinates and torques over time."""
+"""Prepare the animation of the structure: mesh, mode shapes and wheels, and modal coordinates and torques over time.
+
+Where there is no room for every recorded row, motion is low-pass filtered before rows are left out, so that no fast
+vibration appears as a slow one.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from scipy.signal import resample_poly
 
 from flexbench.runs import histories
 from flexbench.runs.flown_design import FlownDesign
@@ -71,11 +76,13 @@ def _node_at(nodes: Array, position: Array) -> int:
 
 
 def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | None:
-    """Return the frames of the animation within `budget` bytes, each one recorded row; None if no modes were recorded.
+    """Return the frames of the animation within `budget` bytes; None if no modes were recorded.
 
     None too for a structure with other modes: their shapes are not known.
 
-    Modal coordinates and torques are 16- and 8-bit fractions of their largest values.
+    Frames are the recorded rows if all fit. Otherwise they are motion below half the frame rate, with the modes below
+    it; `band` is that frequency [Hz], and `share` how much of the RMS deformation they show. Modal coordinates and
+    torques are 16- and 8-bit fractions of their largest values.
     """
     design = design_of(run)
     if design is None or len(signals.time) < 2 or not fully_recorded(signals, design, MODAL):
@@ -86,24 +93,51 @@ def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | Non
     torque = np.zeros((len(modal), 0))
     if fully_recorded(signals, design, histories.TORQUE):
         torque = signals[histories.TORQUE]
-    size = 2 * modal.shape[1] + torque.shape[1] + 3 * 4
-    frames = max(FEWEST_FRAMES, budget // size)
-    stride = max(1, math.ceil(len(modal) / frames))
-    rows = slice(None, None, stride)
-    modal, torque = modal[rows], torque[rows]
+    step = float(signals.time[-1] - signals.time[0]) / (len(signals.time) - 1)
+    frequency = np.full(modal.shape[1], np.inf)  # Hz, ascending; a variant may lack the modes of the last ports
+    frequency[: design.modes] = design.frequency / (2.0 * np.pi)
+    stride = _stride(frequency, step, len(modal), budget, torque.shape[1])
+    error = histories.pointing_error_vector(signals) if fully_recorded(signals, design, *ERRORS) else None
+    band: dict[str, Any] = {}
+    if stride > 1:
+        nyquist = 0.5 / (stride * step)
+        every = float(np.sum(modal**2)) / len(modal)
+        modal, torque = _below(modal[:, frequency < nyquist], stride), _below(torque, stride)
+        error = None if error is None else _below(error, stride)
+        shown = float(np.sum(modal**2)) / len(modal)
+        band = {"band": nyquist, "share": math.sqrt(shown / every) if every > 0.0 else 1.0}
     scale = np.maximum(np.abs(modal).max(axis=0), np.finfo(float).tiny)
     largest = max(float(np.abs(torque).max(initial=0.0)), np.finfo(float).tiny)
     frames_data: dict[str, Any] = {
         "configuration": run.configuration,
         "frames": len(modal),
         "start": float(signals.time[0]),
-        "step": float(signals.time[stride] - signals.time[0]) if len(signals.time) > stride else 1.0,
+        "step": stride * step,
+        "modes": modal.shape[1],
         "modal": encode(np.round(modal / scale * 32767.0).astype(np.int16)),
         "scale": [float(x) / 32767.0 for x in scale],
         "torque": encode(np.round(torque / largest * 127.0).astype(np.int8)),
         "largest_torque": largest,
         "wheels": torque.shape[1],
-    }
-    if fully_recorded(signals, design, *ERRORS):
-        frames_data["error"] = encode(histories.pointing_error_vector(signals)[rows].astype(np.float32))
+    } | band
+    if error is not None:
+        frames_data["error"] = encode(error.astype(np.float32))
     return frames_data
+
+
+def _stride(frequency: Array, step: float, rows: int, budget: int, wheels: int) -> int:
+    """Return the least number of rows between frames whose modes, torques and error vector fit `budget` bytes."""
+    stride = 1
+    while True:
+        frames = math.ceil(rows / stride)
+        modes = len(frequency) if stride == 1 else int(np.count_nonzero(frequency < 0.5 / (stride * step)))
+        if frames * (2 * modes + wheels + 3 * 4) <= budget or frames <= FEWEST_FRAMES:
+            return stride
+        stride += 1
+
+
+def _below(values: Array, stride: int) -> Array:
+    """Return every `stride`-th row of values without what is faster than half of that rate; no delay."""
+    if values.shape[1] == 0:
+        return values[::stride]
+    return np.asarray(resample_poly(values, 1, stride, axis=0, padtype="line"))

@@ -54,13 +54,23 @@ class Result:
             return {}
 
 
-def load_results(paths: Sequence[Path]) -> list[Result]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unread:
+    """A results folder that could not be read, and why."""
+
+    name: str
+    reason: str
+
+
+def load_results(paths: Sequence[Path]) -> tuple[list[Result], list[Unread]]:
     """Read results folders; a folder that holds them stands for all, that of a comparison for one seed's.
+
+    Of several, those that cannot be read are returned beside the others.
 
     Raises
     ------
     InputError
-        If a path holds no run, runs are too many, or one is named twice.
+        If a path holds no run, runs are too many, one is named twice, or none can be read.
     """
     folders: list[Path] = []
     for path in paths:
@@ -82,10 +92,19 @@ def load_results(paths: Sequence[Path]) -> list[Result]:
     if len(folders) > MOST_RUNS:
         raise InputError(f"{len(folders)} runs: a page takes {MOST_RUNS} at most; give fewer results folders")
     names = [folder.name for folder in resolved]
-    return [
-        _read(folder, name if names.count(name) == 1 else f"{full.parent.name}/{name}")
-        for folder, full, name in zip(folders, resolved, names, strict=True)
-    ]
+    read: list[Result] = []
+    unread: list[Unread] = []
+    for folder, full, short in zip(folders, resolved, names, strict=True):
+        name = short if names.count(short) == 1 else f"{full.parent.name}/{short}"
+        try:
+            read.append(_read(folder, name))
+        except InputError as error:
+            if len(folders) == 1:
+                raise
+            unread.append(Unread(name=name, reason=str(error)))
+    if not read:
+        raise InputError("; ".join(one.reason for one in unread))
+    return read, unread
 
 
 def _read(folder: Path, name: str) -> Result:

@@ -17,9 +17,10 @@ from .derived_histories import DerivedHistory, derived_histories
 from .history_data import History, histories_within
 from .motion_data import motion_data
 from .results import Result
+from .window_data import full_rate_data, windows_about
 
-# bytes of data on a page before base64, shared by its runs: 9 MB of text, so that a page with figures is below 15 MB
-DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET = 2_000_000, 3_800_000, 800_000
+# bytes of data on a page before base64, shared by its runs: 9.3 MB of text, so that a page with figures is below 15 MB
+DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET, WINDOW_BUDGET = 2_000_000, 3_600_000, 800_000, 600_000
 Window = tuple[float, float]  # begin, end [s]
 PEAKED = 30.0  # times its median; a norm with higher peaks gets a logarithmic axis
 MOST_MARKS = 40  # of one run: more hide the lines
@@ -71,11 +72,26 @@ def read_run_data(result: Result, runs: int, window: Window | None = None) -> Ru
     first, rest = _by_priority(derived, signals)
     parts = [histories_within(signals.time, first, DERIVED_BUDGET // runs)] if first else []
     parts.append(histories_within(signals.time, rest, RECORDED_BUDGET // runs))
+    marks = list(_marks(result, signals))
+    # what is whole needs no windows; a history of a short run, or of a page with few signals, is
+    reduced = [
+        one
+        for part, ones in zip(parts, ([first, rest] if first else [rest]), strict=True)
+        for one in ones
+        if part["time"]["stride"] > 1
+    ]
+    windows = windows_about(marks, signals.time) if reduced else []
     motion = motion_data(signals, result.run, MOTION_BUDGET // runs) if result.run else None
     steps = np.diff(signals.time)
     return RunData(
         result=result,
-        for_script={"name": result.name, "parts": parts, "marks": list(_marks(result, signals)), "motion": motion},
+        for_script={
+            "name": result.name,
+            "parts": parts,
+            "marks": marks,
+            "motion": motion,
+            "full_rate": full_rate_data(signals.time, reduced, windows, WINDOW_BUDGET // runs),
+        },
         statistics=tuple(_statistics(one, signals) for one in derived if not one.elements),
         rows=len(signals.time),
         recorded=len(signals.columns),

@@ -10,7 +10,7 @@ from .results import Result
 from .run_data import RunData
 from .text_blocks import scenario_of
 
-FIRST_PANELS = ("pointing error", "deformation", "rate error", "wheel effort")
+FIRST_PANELS = ("pointing error", "deformation", "rate error", "torque, sum over wheels")
 MOST_FIRST_PANELS = 4
 MOST_SHOWN = 4  # runs in a plot until the reader asks for more
 
@@ -28,9 +28,14 @@ def script_data(title: str, runs: Sequence[RunData]) -> tuple[dict[str, Any], li
     shown = _shown_first([run.result for run in runs])
     for run in runs:
         parts = []
+        full_rate = run.for_script["full_rate"]
         for part in run.for_script["parts"]:
             histories = [history | ({"id": element(text)} if text else {}) for history, text in
                          zip(part["histories"], part["data"], strict=True)]  # fmt: skip
+            if part["time"]["stride"] > 1:
+                for history in histories:
+                    if history["name"] in full_rate["data"]:
+                        history["full"] = element(full_rate["data"][history["name"]])
             parts.append({"time": part["time"], "histories": histories})
         motion = run.for_script["motion"]
         if motion is not None and run.result.run is not None:
@@ -44,6 +49,7 @@ def script_data(title: str, runs: Sequence[RunData]) -> tuple[dict[str, Any], li
                 "name": run.for_script["name"],
                 "marks": run.for_script["marks"],
                 "parts": parts,
+                "windows": full_rate["windows"],
                 "motion": motion,
                 "shown": run.result.name in shown,
             }

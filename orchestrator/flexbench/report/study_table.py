@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,15 @@ from flexbench.studies.paper.table import number, when_lost
 from flexsat.description.built_in import CONFIGURATIONS
 
 TABLE = "table.json"
+PUBLISHED = "as_published"  # the variant that is judged against the paper
+_DEVIATION = "Deviation: of what flew as published from the published value, ± the standard deviation of one seed."
 STUDY_SHAPE = {
     "seeds": ["whole number"],
     "duration": "number",
     "rows": [
         {
             "row": "text", "unit": "text", "variant": "text", "configuration": "text", "published": "number?",
-            "mean": "number", "standard_deviation": "number?", "deviation": "text?",
+            "mean": "number", "standard_deviation": "number?", "deviation": "text?", "?definition": "text",
         }
     ],
     "?published_design_lost_at": {"*": ["number?"]},  # s, by configuration, for each seed
@@ -37,7 +39,7 @@ def study_folders(paths: Sequence[Path]) -> list[Path]:
 
 
 def study_table(folder: Path) -> list[Block]:
-    """Return a table for each configuration: the published value and those of the runs."""
+    """Return a table for each configuration: published, simulated, deviation, and what each quantity is."""
     content = read_table(folder / TABLE, STUDY_SHAPE)
     assert content is not None  # the folder was chosen for it
     rows: list[dict[str, Any]] = content["rows"]
@@ -45,28 +47,34 @@ def study_table(folder: Path) -> list[Block]:
     blocks: list[Block] = []
     for name in CONFIGURATIONS:
         lines: dict[str, list[str]] = {}
+        definitions: dict[str, str] = {}
         for row in rows:
             if row["configuration"] == name:
-                line = lines.setdefault(row["row"], [row["row"], row["unit"], number(row["published"])])
-                line.append(_with_spread(row) + (f" ({row['deviation']})" if row["deviation"] else ""))
-        header = (
-            "quantity",
-            "unit",
-            "published",
-            *(f"flexsat, {TITLES.get(variant, variant)}" for variant in variants),
-        )
+                line = lines.setdefault(row["row"], [row["row"], shown_unit(row), number(row["published"])])
+                line += _cells(row)
+                definitions[row["row"]] = row.get("definition", "")
+        header = ["quantity", "unit", "published"]
+        for variant in variants:
+            header += [f"flown {TITLES.get(variant, variant)}", *(["deviation"] if variant == PUBLISHED else [])]
+        for label, line in lines.items():
+            line.append(definitions[label])
         if lines:
-            blocks += [Heading(3, name), Table(header, list(lines.values()), code=frozenset())]
-    seeds = ", ".join(str(seed) for seed in content["seeds"])
-    blocks.append(Paragraph(f"Runs of {content['duration']:g} s through the FMUs; seeds {seeds}."))
+            blocks += [Heading(3, name), Table((*header, "definition"), list(lines.values()), code=frozenset())]
+    seeds = ("seed " if len(content["seeds"]) == 1 else "seeds ") + ", ".join(map(str, content["seeds"]))
+    blocks.append(Paragraph(f"Runs of {content['duration']:g} s through the FMUs; {seeds}. {_DEVIATION}"))
     lost: dict[str, list[float | None]] = content.get("published_design_lost_at", {})
     if lost:
         when = "; ".join(f"{name}: {when_lost(times)}" for name, times in lost.items())
         blocks.append(Paragraph(f"Published design on the full plant, fine pointing: {when}."))
-    return [*blocks, *(Paragraph(remark) for remark in content["remarks"]), *_native(folder)]
+    return [*blocks, *(Paragraph(remark) for remark in content["remarks"])]
 
 
-def _native(folder: Path) -> list[Block]:
+def shown_unit(row: Mapping[str, Any]) -> str:
+    """Return the unit of a row as pages spell it; earlier versions wrote `um`."""
+    return str(row["unit"]).replace("um", "µm")
+
+
+def native_blocks(folder: Path) -> list[Block]:
     """Return what the study found of the native FMUs, nothing if it had none."""
     study = read_native(folder)
     if study is None:
@@ -80,6 +88,8 @@ def _native(folder: Path) -> list[Block]:
     ]
 
 
-def _with_spread(row: dict[str, Any]) -> str:
+def _cells(row: dict[str, Any]) -> list[str]:
+    """Return the value of a row with its spread, and its deviation from the paper in the variant as published."""
     spread = row["standard_deviation"]
-    return number(row["mean"]) + (f" ± {number(spread)}" if spread is not None else "")
+    value = number(row["mean"]) + (f" ± {number(spread)}" if spread is not None else "")
+    return [value, row["deviation"] or "-"] if row["variant"] == PUBLISHED else [value]

@@ -17,6 +17,7 @@ from lockstep.ssp.native_fmu import shown_file
 from lockstep.ssp.step_times import timing_of_run
 from lockstep.system.clock import nanoseconds
 
+from .loop_blocks import loop_numbers_of
 from .results import Result
 from .run_data import RunData, is_fault
 
@@ -78,7 +79,10 @@ def run_description(run: RunData) -> str:
 
 
 def number_blocks(runs: Sequence[RunData], with_metrics: bool = True) -> list[Block]:
-    """Return the paper's metrics next to the published values, if wanted, and statistics of the histories."""
+    """Return the paper's metrics next to the published values, if wanted.
+
+    Runs without numbers of a loop get statistics of their histories instead.
+    """
     blocks: list[Block] = []
     names = [run.result.name for run in runs]
     metrics = [run.result.metrics() if with_metrics else {} for run in runs]
@@ -90,15 +94,22 @@ def number_blocks(runs: Sequence[RunData], with_metrics: bool = True) -> list[Bl
                 values = [cell or "-" for cell in cells]
                 rows.append([row.label, row.unit, *values, _published(row, runs)])
         if rows:
-            header = ("quantity of the paper", "unit", *names, "published")
-            blocks += [_narrow(header, rows, len(runs))]
-            blocks += [Paragraph("Definitions of the quantities:"), Listing("\n".join(_definitions(rows)))]
+            header = ["quantity of the paper", "unit", *names, "published"]
+            if len(runs) <= MOST_COLUMNS:
+                header.append("definition")
+                rows = [[*row, definition] for row, definition in zip(rows, _definitions(rows), strict=True)]
+                blocks.append(_narrow(header, rows, len(runs)))
+            else:
+                text = "; ".join(f"{row[0]}: {what}" for row, what in zip(rows, _definitions(rows), strict=True))
+                blocks += [_narrow(header, rows, len(runs)), Paragraph(f"Definitions: {text}.")]
+    runs = [run for run in runs if loop_numbers_of(run.result) is None]
+    names = [run.result.name for run in runs]
     rows = []
     for name, unit in dict.fromkeys((one.name, one.unit) for run in runs for one in run.statistics):
         found = [next((one for one in run.statistics if one.name == name), None) for run in runs]
         rows.append([name, unit, *(f"{number(one.late)} / {number(one.largest)}" if one else "-" for one in found)])
     if rows:
-        header = ("whole run: RMS of its second half / largest", "unit", *names)
+        header = ["whole run: RMS of its second half / largest", "unit", *names]
         blocks.append(_narrow(header, rows, len(runs)))
     return blocks
 
@@ -128,24 +139,36 @@ def _published(row: PaperRow, runs: Sequence[RunData]) -> str:
 
 
 def _definitions(rows: Sequence[Sequence[str]]) -> list[str]:
-    labels = {row[0] for row in rows}
-    return [f"{row.label}: {row.definition}" for row in ROWS if row.label in labels]
+    """Return the definition of the quantity in each row."""
+    by_label = {row.label: row.definition for row in ROWS}
+    return [by_label[row[0]] for row in rows]
 
 
 def event_blocks(results: Sequence[Result]) -> list[Block]:
-    """Return the faults, then the other events, of each run."""
+    """Return the faults, then the other events, of each run in which something happened between start and end."""
     blocks: list[Block] = []
     for result in results:
+        if not something_happened(result):
+            continue
         if len(results) > 1:
             blocks.append(Heading(3, result.name))
         faults = [event for event in result.events if is_fault(event)]
         if faults:
             blocks += [Paragraph(f"{len(faults)} fault events."), _event_table(faults)]
         others = [event for event in result.events if not is_fault(event)]
-        blocks.append(_event_table(others) if others else Paragraph("No events were recorded."))
+        if others:
+            blocks.append(_event_table(others))
         if len(others) > MOST_EVENTS:
             blocks.append(Paragraph(f"{len(others) - MOST_EVENTS} more are in {result.folder / 'events.jsonl'}."))
     return blocks
+
+
+def something_happened(result: Result) -> bool:
+    """Return whether a run has events other than a start and an end as planned."""
+    return any(
+        not (event.get("event") == "start" or (event.get("event") == "end" and event.get("status") == "completed"))
+        for event in result.events
+    )
 
 
 def _event_table(found: Sequence[Mapping[str, Any]]) -> Table:

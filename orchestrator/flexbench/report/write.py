@@ -27,6 +27,8 @@ def write_report(
 ) -> list[Path]:
     """Write one page of all runs in the given folders; return what was written.
 
+    A run that cannot be read is named on the page, with the reason, and does not stop the others.
+
     Parameters
     ----------
     paths : results folders of runs, or folders of such folders; several are compared
@@ -38,10 +40,10 @@ def write_report(
     Raises
     ------
     InputError
-        If a folder holds no run, the page cannot be written, or there is no browser to print the PDF.
+        If a folder holds no run, none can be read, the page cannot be written, or no browser is there to print the PDF.
     """
     paths = [Path(path) for path in paths]
-    results = load_results(paths)
+    results, unread = load_results(paths)
     studies = [*studies, *study_folders(paths)]
     out = out or paths[0] / PAGE
     if out.is_dir():
@@ -49,7 +51,7 @@ def write_report(
     refuse_own_file(out)
     if pdf:
         find_browser()  # before the work
-    page = compose_page(results, studies, window)
+    page = compose_page(results, studies, window, unread)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as partial:

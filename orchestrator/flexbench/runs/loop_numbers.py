@@ -43,7 +43,7 @@ QUANTITIES = (
              of=histories.pointing_error, needs=(histories.ATTITUDE, histories.ATTITUDE_REFERENCE)),
     Quantity(key="rate_error", label="rate error", unit="deg/s", scale=DEGREE,
              of=histories.rate_error, needs=(histories.RATE, histories.RATE_REFERENCE)),
-    Quantity(key="deformation", label="deformation", unit="um", scale=1e-6,
+    Quantity(key="deformation", label="deformation", unit="µm", scale=1e-6,
              of=histories.deformation, needs=(histories.DEFORMATION,)),
     Quantity(key="torque", label="torque, sum over wheels", unit="N.m", scale=1.0,
              of=histories.torque_norm, needs=(histories.TORQUE,)),

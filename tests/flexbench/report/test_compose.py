@@ -1,11 +1,14 @@
 """The page: escaped texts, figures, sections of studies, the table of a study, colours."""
 
 import base64
+import io
 import json
 from pathlib import Path
 from types import SimpleNamespace
 
 import lxml.html
+import numpy as np
+import PIL.Image
 import pyarrow.parquet as pq
 import pytest
 
@@ -14,7 +17,7 @@ from flexbench.html.document import Heading, Paragraph, Picture, Table
 from flexbench.html.render import template_environment
 from flexbench.report import study_sections as of_studies
 from flexbench.report.compose import PAGE_FOLDER, compose_page
-from flexbench.report.figure_images import Image, image_of, split_by_size, stored_images
+from flexbench.report.figure_images import WIDTHS, Image, fitted_images, image_of, stored_images
 from flexbench.report.results import load_results
 from flexbench.report.sections import SECTIONS
 from flexbench.report.study_table import study_table
@@ -34,7 +37,7 @@ def test_names_units_and_events_are_escaped(tmp_path, foreign_run):
     field = table.schema.field(1).with_metadata({"unit": hostile, "description": hostile})
     pq.write_table(table.cast(table.schema.set(1, field)), run / "signals.parquet")
 
-    page = compose_page(load_results([run]))
+    page = compose_page(load_results([run])[0])
 
     root = lxml.html.fromstring(page.encode(), parser=lxml.html.HTMLParser(encoding="utf-8"))
     kinds = [script.get("type") for script in root.iter("script")]
@@ -71,8 +74,26 @@ def test_stored_figures_are_read_in_the_smaller_format_and_limited_in_size(tmp_p
         ("modes", "image/svg+xml", 70),
         ("slew", "image/png", 50),
     ]
-    taken, left = split_by_size(images, room=60)
-    assert ([image.title for image in taken], [image.title for image in left]) == (["slew"], ["modes"])
+    taken, left = fitted_images(images[:1], room=60)  # no PNG to reduce
+    assert ([image.name for image in taken], [image.name for image in left]) == ([], ["modes"])
+    assert fitted_images(images, room=120) == (images, [])
+
+
+def test_figures_that_are_too_large_together_are_reduced_and_all_there(tmp_path):
+    folder = tmp_path / "figures"
+    folder.mkdir()
+    noise = np.random.default_rng(2).integers(0, 255, size=(300, 2400, 3), dtype=np.uint8)
+    PIL.Image.fromarray(noise).save(folder / "campbell.png")
+    (folder / "campbell.svg").write_bytes(b"s" * 3_000_000)
+    (folder / "slew-seed1.svg").write_bytes(b"s" * 1000)
+
+    taken, left = fitted_images(stored_images(tmp_path), room=300_000)
+
+    assert ([image.name for image in taken], left) == (["campbell", "slew-seed1"], [])
+    assert sum(len(image.data) for image in taken) <= 300_000
+    with PIL.Image.open(io.BytesIO(taken[0].data)) as reduced:
+        assert reduced.width in WIDTHS
+        assert reduced.height == pytest.approx(reduced.width / 8, abs=1)
 
 
 def test_picture_of_a_section_is_an_image_with_escaped_title():
@@ -118,7 +139,7 @@ def test_every_study_has_its_section():
 
 def test_study_table_shows_published_and_simulated_values(tmp_path):
     row = {"row": "slew: settling", "unit": "s", "configuration": "distributed", "published": 30.0,
-           "standard_deviation": 5.4}  # fmt: skip
+           "standard_deviation": 5.4, "definition": "how long"}  # fmt: skip
     content = {
         "seeds": [1, 2], "duration": 300.0, "remarks": ["so it is"],
         "published_design_lost_at": {"centralised": [0.03, 0.031], "distributed": [None, 0.015]},
@@ -130,8 +151,10 @@ def test_study_table_shows_published_and_simulated_values(tmp_path):
     blocks = study_table(tmp_path)
     (table,) = [block for block in blocks if isinstance(block, Table)]
 
-    assert table.header[2:] == ("published", "flexsat, as published", "flexsat, corrected, robust")
-    assert table.rows == [["slew: settling", "s", "30", "33.5 ± 5.4 (+12 ± 5 %)", "2"]]
+    assert table.header[2:] == (
+        "published", "flown as published", "deviation", "flown corrected, robust", "definition"
+    )  # fmt: skip
+    assert table.rows == [["slew: settling", "s", "30", "33.5 ± 5.4", "+12 ± 5 %", "2", "how long"]]
     lost = "centralised: lost at 0.03 to 0.031 s; distributed: lost in 1 of 2"
     assert Paragraph(f"Published design on the full plant, fine pointing: {lost}.") in blocks
 

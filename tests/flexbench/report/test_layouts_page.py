@@ -31,7 +31,7 @@ def study(tmp_path, compare_made, foreign_run):
 
 
 def test_a_folder_of_a_comparison_stands_for_the_runs_of_one_seed(study):
-    names = [result.name for result in load_results([study])]
+    names = [result.name for result in load_results([study])[0]]
     assert names == [f"{name}-{scenario}-seed2" for name in ("centralised", "distributed")
                      for scenario in ("fine-pointing", "slew")]  # fmt: skip
 

@@ -17,28 +17,60 @@ MODES = 198
 TIME = np.arange(10_000) * 0.005
 
 
-def test_motion_data_give_the_recorded_deflections_and_torques(designs, tmp_path):
-    config = configuration("distributed")
-    shape = structure_of(config).deflection[:, 2]
-    modal = np.random.default_rng(5).normal(size=(len(TIME), MODES)) * np.logspace(-4, -7, MODES)
-    torque = np.sin(TIME[:, None] + np.arange(33))
+def recorded(modal, torque):
+    """Return signals of these modes and wheels."""
     columns = {f"plant.modal.displacement[{k + 1}]": modal[:, k] for k in range(MODES)}
     columns |= {f"controller.wheel.torque[{k + 1}]": torque[:, k] for k in range(33)}
-    signals = Signals(time=TIME, columns=columns, units={}, descriptions={})
+    return Signals(time=TIME[: len(modal)], columns=columns, units={}, descriptions={})
+
+
+def modal_of(motion):
+    """Return the modal coordinates of the frames."""
+    numbers = np.frombuffer(base64.b64decode(motion["modal"]), dtype="<i2").reshape(motion["frames"], motion["modes"])
+    return numbers * motion["scale"]
+
+
+def test_motion_data_give_every_recorded_row_where_there_is_room(designs, tmp_path):
+    config = configuration("distributed")
+    shape = structure_of(config).deflection[:, 2]
+    modal = np.random.default_rng(5).normal(size=(1000, MODES)) * np.logspace(-4, -7, MODES)
+    torque = np.sin(TIME[:1000, None] + np.arange(33))
     run = Run(folder=tmp_path, configuration="distributed", as_published=False, slew=False, seed=1)
     write_flown(tmp_path, flown_part(designs["distributed"]))
 
-    motion = motion_data(signals, run, budget=(2 * MODES + 45) * 1000)
+    motion = motion_data(recorded(modal, torque), run, budget=(2 * MODES + 45) * 1000)
 
-    frames = motion["frames"]
-    rows = np.arange(frames) * round(motion["step"] / 0.005)
-    assert 900 <= frames <= 1000
-    read = np.frombuffer(base64.b64decode(motion["modal"]), dtype="<i2").reshape(frames, MODES) * motion["scale"]
+    assert (motion["frames"], motion["modes"], "band" in motion) == (1000, MODES, False)
+    assert_allclose(motion["step"], 0.005, rtol=1e-12)
     room = np.abs(shape) @ np.abs(modal).max(axis=0) / 65534.0  # half a step of each mode
-    assert np.all(np.abs((read - modal[rows]) @ shape.T) <= room + 1e-15)
-    read = np.frombuffer(base64.b64decode(motion["torque"]), dtype="i1").reshape(frames, 33) / 127.0
-    assert_allclose(read * motion["largest_torque"], torque[rows], atol=0.5 / 127.0 + 1e-9)
+    assert np.all(np.abs((modal_of(motion) - modal) @ shape.T) <= room + 1e-15)
+    read = np.frombuffer(base64.b64decode(motion["torque"]), dtype="i1").reshape(1000, 33) / 127.0
+    assert_allclose(read * motion["largest_torque"], torque, atol=0.5 / 127.0 + 1e-9)
     assert "error" not in motion
+
+
+def test_motion_with_fewer_frames_has_no_alias_of_fast_vibration(designs, tmp_path):
+    """A mode at .3 Hz vibrates slowly, and at 63 Hz, which every tenth row would show as a vibration of 3 Hz."""
+    modal = np.zeros((len(TIME), MODES))
+    modal[:, 0] = 2e-6 * np.sin(2.0 * np.pi * 0.3 * TIME) + 1.5e-6 * np.sin(2.0 * np.pi * 63.0 * TIME)
+    torque = np.tile(0.2 + 0.1 * np.sin(2.0 * np.pi * 63.0 * TIME)[:, None], 33)
+    run = Run(folder=tmp_path, configuration="distributed", as_published=False, slew=False, seed=1)
+    write_flown(tmp_path, flown_part(designs["distributed"]))
+
+    motion = motion_data(recorded(modal, torque), run, budget=115_000)
+
+    stride = round(motion["step"] / 0.005)
+    frequency = flown_part(designs["distributed"]).frequency / (2.0 * np.pi)
+    assert (stride, motion["frames"]) == (10, 1000)
+    assert_allclose(motion["band"], 10.0)
+    assert motion["modes"] == np.count_nonzero(frequency < 10.0)
+    assert motion["frames"] * (2 * motion["modes"] + 45) <= 115_000
+    slow = 2e-6 * np.sin(2.0 * np.pi * 0.3 * TIME[::stride])
+    inner = slice(20, -20)  # the filter reaches ten frames to either side
+    assert_allclose(modal_of(motion)[inner, 0], slow[inner], atol=2e-9)  # a thousandth: its ripple
+    read = np.frombuffer(base64.b64decode(motion["torque"]), dtype="i1").reshape(-1, 33) / 127.0
+    assert_allclose(read[inner] * motion["largest_torque"], 0.2, atol=2e-3)
+    assert_allclose(motion["share"], 2.0 / np.hypot(2.0, 1.5), rtol=5e-3)
 
 
 def test_a_structure_with_other_modes_does_not_move(designs, tmp_path):

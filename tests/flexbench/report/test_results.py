@@ -1,6 +1,7 @@
 """Results folders for a page: found, read, refused; windows of time and fault events."""
 
 import base64
+import shutil
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -17,8 +18,9 @@ def test_folder_of_results_folders_gives_all_its_runs(tmp_path, foreign_run):
     for path in ("study/a", "study/b", "other/a"):
         foreign_run(tmp_path / path)
 
-    assert [r.name for r in load_results([tmp_path / "study"])] == ["a", "b"]
-    assert [r.name for r in load_results([tmp_path / "study", tmp_path / "other" / "a"])] == ["study/a", "b", "other/a"]
+    assert [r.name for r in load_results([tmp_path / "study"])[0]] == ["a", "b"]
+    given = [tmp_path / "study", tmp_path / "other" / "a"]
+    assert [r.name for r in load_results(given)[0]] == ["study/a", "b", "other/a"]
 
 
 def test_too_many_runs_are_refused(tmp_path, foreign_run):
@@ -35,6 +37,25 @@ def test_run_without_rows_is_refused(tmp_path, foreign_run):
         write_report([run])
 
 
+def test_runs_that_cannot_be_read_do_not_stop_the_page_of_the_others(tmp_path, foreign_run):
+    names = ["good", "without rows", "torn", "no record"]
+    good, empty, torn, broken = (foreign_run(tmp_path / "study" / name) for name in names)
+    pq.write_table(pq.read_table(empty / "signals.parquet").slice(0, 0), empty / "signals.parquet")
+    (torn / "signals.parquet").write_bytes((torn / "signals.parquet").read_bytes()[:100])
+    (broken / "run.toml").write_text("[[[")
+
+    (page,) = write_report([tmp_path / "study"])
+
+    text = page.read_text(encoding="utf-8")
+    for name in names[1:]:
+        assert f"Not on this page: {name} (" in text
+    assert "Not on this page: good" not in text
+    assert '"name": "good"' in text
+    shutil.rmtree(good)
+    with pytest.raises(InputError, match="no row of signals yet"):
+        write_report([tmp_path / "study"])
+
+
 def test_a_page_does_not_replace_a_record(tmp_path, foreign_run):
     run = foreign_run(tmp_path / "run")
     with pytest.raises(InputError, match=r"run\.toml: is the run's own record; choose another file"):
@@ -42,7 +63,7 @@ def test_a_page_does_not_replace_a_record(tmp_path, foreign_run):
 
 
 def test_short_window_keeps_every_row(tmp_path, foreign_run):
-    (result,) = load_results([foreign_run(tmp_path / "run")])
+    (result,), _ = load_results([foreign_run(tmp_path / "run")])
 
     (part,) = read_run_data(result, runs=1, window=(0.5, 0.75)).for_script["parts"]
 

@@ -237,7 +237,7 @@ def test_strings_and_64_bit_integers_are_exported_exactly(reference_fmu, tmp_pat
     assert table["one.whole_out[1]"].to_pylist() == [-(2**63)] * 4
     assert table["one.String_out"].to_pylist() == ["größer"] * 4
     assert "18446744073709551615" in (tmp_path / "out.csv").read_text()
-    drawn = load_results([tmp_path / "run"])[0].signals()  # what a report draws
+    drawn = load_results([tmp_path / "run"])[0][0].signals()  # what a report draws
     assert "one.String_out" not in drawn
     assert drawn["one.UInt64_out"].dtype == np.float64
 

@@ -7,7 +7,7 @@ function valueAxis(lines, parts, logarithmic) {
   let least = Infinity, most = -Infinity, smallest = Infinity;
   parts.forEach((part, k) => {
     for (let i = part.begin; i <= part.end; i++) {
-      const time = lines[k].time(i, part.width);
+      const time = part.time(i);
       if (part.end - part.begin > 4 && (time < view.from || time > view.to)) continue;
       if (part.low[i] < least) least = part.low[i];
       if (part.high[i] > most) most = part.high[i];
@@ -17,11 +17,7 @@ function valueAxis(lines, parts, logarithmic) {
   if (!(least <= most)) [least, most] = [0, 1];
   if (logarithmic && most > 0) {
     const low = Math.log10(Math.max(Math.min(smallest, most) * 0.8, most * 1e-6)), high = Math.log10(most * 1.2);
-    const ticks = [];
-    const every = Math.max(1, Math.ceil((high - low) / 6));
-    for (let power = Math.ceil(low); power <= high; power += every) ticks.push([10 ** power, formatNumber(10 ** power)]);
-    if (ticks.length < 2) for (const value of [10 ** low, 10 ** high]) ticks.push([value, formatNumber(value, 2)]);
-    return { least, most, ticks, share: (v) => (Math.log10(Math.max(v, 1e-300)) - low) / (high - low) };
+    return { least, most, ticks: logarithmicTicks(low, high), share: (v) => (Math.log10(Math.max(v, 1e-300)) - low) / (high - low) };
   }
   const largest = most;
   const room = most > least ? 0.06 * (most - least) : Math.abs(most) * 0.1 || 1;
@@ -60,7 +56,7 @@ function drawAxes(pen, frame, axis, x, y) {
   if (axis.power) {
     pen.textBaseline = "bottom";
     pen.textAlign = "right";
-    pen.fillText(`×10${String(axis.power).replace(/./g, (c) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻")}`, frame.left - 6, frame.top - 2);
+    pen.fillText(`×${powerOfTen(axis.power)}`, frame.left - 6, frame.top - 2);
   }
   pen.textAlign = "right";
   pen.textBaseline = "top";
@@ -78,12 +74,12 @@ function line(pen, x1, y1, x2, y2) {
 }
 
 /** Draw one line through its samples, or through minimum and maximum of each interval; return the point count. */
-function drawLine(pen, history, part, x, y) {
-  const { low, high, begin, end, width } = part;
+function drawLine(pen, part, x, y) {
+  const { low, high, begin, end } = part;
   pen.beginPath();
   let points = 0, up = true;
   for (let i = begin; i <= end; i++) {
-    const at = x(history.time(i, width));
+    const at = x(part.time(i));
     if (low[i] === high[i]) {
       pen.lineTo(at, y(low[i]));
       points += 1;

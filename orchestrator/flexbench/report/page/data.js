@@ -46,7 +46,7 @@ class TimeBase {
 /** One line: its samples or extremes, and coarser levels of extremes, each with intervals twice as wide. */
 class History {
   constructor(about, base, run) {
-    Object.assign(this, { ...about, base, run, levels: null });
+    Object.assign(this, { ...about, base, run, levels: null, whole: null });
   }
 
   load() {
@@ -83,14 +83,37 @@ class History {
     }
   }
 
+  /** Return the window with every row that holds two times, with the samples of the line; null without one. */
+  fullRate(from, to) {
+    if (this.full === undefined) return null;
+    if (!this.whole) {
+      const raw = new Float32Array(bytesOf(textOf(this.full)));
+      let start = 0;
+      this.whole = fullRateBases[this.run].map((base) => ({ base, values: raw.subarray(start, (start += base.count)) }));
+    }
+    const room = 1e-9 * Math.abs(to);
+    return this.whole.find(({ base }) => from >= base.at(0) - room && to <= base.end + room) ?? null;
+  }
+
+  /** Return whether every recorded row is drawn between two times. */
+  complete(from, to) {
+    return this.constant !== undefined || this.kind === "samples" || this.fullRate(from, to) !== null;
+  }
+
   /** Return the finest level with at most `most` intervals between two times, and the range of those intervals. */
   part(from, to, most) {
+    const whole = this.fullRate(from, to);
+    if (whole && whole.base.before(to) - whole.base.before(from) <= most) {
+      const { base, values } = whole;
+      const end = Math.min(values.length - 1, base.before(to) + 1);
+      return { low: values, high: values, width: 1, begin: Math.max(0, base.before(from) - 1), end, time: (i) => base.at(i) };
+    }
     this.load();
     const first = this.base.before(from), last = this.base.before(to);
     const level = this.levels.find((l) => (last - first) / l.width <= most) ?? this.levels[this.levels.length - 1];
     const begin = Math.max(0, Math.floor(first / level.width) - 1);
     const end = Math.min(level.low.length - 1, Math.ceil(last / level.width) + 1);
-    return { ...level, begin, end };
+    return { ...level, begin, end, time: (i) => this.time(i, level.width) };
   }
 
   /** Return the middle of an interval of a level, or the time of a sample. */
@@ -103,12 +126,19 @@ class History {
   /** Return minimum and maximum of the interval at a time, or null outside the record. */
   valueAt(time) {
     if (time < this.base.at(0) || time > this.base.end) return null;
+    const whole = this.fullRate(time, time);
+    if (whole) {
+      const value = whole.values[whole.base.before(time)];
+      return [value, value];
+    }
     this.load();
     const i = this.base.before(time);
     return [this.levels[0].low[i], this.levels[0].high[i]];
   }
 }
 
+// of each run, the times of its windows with every row
+const fullRateBases = contents.runs.map((run) => (run.windows ?? []).map((window) => new TimeBase(window.time)));
 // the histories of all runs by group, in the order of the page
 const groups = new Map();
 for (const [run, about] of contents.runs.entries()) {

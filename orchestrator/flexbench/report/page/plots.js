@@ -13,6 +13,9 @@ function redraw() {
   requestAnimationFrame(() => {
     waiting = false;
     for (const panel of panels) panel.draw();
+    const drawn = panels.flatMap((panel) => panel.visible());
+    const whole = drawn.length > 0 && drawn.every((line) => line.complete(view.from, view.to));
+    document.getElementById("rate").textContent = !drawn.length ? "" : whole ? ", every recorded row" : ", extremes of intervals";
   });
 }
 
@@ -204,7 +207,7 @@ class Panel {
       const overlaid = !this.groups[0].lines.includes(line);
       pen.setLineDash(overlaid ? [5, 3] : several ? lookOf(line.run).dashes : []);
       pen.lineWidth = lines.length > 8 ? 0.8 : 1.2;
-      points += drawLine(pen, line, parts[k], x, y);
+      points += drawLine(pen, parts[k], x, y);
     });
     pen.setLineDash([]);
     pen.globalAlpha = 1;
@@ -263,6 +266,23 @@ function removePanel(panel) {
   if (box) box.checked = false;
 }
 
+/** Make a button for each part of the time in which every recorded row is kept; what several runs share is one. */
+function showWindows() {
+  const found = [];
+  for (const { name, begin, end } of contents.runs.flatMap((run) => run.windows ?? [])) {
+    const same = found.find((one) => one.name === name && Math.max(one.begin, begin) < Math.min(one.end, end));
+    if (!same) found.push({ name, begin, end });
+    else Object.assign(same, { begin: Math.max(same.begin, begin), end: Math.min(same.end, end) });
+  }
+  const box = document.getElementById("windows");
+  box.hidden = found.length === 0;
+  for (const { name, begin, end } of found.sort((a, b) => a.begin - b.begin)) {
+    const button = make("button", { type: "button" }, `${name}, ${formatNumber(begin, 4)} to ${formatNumber(end, 4)} s`);
+    button.onclick = () => look(begin, end);
+    box.append(button);
+  }
+}
+
 function startPlots() {
   if (!groups.size) return;
   const list = document.getElementById("signals");
@@ -287,6 +307,7 @@ function startPlots() {
     left: () => look(view.from - 0.25 * (view.to - view.from), view.to - 0.25 * (view.to - view.from)),
     right: () => look(view.from + 0.25 * (view.to - view.from), view.to + 0.25 * (view.to - view.from)) };
   for (const button of document.querySelectorAll("[data-act]")) button.onclick = act[button.dataset.act];
+  showWindows();
   window.addEventListener("resize", redraw);
   look(wholeTime.from, wholeTime.to);
 }

@@ -33,7 +33,8 @@ class Scene {
     this.shapes = new Float32Array(bytesOf(geometry.shapes));
     this.hole = geometry.hole;
     this.wheels = geometry.wheels;
-    this.modes = geometry.modes;
+    this.modes = motion.modes; // of these frames, the lowest
+    this.stride = geometry.modes;
     this.modal = new Int16Array(bytesOf(textOf(motion.modal)));
     this.torque = motion.torque ? new Int8Array(bytesOf(textOf(motion.torque))) : new Int8Array(0);
     this.error = motion.error ? new Float32Array(bytesOf(textOf(motion.error))) : null;
@@ -66,7 +67,7 @@ class Scene {
     for (let m = 0; m < modes; m++) modal[m] = this.modal[frame * modes + m] * this.motion.scale[m];
     for (let n = 0; n < count; n++) {
       let sum = 0;
-      for (let m = 0; m < modes; m++) sum += this.shapes[n * modes + m] * modal[m];
+      for (let m = 0; m < modes; m++) sum += this.shapes[n * this.stride + m] * modal[m];
       result[n] = sum;
     }
     return result;
@@ -292,6 +293,10 @@ function startScene() {
     redraw();
   };
   const prepare = () => {
+    const { band, share, step } = scene.motion;
+    part("sampling").textContent = band === undefined
+      ? `Every recorded row, one every ${formatNumber(1000 * step, 3)} ms.`
+      : `Motion below ${formatNumber(band, 2)} Hz, ${formatNumber(1 / step, 2)} frames a second: filtered without delay, so that no fast vibration appears slow. It has ${formatNumber(100 * share, 3)} % of the RMS deformation; to see every recorded row of some seconds: flexsat report --time-range FROM TO.`;
     slider.max = scene.motion.frames - 1;
     const power = Math.log10(scene.exaggeration);
     part("exaggeration").min = power - 1;

@@ -231,7 +231,7 @@ def judge(run: Run, signals: Signals, variation: Variation, limit: float = LIMIT
     )
 
 
-HEADER = ("configuration", "error", "runs", "unstable", "torque [N.m]", "pointing error [arcsec]", "deformation [um]")
+HEADER = ("configuration", "error", "runs", "unstable", "torque [N.m]", "pointing error [arcsec]", "deformation [µm]")
 
 
 def table_rows(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:

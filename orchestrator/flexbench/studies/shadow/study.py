@@ -78,7 +78,7 @@ MEASURES = (
             of=_largest(histories.pointing_error)),
     Measure(key="rate_error", label="rate error, RMS", unit="deg/s", scale=180.0 / np.pi,
             of=_rms(histories.rate_error)),
-    Measure(key="deformation", label="deformation, RMS", unit="um", scale=1e6, of=_rms(histories.deformation)),
+    Measure(key="deformation", label="deformation, RMS", unit="µm", scale=1e6, of=_rms(histories.deformation)),
     Measure(key="torque", label="sum of |torque|, RMS", unit="N.m", scale=1.0, of=_rms(histories.torque_norm)),
     Measure(key="largest_torque", label="torque of a wheel, largest", unit="N.m", scale=1.0, of=_largest(_torque)),
     Measure(key="total_cost", label="LQR cost a sample", unit="1", scale=1.0, of=_cost(0),

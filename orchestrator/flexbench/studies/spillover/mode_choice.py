@@ -61,7 +61,7 @@ class Choice:
 
 HEADER = (
     *("layout", "design", "modes by", "up to [Hz]", "growth [1/s]", "stable at gain"),
-    *("pointing [arcsec]", "torque [N.m]", "deformation [um]"),
+    *("pointing [arcsec]", "torque [N.m]", "deformation [µm]"),
 )
 
 

@@ -41,7 +41,7 @@ class Point:
         return (*words, f"{found.pointing / ARCSECOND:.4f}", f"{found.torque:.4f}", f"{1e6 * found.deformation:.4f}")
 
 
-HEADER = ("varied", "factor", "delay [ms]", "pointing [arcsec]", "torque [N.m]", "deformation [um]")
+HEADER = ("varied", "factor", "delay [ms]", "pointing [arcsec]", "torque [N.m]", "deformation [µm]")
 
 
 def variations(weights: Weights) -> Iterator[tuple[str, float, Weights]]:

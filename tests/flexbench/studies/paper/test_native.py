@@ -1,6 +1,5 @@
 """The paper's runs through native FMUs: times and differences, as text, in its file, on the page, and as exit code."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -11,7 +10,7 @@ from flexbench.engine.jobs import run_job
 from flexbench.html.document import Paragraph, Table
 from flexbench.loop.equivalence import Difference
 from flexbench.report import paper_pages
-from flexbench.report.study_table import study_table
+from flexbench.report.study_table import native_blocks
 from flexbench.studies.paper import native as module
 from flexbench.studies.paper import paper
 from flexbench.studies.paper.native import FILE, TOLERANCE, NativeRun, NativeStudy, read_native, write_native
@@ -117,15 +116,13 @@ def test_its_file_has_everything_and_the_page_shows_it(objectionable, study, tmp
     write_native(tmp_path, objectionable)
     assert read_native(tmp_path) == objectionable
     write_native(tmp_path, study)
-    content = {"seeds": [1], "duration": 300.0, "remarks": [], "rows": []}
-    (tmp_path / "table.json").write_text(json.dumps(content))
-    blocks = study_table(tmp_path)
+    blocks = native_blocks(tmp_path)
     runs, ports = (block for block in blocks if isinstance(block, Table))
     assert runs.rows[0] == ["distributed-slew-seed1", "100.0", "30.0", "2.0e-12", "controller.wheel.torque[4]"]
     assert ports.rows == [[TORQUE, "3.0e-11", "controller.wheel.torque[2]", "centralised-slew-seed1"]]
     assert Paragraph("Equal in all runs: plant.rate.") in blocks
     (tmp_path / FILE).unlink()
-    assert not [block for block in study_table(tmp_path) if isinstance(block, Table)]
+    assert native_blocks(tmp_path) == []
 
 
 @pytest.fixture
