@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from browser_pages import WATCH_CANVASES, WIDE, chromium, settle
 from copied_process import Copies
 from flexbench.cli.parser import main
 from lockstep import Signals, read_signals
@@ -183,3 +184,52 @@ def fly_from(tmp_path: Path) -> Callable[..., Signals]:
         return read_signals(out)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Return a browser for the pages of all tests."""
+    with chromium() as started:
+        yield started
+
+
+@pytest.fixture
+def open_page(browser: Any) -> Iterator[Callable[..., Any]]:
+    """Return a function that opens a page; at the end it must have reported no error and asked for no other file."""
+    complaints: list[str] = []
+    asked: list[str] = []
+    opened: list[Any] = []
+
+    def open_(file: Path, viewport: Any = WIDE, scheme: str = "light") -> Any:
+        page = browser.new_page(viewport=viewport, color_scheme=scheme)
+        opened.append(page)
+        page.add_init_script(f"({WATCH_CANVASES})()")
+        page.on("console", lambda message: message.type in ("error", "warning") and complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("request", lambda request: asked.append(request.url.partition(",")[0]))
+        page.goto(file.resolve().as_uri())
+        page.wait_for_selector("html[data-ready]", state="attached")
+        settle(page)
+        return page
+
+    yield open_
+    for page in opened:
+        page.close()
+    assert complaints == []
+    assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
+
+
+@pytest.fixture(scope="session")
+def slews(fmus: Path, flexsat: RunCli, once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
+    """Return a folder of two slews of both layouts that end after 8 s, the first with its page; for reading only."""
+
+    def run(folder: Path) -> None:
+        for name in ("distributed", "centralised"):
+            words = ("--native", "--accept-infeasible", "--stop-time", "8", "--seed", "1")
+            done = flexsat("run", fmus / name / "slew.ssd", *words, "--out", folder / f"{name}-slew")
+            assert done.returncode == 0, done.stderr
+        done = flexsat("report", folder / "distributed-slew", timeout=300.0)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout.split() == [str(folder / "distributed-slew" / "report.html")]
+
+    return once("slews", run)

@@ -1,25 +1,16 @@
 """The page of a campaign in a browser without network: plots, brushing by pointer and keyboard, dark, phone, print."""
 
-import os
-import shutil
-
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from numpy.testing import assert_allclose
 
+from browser_pages import PHONE, ink, needs_browser, settle
 from campaign_folder import ARCSECOND, write_campaign
 from flexbench.report.campaigns import write_campaign_page
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-WIDE, PHONE = {"width": 1400, "height": 900}, {"width": 400, "height": 800}
-INK = """canvas => {
-  const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
-  let ink = 0;
-  for (let i = 0; i < data.length; i += 4) ink += data[i + 3] > 0;
-  return ink;
-}"""
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here; `apt-get install chromium` on Debian")
+INK = ink("alpha > 0")
+pytestmark = needs_browser
 
 
 @pytest.fixture(scope="module")
@@ -28,46 +19,6 @@ def folder(tmp_path_factory):
     made = write_campaign(tmp_path_factory.mktemp("campaign"), systems=("distributed", "centralised"), times=2000)
     write_campaign_page(made)
     return made
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """Start Debian's Chromium; playwright drives it and downloads nothing."""
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        options = ["--no-sandbox"] if os.geteuid() == 0 else []
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=options)
-        yield started
-        started.close()
-
-
-@pytest.fixture
-def open_page(browser):
-    """Return a function that opens a page; at the end it must have reported no error and asked for no other file."""
-    complaints, asked, opened = [], [], []
-
-    def open_(file, viewport=WIDE, scheme="light"):
-        page = browser.new_page(viewport=viewport, color_scheme=scheme)
-        opened.append(page)
-        page.on("console", lambda message: message.type in ("error", "warning") and complaints.append(message.text))
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("request", lambda request: asked.append(request.url.partition(",")[0]))
-        page.goto(file.resolve().as_uri())
-        page.wait_for_selector("html[data-ready]", state="attached")
-        settle(page)
-        return page
-
-    yield open_
-    for page in opened:
-        page.close()
-    assert complaints == []
-    assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
-
-
-def settle(page):
-    """Wait until the page has drawn what was requested."""
-    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
 def cell(page, name):

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from flexbench.html.document import Block, Heading, Paragraph
-from flexbench.html.render import template_environment
 from lockstep import InputError
 
-from .figure_images import Image, drawn_images, fitted_images, image_of, stored_images
+from .figure_images import drawn_images, fitted_images, stored_images
 from .headline import headline_blocks
 from .layouts_page import TITLE, layouts_blocks
 from .loop_blocks import loop_blocks
+from .page_parts import PAGE_FOLDER, PageSection, render_page
 from .paper_figures import paper_figures
 from .results import Result, Unread
 from .run_data import RunData, Window, read_run_data
@@ -30,21 +29,7 @@ from .text_blocks import (
     version_blocks,
 )
 
-PAGE_FOLDER = Path(__file__).with_name("page")
-SCRIPTS = ("colours.js", "ticks.js", "data.js", "axes.js", "plots.js", "scene.js")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PageSection:
-    """One section of the page: its title, its template, and the values that the template shows."""
-
-    anchor: str
-    title: str
-    template: str = "blocks_section.html"
-    blocks: Sequence[Block] = ()
-    runs: Sequence[tuple[str, Sequence[Block]]] = ()  # name and blocks of each run
-    images: Sequence[Image] = ()
-    notes: Sequence[str] = ()
+SCRIPTS = ("data.js", "axes.js", "plots.js", "scene.js")
 
 
 def compose_page(
@@ -74,17 +59,14 @@ def compose_page(
         title = f"{studies[0].resolve().name}: {title}"
     contents, data = script_data(title, runs)
     names = ", ".join(result.name for result in results) if len(results) <= MOST_SHOWN else ""
-    environment = template_environment(PAGE_FOLDER)
-    return environment.get_template("page.html").render(
+    return render_page(
         title=title,
-        status=str(results[0].record.get("status", "")) if len(results) == 1 else "",
         subtitle=run_description(runs[0]) if len(results) == 1 else names,
         sections=list(_sections(runs, studies, unread)),
-        image_of=image_of,
         contents=contents,
         data=data,
-        style=_source("style.css"),
-        script="\n".join(_source(name) for name in SCRIPTS),
+        scripts=[PAGE_FOLDER / name for name in SCRIPTS],
+        status=str(results[0].record.get("status", "")) if len(results) == 1 else "",
     )
 
 
@@ -177,8 +159,3 @@ def _reductions(runs: Sequence[RunData]) -> Iterator[str]:
         for part in run.for_script["parts"]:
             if part["left_out"]:
                 yield f"{run.for_script['name']}: no room on this page for {', '.join(part['left_out'])}"
-
-
-def _source(name: str) -> str:
-    """Return the text of a script or style sheet of the page."""
-    return (PAGE_FOLDER / name).read_text(encoding="utf-8")

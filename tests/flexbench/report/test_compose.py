@@ -16,8 +16,9 @@ from flexbench.figures import drawing
 from flexbench.html.document import Heading, Paragraph, Picture, Table
 from flexbench.html.render import template_environment
 from flexbench.report import study_sections as of_studies
-from flexbench.report.compose import PAGE_FOLDER, compose_page
+from flexbench.report.compose import compose_page
 from flexbench.report.figure_images import WIDTHS, Image, fitted_images, image_of, stored_images
+from flexbench.report.page_parts import PAGE_FOLDER
 from flexbench.report.results import load_results
 from flexbench.report.sections import SECTIONS
 from flexbench.report.study_table import study_table
@@ -82,18 +83,18 @@ def test_stored_figures_are_read_in_the_smaller_format_and_limited_in_size(tmp_p
 def test_figures_that_are_too_large_together_are_reduced_and_all_there(tmp_path):
     folder = tmp_path / "figures"
     folder.mkdir()
-    noise = np.random.default_rng(2).integers(0, 255, size=(300, 2400, 3), dtype=np.uint8)
+    noise = np.random.default_rng(2).integers(0, 255, size=(100, 2000, 3), dtype=np.uint8)
     PIL.Image.fromarray(noise).save(folder / "campbell.png")
     (folder / "campbell.svg").write_bytes(b"s" * 3_000_000)
     (folder / "slew-seed1.svg").write_bytes(b"s" * 1000)
 
-    taken, left = fitted_images(stored_images(tmp_path), room=300_000)
+    taken, left = fitted_images(stored_images(tmp_path), room=200_000)
 
     assert ([image.name for image in taken], left) == (["campbell", "slew-seed1"], [])
-    assert sum(len(image.data) for image in taken) <= 300_000
+    assert sum(len(image.data) for image in taken) <= 200_000
     with PIL.Image.open(io.BytesIO(taken[0].data)) as reduced:
         assert reduced.width in WIDTHS
-        assert reduced.height == pytest.approx(reduced.width / 8, abs=1)
+        assert reduced.height == pytest.approx(reduced.width / 20, abs=1)
 
 
 def test_picture_of_a_section_is_an_image_with_escaped_title():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,26 +20,14 @@ from flexbench.campaign.statistics.tables import (
     worst_table,
 )
 from flexbench.html.document import Block, Heading, Paragraph, Table
-from flexbench.html.render import template_environment
 from lockstep import InputError
 
+from ..page_parts import PageSection, render_page
 from .page_data import MOST_RUNS, bands_data, inputs_that_fit, systems_data
 
 PAGE_FOLDER = Path(__file__).with_name("page")
-SHARED = PAGE_FOLDER.parents[1] / "page"  # of the report of runs
 SCRIPTS = ("palette.js", "table_of_runs.js", "distributions.js", "matrix.js", "bands.js", "start.js")
 _SHOWN_WORST = 10
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Section:
-    """One section of the page: its title, its template, and the blocks and notes that it shows."""
-
-    anchor: str
-    title: str
-    template: str = "blocks_section.html"
-    blocks: Sequence[Block] = ()
-    notes: Sequence[str] = ()
 
 
 def evaluations(results: CampaignResults) -> list[Evaluation]:
@@ -60,19 +47,15 @@ def compose_page(results: CampaignResults, found: Sequence[Evaluation]) -> str:
     systems = systems_data(found, inputs, element)
     bands, left_out = bands_data(load_bands(results.folder), element)
     units = {"name": results.name, "systems": systems, "bands": bands}
-    environment = template_environment(PAGE_FOLDER, SHARED)
-    return environment.get_template("campaign.html").render(
+    return render_page(
         title=f"Campaign {results.name}",
         subtitle=_subtitle(results),
         sections=list(_sections(results, found, inputs, bool(bands), left_out)),
         contents=units,
         data=data,
-        style=(SHARED / "style.css").read_text(encoding="utf-8")
-        + (PAGE_FOLDER / "campaign.css").read_text(encoding="utf-8"),
-        script="\n".join(
-            [(SHARED / name).read_text(encoding="utf-8") for name in ("colours.js", "ticks.js")]
-            + [(PAGE_FOLDER / name).read_text(encoding="utf-8") for name in SCRIPTS]
-        ),
+        scripts=[PAGE_FOLDER / name for name in SCRIPTS],
+        styles=[PAGE_FOLDER / "campaign.css"],
+        folder=PAGE_FOLDER,
     )
 
 
@@ -89,10 +72,10 @@ def _subtitle(results: CampaignResults) -> str:
 
 def _sections(
     results: CampaignResults, found: Sequence[Evaluation], inputs: int | None, has_bands: bool, left_out: Sequence[str]
-) -> Iterator[Section]:
-    yield Section(anchor="summary", title="Summary", blocks=list(_summary(results, found)))
+) -> Iterator[PageSection]:
+    yield PageSection(anchor="summary", title="Summary", blocks=list(_summary(results, found)))
     if results.requirements:
-        yield Section(anchor="requirements", title="Requirements", blocks=_requirements(found))
+        yield PageSection(anchor="requirements", title="Requirements", blocks=_requirements(found))
     notes = [
         "Bounds are those of 95 % confidence. Those of percentiles are order statistics and hold for any distribution;"
         " those of the mean are Student's. A failed run has the worst value in percentiles and is not in the mean.",
@@ -100,19 +83,21 @@ def _sections(
     if any(len(one.sample) > MOST_RUNS for one in found):
         notes.append(f"Plots show {MOST_RUNS} runs of each system, evenly spaced by number, with the ends of each"
                      " metric; tables are those of all runs.")  # fmt: skip
-    yield Section(anchor="metrics", title="Metrics", template="metrics_section.html",
+    yield PageSection(anchor="metrics", title="Metrics", template="metrics_section.html",
                   blocks=[_table(metric_table(found)), _table(percentile_table(found))], notes=notes)  # fmt: skip
-    yield Section(anchor="worst", title="Worst runs", blocks=list(_worst(results, found)))
+    yield PageSection(anchor="worst", title="Worst runs", blocks=list(_worst(results, found)))
     shown = () if inputs is None else (f"{inputs} of {len(results.samples[0].inputs)} inputs found room on this page:"
                                        " those that metrics depend on most.",)  # fmt: skip
-    yield Section(anchor="matrix", title="Scatter matrix", template="matrix_section.html", notes=shown)
+    yield PageSection(anchor="matrix", title="Scatter matrix", template="matrix_section.html", notes=shown)
     sensitivity = list(_sensitivities(results, found))
     if sensitivity:
-        yield Section(anchor="sensitivities", title="Sensitivities", blocks=sensitivity)
+        yield PageSection(anchor="sensitivities", title="Sensitivities", blocks=sensitivity)
     if has_bands:
         notes = [f"No room on this page for {', '.join(left_out)}."] if left_out else []
-        yield Section(anchor="bands", title="Time histories of all runs", template="bands_section.html", notes=notes)
-    yield Section(anchor="flown", title="What was simulated", blocks=list(_flown(results)))
+        yield PageSection(
+            anchor="bands", title="Time histories of all runs", template="bands_section.html", notes=notes
+        )
+    yield PageSection(anchor="flown", title="What was simulated", blocks=list(_flown(results)))
 
 
 def _summary(results: CampaignResults, found: Sequence[Evaluation]) -> Iterator[Block]:

@@ -1,18 +1,5 @@
 // The histories of the page: decoded when first drawn, and reduced without losing a peak.
 
-const contents = JSON.parse(document.getElementById("contents").textContent);
-
-/** Return the bytes of one data element. */
-function bytesOf(text) {
-  const letters = atob(text);
-  const bytes = new Uint8Array(letters.length);
-  for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
-  return bytes.buffer;
-}
-
-/** Return the base64 text of a data element. */
-const textOf = (id) => document.getElementById(id).textContent;
-
 /** Start times of rows, or of intervals of rows: uniform, or one by one. */
 class TimeBase {
   constructor(base) {

@@ -34,16 +34,6 @@ function zoom(factor, about = 0.5 * (view.from + view.to)) {
   look(about - (about - view.from) * factor, about + (view.to - about) * factor);
 }
 
-/** Make an element with properties and children. */
-function make(tag, properties = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [key, value] of Object.entries(properties)) {
-    if (key in element) element[key] = value; else element.setAttribute(key, value);
-  }
-  element.append(...children);
-  return element;
-}
-
 /** Make buttons that hide and show lines, from [key, text, colour]; a double click shows one line only. */
 function chips(entries, hidden) {
   const buttons = entries.map(([key, text, colour]) => {
@@ -178,14 +168,8 @@ class Panel {
   }
 
   draw() {
-    const width = this.canvas.clientWidth;
-    if (!width) return;
-    const ratio = window.devicePixelRatio || 1;
-    this.canvas.width = Math.round(width * ratio);
-    this.canvas.height = Math.round(HEIGHT * ratio);
-    const pen = this.canvas.getContext("2d");
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.font = "11px system-ui, sans-serif";
+    if (!this.canvas.clientWidth) return;
+    const { pen, width } = penOf(this.canvas, HEIGHT);
     const frame = { left: MARGIN.left, top: MARGIN.top, width: width - MARGIN.left - MARGIN.right, height: HEIGHT - MARGIN.top - MARGIN.bottom };
     const lines = this.visible();
     const parts = lines.map((line) => line.part(view.from, view.to, 1.6 * frame.width));

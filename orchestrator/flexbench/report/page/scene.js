@@ -100,13 +100,8 @@ class Scene {
 
   draw() {
     const { canvas } = this;
-    const width = canvas.clientWidth, height = canvas.clientHeight;
-    if (!width) return;
-    const ratio = window.devicePixelRatio || 1;
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-    const pen = canvas.getContext("2d");
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    if (!canvas.clientWidth) return;
+    const { pen, width, height } = penOf(canvas);
     pen.lineJoin = "round";
     this.size = Math.min(width / 36, height / 27);
     this.middle = [width / 2, height / 2];
@@ -232,16 +227,31 @@ class Scene {
     }
   }
 
+  /** Turn the view by two angles [rad]. */
+  look(turn, tilt, from = this.camera) {
+    this.camera.turn = from.turn + turn;
+    this.camera.tilt = Math.min(Math.PI, Math.max(0, from.tilt + tilt));
+  }
+
   listen() {
     let drag = null;
+    const turns = { ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+    const zooms = { "+": 1.1, "-": 1 / 1.1 };
+    this.canvas.onkeydown = (event) => {
+      const turn = turns[event.key], factor = zooms[event.key];
+      if (!turn && !factor) return;
+      event.preventDefault();
+      if (turn) this.look(turn[0], turn[1]);
+      else this.camera.zoom = Math.min(6, Math.max(0.5, this.camera.zoom * factor));
+      this.draw();
+    };
     this.canvas.onpointerdown = (event) => {
       this.canvas.setPointerCapture(event.pointerId);
       drag = { x: event.clientX, y: event.clientY, ...this.camera };
     };
     this.canvas.onpointermove = (event) => {
       if (!drag) return;
-      this.camera.turn = drag.turn - (event.clientX - drag.x) * 0.008;
-      this.camera.tilt = Math.min(Math.PI, Math.max(0, drag.tilt - (event.clientY - drag.y) * 0.008));
+      this.look(-(event.clientX - drag.x) * 0.008, -(event.clientY - drag.y) * 0.008, drag);
       this.draw();
     };
     this.canvas.onpointerup = this.canvas.onpointercancel = () => { drag = null; };

@@ -8,7 +8,7 @@ class Band {
     this.about = about;
     this.canvas = make("canvas", { className: "plot", role: "img", tabIndex: 0 });
     this.element = make("div", { className: "panel" }, make("header", {}, make("h3", { textContent: `${about.signal}, ${about.system}` })), this.canvas);
-    this.columns = Object.fromEntries(Object.entries(about.data).map(([name, id]) => [name, new Float32Array(bytesOf(id))]));
+    this.columns = Object.fromEntries(Object.entries(about.data).map(([name, id]) => [name, new Float32Array(bytesOf(textOf(id)))]));
     this.canvas.setAttribute("aria-label", `${about.signal} of ${about.runs} runs of ${about.system} over time`);
     this.canvas.onpointermove = (event) => this.read((event.clientX - this.canvas.getBoundingClientRect().left - 62) / (this.canvas.clientWidth - 72));
     this.canvas.onkeydown = (event) => {

@@ -1,20 +1,11 @@
-// Canvases at the resolution of the screen, and the data of the page.
-
-const contents = JSON.parse(document.getElementById("contents").textContent);
-/** Return the bytes of one data element. */
-function bytesOf(id) {
-  const letters = atob(document.getElementById(id).textContent);
-  const bytes = new Uint8Array(letters.length);
-  for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
-  return bytes.buffer;
-}
+// The columns of a campaign, and axes of its plots.
 
 const LOST = 65535, STEPS = 65534;
 
 /** Return the values of a column; NaN for a run without one. */
 function valuesOf(column) {
   if (!column.values) {
-    const codes = new Uint16Array(bytesOf(column.id));
+    const codes = new Uint16Array(bytesOf(textOf(column.id)));
     const scale = (column.high - column.low) / STEPS;
     column.values = Float64Array.from(codes, (code) => (code === LOST ? NaN : column.low + code * scale));
   }
@@ -28,31 +19,8 @@ function labelOf(column) {
 
 /** Return the numbers of a system's runs. */
 function numbersOf(system) {
-  if (!system.numberValues) system.numberValues = new Int32Array(bytesOf(system.numbers));
+  if (!system.numberValues) system.numberValues = new Int32Array(bytesOf(textOf(system.numbers)));
   return system.numberValues;
-}
-
-/** Make an element with properties and children. */
-function make(tag, properties = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [key, value] of Object.entries(properties)) {
-    if (key in element) element[key] = value; else element.setAttribute(key, value);
-  }
-  element.append(...children);
-  return element;
-}
-
-/** Return the pen of a canvas, cleared, in units of CSS pixels, and its size. */
-function penOf(canvas) {
-  const { clientWidth: width, clientHeight: height } = canvas;
-  const ratio = window.devicePixelRatio || 1;
-  canvas.width = Math.max(1, Math.round(width * ratio));
-  canvas.height = Math.max(1, Math.round(height * ratio));
-  const pen = canvas.getContext("2d");
-  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-  pen.clearRect(0, 0, width, height);
-  pen.font = "11px system-ui, sans-serif";
-  return { pen, width, height };
 }
 
 /** Return an axis between two values: positions, ticks with texts; logarithmic over more than two decades. */
@@ -62,11 +30,8 @@ function axisOf(low, high, from, to, { logarithmic = false, most = 5 } = {}) {
   const [a, b] = log ? [Math.log10(low), Math.log10(high)] : [low, high];
   const at = (value) => from + ((log ? Math.log10(value) : value) - a) / (b - a) * (to - from);
   const value = (position) => { const v = a + (position - from) / (to - from) * (b - a); return log ? 10 ** v : v; };
-  const ticks = [];
-  if (log) {
-    const every = Math.max(1, Math.ceil((b - a) / most));
-    for (let power = Math.ceil(a); power <= b; power += every) ticks.push([10 ** power, formatNumber(10 ** power)]);
-  } else {
+  const ticks = log ? logarithmicTicks(a, b) : [];
+  if (!log) {
     const step = stepFor(b - a, most);
     for (let k = Math.ceil(a / step); k * step <= b + 1e-9 * step; k++) ticks.push([k * step, formatNumber(Number((k * step).toPrecision(12)))]);
   }
