@@ -79,7 +79,8 @@ ALLOWED = {
         "jinja2": {"html", "report", "icd"},
         "xarray": {"", "runs"},  # "": the package itself
         "pyarrow": {"runs.export", "campaign"},
-        "scipy": {"runs.export", "studies", "campaign"},
+        "scipy": {"runs.export", "studies", "campaign", "report.motion_data"},
+        "PIL": {"report.figure_images"},
         "distributed": {"engine.pools"},
     },
 }  # fmt: skip

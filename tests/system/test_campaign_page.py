@@ -5,7 +5,7 @@ import pyarrow.parquet as pq
 import pytest
 from numpy.testing import assert_allclose
 
-from browser_pages import PHONE, ink, needs_browser, settle
+from browser_pages import CANVAS_FAULTS, FAULTS, PHONE, ink, needs_browser, settle
 from campaign_folder import ARCSECOND, write_campaign
 from flexbench.report.campaigns import write_campaign_page
 
@@ -154,6 +154,8 @@ def test_dark_phone_and_print(folder, open_page, tmp_path):
 
     phone = open_page(folder / "report.html", PHONE)
     assert phone.evaluate("document.documentElement.scrollWidth") <= 400
+    assert phone.evaluate(FAULTS) == []
+    assert phone.evaluate(CANVAS_FAULTS) == []
     assert all(plot.evaluate(INK) > 500 for plot in phone.locator("#distributions canvas").all())
     phone.pdf(path=tmp_path / "page.pdf", format="A4")
     assert (tmp_path / "page.pdf").stat().st_size > 20_000

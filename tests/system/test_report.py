@@ -296,6 +296,22 @@ def repeat(short, folder, times):
     (folder / "run.toml").write_text(text.replace("simulated_time = 8.0", "simulated_time = 300.0"))
 
 
+def see_every_row_at_the_end(page, signals):
+    """Look at the wheels' torque, of which the page has extremes of intervals, in the last window with every row."""
+    box = page.locator("#signals input[value='controller.wheel.torque']")
+    box.check()
+    settle(page)
+    assert "extremes of intervals" in page.locator("#rate").inner_text()
+    page.locator("#windows button", has_text="end of the run").click()
+    settle(page)
+    assert "every recorded row" in page.locator("#rate").inner_text()
+    last = signals["controller.wheel.torque"][signals.time >= signals.time[-1] - 2.0]
+    assert drawn(page, "points")[4] == last.size
+    assert_allclose(drawn(page, "most")[4], np.float32(last.max()), rtol=1e-7)
+    page.locator("[data-act=all]").click()
+    box.uncheck()
+
+
 @pytest.mark.slow
 @needs_browser
 def test_page_of_a_long_run_is_small_and_keeps_every_peak(tmp_path, runs, report, open_page):
@@ -306,6 +322,7 @@ def test_page_of_a_long_run_is_small_and_keeps_every_peak(tmp_path, runs, report
     assert (folder / "report.html").stat().st_size < 15_000_000
     page = open_page(folder / "report.html", WIDE)
     signals = flexbench.load(folder)
+    see_every_row_at_the_end(page, signals)
     names = ("plant.rate", "plant.modal.velocity", "controller.wheel.torque")  # kept as extremes of intervals
     for name in names:
         page.locator(f"#signals input[value='{name}']").check()

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from flexbench.html.document import Block, Heading, Paragraph
+from flexbench.html.page_parts import PageSection, render_page
 from lockstep import InputError
 
 from .figure_images import drawn_images, fitted_images, stored_images
 from .headline import headline_blocks
 from .layouts_page import TITLE, layouts_blocks
 from .loop_blocks import loop_blocks
-from .page_parts import PAGE_FOLDER, PageSection, render_page
 from .paper_figures import paper_figures
 from .results import Result, Unread
 from .run_data import RunData, Window, read_run_data
@@ -29,6 +29,7 @@ from .text_blocks import (
     version_blocks,
 )
 
+PAGE_FOLDER = Path(__file__).with_name("page")
 SCRIPTS = ("data.js", "axes.js", "plots.js", "scene.js")
 
 
@@ -66,6 +67,7 @@ def compose_page(
         contents=contents,
         data=data,
         scripts=[PAGE_FOLDER / name for name in SCRIPTS],
+        folder=PAGE_FOLDER,
         status=str(results[0].record.get("status", "")) if len(results) == 1 else "",
     )
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import base64
 import io
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import PIL.Image
 
-from flexbench.html.document import Picture
+from flexbench.html.page_parts import TYPES, Image
 from lockstep.errors import InputError
 
 from .captions import caption_of
@@ -22,28 +21,6 @@ ROOM = 2_500_000  # bytes for all figures of a page, before base64
 WIDTHS = (1800, 1400, 1000, 700)  # pixels of a figure that is reduced, widest first; a page shows 1170
 COLOURS = 64  # of a reduced figure: lines, bands, and shades between
 LARGE = 800_000  # bytes of an SVG from which on PNG is smaller
-TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Image:
-    """A figure as the bytes of an image file."""
-
-    title: str
-    data: bytes
-    type: str
-    name: str = ""  # of its file, without ending
-    raster: Path | None = None  # its PNG, where it is stored in both formats
-
-    @property
-    def source(self) -> str:
-        """The image as a data URI, so that the page needs no file."""
-        return f"data:{self.type};base64,{base64.b64encode(self.data).decode()}"
-
-
-def image_of(picture: Picture) -> Image:
-    """Return the picture of a document block as an image."""
-    return Image(title=picture.description, data=picture.svg.encode("utf-8"), type=TYPES[".svg"])
 
 
 def stored_images(folder: Path) -> list[Image]:

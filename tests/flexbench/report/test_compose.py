@@ -14,11 +14,11 @@ import pytest
 
 from flexbench.figures import drawing
 from flexbench.html.document import Heading, Paragraph, Picture, Table
+from flexbench.html.page_parts import PAGE_FOLDER, Image, image_of
 from flexbench.html.render import template_environment
 from flexbench.report import study_sections as of_studies
 from flexbench.report.compose import compose_page
-from flexbench.report.figure_images import WIDTHS, Image, fitted_images, image_of, stored_images
-from flexbench.report.page_parts import PAGE_FOLDER
+from flexbench.report.figure_images import WIDTHS, fitted_images, stored_images
 from flexbench.report.results import load_results
 from flexbench.report.sections import SECTIONS
 from flexbench.report.study_table import study_table
@@ -161,6 +161,6 @@ def test_study_table_shows_published_and_simulated_values(tmp_path):
 
 
 def test_figures_and_page_use_the_same_colours():
-    script = Path(drawing.__file__).parents[1] / "report" / "page" / "colours.js"
+    script = PAGE_FOLDER / "colours.js"
     text = script.read_text()
     assert all(look.colour.lower() in text for look in drawing.LOOKS.values())

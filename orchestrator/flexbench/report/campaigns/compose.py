@@ -20,9 +20,9 @@ from flexbench.campaign.statistics.tables import (
     worst_table,
 )
 from flexbench.html.document import Block, Heading, Paragraph, Table
+from flexbench.html.page_parts import PageSection, render_page
 from lockstep import InputError
 
-from ..page_parts import PageSection, render_page
 from .page_data import MOST_RUNS, bands_data, inputs_that_fit, systems_data
 
 PAGE_FOLDER = Path(__file__).with_name("page")

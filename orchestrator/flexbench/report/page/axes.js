@@ -73,23 +73,32 @@ function line(pen, x1, y1, x2, y2) {
   pen.stroke();
 }
 
-/** Draw one line through its samples, or through minimum and maximum of each interval; return the point count. */
+/**
+ * Draw one line through its samples, or the band between minimum and maximum of each interval; return the point count.
+ * A band is light between its edges, so that it is not taken for a line that fills it.
+ */
 function drawLine(pen, part, x, y) {
   const { low, high, begin, end } = part;
-  pen.beginPath();
-  let points = 0, up = true;
-  for (let i = begin; i <= end; i++) {
-    const at = x(part.time(i));
-    if (low[i] === high[i]) {
-      pen.lineTo(at, y(low[i]));
-      points += 1;
-    } else {
-      pen.lineTo(at, y(up ? low[i] : high[i]));
-      pen.lineTo(at, y(up ? high[i] : low[i]));
-      points += 2;
-      up = !up;
-    }
+  let points = 0;
+  const edge = (values) => {
+    for (let i = begin; i <= end; i++) pen.lineTo(x(part.time(i)), y(values[i]));
+  };
+  for (let i = begin; i <= end; i++) points += low[i] === high[i] ? 1 : 2;
+  if (points > end - begin + 1) {
+    const { globalAlpha } = pen;
+    pen.beginPath();
+    edge(high);
+    for (let i = end; i >= begin; i--) pen.lineTo(x(part.time(i)), y(low[i]));
+    pen.globalAlpha = 0.3 * globalAlpha;
+    pen.fillStyle = pen.strokeStyle;
+    pen.fill();
+    pen.globalAlpha = globalAlpha;
+    pen.beginPath();
+    edge(low);
+    pen.stroke();
   }
+  pen.beginPath();
+  edge(high);
   pen.stroke();
   return points;
 }

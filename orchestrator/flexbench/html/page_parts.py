@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flexbench.html.document import Block
-from flexbench.html.render import template_environment
-
-from .figure_images import Image, image_of
+from .document import Block, Picture
+from .render import template_environment
 
 PAGE_FOLDER = Path(__file__).with_name("page")
 SHARED_SCRIPTS = ("colours.js", "ticks.js", "elements.js")
+TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Image:
+    """A figure as the bytes of an image file."""
+
+    title: str
+    data: bytes
+    type: str
+    name: str = ""  # of its file, without ending
+    raster: Path | None = None  # its PNG, where it is stored in both formats
+
+    @property
+    def source(self) -> str:
+        """The image as a data URI, so that the page needs no file."""
+        return f"data:{self.type};base64,{base64.b64encode(self.data).decode()}"
+
+
+def image_of(picture: Picture) -> Image:
+    """Return the picture of a document block as an image."""
+    return Image(title=picture.description, data=picture.svg.encode("utf-8"), type=TYPES[".svg"])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,8 +58,8 @@ def render_page(
     data: Sequence[str],
     scripts: Sequence[Path],
     *,
+    folder: Path,
     styles: Sequence[Path] = (),
-    folder: Path = PAGE_FOLDER,
     status: str = "",
 ) -> str:
     """Return a page as HTML.
@@ -50,8 +71,8 @@ def render_page(
     contents : for the scripts, as JSON
     data : texts of elements with the ids d0, d1, ..., which the contents name
     scripts : files, after those of all pages
-    styles : files, after the style of all pages
     folder : with templates of the sections, searched before that of all pages
+    styles : files, after the style of all pages
     status : of a single run
     """
     return (
