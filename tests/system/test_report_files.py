@@ -1,32 +1,24 @@
 """Files of the report: parts of arrays, PDF, refused input, and the example that loads a run."""
 
 import json
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from browser_pages import needs_browser
 from flexbench.cli.parser import main
 from flexbench.report import pdf, study_sections, write_report
 
 ROOT = Path(__file__).parents[2]
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-
-SHORT = ("run", "--accept-infeasible")  # ends before the slew
-needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here; `apt-get install chromium` on Debian")
+SHORT = ("run", "--native", "--accept-infeasible")  # ends before the slew
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory, fmus, flexsat):
-    """Return the folder of two runs of 2 s."""
-    folder = tmp_path_factory.mktemp("results")
-    for name in ("distributed", "centralised"):
-        out = folder / f"{name}-slew"
-        done = flexsat(*SHORT, fmus / name / "slew.ssd", "--stop-time", "2", "--seed", "1", "--out", out)
-        assert done.returncode == 0, done.stderr
-    return folder
+def runs(slews):
+    """Return the folder of two runs of 8 s."""
+    return slews
 
 
 @pytest.fixture

@@ -24,6 +24,13 @@ _CAPTIONS = {  # pattern of a file's name without its ending: caption
     r"fine-pointing(?P<variant>-as-published)?-seed(?P<seed>\d+)(-\d+)?": (
         "Fine pointing{variant}, seed {seed}: pointing error and deformation over the whole run and its end."
     ),
+    r"robust-loop-shapes": (
+        "Loop shapes: gain of each body axis' loop over frequency, robust and published design, with the modes that the "
+        "controller does not know (spillover), and Nyquist diagrams near the critical point (margins)."
+    ),
+    r"robust-trade-off": (
+        "What the robust design trades: pointing error over the delay that is tolerated, deformation over torque."
+    ),
     r"profile": "Where the wall time of the run went.",
 }
 

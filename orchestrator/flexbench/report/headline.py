@@ -87,8 +87,8 @@ def _numbers(numbers: LoopNumbers) -> str:
         for quantity in QUANTITIES
         if quantity.key in _SAID and quantity.key in last.rms
     ]
-    text = ", ".join(parts)
-    return f"In the {last.window.text}: {text}." if parts else ""
+    window = last.window.text
+    return f"{window[0].upper()}{window[1:]}: {', '.join(parts)}." if parts else ""
 
 
 def _of_study(folder: Path) -> list[Block]:
