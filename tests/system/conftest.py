@@ -229,7 +229,8 @@ def slews(fmus: Path, flexsat: RunCli, once: Callable[[str, Callable[[Path], Non
             done = flexsat("run", fmus / name / "slew.ssd", *words, "--out", folder / f"{name}-slew")
             assert done.returncode == 0, done.stderr
         done = flexsat("report", folder / "distributed-slew", timeout=300.0)
-        assert (done.returncode, done.stderr) == (0, "")
-        assert done.stdout.split() == [str(folder / "distributed-slew" / "report.html")]
+        page = folder / "distributed-slew" / "report.html"
+        assert (done.returncode, done.stderr) == (0, f"next: open {page} in a browser\n")
+        assert done.stdout.split() == [str(page)]
 
     return once("slews", run)

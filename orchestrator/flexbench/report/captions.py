@@ -25,8 +25,8 @@ _CAPTIONS = {  # pattern of a file's name without its ending: caption
         "Fine pointing{variant}, seed {seed}: pointing error and deformation over the whole run and its end."
     ),
     r"robust-loop-shapes": (
-        "Loop shapes: gain of each body axis' loop over frequency, robust and published design, with the modes that the "
-        "controller does not know (spillover), and Nyquist diagrams near the critical point (margins)."
+        "Loop shapes: gain of each body axis' loop over frequency, robust and published design, with the modes that "
+        "the controller does not know (spillover), and Nyquist diagrams near the critical point (margins)."
     ),
     r"robust-trade-off": (
         "What the robust design trades: pointing error over the delay that is tolerated, deformation over torque."
