@@ -58,9 +58,7 @@ def test_motion_with_fewer_frames_has_no_alias_of_fast_vibration(designs, tmp_pa
     write_flown(tmp_path, flown_part(designs["distributed"]))
 
     frequency = flown_part(designs["distributed"]).frequency / (2.0 * np.pi)
-    budget = 1000 * (
-        2 * np.count_nonzero(frequency < 10.0) + 45
-    )
+    budget = 1000 * (2 * np.count_nonzero(frequency < 10.0) + 45)
 
     motion = motion_data(recorded(modal, torque), run, budget)
 
