@@ -1,7 +1,7 @@
 """Time of a bundle in a C program over that of the master; or the fuzzer on a bundle of four cells.
 
     python tests/bench/bundle.py SYSTEM.ssd [SECONDS]
-    python tests/bench/bundle.py --fuzz [SEQUENCES] [VERSION OF FMI]
+    python tests/bench/bundle.py --fuzz [SEQUENCES] [VERSION OF FMI] [THAT OF WHAT IS INSIDE]
 
 The bundle has what the system records as outputs, and steps of the recording's period; the master records the same in
 memory. Times are those of the processor, after 0.1 s of simulated time. Nothing passes or fails here but the fuzzer.
@@ -20,7 +20,7 @@ import fmpy
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from fmus.bundle_fuzz.fuzz_bundle import CHOICE, build_fuzzer, run_fuzzer
+from fmus.bundle_fuzz.fuzz_bundle import CHOICE, as_fmi3, build_fuzzer, run_fuzzer
 from fmus.bundle_host import MS, Choice, bundled
 from fmus.c_fmu import HEADERS
 from fmus.cell.cell_fmu import cell_fmu
@@ -59,9 +59,10 @@ def in_c(system, seconds, folder):
     return float(done.stdout) / (steps * step / system.tick) * 1e6
 
 
-def fuzz(sequences, version, folder):
+def fuzz(sequences, version, inside, folder):
     """Run the fuzzer, and print what came of it."""
-    path = bundled(four_cells(cell_fmu(folder)), folder / "four.fmu", CHOICE, version=version)
+    cells = four_cells(cell_fmu(folder))
+    path = bundled(as_fmi3(cells, folder) if inside == "3.0" else cells, folder / "four.fmu", CHOICE, version=version)
     unpacked = Path(fmpy.extract(str(path), str(folder / "unpacked")))
     guid = read_description(Component(name="it", source=path, period=MS)).guid
     program = build_fuzzer(folder / "build", version)
@@ -73,7 +74,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="lockstep_bundle_") as name:
         if sys.argv[1] == "--fuzz":
             given = dict(enumerate(sys.argv[2:]))
-            fuzz(int(given.get(0, "100000")), given.get(1, "2.0"), Path(name))
+            fuzz(int(given.get(0, "100000")), given.get(1, "2.0"), given.get(2, "2.0"), Path(name))
             return 0
         seconds = float((*sys.argv[2:], "5")[0])
         system = load_system(sys.argv[1])

@@ -76,11 +76,12 @@ class Host:
 
     def set(self, **values):
         """Set variables, two underscores for a dot; return the worst status."""
-        worst = 0
-        for key, value in values.items():
-            variable = self.description.variables[key.replace("__", ".")]
-            worst = max(worst, self.slave.set_start({variable.reference: value}, variable.scalar))
-        return worst
+        return max((self.set_one(key.replace("__", "."), value) for key, value in values.items()), default=0)
+
+    def set_one(self, name, value):
+        """Set a variable; return the status."""
+        variable = self.description.variables[name]
+        return self.slave.set_start({variable.reference: value}, variable.scalar)
 
     def get(self, *names):
         """Return values of variables."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
-from lockstep.bundle.ports import Choice, Port, choose, components_of
+from lockstep.bundle.platforms import VERSIONS
+from lockstep.bundle.ports import Choice, Port, carried, choose, components_of
 from lockstep.errors import InputError, compact
 from lockstep.fmi.model_description import Description
 from lockstep.fmi.slave import Scalar
@@ -77,6 +78,7 @@ def contents(system: System, overrides: Mapping[str, Override], choice: Choice, 
     wiring = wire(replace(system, strict_inputs=False), descriptions, overrides)
     for link in wiring.links:
         _refuse_link(link, system, descriptions)
+    _refuse_other_types(system, descriptions, wiring)
     ports = choose(system, descriptions, wiring, choice)
     if system.strict_inputs:
         _refuse_unfed(system, wiring, ports)
@@ -148,10 +150,10 @@ def _refuse_component(component: Component) -> None:
 
 
 def _refuse_fmu(component: Component, description: Description) -> None:
-    if description.version != "2.0":
+    if description.version not in VERSIONS:
         raise InputError(
             f"{component.name}: {component.source.name} is an FMU of FMI {description.version}; a bundle holds FMUs of "
-            "FMI 2.0; export it for that version"
+            f"FMI {' and '.join(VERSIONS)}; export it for one of them"
         )
 
 
@@ -173,6 +175,23 @@ def _refuse_link(link: Link, system: System, descriptions: Mapping[str, Descript
         f"{connection}: a bundle carries linear conversions of Reals only, neither mapping tables nor transformations "
         "of Integers; convert in an FMU, or connect ports of equal meaning"
     )
+
+
+def _refuse_other_types(system: System, descriptions: Mapping[str, Description], wiring: Wiring) -> None:
+    """Refuse connections, connectors and values of types of FMI 3.0 that a bundle does not carry."""
+    used = [(c.from_component, c.output, f"{c}") for c in system.connections]
+    used += [(c.to_component, c.input, f"{c}") for c in system.connections]
+    used += [(port.component, port.variable, f"connector {port.name}") for port in system.ports]
+    used += [(f.component, f.input, f"connector {one.name}") for one in system.inputs for f in one.feeds]
+    for name, values in wiring.parameters.items():
+        used += [(name, key, f"value of {name}.{key}") for key in values]
+    for name, key, what in used:
+        variable = descriptions[name].variables[key]
+        if not carried(variable):
+            raise InputError(
+                f"{what}: {name}.{key} is {variable.native or variable.type}; a bundle carries Float64, Int32, Boolean "
+                "and String of FMI 3.0; convert in an FMU, or leave it out"
+            )
 
 
 def _refuse_unfed(system: System, wiring: Wiring, ports: tuple[Port, ...]) -> None:

@@ -17,6 +17,7 @@ from lockstep.system.transformation import End, convert
 from lockstep.system.units import Unit, known_unit
 
 ALL, NONE = "all", "none"
+_NATIVE = ("Float64", "Int32", "Boolean", "String")  # types of FMI 3.0
 Patterns = Sequence[str] | None
 Kind = Literal["input", "output", "parameter"]
 _ZERO: Mapping[str, Value] = {"Real": 0.0, "Integer": 0, "Enumeration": 0, "Boolean": False, "String": ""}
@@ -123,7 +124,8 @@ def _inputs(system: System, descriptions: Mapping[str, Description], wiring: Wir
     connected = {(c.to_component, c.input) for c in system.connections}
     for component in system.components:
         for variable in descriptions[component.name].variables.values():
-            if variable.causality == "input" and (component.name, variable.name) not in connected:
+            free = variable.causality == "input" and (component.name, variable.name) not in connected
+            if free and carried(variable):
                 name = f"{component.name}.{variable.name}"
                 end = Target(component=component.name, variable=variable)
                 found.ports.setdefault(name, _settable(name, "input", (end,), _unit_of(variable, component), wiring))
@@ -153,7 +155,7 @@ def _outputs(system: System, descriptions: Mapping[str, Description]) -> _Found:
     connectors = bool(found.ports)
     for component in system.components:
         for variable in descriptions[component.name].variables.values():
-            if variable.causality == "output" and variable.scalar is not None:
+            if variable.causality == "output" and carried(variable):
                 name = f"{component.name}.{variable.name}"
                 found.ports.setdefault(name, _output(name, component.name, variable, _unit_of(variable, component)))
                 found.default += [] if connectors else [name]
@@ -168,7 +170,7 @@ def _parameters(system: System, descriptions: Mapping[str, Description], wiring:
     found = _Found()
     for component in system.components:
         for variable in descriptions[component.name].variables.values():
-            if variable.causality == "parameter" and variable.scalar is not None and variable.settable:
+            if variable.causality == "parameter" and carried(variable) and variable.settable:
                 name = f"{component.name}.{variable.name}"
                 end = Target(component=component.name, variable=variable)
                 found.ports[name] = _settable(name, "parameter", (end,), _unit_of(variable, component), wiring)
@@ -223,6 +225,11 @@ def _refuse_twice(ports: Iterable[Port]) -> None:
                 raise InputError(
                     f"--input {port.name}: leads to {key[0]}.{key[1]}, as {first} does; choose one of them"
                 )
+
+
+def carried(variable: Variable) -> bool:
+    """Return whether a bundle carries the values of a variable: of FMI 3.0 those of four types."""
+    return variable.scalar is not None and (not variable.native or variable.native in _NATIVE)
 
 
 def components_of(ports: Iterable[Port], kind: Kind) -> Collection[str]:

@@ -11,9 +11,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import lcm
 
 from lockstep.bundle.contents import CARRIED, Contents
-from lockstep.bundle.ports import Port
+from lockstep.bundle.ports import Port, carried
 from lockstep.bundle.program import Get, Initial, Program, Step, step_length
 from lockstep.bundle.shown import Shown
+from lockstep.fmi.fmi3_arrays import start_of
+from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.slave import SCALARS, Scalar
 from lockstep.system.component import Value
 
@@ -22,7 +24,7 @@ MAGIC = b"LOCKSTEP BUNDLE\x02"
 TYPES: tuple[Scalar, ...] = (*CARRIED, "String")
 _ENUMERATION = len(TYPES)  # how FMI 3.0 passes one differs from how it lies in the bundle: an Integer
 _KINDS = ("input", "output", "parameter", "tunable")
-_CONTINUOUS, _EARLY, _SAVES_STATE = 1, 2, 4  # flags of a component
+_CONTINUOUS, _EARLY, _SAVES_STATE, _VERSION_3 = 1, 2, 4, 8  # flags of a component
 
 
 class _Writer:
@@ -120,11 +122,14 @@ def _write_components(out: _Writer, contents: Contents, folders: Mapping[str, st
         out.text(description.guid)
         states = _SAVES_STATE if description.saves_state else 0
         early = 0 if task.continuous or task.after_row else _EARLY
-        out.count((_CONTINUOUS if task.continuous else 0) | early | states)
+        third = _VERSION_3 if description.version == "3.0" else 0
+        out.count((_CONTINUOUS if task.continuous else 0) | early | states | third)
         out.count(task.period)
         out.count(task.offset)
         out.real(step_length(contents, task))
         out.real(description.tolerance_of(component) or 0.0)
+        if third:
+            _write_arrays(out, description)
         starts = contents.starts(component.name)
         for scalar in TYPES:
             values = sorted(starts.get(scalar, {}).items())
@@ -132,6 +137,27 @@ def _write_components(out: _Writer, contents: Contents, folders: Mapping[str, st
             for _, value in values:
                 out.value(scalar, value)
         _write_names(out, contents, component.name)
+
+
+def _write_arrays(out: _Writer, description: Description) -> None:
+    """Write the arrays of an FMU of FMI 3.0 by type: those first that can be set, with their start values."""
+    variables = description.variables.values()
+    out.count(1 + max((v.reference for v in variables), default=0))
+    for scalar in TYPES:
+        arrays: dict[int, list[Variable]] = {}
+        for variable in variables:
+            if variable.scalar == scalar and carried(variable):
+                arrays.setdefault(variable.array, []).append(variable)
+        for members in arrays.values():
+            members.sort(key=lambda variable: variable.element)
+        listed = sorted(arrays.items(), key=lambda item: (not item[1][0].settable, item[1][0].reference))
+        out.counts([handle for handle, _ in listed])
+        out.counts([members[0].reference for _, members in listed])
+        out.counts([len(members) for _, members in listed])
+        starts = [start_of(variable) for _, members in listed if members[0].settable for variable in members]
+        out.count(len(starts))
+        for value in starts:
+            out.value(scalar, value)
 
 
 def _write_names(out: _Writer, contents: Contents, name: str) -> None:

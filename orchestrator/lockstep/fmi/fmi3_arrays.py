@@ -83,7 +83,7 @@ class Arrays:
         for handle, members in self._settable().items():
             part = values.setdefault(_function_type(members[0]), [])
             self._places[handle] = len(part)
-            part += [_start(variable) for variable in members]
+            part += [start_of(variable) for variable in members]
         return {kind: np.array(part, _NATIVE[kind]) for kind, part in values.items()}
 
     def getter(self, references: NDArray[np.uint32], buffer: Buffer) -> Callable[[], int]:
@@ -235,7 +235,7 @@ class Arrays:
         return bound
 
 
-def _start(variable: Variable) -> Value:
+def start_of(variable: Variable) -> Value:
     """Return the start value; the model description has one for all that can be set."""
     text = variable.start
     match variable.scalar:

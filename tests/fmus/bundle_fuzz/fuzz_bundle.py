@@ -6,7 +6,9 @@ import os
 import subprocess
 from pathlib import Path
 
+from fmus.bundle_host import MS, bundled
 from fmus.c_fmu import HEADERS, quoted
+from lockstep import Component, System
 from lockstep.bundle.compile import sources
 from lockstep.bundle.ports import Choice
 
@@ -16,6 +18,12 @@ CHOICE = Choice(
 )
 SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow"
 OPTIONS = ("-std=c99", "-O0", "-fno-sanitize-recover=all", "-DTICK_EXPORT=", "-DTICK_ONE_THREAD")
+
+
+def as_fmi3(system: System, folder: Path) -> System:
+    """Return a system of one component: another system as an FMU of FMI 3.0, with the same choice of ports."""
+    path = bundled(system, folder / "inside.fmu", CHOICE, version="3.0")
+    return System(name="outer", tick=MS, components=(Component(name="in", source=path, period=MS, isolated=False),))
 
 
 def build_fuzzer(folder: Path, version: str = "2.0") -> Path:

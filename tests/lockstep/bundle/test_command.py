@@ -105,7 +105,8 @@ def changed(system, name, **values):
 def test_what_a_bundle_cannot_carry_is_refused_by_name_with_the_remedy(cells, reference_fmu):
     table = Table(kind="Integer", entries=((1, 2),))
     adapter = Adapter(path=Path("a.toml"), sha256="")
-    new = Component(name="f", source=reference_fmu("integrator", "3.0"), period=MS)
+    old = Component(name="f", source=reference_fmu("integrator", "1.0"), period=MS)
+    wide = Component(name="f", source=reference_fmu("feedthrough", "3.0"), period=MS, parameters={"Int8_in": 1})
     wires = (replace(c, table=table) if (c.output, c.to_component) == ("n", "body") else c for c in cells.connections)
     mapped = replace(cells, connections=tuple(wires))
     for system, expected in (
@@ -114,8 +115,10 @@ def test_what_a_bundle_cannot_carry_is_refused_by_name_with_the_remedy(cells, re
         (changed(cells, "arm", sums=Sums(inputs={"s": ("a", "b")})),
          "arm: a bundle cannot carry sums of an OSP system"),
         (mapped, "slow.n -> body.k: a bundle carries linear conversions of Reals only, neither mapping tables"),
-        (System(name="x", tick=MS, components=(new,)),
-         "f: integrator.fmu is an FMU of FMI 3.0; a bundle holds FMUs of FMI 2.0; export it for that version"),
+        (System(name="x", tick=MS, components=(old,)),
+         "f: integrator.fmu is an FMU of FMI 1.0; a bundle holds FMUs of FMI 2.0 and 3.0; export it for one of them"),
+        (System(name="x", tick=MS, components=(wide,)),
+         "value of f.Int8_in: f.Int8_in is Int8; a bundle carries Float64, Int32, Boolean and String of FMI 3.0"),
         (replace(cells, strict_inputs=True), "not connected and without a value"),
     ):  # fmt: skip
         with pytest.raises(InputError) as error:
@@ -133,6 +136,8 @@ def test_the_library_exports_the_functions_of_fmi_alone_and_needs_the_c_library_
     found = elf.read_library(library(None))
 
     assert {name for name in found.exported if not name.startswith("fmi2")} == set()
+    third = elf.read_library(library(None, "3.0"))
+    assert {name for name in third.exported if not name.startswith("fmi3")} == set()
     assert len(found.exported) == 34
     assert set(found.needed) <= {"libc.so.6", "libdl.so.2"}
 

@@ -5,11 +5,12 @@
 #include <stdint.h>
 
 #include "fmi2.h"
+#include "fmi3.h"
 #include "tick.h"
 
 enum { REAL, INTEGER, BOOLEAN, STRING, ALL_TYPES, BUS_TYPES = STRING, ENUMERATION = ALL_TYPES };
 enum { INPUT, OUTPUT, PARAMETER, TUNABLE };           /* kinds of ports */
-enum { CONTINUOUS = 1, EARLY = 2, SAVES_STATE = 4 };  /* flags of a component */
+enum { CONTINUOUS = 1, EARLY = 2, SAVES_STATE = 4, VERSION_3 = 8 };  /* flags of a component */
 
 typedef struct bundle bundle_t;
 
@@ -80,7 +81,34 @@ typedef struct {
     fmi2DeSerializeFunction deserialize;
     fmi2GetRealStatusFunction real_status;
     fmi2GetBooleanStatusFunction boolean_status;
+    /* of FMI 3.0, where they differ */
+    fmi3InstantiateFunction instantiate3;
+    fmi3SetDebugLoggingFunction set_debug_logging3;
+    fmi3EnterInitializationFunction enter_initialization3;
+    fmi3DoStepFunction do_step3;
+    fmi3GetFunction get3[ALL_TYPES];
+    fmi3SetFunction set3[ALL_TYPES];
 } functions_t;
+
+/* The arrays of one type of a component of FMI 3.0, those that can be set first. Each has a value reference and begins
+at a position; the end of the last one is the size of the memory. */
+typedef struct {
+    uint32_t count, settable; /* arrays, and elements that can be set */
+    uint32_t *handles, *begins, *array_of;
+    unsigned char *touched;
+    void *starts, *memory; /* what can be set: Booleans of 4 bytes, and as the FMU has it */
+    void *fetched;         /* what was got last */
+} arrays_t;
+
+/* Where an element is; its type is ALL_TYPES if a bundle cannot carry it. */
+typedef struct {
+    uint32_t type, position;
+} element_t;
+
+typedef struct {
+    int tolerant, ends;
+    double tolerance, start, stop;
+} experiment_t;
 
 typedef struct {
     bundle_t *bundle;
@@ -93,6 +121,12 @@ typedef struct {
     set_t *initial_sets;
     get_t *initial_gets, *initial_bus;
     int fetched; /* its initial outputs are among the initial values */
+    arrays_t arrays[ALL_TYPES];
+    element_t *elements; /* by reference */
+    uint32_t element_count;
+    experiment_t experiment;
+    fmi3Boolean flags3[3]; /* of a step: events, end, early return */
+    double reached;
     functions_t call;
     fmi2CallbackFunctions callbacks;
     fmi2Component instance;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arrays.h"
 #include "library.h"
 #include "messages.h"
 #include "operations.h"
@@ -15,7 +16,7 @@ typedef struct {
 
 #define PLACE(member) offsetof(functions_t, member)
 
-static const symbol_t symbols[] = {
+static const symbol_t symbols2[] = {
     {"fmi2Instantiate", PLACE(instantiate)},
     {"fmi2FreeInstance", PLACE(free_instance)},
     {"fmi2SetDebugLogging", PLACE(set_debug_logging)},
@@ -41,6 +42,33 @@ static const symbol_t symbols[] = {
     {"fmi2DeSerializeFMUstate", PLACE(deserialize)},
     {"fmi2GetRealStatus", PLACE(real_status)},
     {"fmi2GetBooleanStatus", PLACE(boolean_status)},
+    {NULL, 0},
+};
+
+static const symbol_t symbols3[] = {
+    {"fmi3InstantiateCoSimulation", PLACE(instantiate3)},
+    {"fmi3FreeInstance", PLACE(free_instance)},
+    {"fmi3SetDebugLogging", PLACE(set_debug_logging3)},
+    {"fmi3EnterInitializationMode", PLACE(enter_initialization3)},
+    {"fmi3ExitInitializationMode", PLACE(exit_initialization)},
+    {"fmi3Terminate", PLACE(terminate)},
+    {"fmi3Reset", PLACE(reset)},
+    {"fmi3DoStep", PLACE(do_step3)},
+    {"fmi3GetFloat64", PLACE(get3[REAL])},
+    {"fmi3GetInt32", PLACE(get3[INTEGER])},
+    {"fmi3GetBoolean", PLACE(get3[BOOLEAN])},
+    {"fmi3GetString", PLACE(get3[STRING])},
+    {"fmi3SetFloat64", PLACE(set3[REAL])},
+    {"fmi3SetInt32", PLACE(set3[INTEGER])},
+    {"fmi3SetBoolean", PLACE(set3[BOOLEAN])},
+    {"fmi3SetString", PLACE(set3[STRING])},
+    {"fmi3GetFMUState", PLACE(get_state)},
+    {"fmi3SetFMUState", PLACE(set_state)},
+    {"fmi3FreeFMUState", PLACE(free_state)},
+    {"fmi3SerializedFMUStateSize", PLACE(state_size)},
+    {"fmi3SerializeFMUState", PLACE(serialize)},
+    {"fmi3DeserializeFMUState", PLACE(deserialize)},
+    {NULL, 0},
 };
 
 fmi2Status worse(fmi2Status one, fmi2Status other)
@@ -77,11 +105,11 @@ static fmi2Status load(component_t *component)
         library_error(reason, sizeof reason);
         return refuse(bundle, "%s: its library cannot be loaded: %s", component->name, reason);
     }
-    for (size_t k = 0; k < sizeof symbols / sizeof *symbols; k++) {
-        void *found = library_symbol(component->call.library, symbols[k].name);
+    for (const symbol_t *one = component->flags & VERSION_3 ? symbols3 : symbols2; one->name != NULL; one++) {
+        void *found = library_symbol(component->call.library, one->name);
         if (found == NULL)
-            return refuse(bundle, "%s: its library has no function %s", component->name, symbols[k].name);
-        memcpy((char *)&component->call + symbols[k].place, &found, sizeof found);
+            return refuse(bundle, "%s: its library has no function %s", component->name, one->name);
+        memcpy((char *)&component->call + one->place, &found, sizeof found);
     }
     return fmi2OK;
 }
@@ -89,21 +117,30 @@ static fmi2Status load(component_t *component)
 static fmi2Status instantiate(component_t *component)
 {
     bundle_t *bundle = component->bundle;
-    size_t room = strlen(bundle->resources_uri) + strlen(component->folder) + sizeof "//resources";
-    char *uri = malloc(room);
+    const int third = (component->flags & VERSION_3) != 0;
+    const char *resources = third ? bundle->resources : bundle->resources_uri;
+    size_t room = strlen(resources) + strlen(component->folder) + sizeof "//resources/";
+    char *place = malloc(room);
 
-    if (uri == NULL)
+    if (place == NULL || (third && !start_arrays(component))) {
+        free(place);
         return refuse(bundle, "%s: there is no memory", component->name);
-    snprintf(uri, room, "%s/%s/resources", bundle->resources_uri, component->folder);
+    }
+    snprintf(place, room, "%s/%s/resources%s", resources, component->folder, third ? "/" : "");
     component->callbacks.allocateMemory = bundle->host.allocate;
     component->callbacks.freeMemory = bundle->host.release;
     component->callbacks.logger = component_message;
     component->callbacks.stepFinished = NULL;
     component->callbacks.componentEnvironment = component;
     component->worst = fmi2OK;
-    component->instance = component->call.instantiate(component->name, fmi2CoSimulation, component->guid, uri,
-                                                      &component->callbacks, fmi2False, bundle->logging);
-    free(uri);
+    if (third)
+        component->instance = component->call.instantiate3(component->name, component->guid, place, false,
+                                                           bundle->logging != 0, false, false, NULL, 0, component,
+                                                           component_message3, NULL);
+    else
+        component->instance = component->call.instantiate(component->name, fmi2CoSimulation, component->guid, place,
+                                                          &component->callbacks, fmi2False, bundle->logging);
+    free(place);
     if (component->instance == NULL)
         return refuse(bundle, "%s: cannot be instantiated", component->name);
     return fmi2OK;
@@ -125,7 +162,12 @@ fmi2Status load_components(bundle_t *bundle)
 
 fmi2Status log_component(component_t *component, int on)
 {
-    return judge(component, "fmi2SetDebugLogging",
+    static const char call[] = "SetDebugLogging";
+
+    if (component->flags & VERSION_3)
+        return judge(component, call,
+                     (fmi2Status)component->call.set_debug_logging3(component->instance, on != 0, 0, NULL));
+    return judge(component, call,
                  component->call.set_debug_logging(component->instance, on ? fmi2True : fmi2False, 0, NULL));
 }
 
@@ -133,6 +175,7 @@ void unload_components(bundle_t *bundle)
 {
     for (uint32_t k = bundle->component_count; k-- > 0;) {
         component_t *component = &bundle->components[k];
+        free_arrays(component);
         if (component->worst >= fmi2Fatal)
             continue; /* no call is allowed any more, and unloading is not safe */
         if (component->instance != NULL)

@@ -12,6 +12,19 @@
 #define FMI3_EXPORT __attribute__((visibility("default")))
 #else
 #define FMI3_EXPORT
+typedef fmi3Instance (*fmi3InstantiateFunction)(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
+                                                fmi3Boolean, fmi3Boolean, const fmi3ValueReference[], size_t,
+                                                fmi3InstanceEnvironment, fmi3LogMessageCallback,
+                                                fmi3IntermediateUpdateCallback);
+typedef fmi3Status (*fmi3SetDebugLoggingFunction)(fmi3Instance, fmi3Boolean, size_t, const fmi3String[]);
+typedef fmi3Status (*fmi3EnterInitializationFunction)(fmi3Instance, fmi3Boolean, fmi3Float64, fmi3Float64, fmi3Boolean,
+                                                      fmi3Float64);
+typedef fmi3Status (*fmi3DoStepFunction)(fmi3Instance, fmi3Float64, fmi3Float64, fmi3Boolean, fmi3Boolean *,
+                                         fmi3Boolean *, fmi3Boolean *, fmi3Float64 *);
+/* all of get and set that have a number of values; these are those of the type */
+typedef fmi3Status (*fmi3GetFunction)(fmi3Instance, const fmi3ValueReference[], size_t, void *, size_t);
+typedef fmi3Status (*fmi3SetFunction)(fmi3Instance, const fmi3ValueReference[], size_t, const void *, size_t);
+
 #endif
 
 typedef enum { fmi3OK, fmi3Warning, fmi3Discard, fmi3Error, fmi3Fatal } fmi3Status;
@@ -43,5 +56,18 @@ typedef void (*fmi3LockPreemptionCallback)(void);
 typedef void (*fmi3UnlockPreemptionCallback)(void);
 typedef void (*fmi3IntermediateUpdateCallback)(fmi3InstanceEnvironment, fmi3Float64, fmi3Boolean, fmi3Boolean,
                                                fmi3Boolean, fmi3Boolean, fmi3Boolean *, fmi3Float64 *);
+
+typedef fmi3Instance (*fmi3InstantiateFunction)(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
+                                                fmi3Boolean, fmi3Boolean, const fmi3ValueReference[], size_t,
+                                                fmi3InstanceEnvironment, fmi3LogMessageCallback,
+                                                fmi3IntermediateUpdateCallback);
+typedef fmi3Status (*fmi3SetDebugLoggingFunction)(fmi3Instance, fmi3Boolean, size_t, const fmi3String[]);
+typedef fmi3Status (*fmi3EnterInitializationFunction)(fmi3Instance, fmi3Boolean, fmi3Float64, fmi3Float64, fmi3Boolean,
+                                                      fmi3Float64);
+typedef fmi3Status (*fmi3DoStepFunction)(fmi3Instance, fmi3Float64, fmi3Float64, fmi3Boolean, fmi3Boolean *,
+                                         fmi3Boolean *, fmi3Boolean *, fmi3Float64 *);
+/* all of get and set that have a number of values; these are those of the type. A status has the size of an int. */
+typedef int (*fmi3GetFunction)(fmi3Instance, const fmi3ValueReference[], size_t, void *, size_t);
+typedef int (*fmi3SetFunction)(fmi3Instance, const fmi3ValueReference[], size_t, const void *, size_t);
 
 #endif

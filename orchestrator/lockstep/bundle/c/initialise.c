@@ -22,6 +22,7 @@ static int64_t ticks_to_stop(const bundle_t *bundle)
 static fmi2Status announce(component_t *component)
 {
     bundle_t *bundle = component->bundle;
+    experiment_t *experiment = &component->experiment;
     double tolerance = bundle->tolerance_defined ? bundle->tolerance : component->tolerance;
     int64_t last = ticks_to_stop(bundle), steps;
     int tolerant = bundle->tolerance_defined || component->tolerance > 0.0;
@@ -32,10 +33,29 @@ static fmi2Status announce(component_t *component)
     if (steps < 0)
         steps = 0;
     last = (int64_t)component->offset + steps * (int64_t)component->period;
-    return judge(component, "fmi2SetupExperiment",
+    experiment->tolerant = tolerant;
+    experiment->tolerance = tolerance;
+    experiment->start = time_of(bundle, component->offset);
+    experiment->ends = bundle->stop_defined;
+    experiment->stop = bundle->stop_defined ? time_of(bundle, last) : 0.0;
+    if (component->flags & VERSION_3)
+        return fmi2OK; /* it is announced with the initialization */
+    return judge(component, "SetupExperiment",
                  component->call.setup_experiment(component->instance, tolerant ? fmi2True : fmi2False, tolerance,
-                                                  time_of(bundle, component->offset), bundle->stop_defined,
-                                                  bundle->stop_defined ? time_of(bundle, last) : 0.0));
+                                                  experiment->start, experiment->ends, experiment->stop));
+}
+
+static fmi2Status enter(component_t *component)
+{
+    static const char call[] = "EnterInitializationMode";
+    const experiment_t *given = &component->experiment;
+
+    if (component->flags & VERSION_3)
+        return judge(component, call,
+                     (fmi2Status)component->call.enter_initialization3(component->instance, given->tolerant != 0,
+                                                                       given->tolerance, given->start,
+                                                                       given->ends != 0, given->stop));
+    return judge(component, call, component->call.enter_initialization(component->instance));
 }
 
 static fmi2Status set_starts(component_t *component)
@@ -68,8 +88,7 @@ fmi2Status begin_initialization(bundle_t *bundle)
         status = worse(status, set_given(bundle));
     for (uint32_t k = 0; k < bundle->order.count && status <= fmi2Warning; k++) {
         component_t *component = &bundle->components[bundle->order.items[k]];
-        status = worse(status, judge(component, "fmi2EnterInitializationMode",
-                                     component->call.enter_initialization(component->instance)));
+        status = worse(status, enter(component));
     }
     bundle->propagated = 0;
     return status;
@@ -155,7 +174,7 @@ fmi2Status complete_initialization(bundle_t *bundle)
         component_t *component = &bundle->components[bundle->order.items[k]];
         status = worse(status, set_initial(component));
         if (status <= fmi2Warning)
-            status = worse(status, judge(component, "fmi2ExitInitializationMode",
+            status = worse(status, judge(component, "ExitInitializationMode",
                                          component->call.exit_initialization(component->instance)));
         if (status <= fmi2Warning)
             status = worse(status, fetch(component, component->initial_gets, component->initial_get_count,

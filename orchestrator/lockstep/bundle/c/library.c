@@ -7,7 +7,7 @@
 
 #ifdef _WIN32
 
-const char *const library_folders[LIBRARY_PLACES] = {"win64", "win64"};
+const char *const library_folders[LIBRARY_PLACES] = {"win64", "x86_64-windows"};
 const char library_suffix[] = ".dll";
 
 /* windows.h would bring hundreds of names more */

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arrays.h"
 #include "components.h"
 #include "finite.h"
 #include "initialise.h"
@@ -172,7 +173,7 @@ fmi2Status terminate_bundle(bundle_t *bundle, const char *call)
     for (uint32_t k = 0; k < bundle->component_count; k++) {
         component_t *component = &bundle->components[k];
         if (component->worst < fmi2Error)
-            worst = worse(worst, judge(component, "fmi2Terminate", component->call.terminate(component->instance)));
+            worst = worse(worst, judge(component, "Terminate", component->call.terminate(component->instance)));
     }
     if (bundle->life != FATAL)
         bundle->life = TERMINATED;
@@ -189,7 +190,9 @@ fmi2Status reset_bundle(bundle_t *bundle, const char *call)
         component_t *component = &bundle->components[k];
         component->worst = fmi2OK;
         component->fetched = 0;
-        worst = worse(worst, judge(component, "fmi2Reset", component->call.reset(component->instance)));
+        if ((component->flags & VERSION_3) != 0 && !start_arrays(component))
+            worst = worse(worst, refuse(bundle, "%s: there is no memory", call));
+        worst = worse(worst, judge(component, "Reset", component->call.reset(component->instance)));
     }
     bundle->start = bundle->stop = bundle->tolerance = 0.0;
     bundle->stop_defined = bundle->tolerance_defined = 0;

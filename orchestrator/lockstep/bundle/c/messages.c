@@ -9,24 +9,26 @@
 
 enum { USUAL = 600 }; /* bytes of a message; a function's variables stay below a page, which Windows would probe */
 
-static const char *const status_names[] = {"fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal",
-                                           "fmi2Pending"};
+static const char *const status_names[] = {"OK", "Warning", "Discard", "Error", "Fatal", "Pending"};
 
-/* Return the length of a reference such as #r1#, which means a variable of the component, at the beginning of a text. */
-static size_t reference(const char *text)
+/* Return the length of a reference, which means a variable of the component, at the beginning of a text: #r1#, or #1#
+in FMI 3.0; there two # are one. */
+static size_t reference(const char *text, int third)
 {
-    size_t length = 2;
+    size_t length = third ? 1 : 2;
 
-    if (text[0] != '#' || text[1] == '\0' || strchr("ribs", text[1]) == NULL)
+    if (text[0] != '#' || text[1] == '\0' || (!third && strchr("ribs", text[1]) == NULL))
         return 0;
+    if (third && text[1] == '#')
+        return 2;
     while (text[length] >= '0' && text[length] <= '9')
         length++;
-    return length > 2 && text[length] == '#' ? length + 1 : 0;
+    return length > (third ? 1 : 2) && text[length] == '#' ? length + 1 : 0;
 }
 
 static const char *type_of(char letter)
 {
-    return letter == 'r' ? "Real " : letter == 'i' ? "Integer " : letter == 'b' ? "Boolean " : "String ";
+    return letter >= '0' && letter <= '9' ? "variable " : letter == 'r' ? "Real " : letter == 'i' ? "Integer " : letter == 'b' ? "Boolean " : "String ";
 }
 
 static char *append(char *to, const char *text, size_t length)
@@ -40,10 +42,11 @@ static char *append(char *to, const char *text, size_t length)
 }
 
 /* Pass on a text as it is, but for references, which a host would take for variables of the bundle. */
-static void pass_on(const bundle_t *bundle, fmi2Status status, const char *category, const char *name,
-                    const char *text)
+static void pass_on(const bundle_t *bundle, fmi2Status status, const char *category, const component_t *component,
+                    const char *text, int third)
 {
-    size_t prefix = name == NULL ? 0 : strlen(name), room = 4 * (strlen(text) + prefix) + 8, length;
+    const char *name = component == NULL ? NULL : component->name;
+    size_t prefix = name == NULL ? 0 : strlen(name), room = 4 * (strlen(text) + prefix) + 16, length;
     char usual[2 * USUAL], *passed = room > sizeof usual ? malloc(room) : usual, *end = passed;
 
     if (bundle->host.logger != NULL && passed != NULL) {
@@ -52,12 +55,16 @@ static void pass_on(const bundle_t *bundle, fmi2Status status, const char *categ
             end = append(end, ": ", 2);
         }
         while (*text != '\0') {
-            length = reference(text);
+            length = component == NULL ? 0 : reference(text, third);
             if (length == 0)
                 end = append(end, text++, 1);
-            else {
+            else if (length == 2) {
+                end = append(end, text, 1);
+                text += length;
+            } else {
+                const size_t number = third ? 1 : 2; /* where it begins */
                 end = append(end, type_of(text[1]), strlen(type_of(text[1])));
-                end = append(end, text + 2, length - 3);
+                end = append(end, text + number, length - number - 1);
                 text += length;
             }
         }
@@ -76,27 +83,43 @@ fmi2Status refuse(const bundle_t *bundle, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    pass_on(bundle, fmi2Error, "logStatusError", NULL, text);
+    pass_on(bundle, fmi2Error, "logStatusError", NULL, text, 0);
     return fmi2Error;
+}
+
+/* Write the name of a function as the version of a component spells it; it is given as in FMI 2.0, without prefix. */
+static void name_call(const component_t *component, const char *call, char *name, size_t size)
+{
+    const int third = (component->flags & VERSION_3) != 0;
+    char *state;
+
+    snprintf(name, size, "fmi%c%s", third ? '3' : '2', call);
+    state = third ? strstr(name, "FMUstate") : NULL;
+    if (state != NULL)
+        state[3] = 'S';
+    state = third ? strstr(name, "DeSerialize") : NULL;
+    if (state != NULL)
+        state[2] = 's';
 }
 
 fmi2Status judge(component_t *component, const char *call, fmi2Status status)
 {
     bundle_t *bundle = component->bundle;
-    char text[USUAL];
+    char text[USUAL], name[48];
     unsigned int number = (unsigned int)status;
 
     if (number <= fmi2Warning)
         return status;
+    name_call(component, call, name, sizeof name);
     if (number > fmi2Pending)
-        snprintf(text, sizeof text, "%s returned the unknown status %d at %.9g s", call, (int)status,
+        snprintf(text, sizeof text, "%s returned the unknown status %d at %.9g s", name, (int)status,
                  time_now(bundle));
     else
-        snprintf(text, sizeof text, "%s returned %s at %.9g s", call, status_names[number],
+        snprintf(text, sizeof text, "%s returned fmi%c%s at %.9g s", name, name[3], status_names[number],
                  time_now(bundle));
     if (number > fmi2Fatal)
         status = fmi2Error;
-    pass_on(bundle, status, status == fmi2Discard ? "logStatusDiscard" : "logStatusError", component->name, text);
+    pass_on(bundle, status, status == fmi2Discard ? "logStatusDiscard" : "logStatusError", component, text, 0);
     if (component->worst < status)
         component->worst = status;
     if (status == fmi2Fatal)
@@ -128,7 +151,16 @@ void component_message(fmi2ComponentEnvironment environment, fmi2String instance
     }
     va_end(again);
     if (length >= 0)
-        pass_on(component->bundle, status, category, component->name, text);
+        pass_on(component->bundle, status, category, component, text, 0);
     if (text != usual)
         free(text);
+}
+
+void component_message3(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
+                        fmi3String message)
+{
+    const component_t *component = environment;
+
+    if (component != NULL && message != NULL)
+        pass_on(component->bundle, (fmi2Status)status, category, component, message, 1);
 }

@@ -2,18 +2,26 @@
 
 #include <string.h>
 
+#include "arrays.h"
 #include "memory.h"
 
-/* Return how many operations a step has at most. */
+/* Return how many operations a step has at most: with FMI 3.0, one for each array. */
 static size_t most_of(const step_t *step)
 {
-    return 1 + 3 * (size_t)step->set_count + 2 * (size_t)step->get_count;
+    size_t most = 1;
+
+    for (uint32_t k = 0; k < step->set_count; k++)
+        most += 4 + (size_t)step->sets[k].count;
+    for (uint32_t k = 0; k < step->get_count; k++)
+        most += 3 + (size_t)step->gets[k].count;
+    return most;
 }
 
 typedef struct {
     bundle_t *bundle;
     tick_operation *operations;
     size_t count;
+    int bad; /* there is no memory */
 } maker_t;
 
 static tick_operation *add(maker_t *maker, uint32_t kind, uint32_t component, const set_t *set, const get_t *get)
@@ -27,6 +35,35 @@ static tick_operation *add(maker_t *maker, uint32_t kind, uint32_t component, co
     origin->set = set;
     origin->get = get;
     return made;
+}
+
+/* Return the positions of elements in the memory of their type; NULL if there is no memory. */
+static int64_t *positions_of(bundle_t *bundle, const component_t *component, const uint32_t *references, size_t count)
+{
+    int64_t *positions = keep(bundle, count, sizeof *positions);
+
+    for (size_t k = 0; positions != NULL && k < count; k++)
+        positions[k] = (int64_t)component->elements[references[k]].position;
+    return positions;
+}
+
+/* Set or get the arrays of elements, one call for each run of neighbours. */
+static void add_arrays(maker_t *maker, uint32_t number, const set_t *set, const get_t *get)
+{
+    const component_t *component = &maker->bundle->components[number];
+    const int type = (int)(set != NULL ? set->type : get->type);
+    const arrays_t *arrays = &component->arrays[type];
+    char *memory = set != NULL ? arrays->memory : arrays->fetched;
+    uint32_t array = 0, end;
+
+    touch_arrays(component, type, set != NULL ? set->targets : get->references, set != NULL ? set->count : get->count);
+    for (; next_run(arrays, &array, &end); array = end) {
+        tick_operation *made = add(maker, TICK_ARRAYS, number, set, get);
+        made->references = &arrays->handles[array];
+        made->count = end - array;
+        made->buffer = memory + arrays->begins[array] * array_sizes[type];
+        made->values = arrays->begins[end] - arrays->begins[array];
+    }
 }
 
 static void add_set(maker_t *maker, uint32_t component, const set_t *set)
@@ -44,6 +81,18 @@ static void add_set(maker_t *maker, uint32_t component, const set_t *set)
         made->second = set->biases;
         made->count = set->count;
     }
+    if (maker->bundle->components[component].flags & VERSION_3) {
+        static const uint32_t kinds[BUS_TYPES] = {TICK_SCATTER_8, TICK_SCATTER_4, TICK_NARROW};
+        const component_t *third = &maker->bundle->components[component];
+        made = add(maker, kinds[set->type], component, set, NULL);
+        made->source = set->buffer;
+        made->index = positions_of(maker->bundle, third, set->targets, set->count);
+        made->buffer = third->arrays[set->type].memory;
+        made->count = set->count;
+        maker->bad |= made->index == NULL;
+        add_arrays(maker, component, set, NULL);
+        return;
+    }
     made = add(maker, TICK_VALUES, component, set, NULL);
     made->references = set->targets;
     made->buffer = set->buffer;
@@ -52,10 +101,21 @@ static void add_set(maker_t *maker, uint32_t component, const set_t *set)
 
 static void add_get(maker_t *maker, uint32_t component, const get_t *get)
 {
-    tick_operation *made = add(maker, TICK_VALUES, component, NULL, get);
+    const component_t *from = &maker->bundle->components[component];
     char *place = (char *)maker->bundle->bus[get->type] + get->start * sizes[get->type];
+    tick_operation *made;
 
-    made->references = get->references;
+    if (from->flags & VERSION_3) {
+        static const uint32_t kinds[BUS_TYPES] = {TICK_GATHER_8, TICK_GATHER_4, TICK_WIDEN};
+        add_arrays(maker, component, NULL, get);
+        made = add(maker, kinds[get->type], component, NULL, get);
+        made->source = from->arrays[get->type].fetched;
+        made->index = positions_of(maker->bundle, from, get->references, get->count);
+        maker->bad |= made->index == NULL;
+    } else {
+        made = add(maker, TICK_VALUES, component, NULL, get);
+        made->references = get->references;
+    }
     made->buffer = place;
     made->count = get->count;
     if (get->type == REAL && get->checked) {
@@ -68,12 +128,16 @@ static void add_get(maker_t *maker, uint32_t component, const get_t *get)
 
 static void add_step(maker_t *maker, const step_t *step)
 {
+    component_t *component;
     tick_operation *made;
 
     for (uint32_t k = 0; k < step->set_count; k++)
         add_set(maker, step->component, &step->sets[k]);
-    made = add(maker, TICK_STEP_2, step->component, NULL, NULL);
-    made->length = maker->bundle->components[step->component].length;
+    component = &maker->bundle->components[step->component];
+    made = add(maker, component->flags & VERSION_3 ? TICK_STEP_3 : TICK_STEP_2, step->component, NULL, NULL);
+    made->length = component->length;
+    made->marks = (unsigned char *)component->flags3;
+    made->buffer = &component->reached;
     for (uint32_t k = 0; k < step->get_count; k++)
         add_get(maker, step->component, &step->gets[k]);
 }
@@ -125,7 +189,7 @@ static int make_order(bundle_t *bundle, const size_t *begins, uint32_t mark)
 
 int make_operations(bundle_t *bundle)
 {
-    maker_t maker = {bundle, NULL, 0};
+    maker_t maker = {bundle, NULL, 0, 0};
     size_t most = 1, *begins = keep(bundle, (size_t)bundle->step_count + 1, sizeof *begins);
 
     for (uint32_t k = 0; k < bundle->step_count; k++)
@@ -138,6 +202,8 @@ int make_operations(bundle_t *bundle)
         begins[k] = maker.count;
         add_step(&maker, &bundle->steps[k]);
     }
+    if (maker.bad)
+        return 0;
     begins[bundle->step_count] = maker.count;
     bundle->mark = add(&maker, TICK_CALLER, 0, NULL, NULL);
     bundle->mark->until = INT64_MAX;
@@ -156,7 +222,13 @@ void bind_operations(bundle_t *bundle)
         const origin_t *origin = &bundle->origins[one - operations];
         const component_t *component = &bundle->components[origin->component];
         one->instance = component->instance;
-        if (one->kind == TICK_STEP_2)
+        if (one->kind == TICK_STEP_3)
+            COPY_FUNCTION(one->function, component->call.do_step3);
+        else if (one->kind == TICK_ARRAYS && origin->set != NULL)
+            COPY_FUNCTION(one->function, component->call.set3[origin->set->type]);
+        else if (one->kind == TICK_ARRAYS)
+            COPY_FUNCTION(one->function, component->call.get3[origin->get->type]);
+        else if (one->kind == TICK_STEP_2)
             COPY_FUNCTION(one->function, component->call.do_step);
         else if (one->kind == TICK_VALUES && origin->set != NULL)
             COPY_FUNCTION(one->function, component->call.set[origin->set->type]);

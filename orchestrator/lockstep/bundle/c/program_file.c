@@ -7,99 +7,10 @@
 #include "library.h"
 #include "memory.h"
 #include "operations.h"
+#include "program_arrays.h"
 #include "reader.h"
 
 static const char magic[] = "LOCKSTEP BUNDLE\2";
-
-static set_t *settings(reader_t *in, uint32_t *number, int initial)
-{
-    set_t *found;
-
-    *number = read_count(in);
-    found = read_memory(in, *number, sizeof *found);
-    for (uint32_t k = 0; !in->bad && k < *number; k++) {
-        set_t *set = &found[k];
-        counts_t targets;
-        if (initial)
-            set->producer = read_count(in);
-        read_limit(in, set->producer, in->bundle->component_count);
-        set->type = read_count(in);
-        read_limit(in, set->type, BUS_TYPES);
-        targets = read_counts(in);
-        set->count = targets.count;
-        set->targets = targets.items;
-        set->sources = read_positions(in, set->count);
-        set->gains = read_reals(in, set->count);
-        set->biases = read_reals(in, set->count);
-        if (in->bad || (set->gains == NULL) != (set->biases == NULL)
-            || (set->gains != NULL && set->type != REAL)) {
-            in->bad = 1;
-            break;
-        }
-        for (uint32_t n = 0; n < set->count; n++)
-            read_limit(in, (uint32_t)set->sources[n], initial ? in->bundle->slot_count[set->type] : in->bundle->bus_size[set->type]);
-        set->buffer = keep(in->bundle, set->count, sizes[set->type]);
-        if (set->buffer == NULL)
-            in->bad = 1;
-        read_largest(in, set->count);
-    }
-    return found;
-}
-
-static get_t *fetches(reader_t *in, uint32_t *number, int initial)
-{
-    get_t *found;
-
-    *number = read_count(in);
-    found = read_memory(in, *number, sizeof *found);
-    for (uint32_t k = 0; !in->bad && k < *number; k++) {
-        get_t *get = &found[k];
-        counts_t references, used;
-        uint32_t room;
-        get->type = read_count(in);
-        read_limit(in, get->type, BUS_TYPES);
-        references = read_counts(in);
-        get->start = read_count(in);
-        used = read_counts(in);
-        if (in->bad || used.count != references.count) {
-            in->bad = 1;
-            break;
-        }
-        get->count = references.count;
-        get->references = references.items;
-        get->unused = keep(in->bundle, get->count, sizeof *get->unused);
-        for (uint32_t n = 0; get->unused != NULL && n < get->count; n++) {
-            get->unused[n] = used.items[n] == 0;
-            get->checked |= used.items[n] != 0;
-        }
-        if (get->unused == NULL)
-            in->bad = 1;
-        room = initial ? in->bundle->slot_count[get->type] : in->bundle->bus_size[get->type];
-        if (get->start > room || get->count > room - get->start)
-            in->bad = 1;
-    }
-    return found;
-}
-
-static void starts(reader_t *in, component_t *component)
-{
-    for (int type = 0; !in->bad && type < ALL_TYPES; type++) {
-        start_t *start = &component->starts[type];
-        start->references = read_counts(in);
-        start->values = in->bad ? NULL : keep(in->bundle, start->references.count, sizes[type]);
-        if (start->values == NULL)
-            in->bad = 1;
-        for (uint32_t k = 0; !in->bad && k < start->references.count; k++) {
-            if (type == REAL)
-                ((double *)start->values)[k] = read_real(in);
-            else if (type == STRING)
-                ((const char **)start->values)[k] = read_text(in);
-            else
-                ((int32_t *)start->values)[k] = (int32_t)read_count(in);
-        }
-        read_largest(in, start->references.count);
-    }
-}
 
 static void names(reader_t *in, component_t *component)
 {
@@ -109,6 +20,17 @@ static void names(reader_t *in, component_t *component)
         found->texts = read_memory(in, found->references.count, sizeof *found->texts);
         for (uint32_t k = 0; !in->bad && k < found->references.count; k++)
             found->texts[k] = read_text(in);
+    }
+}
+
+static void starts(reader_t *in, component_t *component)
+{
+    for (int type = 0; !in->bad && type < ALL_TYPES; type++) {
+        start_t *start = &component->starts[type];
+        start->references = read_counts(in);
+        start->values = read_values(in, type, start->references.count);
+        read_known(in, component, (uint32_t)type, start->references.items, start->references.count, 1);
+        read_largest(in, start->references.count);
     }
 }
 
@@ -132,9 +54,83 @@ static void components(reader_t *in)
         component->tolerance = read_real(in);
         if (component->period == 0)
             in->bad = 1;
+        if (component->flags & VERSION_3)
+            read_arrays(in, component);
         starts(in, component);
         names(in, component);
     }
+}
+
+static set_t *settings(reader_t *in, const component_t *component, uint32_t *number, int initial)
+{
+    set_t *found;
+
+    *number = read_count(in);
+    found = read_memory(in, *number, sizeof *found);
+    for (uint32_t k = 0; !in->bad && k < *number; k++) {
+        set_t *set = &found[k];
+        counts_t targets;
+        if (initial)
+            set->producer = read_count(in);
+        read_limit(in, set->producer, in->bundle->component_count);
+        set->type = read_count(in);
+        read_limit(in, set->type, BUS_TYPES);
+        targets = read_counts(in);
+        set->count = targets.count;
+        set->targets = targets.items;
+        read_known(in, component, set->type, set->targets, set->count, 1);
+        set->sources = read_positions(in, set->count);
+        set->gains = read_reals(in, set->count);
+        set->biases = read_reals(in, set->count);
+        if (in->bad || (set->gains == NULL) != (set->biases == NULL)
+            || (set->gains != NULL && set->type != REAL)) {
+            in->bad = 1;
+            break;
+        }
+        for (uint32_t n = 0; n < set->count; n++)
+            read_limit(in, (uint32_t)set->sources[n], initial ? in->bundle->slot_count[set->type] : in->bundle->bus_size[set->type]);
+        set->buffer = keep(in->bundle, set->count, sizes[set->type]);
+        if (set->buffer == NULL)
+            in->bad = 1;
+        read_largest(in, set->count);
+    }
+    return found;
+}
+
+static get_t *fetches(reader_t *in, const component_t *component, uint32_t *number, int initial)
+{
+    get_t *found;
+
+    *number = read_count(in);
+    found = read_memory(in, *number, sizeof *found);
+    for (uint32_t k = 0; !in->bad && k < *number; k++) {
+        get_t *get = &found[k];
+        counts_t references, used;
+        uint32_t room;
+        get->type = read_count(in);
+        read_limit(in, get->type, BUS_TYPES);
+        references = read_counts(in);
+        get->start = read_count(in);
+        used = read_counts(in);
+        if (in->bad || used.count != references.count) {
+            in->bad = 1;
+            break;
+        }
+        get->count = references.count;
+        get->references = references.items;
+        read_known(in, component, get->type, get->references, get->count, 0);
+        get->unused = keep(in->bundle, get->count, sizeof *get->unused);
+        for (uint32_t n = 0; get->unused != NULL && n < get->count; n++) {
+            get->unused[n] = used.items[n] == 0;
+            get->checked |= used.items[n] != 0;
+        }
+        if (get->unused == NULL)
+            in->bad = 1;
+        room = initial ? in->bundle->slot_count[get->type] : in->bundle->bus_size[get->type];
+        if (get->start > room || get->count > room - get->start)
+            in->bad = 1;
+    }
+    return found;
 }
 
 static void ports(reader_t *in)
@@ -168,6 +164,9 @@ static void ports(reader_t *in)
             target->reference = read_count(in);
             target->gain = read_real(in);
             target->bias = read_real(in);
+            if (!in->bad)
+                read_known(in, &bundle->components[target->component], port->type, &target->reference, 1,
+                      port->kind != OUTPUT);
         }
         if (port->kind == OUTPUT && port->target_count != 1)
             in->bad = 1;
@@ -213,15 +212,15 @@ static void operations(reader_t *in)
     for (uint32_t k = 0; !in->bad && k < bundle->component_count; k++) {
         component_t *component = &bundle->components[k];
         read_limit(in, bundle->order.items[k], bundle->component_count);
-        component->initial_sets = settings(in, &component->initial_set_count, 1);
+        component->initial_sets = settings(in, component, &component->initial_set_count, 1);
         for (uint32_t type = 0; !in->bad && type < BUS_TYPES; type++) {
             uint32_t total = 0; /* all of a type are set in one call */
             for (uint32_t n = 0; n < component->initial_set_count; n++)
                 total += component->initial_sets[n].type == type ? component->initial_sets[n].count : 0;
             read_largest(in, total);
         }
-        component->initial_gets = fetches(in, &component->initial_get_count, 1);
-        component->initial_bus = fetches(in, &component->initial_bus_count, 0);
+        component->initial_gets = fetches(in, component, &component->initial_get_count, 1);
+        component->initial_bus = fetches(in, component, &component->initial_bus_count, 0);
     }
     bundle->step_count = read_count(in);
     bundle->steps = read_memory(in, bundle->step_count, sizeof *bundle->steps);
@@ -229,8 +228,10 @@ static void operations(reader_t *in)
         step_t *step = &bundle->steps[k];
         step->component = read_count(in);
         read_limit(in, step->component, bundle->component_count);
-        step->sets = settings(in, &step->set_count, 0);
-        step->gets = fetches(in, &step->get_count, 0);
+        if (in->bad)
+            break;
+        step->sets = settings(in, &bundle->components[step->component], &step->set_count, 0);
+        step->gets = fetches(in, &bundle->components[step->component], &step->get_count, 0);
     }
 }
 

@@ -8,9 +8,6 @@
 #include "operations.h"
 #include "values.h"
 
-static const char *const set_names[BUS_TYPES] = {"fmi2SetReal", "fmi2SetInteger", "fmi2SetBoolean"};
-static const char *const get_names[BUS_TYPES] = {"fmi2GetReal", "fmi2GetInteger", "fmi2GetBoolean"};
-
 /* Judge a step that was discarded: a component may ask for a regular end of the simulation. */
 static fmi2Status discarded(component_t *component, double time)
 {
@@ -20,13 +17,32 @@ static fmi2Status discarded(component_t *component, double time)
     double end = time + component->length;
 
     if (component->call.boolean_status(component->instance, fmi2Terminated, &asked) > fmi2Warning || !asked)
-        return judge(component, "fmi2DoStep", fmi2Error); /* half a tick cannot be taken back */
+        return judge(component, "DoStep", fmi2Error); /* half a tick cannot be taken back */
     bundle->ended = 1;
     bundle->state.until = bundle->state.tick + 1;
-    judge(component, "fmi2DoStep", fmi2Discard);
+    judge(component, "DoStep", fmi2Discard);
     if (component->call.real_status(component->instance, fmi2LastSuccessfulTime, &reached) > fmi2Warning)
         return fmi2Discard;
     return reached >= end - 1e-9 * (end > 1.0 ? end : 1.0) ? fmi2OK : fmi2Discard;
+}
+
+/* Judge a step of FMI 3.0 with a flag that is set, or that was discarded. */
+static fmi2Status flagged(component_t *component, double time)
+{
+    bundle_t *bundle = component->bundle;
+    double end = time + component->length;
+    int events = component->flags3[0], ends = component->flags3[1], early = component->flags3[2];
+
+    if (ends && !early) {
+        bundle->ended = 1;
+        bundle->state.until = bundle->state.tick + 1;
+        judge(component, "DoStep", fmi2Discard);
+        return component->reached >= end - 1e-9 * (end > 1.0 ? end : 1.0) ? fmi2OK : fmi2Discard;
+    }
+    if (early || events)
+        refuse(bundle, "%s: fmi3DoStep %s at %.9g s, which is not allowed", component->name,
+               early ? "returned early" : "asked for event mode", time);
+    return judge(component, "DoStep", fmi2Error);
 }
 
 /* Judge why the tick in C returned at the operation where it is. */
@@ -42,10 +58,13 @@ static fmi2Status judge_operation(bundle_t *bundle, int reason)
     if (reason == TICK_NOT_FINITE)
         return check_finite(component, origin->get, at->buffer, bundle->state.tick
                             + (component->flags & CONTINUOUS ? (int64_t)component->period : 0));
+    if (at->kind == TICK_STEP_3)
+        return status == fmi2Discard ? flagged(component, bundle->state.time) : judge(component, "DoStep", status);
     if (at->kind == TICK_STEP_2)
         return status == fmi2Discard ? discarded(component, bundle->state.time)
-                                     : judge(component, "fmi2DoStep", status);
-    return judge(component, origin->set != NULL ? set_names[origin->set->type] : get_names[origin->get->type], status);
+                                     : judge(component, "DoStep", status);
+    return judge(component, access_call(component, origin->set != NULL,
+                                        (int)(origin->set != NULL ? origin->set->type : origin->get->type)), status);
 }
 
 /* Run to the mark of a tick, or to the end that a component asked for. */

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arrays.h"
 #include "components.h"
 #include "memory.h"
 #include "messages.h"
@@ -18,6 +19,15 @@ struct saved {
     unsigned char *content;
     fmi2FMUstate *components; /* one each; NULL: none */
 };
+
+/* The arrays of FMI 3.0 are set whole: what they hold is needed where one element is set. */
+static void transfer_arrays(component_t *component, stream_t *stream)
+{
+    for (int type = 0; type < BUS_TYPES; type++)
+        pass(stream, component->arrays[type].memory, component->arrays[type].settable * array_sizes[type]);
+    for (uint32_t k = 0; k < component->arrays[STRING].settable; k++)
+        pass_text(stream, &((char **)component->arrays[STRING].memory)[k]);
+}
 
 /* Measure, write or read all values of a bundle. */
 static void transfer(bundle_t *bundle, stream_t *stream)
@@ -38,6 +48,8 @@ static void transfer(bundle_t *bundle, stream_t *stream)
         pass(stream, bundle->bus[type], bundle->bus_size[type] * sizes[type]);
         pass(stream, bundle->row[type], bundle->row_size[type] * sizes[type]);
     }
+    for (uint32_t k = 0; k < bundle->component_count; k++)
+        transfer_arrays(&bundle->components[k], stream);
     for (uint32_t k = 0; k < bundle->port_count; k++) {
         port_t *port = &bundle->ports[k];
         if (port->kind == OUTPUT)
@@ -66,7 +78,7 @@ static void drop(bundle_t *bundle, saved_t *state)
     for (uint32_t k = 0; state->components != NULL && k < bundle->component_count; k++) {
         component_t *component = &bundle->components[k];
         if (state->components[k] != NULL && component->instance != NULL && component->worst < fmi2Fatal)
-            judge(component, "fmi2FreeFMUstate",
+            judge(component, "FreeFMUstate",
                   component->call.free_state(component->instance, &state->components[k]));
     }
     free(state->components);
@@ -131,7 +143,7 @@ fmi2Status get_state(bundle_t *bundle, const char *call, fmi2FMUstate *state)
     write_content(bundle, made);
     for (uint32_t k = 0; k < bundle->component_count && status <= fmi2Warning; k++) {
         component_t *component = &bundle->components[k];
-        status = worse(status, judge(component, "fmi2GetFMUstate",
+        status = worse(status, judge(component, "GetFMUstate",
                                      component->call.get_state(component->instance, &made->components[k])));
     }
     return status;
@@ -147,7 +159,7 @@ fmi2Status set_state(bundle_t *bundle, const char *call, fmi2FMUstate state)
         return refuse(bundle, "%s: the state is none of this instance; serialise a state of another one", call);
     for (uint32_t k = 0; k < bundle->component_count && status <= fmi2Warning; k++) {
         component_t *component = &bundle->components[k];
-        status = worse(status, judge(component, "fmi2SetFMUstate",
+        status = worse(status, judge(component, "SetFMUstate",
                                      component->call.set_state(component->instance, given->components[k])));
     }
     if (status > fmi2Warning)
@@ -226,7 +238,7 @@ fmi2Status state_size(bundle_t *bundle, const char *call, fmi2FMUstate state, si
     for (uint32_t k = 0; k < bundle->component_count && status <= fmi2Warning; k++) {
         component_t *component = &bundle->components[k];
         size_t inner = 0;
-        status = worse(status, judge(component, "fmi2SerializedFMUstateSize",
+        status = worse(status, judge(component, "SerializedFMUstateSize",
                                      component->call.state_size(component->instance, given->components[k], &inner)));
         *size += sizeof(uint64_t) + inner;
     }
@@ -258,12 +270,12 @@ fmi2Status serialize(bundle_t *bundle, const char *call, fmi2FMUstate state, voi
     for (uint32_t k = 0; k < bundle->component_count && status <= fmi2Warning; k++) {
         component_t *component = &bundle->components[k];
         size_t inner = 0;
-        status = worse(status, judge(component, "fmi2SerializedFMUstateSize",
+        status = worse(status, judge(component, "SerializedFMUstateSize",
                                      component->call.state_size(component->instance, given->components[k], &inner)));
         length = inner;
         pass(&out, &length, sizeof length);
         if (status <= fmi2Warning && inner <= (size_t)(out.end - out.at))
-            status = worse(status, judge(component, "fmi2SerializeFMUstate",
+            status = worse(status, judge(component, "SerializeFMUstate",
                                          component->call.serialize(component->instance, given->components[k],
                                                                    (fmi2Byte *)out.at, inner)));
         out.at += inner;
@@ -283,7 +295,7 @@ static fmi2Status read_components(bundle_t *bundle, const char *call, stream_t *
         pass(in, &length, sizeof length);
         if (in->bad || length > (uint64_t)(in->end - in->at))
             return refuse(bundle, "%s: the bytes are cut off", call);
-        status = worse(status, judge(component, "fmi2DeSerializeFMUstate",
+        status = worse(status, judge(component, "DeSerializeFMUstate",
                                      component->call.deserialize(component->instance, (const fmi2Byte *)in->at,
                                                                  (size_t)length, &made->components[k])));
         in->at += length;

@@ -3,22 +3,36 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arrays.h"
 #include "components.h"
 #include "initialise.h"
 #include "memory.h"
 #include "messages.h"
 
-static const char *const set_names[ALL_TYPES] = {"fmi2SetReal", "fmi2SetInteger", "fmi2SetBoolean", "fmi2SetString"};
-static const char *const get_names[ALL_TYPES] = {"fmi2GetReal", "fmi2GetInteger", "fmi2GetBoolean", "fmi2GetString"};
+static const char *const set_calls[2][ALL_TYPES] = {{"SetReal", "SetInteger", "SetBoolean", "SetString"},
+                                                    {"SetFloat64", "SetInt32", "SetBoolean", "SetString"}};
+static const char *const get_calls[2][ALL_TYPES] = {{"GetReal", "GetInteger", "GetBoolean", "GetString"},
+                                                    {"GetFloat64", "GetInt32", "GetBoolean", "GetString"}};
+
+const char *access_call(const component_t *component, int set, int type)
+{
+    return (set ? set_calls : get_calls)[(component->flags & VERSION_3) != 0][type];
+}
 
 fmi2Status set_values(component_t *component, int type, const uint32_t *references, size_t count, const void *values)
 {
-    return judge(component, set_names[type], component->call.set[type](component->instance, references, count, values));
+    if (component->flags & VERSION_3)
+        return set_elements(component, type, references, count, values);
+    return judge(component, access_call(component, 1, type),
+                 component->call.set[type](component->instance, references, count, values));
 }
 
 fmi2Status get_values(component_t *component, int type, const uint32_t *references, size_t count, void *values)
 {
-    return judge(component, get_names[type], component->call.get[type](component->instance, references, count, values));
+    if (component->flags & VERSION_3)
+        return get_elements(component, type, references, count, values);
+    return judge(component, access_call(component, 0, type),
+                 component->call.get[type](component->instance, references, count, values));
 }
 
 /* Values on the way to one component, in the scratch memory of the bundle. */

@@ -19,7 +19,10 @@ int start_ports(bundle_t *bundle);
 
 void free_ports(bundle_t *bundle);
 
-/* Call fmi2Set or fmi2Get of a component, and judge the status. */
+/* Return how a component's version names the function that sets or gets values of a type, without prefix. */
+const char *access_call(const component_t *component, int set, int type);
+
+/* Set or get values of a component, whatever its version, and judge the status. */
 fmi2Status set_values(component_t *component, int type, const uint32_t *references, size_t count, const void *values);
 fmi2Status get_values(component_t *component, int type, const uint32_t *references, size_t count, void *values);
 
