@@ -5,6 +5,12 @@ from pathlib import Path
 
 import pytest
 
+import flexbench
+import lockstep
+from flexbench.campaign import campaign_file
+from flexbench.loop import mission_file
+from lockstep.adapter import read as adapter_file
+
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 LINK = re.compile(r"\]\(([^)#\s]+)?(?:#([^)\s]+))?\)")
@@ -43,3 +49,23 @@ def test_every_page_is_linked_from_the_readme():
 
 def test_the_readme_has_at_most_150_lines():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 150
+
+
+@pytest.mark.parametrize("package", [lockstep, flexbench])
+def test_the_python_interface_has_every_public_name(package):
+    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    assert [name for name in package.__all__ if f":: {package.__name__}.{name}\n" not in page] == []
+
+
+@pytest.mark.parametrize(
+    ("page", "tables"),
+    [
+        ("campaigns", campaign_file.FILE_KEYS),
+        ("foreign_controllers", adapter_file.FILE_KEYS),
+        ("missions", mission_file.FILE_KEYS),
+    ],
+)
+def test_a_guide_names_every_key_of_its_file(page, tables):
+    text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    keys = {key for keys in tables.values() for key in keys if "=" not in key and key != "component.parameter"}
+    assert {key for key in keys if not re.search(rf"(?<![\w-]){re.escape(key)}(?![\w-])", text)} == set()

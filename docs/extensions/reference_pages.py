@@ -1,17 +1,22 @@
 """Pages written before Sphinx reads, from the code: commands, models with equations, the interface document."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 from sphinx.application import Sphinx
 
+from flexbench.campaign import campaign_file
 from flexbench.cli.parser import PROGRAM
+from flexbench.loop import mission_file
+from flexbench.studies.budget import requirements
 from flexsat.fmu.documentation.component_text import FRAMES, PAPER, ComponentText
 from flexsat.fmu.documentation.content import TEXTS
 from lockstep.__main__ import PROGRAM as LOCKSTEP
+from lockstep.adapter import read as adapter_read
 from lockstep.cli.program import Program
+from lockstep.faults import HELP
 
 _MISSING = (
     "The interface document is written by `flexsat build --missions`; it was not there when these pages were built.\n"
@@ -49,6 +54,33 @@ def _equations(text: ComponentText) -> list[str]:
     return [f"<p>{one.formula}<br/>\n{one.meaning} ({one.source}).</p>" for one in text.equations]
 
 
+def files_page() -> str:
+    """Return the keys of every kind of TOML file, from the modules that read them and refuse all others."""
+    parts = [
+        "# TOML files",
+        "Keys as the code that reads each file accepts them; any other is refused by its name.",
+        "## Spacecraft",
+        "[The spacecraft file](../spacecraft_file.md) lists tables, keys, units, defaults and ranges.",
+        "## Campaign",
+        "[Campaigns](../campaigns.md) says what each means.",
+        *_keys(campaign_file.FILE_KEYS),
+        "## Adapter",
+        "[Foreign controllers](../foreign_controllers.md) says what each means.",
+        *_keys(adapter_read.FILE_KEYS),
+        "## Mission",
+        "[Missions](../missions.md) has an example.",
+        *_keys(mission_file.FILE_KEYS),
+    ]
+    for title, text in (("Requirements on pointing", requirements.__doc__), ("Faults", HELP)):
+        parts += [f"## {title}", f"```text\n{str(text).strip()}\n```"]
+    return "\n\n".join(parts) + "\n"
+
+
+def _keys(tables: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    rows = [f"| `{table}` | {', '.join(f'`{key}`' for key in keys)} |" for table, keys in tables.items()]
+    yield "\n".join(["| table | keys |", "|---|---|", *rows])
+
+
 def _on_builder(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "reference"
     folder.mkdir(exist_ok=True)
@@ -56,6 +88,7 @@ def _on_builder(app: Sphinx) -> None:
         "flexsat_commands.md": command_page(PROGRAM, "Commands of flexsat"),
         "lockstep_commands.md": command_page(LOCKSTEP, "Commands of lockstep"),
         "models.md": models_page(),
+        "files.md": files_page(),
         "ports.md": _interface(Path(app.config.interface_document)),
         "mission_ports.md": _interface(
             Path(app.config.interface_document).parent / "centralised" / "missions" / "ICD.md", "Ports of missions"

@@ -12,7 +12,7 @@ from lockstep.errors import InputError, suggestion
 
 from .distributions import Drawn, read_drawn
 from .histories import Histories, read_histories
-from .metrics import MetricSource, read_metrics
+from .metrics import METRIC_KEYS, MetricSource, read_metrics
 from .statistics.sample import Metric, Requirement
 from .toml_values import flag_of, number_of, one_of, refuse_unknown, text_of, texts_of, whole_of
 
@@ -25,6 +25,17 @@ _TABLES = ("campaign", "systems", "set", "input", "correlation", "metric", "requ
 _KEYS = ("name", "seed", "cases", "sampling", "table", "stop_time", "record", "record_period", "faults", "commands",
          "scenario", "histories", "worst", "by", "hang_after", "python", "keep_fmus")  # fmt: skip
 _REQUIREMENT = ("name", "metric", "most", "least", "unit", "probability", "confidence")
+FILE_KEYS = {  # for the reference
+    "(tables)": _TABLES,
+    "[campaign]": _KEYS,
+    "[systems], [set]": ("NAME = file", "component.parameter = value"),
+    "[input.NAME]": (*KINDS, "unit", "distribution", "values", "nominal", "round"),
+    "[[correlation]]": ("of", "value"),
+    **{f'[metric.NAME] with of = "{of}"': ("of", "unit", *keys) for of, keys in METRIC_KEYS.items()},
+    "[[requirement]]": _REQUIREMENT,
+    "[[band]]": ("signal", "period", "resolution", "unit"),
+    "values of sampling": SAMPLINGS,
+}
 MOST = 10_000_000  # runs; more is a typing error
 
 

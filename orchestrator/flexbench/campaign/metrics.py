@@ -32,6 +32,7 @@ _KEYS = {
     "paper": ("take",),
 }
 _HISTORY = ("take", "window")
+METRIC_KEYS = {"a signal": _HISTORY, **_KEYS}  # beside `of` and `unit`
 # what the numbers of a loop and its monitor need
 LOOP_RECORD = (
     "plant.attitude.mrp", "plant.rate", "plant.rms_deformation", "controller.wheel.torque", "controller.reference.mrp",

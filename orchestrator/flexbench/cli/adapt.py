@@ -11,6 +11,7 @@ from lockstep.cli.command import command
 from lockstep.cli.options import out_option
 from lockstep.cli.outcome import wrote
 from lockstep.cli.parameter_types import PATH
+from lockstep.errors import InputError
 
 _EXAMPLES = """
 example:
@@ -30,6 +31,8 @@ def adapt(fmu: Path, like: str, out: Path | None) -> int:
 
     from ..adapt.draft import draft_for
 
+    if not fmu.is_file():
+        raise InputError(f"{fmu}: {'is no file' if fmu.exists() else 'no such file'}; give the path of an .fmu file")
     text, doubts = draft_for(fmu, like)
     if out is None:
         print(text, end="")

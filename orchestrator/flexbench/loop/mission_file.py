@@ -22,6 +22,12 @@ UNITS = {"rad": 1.0, "deg": math.pi / 180.0, "arcsec": math.pi / 648000.0}
 _TABLES = ("command", "set")
 _KEYS = {"slew": ("at", "do", "rotation", "unit")}
 _FEW_KEYS = ("at", "do")
+FILE_KEYS = {  # for the reference
+    "[[command]]": _FEW_KEYS,
+    **{f'[[command]] with do = "{action}"': keys for action, keys in _KEYS.items()},
+    "[set]": ("component.parameter",),
+    "values of do": tuple(ACTIONS),
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

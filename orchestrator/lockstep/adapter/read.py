@@ -30,6 +30,11 @@ _TOP = ("step", "kind", "ignore", "input", "output", "constants", "parameters", 
 _GENERAL = ("port", "variable", "index_base", "unit", "scale", "offset", "sign", "order", "frame", "true", "false",
             "hold")  # fmt: skip
 _ATTITUDE = ("attitude", "scalar", "direction", "body_frame", "inertial_frame")
+FILE_KEYS = {  # for the reference
+    "(top of the file)": _TOP,
+    "[[input]], [[output]]": _GENERAL,
+    "of an attitude": _ATTITUDE,
+}
 _FORMER = {"ours": "port", "theirs": "variable"}  # keys of an entry in files of earlier versions
 _LONGEST = 10_000_000_000  # [ns]; a step beyond is a slip of units
 

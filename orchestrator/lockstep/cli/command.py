@@ -22,11 +22,12 @@ class Command(click.Command):
 
     then: str | None = None  # what to do next
 
-    def invoke(self, ctx: click.Context) -> int:
+    def invoke(self, ctx: click.Context) -> Any:
         """Run the command, say what to do next, write what `--json` asks for; return the exit code."""
         with reported(ctx, self.then) as codes:
-            codes.append(int(super().invoke(ctx) or 0))
-        return codes[-1]
+            found = super().invoke(ctx)
+            codes.append(found if isinstance(found, int) else 0)
+        return found
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the command line of the command, or raise UsageError."""
@@ -80,8 +81,8 @@ def command(
     ----------
     name : as the user writes it
     epilog : examples and notes that follow the options, as they are; `{program}` is the name of the program
-    then : what to do next, printed after a success; `{program}`, `{path}`, which was written first, and the names of
-        parameters are filled in, and where one has no value nothing is printed
+    then : what to do next, shown on a terminal after a success; `{program}`, `{path}`, which was written first, and
+        the names of parameters are filled in, and where one has no value nothing is printed
     tables : whether it has the option `--json` for its tables
     """
 

@@ -114,8 +114,8 @@ def suggest(then: str) -> None:
 def reported(context: click.Context, then: str | None) -> Iterator[list[int]]:
     """Collect what the command of a context prints; it appends its exit code to the list.
 
-    At the end the line of what to do next goes to standard error, and the JSON where `--json` says. If that is standard
-    output, everything else goes to standard error.
+    At the end the line of what to do next goes to standard error if that is a terminal, as progress bars do, and the
+    JSON where `--json` says. If that is standard output, everything else goes to standard error.
     """
     kept = Outcome()
     context.meta[_KEY] = kept
@@ -128,9 +128,14 @@ def reported(context: click.Context, then: str | None) -> Iterator[list[int]]:
     line = None if code else _filled(kept.suggestion or then, context, kept)
     if path is not None:
         _write(kept.as_json(context.command_path, code, line), path, output)
-    if line:
+    if line and on_terminal():
         output.flush()  # before the line that is about it
         print(f"next: {line}", file=sys.stderr)
+
+
+def on_terminal() -> bool:
+    """Return whether a user sees standard error at once: logs and scripts need no hint."""
+    return sys.stderr.isatty()
 
 
 def _current() -> Outcome:

@@ -53,7 +53,7 @@ def open_zip(file: Path | IO[bytes], name: str) -> Iterator[zipfile.ZipFile]:
                 raise InputError(f"{name}: {sizes}; refusing to extract what looks like a zip bomb")
             yield archive
     except _BROKEN as error:
-        raise InputError(f"{name}: not a readable zip file ({error})") from None
+        raise InputError(f"{name}: not a readable zip file ({error}); give an undamaged file") from None
     except OSError as error:
         raise InputError(f"{name}: cannot be read ({error.strerror or error})") from None
 
@@ -111,10 +111,11 @@ def open_file(path: Path, archive: Path | None, name: str) -> Iterator[BinaryIO]
             with path.open("rb") as stream:
                 yield stream
         except FileNotFoundError:
-            raise InputError(f"{name}: no such file {path}") from None
+            what = "no such file" if name == str(path) else f"no such file {path}"
+            raise InputError(f"{name}: {what}; correct the path, or make the file") from None
         except IsADirectoryError:
             raise InputError(
-                f"{name}: {path} is a folder; an FMU is one file, a zip archive of such a folder"
+                f"{name}: {path} is a folder; give a file (an FMU is a zip archive of its folder)"
             ) from None
         except PermissionError as error:
             raise InputError(f"{name}: cannot read {path} ({error.strerror})") from None
@@ -136,7 +137,7 @@ def _open_member(file: Path | IO[bytes], path: Path, archive: Path, name: str) -
         try:
             member = outer.open(path.as_posix())
         except KeyError:
-            raise InputError(f"{name}: no such file {path} in {archive}") from None
+            raise InputError(f"{name}: no such file {path} in {archive}; pack it again with the file") from None
         with member:
             yield cast(BinaryIO, member)
 

@@ -45,6 +45,8 @@ def load_system(path: Path | str, timing: Timing | None = None, within: Path | N
     FMUs are read only where their steps, variables or units are needed; `simulate` checks against all.
     """
     path = Path(path)
+    if not path.exists() and "#" not in path.name:
+        raise InputError(f"{path}: no such file; give a system (.ssd, .ssp, the folder of one) or one FMU")
     osp = osp_file(path)
     if osp is not None:
         return load_osp(osp, timing or Timing(), within)

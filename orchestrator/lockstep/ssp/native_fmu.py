@@ -26,7 +26,8 @@ def native_location(system_file: Location, source: str, name: str) -> Location:
         with open_file(native.document, native.archive, name):
             pass
     except InputError as error:
-        raise InputError(f'{error}, which native="true" asks for; build it, or leave native out') from None
+        what = str(error).partition(";")[0]
+        raise InputError(f'{what}, which native="true" asks for; build it, or leave native out') from None
     beside = native.document.parent.parent / native.document.name
     found = differing_data((beside, native.archive), (native.document, native.archive), name)
     if found:

@@ -13,6 +13,12 @@ from lockstep.cli.outcome import remark, show_table, suggest, wrote
 from lockstep.errors import RunError
 
 
+@pytest.fixture(autouse=True)
+def terminal(monkeypatch):
+    """Let standard error be a terminal."""
+    monkeypatch.setattr("lockstep.cli.outcome.on_terminal", lambda: True)
+
+
 def made(then="{program} show {system} {path}", suggestion=None, code=0, error=None):
     """Return a program with one command that prints a table and writes a file."""
 
@@ -89,6 +95,14 @@ def test_nothing_is_written_or_suggested_after_an_error(tmp_path, capsys):
 def test_a_suggestion_needs_all_that_it_names(capsys, then, suggestion, line):
     assert made(then, suggestion)() == 0
     assert capsys.readouterr().err == line
+
+
+def test_a_log_has_no_suggestions(monkeypatch, capsys):
+    monkeypatch.setattr("lockstep.cli.outcome.on_terminal", lambda: False)
+    assert made()("--json", "-") == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["next"].startswith("flexsat show")
+    assert "next:" not in err
 
 
 @pytest.mark.parametrize("where", ["folder", "absent/out.json"])

@@ -13,6 +13,7 @@ from lockstep.cli.outcome import wrote
 from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
 
+_GIVE = "give a modal file (.npz), a folder of CSV tables, or results of CalculiX (.frd) or NASTRAN (.op2)"
 _EXAMPLES = """
 exit code: 0 the data fit together, 1 they do not, 2 bad input
 
@@ -43,11 +44,13 @@ def modal(source: Path, out: Path | None, nastran_python: Path | None) -> int:
 
     if source.suffix != ENDING and nastran_python is not None:
         raise InputError(f"--nastran-python: has no effect on {source}; it reads results of NASTRAN ({ENDING})")
+    if not source.exists():
+        raise InputError(f"{source}: no such file; {_GIVE}")
     try:
         data = read_nastran(source, nastran_python) if source.suffix == ENDING else read_modal_source(source)
         checks = modal_checks(data)
     except OSError as error:
-        raise InputError(f"{error.filename or source}: cannot be read ({error.strerror})") from None
+        raise InputError(f"{error.filename or source}: cannot be read ({error.strerror}); {_GIVE}") from None
     except InputError:
         raise
     except ValueError as error:

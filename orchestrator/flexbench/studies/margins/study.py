@@ -52,7 +52,9 @@ class Settings:
     overrides: Mapping[str, Value] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        band = self.band
         for name, accepted, must in (
+            ("band", band is None or 0.0 < band[0] < band[1], "must be two frequencies in Hz, 0 < LOW < HIGH"),
             ("length", 0.0 < self.length <= _LONGEST_PERIOD, f"must be > 0 and at most {_LONGEST_PERIOD:g} s"),
             ("settle", self.settle >= 0, "must be 0 periods or more"),
             ("periods", self.periods >= 2, "must be 2 or more, for an uncertainty"),
@@ -87,8 +89,7 @@ def measure(
     amplitude = loop.amplitude if settings.amplitude is None else settings.amplitude
     if amplitude is None:
         raise InputError("--amplitude: not known for this plant; give the peak of the test signal in its inputs' unit")
-    band = settings.band or (1.0 / settings.length, 0.475 / loop.period)
-    multisine = design_multisine(loop.period, settings.length, band, settings.lines, loop.slow_period)
+    multisine = _test_signal(loop, settings)
     measured, replicas = _estimated(loop, settings, folder, multisine, amplitude, log)
     if settings.zoom:
         length = settings.length * settings.zoom
@@ -162,6 +163,11 @@ def _estimated(
     return estimate_loop(experiments, multisine, loop.makes, loop.names)
 
 
+def _test_signal(loop: SystemLoop, settings: Settings) -> Multisine:
+    band = settings.band or (1.0 / settings.length, 0.475 / loop.period)
+    return design_multisine(loop.period, settings.length, band, settings.lines, loop.slow_period)
+
+
 def run_study(
     loop: SystemLoop,
     folder: Path,
@@ -178,6 +184,8 @@ def run_study(
     chosen = grid or Grid()
     if loop.real is not None:
         chosen.counts(loop.real.spacecraft.mode_count)  # before anything is computed
+    if not analytic_only:
+        _test_signal(loop, settings)  # so too
     folder.mkdir(parents=True, exist_ok=True)
     controller = loop.system.component(loop.controller)
     content: dict[str, Any] = {

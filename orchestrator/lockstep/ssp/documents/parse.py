@@ -13,6 +13,7 @@ from lockstep.ssp.documents.expand_arrays import Shapes, no_shapes
 from lockstep.ssp.documents.xml import NS, SSB, SSC, SSD, SSM, SSV, Element, Warnings
 
 _PREFIXES = {prefix: namespace for prefix, namespace in NS.items() if prefix != "lockstep"}
+_REMEDY = "give a file of SSP 1.0, or repair this one"
 _ROOT = re.compile(rb"<[A-Za-z_][\w.:-]*")  # what begins the first element
 
 
@@ -48,7 +49,7 @@ def secure_root(text: bytes, where: str, warnings: Warnings | None = None) -> El
             prefix = found[1] if found else ""
             attribute = f'xmlns:{prefix}="{_PREFIXES.get(prefix)}"'
             if warnings is None or prefix not in _PREFIXES or attribute.encode() in text:
-                raise InputError(f"{where}: not readable XML: {error.msg}") from None
+                raise InputError(f"{where}: not readable XML: {error.msg}; {_REMEDY}") from None
             text = _ROOT.sub(rb"\g<0> " + attribute.encode(), text, count=1)
             warnings.append(f"{where}: prefix {prefix} is not declared; {_PREFIXES[prefix]} is used")
 
@@ -102,4 +103,4 @@ def _refuse_entities(text: bytes, where: str) -> None:
     except _DocumentType:
         raise InputError(f"{where}: holds a document type, which may declare entities; remove <!DOCTYPE ...>") from None
     except expat.ExpatError as error:
-        raise InputError(f"{where}: not readable XML: {error}") from None
+        raise InputError(f"{where}: not readable XML: {error}; {_REMEDY}") from None

@@ -87,7 +87,8 @@ def test_the_end_of_a_campaign_has_tables_a_page_and_numbers(folder, tmp_path, c
     assert "no metric `small`; the campaign has largest" in capsys.readouterr().err
 
 
-def test_the_probability_of_a_rare_event_is_printed_and_written(folder, tmp_path, capsys):
+def test_the_probability_of_a_rare_event_is_printed_and_written(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("lockstep.cli.outcome.on_terminal", lambda: True)
     path = folder / "rare.toml"
     path.write_text(FILE.replace("cases = 3", "cases = 20"))
     assert main(["campaign", "rare", str(path), "largest > 0.2", "--out", str(tmp_path / "out")]) == 0

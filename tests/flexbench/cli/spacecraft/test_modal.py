@@ -79,4 +79,4 @@ def test_no_source_is_refused(tmp_path, capsys):
     assert main(["modal", str(tmp_path / "array.txt")]) == 2
     assert "neither a modal file (.npz), a folder of CSV tables, nor results of CalculiX" in capsys.readouterr().err
     assert main(["modal", str(tmp_path / "none.npz")]) == 2
-    assert "cannot be read" in capsys.readouterr().err
+    assert "none.npz: no such file; give a modal file (.npz), a folder of CSV tables" in capsys.readouterr().err
