@@ -67,6 +67,7 @@ class DesignedLoop:
         """
         prepared = self.controller
         a, b, c = self._reached_model
+        transition, over_period = self._sampled
         period, n, s = prepared.period, prepared.wheels, prepared.states
         lag, late = self.delays.samples, self.delays.actuation + extra_delay
 
@@ -81,7 +82,8 @@ class DesignedLoop:
         common = np.zeros((size, size))
         whole = int(np.floor(late / period + 1e-9))
         part = max(0.0, late - whole * period)
-        transition, early, held = _changing_input(a, b, period, part if part > 1e-9 else 0.0)
+        held = _held(a, b, period - part)[1] if part > 1e-9 else over_period
+        early = over_period - held  # of the torque before: over the whole step, without what the later one does
         common[plant, plant] = transition
         for steps_ago, matrix in ((whole, held), (whole + 1, early)):
             if steps_ago == 0:
@@ -143,6 +145,12 @@ class DesignedLoop:
         return prepare(matrices, interface.parameters(matrices, values.__getitem__))
 
     @cached_property
+    def _sampled(self) -> tuple[Array, Array]:
+        """Transition of the plant over a step of the controller, and the input matrix of a torque held over it."""
+        a, b, _ = self._reached_model
+        return _held(a, b, self.controller.period)
+
+    @cached_property
     def _reached_model(self) -> tuple[Array, Array, Array]:
         """Matrices a, b and c of the plant, of the states that the wheels reach."""
         model = self.design.model if self.plant is None else self.plant
@@ -163,15 +171,6 @@ def _reached(rows: Array) -> Array:
     """Return an orthonormal basis of the states that [a b] moves: without the conserved momentum and translation."""
     left, values, _ = np.linalg.svd(rows, full_matrices=False)
     return left[:, values > UNTOUCHED * values[0]]
-
-
-def _changing_input(a: Array, b: Array, period: float, part: float) -> tuple[Array, Array, Array]:
-    """Return the transition over a period and the input matrices of an input that changes after `part`."""
-    transition, whole = _held(a, b, period)
-    if part == 0.0:
-        return transition, np.zeros_like(whole), whole
-    rest, held = _held(a, b, period - part)
-    return transition, rest @ _held(a, b, part)[1], held
 
 
 def _held(a: Array, b: Array, period: float) -> tuple[Array, Array]:
