@@ -12,6 +12,11 @@ from dataclasses import dataclass
 
 from flexbench.html.document import Block, Paragraph, Table
 
+_NOTE = (
+    "Every figure of the paper and of the plots that its public release draws, and where this page has it. Not in the"
+    " paper: loop shapes of both designs with their margins and the modes that the controllers do not know, which"
+    " `flexsat figures --robust-design` draws, and margins measured through the FMUs by `flexsat margins`."
+)
 FINE, SLEW = r"fine-pointing(-as-published)?-seed\d+", r"slew(-as-published)?-seed\d+"
 
 
@@ -104,9 +109,7 @@ def paper_figures(names: Sequence[str]) -> list[Block]:
     """Return the list of the paper's figures with the place of each among the named figures of a page, in order."""
     rows = [[one.subject, ", ".join(one.release), _place(one, names)] for one in PAPER_FIGURES]
     return [
-        Paragraph(
-            "Every figure of the paper and of the plots that its public release draws, and where this page has it."
-        ),
+        Paragraph(_NOTE),
         Table(("figure of the paper", "plot of the release", "here"), rows, code=frozenset({1})),
     ]
 
