@@ -16,6 +16,7 @@ from .history_data import FLOAT, History, encode, time_base
 BEFORE, AFTER = 0.5, 1.5  # s of a window, about an event: some periods of the modes that a slew excites
 LAST = 2.0  # s at the end of the run, where errors have settled
 MOST_WINDOWS = 6
+SAME = 1e-9  # s, for times that are sums
 SHOWN = {"slew": "slew begins", "end": "slew ends"}  # window by text of a mark
 
 
@@ -29,7 +30,7 @@ class FullRate:
 
     def rows(self, time: Array) -> NDArray[np.intp]:
         """Return the recorded rows in the window."""
-        return np.flatnonzero((time >= self.begin) & (time <= self.end))
+        return np.flatnonzero((time >= self.begin - SAME) & (time <= self.end + SAME))
 
 
 def windows_about(marks: Sequence[Mapping[str, Any]], time: Array) -> list[FullRate]:
@@ -68,7 +69,12 @@ def full_rate_data(
     changing = [one for one in histories if len(one.values) and one.values.min() != one.values.max()]
     return {
         "windows": [
-            {"name": window.name, "begin": window.begin, "end": window.end, "time": time_base(time[inside], 1)}
+            {
+                "name": window.name,
+                "begin": float(time[inside[0]]),  # of rows: a view of just the window shows every one
+                "end": float(time[inside[-1]]),
+                "time": time_base(time[inside], 1),
+            }
             for window, inside in zip(windows, rows, strict=True)
             if len(inside) > 1
         ]

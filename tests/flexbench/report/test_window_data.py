@@ -4,7 +4,7 @@ import base64
 from itertools import pairwise
 
 import numpy as np
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from flexbench.report.history_data import History
 from flexbench.report.window_data import MOST_WINDOWS, FullRate, full_rate_data, windows_about
@@ -57,3 +57,13 @@ def test_every_row_of_the_first_histories_is_kept_within_the_bytes():
         (4.5, 401, 1), (298.0, 401, 1),
     ]  # fmt: skip
     assert full_rate_data(TIME, histories, windows, budget=100)["windows"] == []
+
+
+def test_a_window_begins_and_ends_with_rows():
+    between = [FullRate(name="between rows", begin=4.5012, end=6.4987),
+               FullRate(name="rounded", begin=298.0 + 1e-12, end=300.0)]  # fmt: skip
+
+    data = full_rate_data(TIME, [history("a", TIME)], between, budget=10_000)
+
+    found = [(one["begin"], one["end"], one["time"]["count"]) for one in data["windows"]]
+    assert_allclose(found, [(4.505, 6.495, 399), (298.0, 300.0, 401)], rtol=1e-12)
