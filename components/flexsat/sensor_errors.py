@@ -34,6 +34,7 @@ class ErrorParameters:
     roll_factor: float  # noise about the boresight over that across it
     sources: Array  # (2, 3) directions that blind the star tracker, inertial
     half_angles: Array  # (2,) [rad]; 0: it does not
+    gyro_mounting: Array | float = 0.0  # (3, g) [rad], rotation of each gyro about each body axis
 
     def __post_init__(self) -> None:
         # named as the ports are: the messages reach those who set them
@@ -109,7 +110,7 @@ def prepare_errors(
         of_gyros=bool(
             parameters.gyro_bias.any() or parameters.gyro_scale_error.any() or parameters.gyro_bias_deviation
             or parameters.gyro_scale_error_deviation or parameters.gyro_misalignment_deviation
-            or parameters.gyro_bias_walk
+            or parameters.gyro_bias_walk or np.any(parameters.gyro_mounting)
         ),
         walks=parameters.gyro_bias_walk > 0.0,
         drifts=parameters.low_frequency_error > 0.0,
@@ -123,7 +124,7 @@ def init_errors(prepared: PreparedErrors, random: np.random.Generator) -> ErrorS
     given, gyros = prepared.parameters, len(prepared.gyro_axis)
     bias = given.gyro_bias + given.gyro_bias_deviation * random.standard_normal(gyros)
     scale = given.gyro_scale_error + given.gyro_scale_error_deviation * random.standard_normal(gyros)
-    turned = given.gyro_misalignment_deviation * random.standard_normal((3, gyros))
+    turned = given.gyro_mounting + given.gyro_misalignment_deviation * random.standard_normal((3, gyros))
     accelerometers = len(given.accelerometer_bias)
     return ErrorState(
         random=random,

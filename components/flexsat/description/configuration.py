@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
+import numpy as np
+
+from ..arrays import Array
 from ..controller_weights import ConfigurationName, Weights
 from ..parameters import Aperture, Modes, Plate, Rates, SensorErrors, SensorNoise, Slew, SpeedSelection, Wheel
 from .appendage import Appendage
@@ -92,6 +95,8 @@ class Configuration:
 
     def _check_devices(self, kind: str) -> None:
         devices: Sequence[Device] = getattr(self, kind)
+        if kind != "gyros" and any(device.of_its_own for device in devices):
+            raise ValueError(f"Configuration.{kind}: noise and mounting_error are of gyros; leave them out")
         if not devices:
             raise ValueError(f"Configuration.{kind} must be at least one, got none")
         for device in devices:
@@ -104,6 +109,11 @@ class Configuration:
     def wheel_set(self) -> WheelSet:
         """What each wheel is, as arrays in the order of the wheels."""
         return WheelSet.of([device.wheel or self.wheel for device in self.wheels])
+
+    @property
+    def gyro_noise(self) -> Array:
+        """The standard deviation of a sample of each gyro, (g,) [rad/s]."""
+        return np.array([self.noise.gyro if device.noise is None else device.noise for device in self.gyros])
 
     @property
     def structure_sites(self) -> tuple[Site, ...]:

@@ -57,7 +57,8 @@ def _same(one: Any, other: Any) -> bool:
     """Return whether values are equal; axes of devices are those of unit vectors but for rounding."""
     if isinstance(one, tuple) and isinstance(other, tuple) and one and isinstance(one[0], Device):
         return len(one) == len(other) and all(
-            (a.site, a.wheel) == (b.site, b.wheel) and math.dist(a.axis, b.axis) < UNIT
+            (a.site, a.wheel, a.noise, a.mounting_error) == (b.site, b.wheel, b.noise, b.mounting_error)
+            and math.dist(a.axis, b.axis) < UNIT
             for a, b in zip(one, other, strict=True)
         )
     return bool(one == other)
@@ -73,7 +74,9 @@ def _lines(config: Configuration, weights: Mapping[ControllerDesign, Weights]) -
         yield f"{key} = ["
         for device in devices:
             kind = "" if device.wheel is None else f", kind = {_text(kinds[device.wheel])}"
-            yield f"  {{ at = {_text(device.site)}, axes = [{_value(device.axis)}]{kind} }},"
+            noise = "" if device.noise is None else f", noise = {_value(device.noise)}"
+            off = f", mounting_error = {_value(device.mounting_error)}" if any(device.mounting_error) else ""
+            yield f"  {{ at = {_text(device.site)}, axes = [{_value(device.axis)}]{kind}{noise}{off} }},"
         yield "]"
     yield "[sites]"
     yield from (f"{_text(site.name)} = {_site(site)}" for site in config.sites)

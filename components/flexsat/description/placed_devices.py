@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Annotated, Any
 
-from ..parameters import Wheel
+from ..parameters import DEGREE, Wheel
+from ..quantities import Range
 from .fields import make, read_fields
 from .lines import Key
 from .placement import ALONG, BUS, Device, Site, Vector, direction
@@ -14,6 +16,17 @@ from .units import number_in
 
 DEVICE_KEYS = ("at", "axes")
 KIND = "kind"  # of a wheel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnOfGyro:
+    """What a single gyro may have of its own."""
+
+    noise: Annotated[float, "rad/s", Range(minimum=0.0, maximum=DEGREE)]  # of a sample
+    mounting_error: Annotated[Vector, "rad", Range(minimum=-DEGREE, maximum=DEGREE)]  # rotation vector
+
+
+OWN = tuple(item.name for item in fields(OwnOfGyro))
 
 
 def read_sites(source: Source, table: Any) -> tuple[Site, ...]:
@@ -53,7 +66,8 @@ def read_devices(
     found = []
     for i, entry in enumerate(entries):
         keys: list[Key] = [kind, i]
-        source.check_keys(entry, keys, DEVICE_KEYS if wheels is None else (*DEVICE_KEYS, KIND))
+        own = OWN if kind == "gyros" else ()
+        source.check_keys(entry, keys, (*DEVICE_KEYS, *own) if wheels is None else (*DEVICE_KEYS, KIND))
         for key in DEVICE_KEYS:
             if key not in entry:
                 source.refuse(keys, f"{key} is missing; write for example axes = [\"+x\"]" if key == "axes"
@@ -71,8 +85,11 @@ def read_devices(
                 source.refuse([*keys, KIND], f"no such kind of wheel; {known}{meant(str(entry[KIND]), wheels)}; a table"
                               " [wheel_kinds.NAME] makes one", entry[KIND])  # fmt: skip
             wheel = wheels[entry[KIND]]
+        given = {key: entry[key] for key in own if key in entry}
+        values = read_fields(source, given, keys, OwnOfGyro)
         found += [
-            Device(site=site, axis=read_axis(source, a, [*keys, "axes", k]), wheel=wheel) for k, a in enumerate(axes)
+            Device(site=site, axis=read_axis(source, a, [*keys, "axes", k]), wheel=wheel, **values)
+            for k, a in enumerate(axes)
         ]
     return tuple(found)
 

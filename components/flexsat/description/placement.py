@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from ..arrays import Array
-from ..parameters import Wheel
+from ..parameters import DEGREE, Wheel
 from ..quantities import NOT_NEGATIVE, Range, check_ranges
 
 Vector = tuple[float, float, float]
@@ -56,15 +56,31 @@ class Site:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Device:
-    """A wheel or a sensor: the site that it is mounted on, its axis, and what kind of wheel it is."""
+    """A wheel or a sensor: the site that it is mounted on, its axis, and what kind of wheel it is.
+
+    A gyro may have a noise of its own, and stand off its axis by a small rotation vector that no filter knows of.
+    """
 
     site: str
     axis: Vector  # unit vector in body axes
     wheel: Wheel | None = None  # of a wheel that is not the spacecraft's usual one; sensors have none
+    noise: float | None = None  # rad/s, of a sample of a gyro; None: that of all
+    mounting_error: Vector = (0.0, 0.0, 0.0)  # rad, of a gyro
 
     def __post_init__(self) -> None:
         if not abs(math.hypot(*self.axis) - 1.0) <= UNIT:
             raise ValueError(f"Device.axis must be a unit vector, got {self.axis!r}")
+        if self.noise is not None and not 0.0 <= self.noise <= DEGREE:
+            raise ValueError(f"Device.noise must be >= 0 and <= {DEGREE:.6g} rad/s, got {self.noise!r}")
+        if not all(abs(part) <= DEGREE for part in self.mounting_error):
+            raise ValueError(
+                f"Device.mounting_error must be at most {DEGREE:.6g} rad about each axis, got {self.mounting_error!r}"
+            )
+
+    @property
+    def of_its_own(self) -> bool:
+        """Whether it has the noise or the mounting error of a single gyro."""
+        return self.noise is not None or any(self.mounting_error)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -46,6 +46,12 @@ _ENTRY = (
     ("at", "", "name of a site"),
     ("axes", "", 'list of "+x" to "-z", or directions of any length in body axes: a device along each'),
     ("kind", "[wheel]", "of wheels: NAME of a table [wheel_kinds.NAME], with the keys of [wheel]"),
+    ("noise", "[noise] gyro", "of gyros: standard deviation of a sample, rad/s, deg/s, rpm, deg/h"),
+    (
+        "mounting_error",
+        "[0, 0, 0]",
+        "of gyros: rotation vector off the axes, rad, deg, arcsec, that no filter knows of",
+    ),
 )
 _TABLES: tuple[tuple[str, type, tuple[str, ...], tuple[tuple[str, str, str], ...]], ...] = (
     ("[sites] NAME = { ... }", Site, ("name",), ()),

@@ -157,7 +157,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         design_estimator(
             model,
             assumed.wheel_set.broadband,
-            measurement_noise(model, assumed.noise, star_tracker),
+            measurement_noise(model, assumed.noise, star_tracker, config.weights.gyro_noise * config.gyro_noise),
             config.weights.process_noise,
             period,
             phases,
@@ -216,6 +216,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         imbalance_torque_factor=torque_imbalance_factor,
         slew_gyroscopic=config.slew.gyroscopic,
     )
+    gyro_noise, gyro_noise_factor = over_largest(config.gyro_noise)
     broadband_force, broadband_force_factor = over_largest(wheels.broadband_force)
     broadband_torque, broadband_torque_factor = over_largest(wheels.broadband_torque)
     return Design(
@@ -239,7 +240,9 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
             gyro_axis=spacecraft.gyros.axis,
             rate_of_gyros=on_grid(np.asarray(np.linalg.pinv(spacecraft.gyros.axis), np.float64)),
             **_nominal_errors(config),
-            gyro_noise=noise.gyro,
+            gyro_noise=gyro_noise,
+            gyro_noise_factor=gyro_noise_factor,
+            gyro_mounting_error=np.array([device.mounting_error for device in config.gyros]).T.copy(),
             accelerometer_noise=noise.accelerometer,
             encoder_noise=noise.encoder,
             star_tracker_coarse=noise.star_tracker_coarse,

@@ -54,12 +54,17 @@ def assumed_by_filter(config: Configuration) -> Configuration:
     )
 
 
-def measurement_noise(model: LinearModel, noise: SensorNoise, star_tracker: float) -> Array:
-    """Return the variances of the measurements, (y,), in the order of the linear model's outputs."""
+def measurement_noise(model: LinearModel, noise: SensorNoise, star_tracker: float, gyro: Array | None = None) -> Array:
+    """Return the variances of the measurements, (y,), in the order of the linear model's outputs.
+
+    Parameters
+    ----------
+    gyro : (g,) deviation of each gyro [rad/s]; None: that of `noise`
+    """
     wheels, accelerometers = model.index.wheels, model.index.accelerometers
     deviation = np.concatenate(
         [
-            np.full(model.gyro_count, noise.gyro),
+            np.full(model.gyro_count, noise.gyro) if gyro is None else gyro,
             np.full(accelerometers, noise.accelerometer),
             np.full(wheels, noise.encoder),
             np.full(3, star_tracker),

@@ -112,7 +112,7 @@ def slow_noise(config: Configuration, fine: bool) -> SlowNoise:
     """Return what the filter of a configuration assumes: the true noise of the sensors, and its weights."""
     noise, weights = config.noise, config.weights
     return SlowNoise(
-        gyro=noise.gyro,
+        gyro=float(config.gyro_noise.max()),  # of the noisiest, for all
         star_tracker=noise.star_tracker_fine if fine else noise.star_tracker_coarse,
         torque=weights.torque_noise,
         torque_walk=weights.torque_walk,

@@ -33,6 +33,10 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
         parameter_port(SensorErrors, "gyro_misalignment", name="gyro.misalignment_deviation", display_unit="arcsec",
                        start=model.gyro_misalignment,
                        description=f"rotation of each gyro about each body axis: {drawn}"),
+        *(Port(name=f"gyro.mounting_error_{axis}", causality="parameter", unit="rad", size=g, minimum=-DEGREE,
+               maximum=DEGREE, start=tuple(values.tolist()), display_unit="arcsec", frame="body",
+               description=f"rotation of each gyro about {axis}, beside what is drawn")
+          for axis, values in zip("xyz", model.gyro_mounting_error, strict=True)),
         Port(name="accelerometer.bias", causality="parameter", unit="m/s2", size=k, start=0.0, minimum=-1.0,
              maximum=1.0, description="bias of each accelerometer, beside what is drawn"),
         parameter_port(SensorErrors, "accelerometer_bias", name="accelerometer.bias_deviation",
@@ -68,6 +72,7 @@ def parameters(value: Callable[[str], Any]) -> ErrorParameters:
         gyro_scale_error=np.array(value("gyro.scale_error")),
         gyro_scale_error_deviation=value("gyro.scale_error_deviation"),
         gyro_misalignment_deviation=value("gyro.misalignment_deviation"),
+        gyro_mounting=np.array([value(f"gyro.mounting_error_{axis}") for axis in "xyz"]),
         accelerometer_bias=np.array(value("accelerometer.bias")),
         accelerometer_bias_deviation=value("accelerometer.bias_deviation"),
         misalignment=np.array(value("star_tracker.misalignment")),

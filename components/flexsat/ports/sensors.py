@@ -99,7 +99,9 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
                        start=model.star_tracker_fine,
                        description="fine guidance sensor: standard deviation of a sample, each axis"),
         parameter_port(SensorNoise, "gyro", name="gyro.noise", start=model.gyro_noise, display_unit="deg/s",
-                       description="standard deviation of a gyro sample"),
+                       description="standard deviation of a gyro sample, times the factor of each gyro"),
+        Port(name="gyro.noise_factor", causality="parameter", unit="1", size=g, minimum=0.0, maximum=1e3,
+             start=tuple(model.gyro_noise_factor.tolist()), description="noise of each gyro over gyro.noise"),
         parameter_port(SensorNoise, "accelerometer", name="accelerometer.noise", start=model.accelerometer_noise,
                        description="standard deviation of an accelerometer sample"),
         parameter_port(SensorNoise, "filter_frequency", name="accelerometer.filter_frequency",
@@ -156,6 +158,7 @@ def parameters(model: SensorMatrices, value: Callable[[str], Any], step: float |
     return SensorParameters(
         seed=value("seed"),
         gyro_noise=value("gyro.noise"),
+        gyro_noise_factor=np.array(value("gyro.noise_factor")),
         accelerometer_noise=value("accelerometer.noise"),
         accelerometer_noise_is_gyros=value("as_published"),
         encoder_noise=value("encoder.noise"),

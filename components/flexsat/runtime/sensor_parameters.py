@@ -29,7 +29,9 @@ class SensorMatrices:
     low_frequency_time: float
     boresight: Array  # (3,)
     roll_factor: float
-    gyro_noise: float  # rad/s
+    gyro_noise: float  # rad/s, of the noisiest
+    gyro_noise_factor: Array  # (g,) of each gyro, over that
+    gyro_mounting_error: Array  # (3, g) [rad]: rotation of each gyro about each body axis
     accelerometer_noise: float  # m/s2
     encoder_noise: float  # rad/s
     star_tracker_coarse: float  # rad
@@ -77,6 +79,7 @@ class SensorParameters:
     wrench_of_jitter: Array  # (6 s, 4 wheels)
     nominal_speed: Array  # (wheels,) [rad/s]: what the encoders show before their first sample
     harmonics: Harmonics | None = None  # beside the first; None: none
+    gyro_noise_factor: Array | float = 1.0  # (g,) of each gyro
     errors: PreparedErrors | None = None  # beside white noise; None: none
 
     def __post_init__(self) -> None:

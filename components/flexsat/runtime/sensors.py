@@ -121,7 +121,7 @@ def prepare(parameters: SensorParameters) -> PreparedSensors:
         transition=np.hstack([sampled[:2, :2], sampled[:2, 2:3] - new, new]),
         deviation=np.concatenate(
             [
-                np.full(parameters.gyros, parameters.gyro_noise),
+                np.full(parameters.gyros, parameters.gyro_noise) * parameters.gyro_noise_factor,
                 np.full(parameters.accelerometers, accelerometer_noise),
                 np.full(parameters.wheels, parameters.encoder_noise),
             ]

@@ -34,7 +34,7 @@ def filter_covariance(design: Design, fine: bool) -> FilterCovariance:
     estimator = design.fine if fine else design.coarse
     config, model = assumed_by_filter(design.config), design.model
     tracker = config.noise.star_tracker_fine if fine else config.noise.star_tracker_coarse
-    variance = measurement_noise(model, config.noise, tracker)
+    variance = measurement_noise(model, config.noise, tracker, config.gyro_noise)
     disturbance = process_covariance(
         model, config.wheel_set.broadband, config.weights.process_noise, config.rates.controller, design.as_published
     )

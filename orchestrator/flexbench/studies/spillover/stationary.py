@@ -105,7 +105,7 @@ def _close(
     feedback = np.zeros((n, s))
     feedback[:, : prepared.controlled] = prepared.feedback
     tracker = design.config.noise.star_tracker_fine if fine else design.config.noise.star_tracker_coarse
-    deviation = np.sqrt(measurement_noise(plant, design.config.noise, tracker)) * float(noise)
+    deviation = np.sqrt(measurement_noise(plant, design.config.noise, tracker, design.config.gyro_noise)) * float(noise)
     wheels = design.config.wheel_set
     broadband = wheels.broadband * float(jitter)
     shaken = np.zeros((size + s, 4 * n))

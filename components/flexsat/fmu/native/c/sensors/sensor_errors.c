@@ -97,7 +97,9 @@ int sensor_errors(Component *component, const SensorsData *matrices, SensorError
     errors->walks = real[PORT_GYRO_BIAS_WALK] > 0.0;
     errors->of_gyros = any(GYROS, real + PORT_GYRO_BIAS) || any(GYROS, real + PORT_GYRO_SCALE_ERROR) ||
                        real[PORT_GYRO_BIAS_DEVIATION] > 0.0 || real[PORT_GYRO_SCALE_ERROR_DEVIATION] > 0.0 ||
-                       real[PORT_GYRO_MISALIGNMENT_DEVIATION] > 0.0 || errors->walks;
+                       real[PORT_GYRO_MISALIGNMENT_DEVIATION] > 0.0 || errors->walks ||
+                       any(GYROS, real + PORT_GYRO_MOUNTING_ERROR_X) || any(GYROS, real + PORT_GYRO_MOUNTING_ERROR_Y) ||
+                       any(GYROS, real + PORT_GYRO_MOUNTING_ERROR_Z);
     errors->drifts = real[PORT_STAR_TRACKER_LOW_FREQUENCY_ERROR] > 0.0;
     errors->rolls = errors->roll_factor != 1.0;
     return 0;
@@ -106,6 +108,8 @@ int sensor_errors(Component *component, const SensorsData *matrices, SensorError
 void sensor_errors_init(const Component *component, const SensorsData *matrices, Random random, ErrorState *state)
 {
     const double *real = component->real;
+    const double *const mounting[3] = {real + PORT_GYRO_MOUNTING_ERROR_X, real + PORT_GYRO_MOUNTING_ERROR_Y,
+                                       real + PORT_GYRO_MOUNTING_ERROR_Z};
     double turned[3][GYROS];
     int i, k;
 
@@ -117,7 +121,8 @@ void sensor_errors_init(const Component *component, const SensorsData *matrices,
                                real[PORT_GYRO_SCALE_ERROR_DEVIATION] * random_normal(&state->random);
     for (i = 0; i < 3; i++)
         for (k = 0; k < GYROS; k++)
-            turned[i][k] = real[PORT_GYRO_MISALIGNMENT_DEVIATION] * random_normal(&state->random);
+            turned[i][k] =
+                mounting[i][k] + real[PORT_GYRO_MISALIGNMENT_DEVIATION] * random_normal(&state->random);
     for (k = 0; k < GYROS; k++) {
         const double rotation[3] = {turned[0][k], turned[1][k], turned[2][k]};
         cross(rotation, matrices->gyro_axis + (size_t)k * 3, state->gyro_tilt[k]);

@@ -43,7 +43,7 @@ static int prepare(Component *component, PreparedSensors *prepared, double step)
     accelerometer_noise = parameters->accelerometer_noise_is_gyros ? parameters->gyro_noise
                                                                    : parameters->accelerometer_noise;
     for (k = 0; k < GYROS; k++)
-        prepared->deviation[k] = parameters->gyro_noise;
+        prepared->deviation[k] = parameters->gyro_noise * component->real[PORT_GYRO_NOISE_FACTOR + k];
     for (k = 0; k < ACCELEROMETERS; k++)
         prepared->deviation[GYROS + k] = accelerometer_noise;
     for (k = 0; k < WHEELS; k++)
