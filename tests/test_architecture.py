@@ -39,7 +39,8 @@ FOLDERS = {
         *("studies",),
         *("studies/layouts", "studies/paper", "studies/spillover"),
         *("studies/margins", "studies/health", "studies/robustness", "studies/shadow", "studies/waterfall"),
-        *("campaign", "campaign/statistics", "studies/spectra", "studies/budget", "engine", "runs", "loop"),
+        *("campaign/rare", "campaign", "campaign/statistics"),
+        *("studies/spectra", "studies/budget", "engine", "runs", "loop"),
         *("icd", "html"),
     ),
 }  # fmt: skip

@@ -1,7 +1,10 @@
 """Write a file whole or not at all."""
 
+import errno
 import secrets
 from pathlib import Path
+
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -12,8 +15,10 @@ def write_whole(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name[:200]}.{secrets.token_hex(4)}")
     try:
-        with partial.open("xb") as file:
-            file.write(content)
+        with partial.open("xb", buffering=0) as file:  # with a buffer, a full disk shows when the file is closed
+            rest = memoryview(content)
+            while rest:
+                rest = rest[file.write(rest) :]
         partial.replace(path)
     except OSError as error:
         partial.unlink(missing_ok=True)

@@ -204,6 +204,7 @@ def task_of(orders: Orders, number: int, *, histories: Histories | None = None) 
 def entry_of(outcome: Outcome) -> Entry:
     """Return what a journal keeps of an outcome."""
     flown: Flown | None = outcome.result
+    rises = {} if flown is None or not flown.rises else {"rises": base64.b85encode(flown.rises).decode()}
     return {
         "number": outcome.number,
         "failure": outcome.failure,
@@ -216,6 +217,7 @@ def entry_of(outcome: Outcome) -> Entry:
         "wall_time": round(outcome.wall_time, 4),
         "worker": outcome.worker,
         "ended": round(outcome.ended, 3),
+        **rises,
     }
 
 
@@ -231,6 +233,11 @@ def read_entries(folder: Path) -> dict[int, Entry]:
     for entry in entries(folder):
         found.setdefault(entry["number"], entry)
     return found
+
+
+def rises_of(entry: Entry) -> bytes:
+    """Return what a journal keeps of the rises of a branch."""
+    return base64.b85decode(entry["rises"]) if "rises" in entry else b""
 
 
 def row_of(orders: Orders, entry: Entry) -> Row:

@@ -23,7 +23,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 COUNTED = ("random", "latin-hypercube", "sobol", "saltelli")  # samplings of as many cases as the file says
 _TABLES = ("campaign", "systems", "set", "input", "correlation", "metric", "requirement", "band")
 _KEYS = ("name", "seed", "cases", "sampling", "table", "stop_time", "record", "record_period", "faults", "commands",
-         "scenario", "histories", "worst", "by", "hang_after", "python", "keep_fmus")  # fmt: skip
+         "scenario", "histories", "worst", "by", "hang_after", "python", "keep_fmus", "branch_seeds")  # fmt: skip
 _REQUIREMENT = ("name", "metric", "most", "least", "unit", "probability", "confidence")
 FILE_KEYS = {  # for the reference
     "(tables)": _TABLES,
@@ -78,6 +78,7 @@ class Campaign:
     hang_after: float = 60.0  # s of wall time without progress
     python: bool = False  # the FMUs of the system files, even if there are native ones beside them
     keep_fmus: bool = True  # between runs, where they can be reset
+    branch_seeds: tuple[str, ...] = ()  # component.parameter: seeds that get new values where a run is branched
 
 
 def read_campaign(path: Path) -> Campaign:
@@ -127,6 +128,7 @@ def read_campaign(path: Path) -> Campaign:
         hang_after=_positive(about, "hang_after", f"{where}: campaign") or 60.0,
         python=flag_of(about, "python", f"{where}: campaign", False),
         keep_fmus=flag_of(about, "keep_fmus", f"{where}: campaign", True),
+        branch_seeds=texts_of(about, "branch_seeds", f"{where}: campaign"),
     )  # fmt: skip
     _check(campaign, where)
     return campaign

@@ -5,9 +5,10 @@ from __future__ import annotations
 import atexit
 import io
 import pickle
+import shutil
 import tarfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -18,7 +19,9 @@ from lockstep.fmi.kept_fmus import KeptFmus
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.processes.cpu_affinity import own_thread
 from lockstep.results.results_folder import ResultsFolder
+from lockstep.simulation.options import RunOptions
 from lockstep.system.system import System
+from lockstep.whole_file import DISK_FULL
 
 from ..engine.content import File
 from ..engine.tasks import DiskFull
@@ -27,8 +30,6 @@ from ..runs.flown_design import keep_flown
 from ..runs.loop_monitor import watch_loop
 from .measure import Measured, band_values, digest_of_all, metric
 from .order import Order, moved_files, with_delays
-
-_FULL = (28, 122)  # ENOSPC, EDQUOT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +41,7 @@ class Flown:
     rows_sha256: str
     bands: tuple[bytes, ...] = ()
     folder: bytes = b""  # its results folder as a tar file, if its history is kept
+    rises: bytes = b""  # of a branch: ticks and values at which its response rose
 
 
 def fly(order: Order, paths: Mapping[File, Path]) -> Flown:
@@ -66,7 +68,7 @@ def fly(order: Order, paths: Mapping[File, Path]) -> Flown:
                 folder=_packed(folder) if kept == "all" else b"",
             )
     except OSError as error:
-        if error.errno in _FULL:
+        if error.errno in DISK_FULL:
             raise DiskFull(f"{error.filename or 'temporary folder'}: {error.strerror}; free space there") from None
         raise
 
@@ -86,6 +88,26 @@ def simulated(
     paths : of the system and its files
     temporary : folder for the files of faults and commands
     """
+    wanted = replace(
+        order.wanted,
+        record=record or order.wanted.record,
+        record_period=record_period or order.wanted.record_period,
+    )
+    system, options = options_of(replace(order, wanted=wanted), paths, temporary)
+    with own_thread():
+        try:
+            summary = simulate(system, folder, replace(options, watch=watch_loop))
+        except RunError as error:
+            if "No space left" in str(error) or "quota exceeded" in str(error):
+                raise DiskFull(str(error)) from None
+            raise
+    assert summary.folder is not None
+    keep_flown(summary.folder)
+    return summary.folder
+
+
+def options_of(order: Order, paths: Mapping[File, Path], temporary: Path) -> tuple[System, RunOptions]:
+    """Return the system of an order and what its run is to do; files of faults and commands are written to a folder."""
     system = with_delays(system_of(order, paths), order)
     scenarios = []
     if order.faults:
@@ -96,29 +118,17 @@ def simulated(
     if order.commands:
         commands = temporary / "commands.csv"
         commands.write_text(order.commands, encoding="utf-8")
-    with own_thread():
-        try:
-            summary = simulate(
-                system,
-                folder,
-                stop_time=order.wanted.stop_time,
-                overrides=dict(order.overrides),
-                record=record or order.wanted.record,
-                record_period=record_period or order.wanted.record_period,
-                faults=scenarios,
-                inputs=commands,
-                progress=report_progress,
-                watch=watch_loop,
-                threads=1,
-                kept=_kept_fmus() if order.wanted.keep_fmus else None,
-            )
-        except RunError as error:
-            if "No space left" in str(error) or "quota exceeded" in str(error):
-                raise DiskFull(str(error)) from None
-            raise
-    assert summary.folder is not None
-    keep_flown(summary.folder)
-    return summary.folder
+    return system, RunOptions(
+        stop_time=order.wanted.stop_time,
+        overrides=dict(order.overrides),
+        record=order.wanted.record,
+        record_period=order.wanted.record_period,
+        faults=scenarios,
+        inputs=commands,
+        progress=report_progress,
+        threads=1,
+        kept=_kept_fmus() if order.wanted.keep_fmus else None,
+    )
 
 
 def system_of(order: Order, paths: Mapping[File, Path]) -> System:
@@ -150,7 +160,14 @@ def _packed(folder: Path) -> bytes:
 
 
 def unpack(content: bytes, folder: Path) -> None:
-    """Write the results folder of a run that `Flown` holds."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with tarfile.open(fileobj=io.BytesIO(content)) as archive:
-        archive.extractall(folder, filter="data")
+    """Write the results folder of a run that `Flown` holds, whole or not at all."""
+    partial = folder.with_name(f".{folder.name}")
+    try:
+        shutil.rmtree(partial, ignore_errors=True)  # of a process that was killed
+        partial.mkdir(parents=True)
+        with tarfile.open(fileobj=io.BytesIO(content)) as archive:
+            archive.extractall(partial, filter="data")
+        shutil.rmtree(folder, ignore_errors=True)
+        partial.replace(folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)

@@ -56,6 +56,9 @@ def rerun(folder: Path, number: int, out: Path | None = None, record: Sequence[s
         If the folder holds no campaign, or that no such run.
     """
     about = read_about(folder)
+    if about["sampling"] == "splitting":
+        raise InputError(f"run {number}: a branch of a rare event cannot be repeated alone; `flexsat campaign rare` of"
+                         " the same file in another folder repeats all")  # fmt: skip
     try:
         orders: Orders = pickle.loads((folder / ORDERS).read_bytes())
     except (OSError, pickle.UnpicklingError, AttributeError, ImportError, TypeError) as error:

@@ -8,13 +8,19 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from time import time
 
 from lockstep.errors import InputError
 
 _FOLDER = "flexsat-files"
+MOST = 2_000_000_000  # bytes in the store of a machine, beside what was used within an hour
+UNUSED = 7 * 86400.0  # s after which a file in it is removed
+_IN_USE = 3600.0  # s since its last use within which a file is not removed
+_MINUTE = 60.0  # s: how finely the time of the last use is kept
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
@@ -60,14 +66,19 @@ def _whole(target: Path, source: Path) -> None:
 def found(files: Iterable[File], shared: Path | None) -> dict[File, Path]:
     """Return where files are on this machine: in the store of the campaign, if it can be seen, or in this one's own."""
     places = [*([] if shared is None else [shared]), _own()]
-    return {file: place / file.name for file in files for place in reversed(places) if _holds(place / file.name, file)}
+    paths = {file: place / file.name for file in files for place in reversed(places) if _holds(place / file.name, file)}
+    for path in paths.values():
+        if path.parent != shared:
+            _note_use(path)
+    return paths
 
 
 def receive(contents: Mapping[File, bytes]) -> None:
-    """Keep files in the store of this machine."""
+    """Keep files in the store of this machine, and remove from it what was not used for long."""
+    folder = _own()
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    _tidy(folder, time())
     for file, content in contents.items():
-        folder = _own()
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         partial = folder / f".{file.name}-{os.getpid()}"
         partial.write_bytes(content)
         partial.replace(folder / file.name)
@@ -75,6 +86,28 @@ def receive(contents: Mapping[File, bytes]) -> None:
 
 def _own() -> Path:
     return Path(tempfile.gettempdir(), f"{_FOLDER}-{getpass.getuser()}")
+
+
+def _note_use(path: Path) -> None:
+    with suppress(OSError):  # removed meanwhile: it is asked for again
+        state = path.stat()
+        if time() - state.st_atime > _MINUTE:
+            os.utime(path, ns=(int(1e9 * time()), state.st_mtime_ns))
+
+
+def _tidy(folder: Path, now: float) -> None:
+    """Remove files that were not used for long, and the longest unused ones beyond what the store may hold."""
+    states = []
+    for path in folder.iterdir():
+        with suppress(OSError):
+            state = path.stat()
+            states.append((max(state.st_atime, state.st_mtime), state.st_size, path))
+    total = sum(size for _, size, _ in states)
+    for used, size, path in sorted(states):
+        if now - used > (_IN_USE if total > MOST or path.name.startswith(".") else UNUSED):
+            with suppress(OSError):
+                path.unlink()
+                total -= size
 
 
 def _holds(path: Path, file: File) -> bool:

@@ -39,7 +39,7 @@ class LostWorker(Exception):
 
 
 class BugInWorker(Exception):
-    """A task raised what no task should raise; with the traceback of its process."""
+    """A task raised what no task should raise; the traceback of its process is a note."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +89,9 @@ class Worker:
                 return content[0]
             case "raised":
                 raise content[0]
-        raise BugInWorker(*content)
+        bug = BugInWorker(content[0])
+        bug.add_note(content[1])
+        raise bug
 
     def end(self) -> None:
         """Ask the process to close what it writes and end; a task under way raises KeyboardInterrupt."""
@@ -141,7 +143,10 @@ class Worker:
         asked: float | None = None
         while True:
             if self._connection.poll(_POLL):
-                message: tuple[Any, ...] = pickle.loads(self._connection.recv_bytes())
+                try:
+                    message: tuple[Any, ...] = pickle.loads(self._connection.recv_bytes())
+                except OSError:
+                    raise EOFError from None  # it ended in the middle of a message
                 if message[0] != "progress":
                     return message
                 last = monotonic()

@@ -71,8 +71,9 @@ def test_any_number_of_processes_gives_the_same_bytes_and_what_it_says_is_so(cam
     path = campaign_file(TEN, INPUTS)
     one = fly(path, tmp_path / "one", 1).results
     fly(path, tmp_path / "two", 2)
+    fly(path, tmp_path / "four", 4)
 
-    assert content(tmp_path / "one") == content(tmp_path / "two")
+    assert content(tmp_path / "one") == content(tmp_path / "two") == content(tmp_path / "four")
     assert one.numbers.tolist() == list(range(1, 11))
     assert one.completed.all()
     again = read_results(tmp_path / "one")

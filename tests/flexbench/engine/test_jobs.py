@@ -10,8 +10,12 @@ import psutil
 import pytest
 
 from flexbench.engine import jobs as jobs_module
+from flexbench.engine.dispatch import dispatch
 from flexbench.engine.job_progress import show_jobs
 from flexbench.engine.jobs import Job, run_jobs
+from flexbench.engine.pools import LocalPool, settings_of
+from flexbench.engine.tasks import Task
+from flexbench.engine.worker import BugInWorker
 from lockstep import InputError, RunError
 
 
@@ -103,3 +107,15 @@ def test_progress_without_terminal_is_one_line_for_each_finished_run(capsys):
             show(title, simulated, 3.0)
 
     assert capsys.readouterr().err == "a: 3 s simulated (1 of 2)\nb: 3 s simulated (2 of 2)\n"
+
+
+def test_a_bug_in_a_task_comes_with_the_traceback_of_its_process():
+    pool = LocalPool(settings_of(), 1)
+    task = Task(number=1, title="bug", function=int, arguments=("none",))
+    try:
+        with pytest.raises(BugInWorker, match="ValueError: invalid literal") as caught:
+            list(dispatch([task], pool))
+    finally:
+        pool.close()
+    (note,) = caught.value.__notes__
+    assert "worker_process.py" in note

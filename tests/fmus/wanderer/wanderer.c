@@ -4,7 +4,7 @@
    (Numerical Recipes' constants) to the filter y, and counts. It sleeps `sleep` seconds in step `sleep_at`, or in
    each step if that is -1. Defined at compile time: MUTE, it cannot save its state; COMPLAINS, it says it can and fails;
    CRASHES, it does so in its fifth step with a gain below 0; RESETS, it can be reset; FORGETS, it says so, and
-   keeps the number of its steps. */
+   keeps the number of its steps; RESEEDS, its seed is tunable, and begins the noise anew. */
 
 #define _POSIX_C_SOURCE 200809L
 #include <stdint.h>
@@ -23,6 +23,9 @@ typedef struct {
     int integer[INTEGERS];
     int boolean[BOOLEANS];
     uint32_t generator;
+#ifdef RESEEDS
+    int begun; /* seed that the noise began with */
+#endif
 } State;
 
 typedef struct {
@@ -74,6 +77,9 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
     (void)no_set;
 #ifdef CRASHES
     if (s->integer[STEPS] == 4 && s->real[GAIN] < 0.0) abort();
+#endif
+#ifdef RESEEDS
+    if (s->integer[SEED] != s->begun) s->generator = (uint32_t)(s->begun = s->integer[SEED]);
 #endif
     s->generator = 1664525u * s->generator + 1013904223u;
     double noise = s->generator / 4294967296.0 - 0.5;

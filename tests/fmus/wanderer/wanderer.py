@@ -30,6 +30,7 @@ def wanderer(folder: Path, name: str, *defines: str) -> Path:
     able = str("MUTE" not in defines).lower()
     lines = []
     for port, (kind, causality, variability, reference) in PORTS.items():
+        variability = "tunable" if port == "seed" and "RESEEDS" in defines else variability
         start = f' start="{STARTS.get(port, "0" if kind != "Boolean" else "false")}"' if causality != "output" else ""
         lines.append(
             f'<ScalarVariable name="{port}" valueReference="{reference}" causality="{causality}"'

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ class Level:
     threshold: float  # of this level
     probability: float  # of a response above it, of runs above the threshold before
     deviation: float  # relative standard deviation of that probability
-    acceptance: float  # share of accepted candidates; 1 for the first level
+    acceptance: float  # share of accepted candidates, 1 for the first level; of branches, of first runs that live on
     runs: int
 
 
@@ -44,6 +45,7 @@ class RareEvent:
     reached: bool  # False: the runs were used up before the threshold; the probability is an upper estimate then
     points: Array  # (k, dimension), standard normal: the runs of the last level in which the event happens
     responses: Array  # (k,)
+    method: Literal["chains", "branches"] = "chains"
 
     def bounds(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
         """Return approximate bounds of the probability: its logarithm as normal.

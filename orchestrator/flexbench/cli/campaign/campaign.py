@@ -15,6 +15,7 @@ from lockstep.cli.outcome import json_path_option
 from lockstep.errors import InputError
 
 from .evaluation import rare, report, say
+from .kept_traceback import kept_traceback
 
 if TYPE_CHECKING:
     from ...campaign.campaign import MakePool
@@ -103,16 +104,17 @@ def _run(path: Path, out: Path | None, make_pool: MakePool, stop_when: str | Non
     folder = out or Path("results", path.stem)
     show = say(json)
     rule = None if stop_when is None else StopRule(stop_when, read_campaign(path), show)
-    try:
-        done = run_campaign(path, folder, make_pool, show, rule)
-    except KeyboardInterrupt:
-        print(f"{folder}: what is finished is kept; the same command goes on", file=sys.stderr)
-        raise
-    failed = int((~done.results.completed).sum())
-    if done.stopped:
-        show(f"ended after {len(done.results.numbers)} runs: {stop_when}")
-    show(f"{len(done.results.numbers)} runs, {failed} failed: {folder}")
-    return report((str(folder),), None, json)
+    with kept_traceback(folder):
+        try:
+            done = run_campaign(path, folder, make_pool, show, rule)
+        except KeyboardInterrupt:
+            print(f"{folder}: what is finished is kept; the same command goes on", file=sys.stderr)
+            raise
+        failed = int((~done.results.completed).sum())
+        if done.stopped:
+            show(f"ended after {len(done.results.numbers)} runs: {stop_when}")
+        show(f"{len(done.results.numbers)} runs, {failed} failed: {folder}")
+        return report((str(folder),), None, json)
 
 
 def _rerun(given: tuple[str, ...], out: Path | None, record: tuple[str, ...]) -> int:

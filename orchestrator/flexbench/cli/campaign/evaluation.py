@@ -12,6 +12,8 @@ from lockstep.cli.outcome import PRINTED, show_table, suggest
 from lockstep.errors import InputError
 from lockstep.whole_file import write_whole
 
+from .kept_traceback import kept_traceback
+
 if TYPE_CHECKING:
     from ...campaign.campaign import MakePool
 
@@ -42,13 +44,14 @@ def report(given: Sequence[str], out: Path | None, json: Path | None) -> int:
 
 def rare(given: Sequence[str], out: Path | None, make_pool: MakePool, json: Path | None) -> int:
     """Find the probability of a rare event."""
-    from ...campaign.rare import RARE, level_rows, run_rare, sentence
+    from ...campaign.rare.estimate import RARE, level_rows, run_rare, sentence
 
     if len(given) != 2:
         raise InputError('rare: give a campaign file and an event: rare wheel_speed.toml "speed > 44.841"')
     path = Path(given[0])
     folder = out or Path("results", f"{path.stem}-rare")
-    event, found = run_rare(path, given[1], folder, make_pool, say(json))
+    with kept_traceback(folder):
+        event, found = run_rare(path, given[1], folder, make_pool, say(json))
     _write_json(json, folder / RARE)
     if json == PRINTED:
         return 0

@@ -11,8 +11,8 @@ from flexbench.campaign.statistics.evaluation import Evaluation
 from flexbench.campaign.statistics.tables import answer, plain
 from flexbench.runs.json_file import write_json
 from flexbench.runs.run_folder import refuse_own_file
-from lockstep import InputError
-from lockstep.whole_file import write_whole
+from lockstep import InputError, RunError
+from lockstep.whole_file import DISK_FULL, write_whole
 
 from .compose import compose_page, evaluations
 
@@ -31,6 +31,8 @@ def write_campaign_page(folder: Path, out: Path | None = None) -> tuple[list[Pat
     ------
     InputError
         If the folder holds no campaign, or a file cannot be written.
+    RunError
+        If the disk is full.
     """
     results = load_samples(folder)
     out = out or folder / PAGE
@@ -43,6 +45,9 @@ def write_campaign_page(folder: Path, out: Path | None = None) -> tuple[list[Pat
         write_whole(out, page.encode())
         written = write_json(out.with_name(STATISTICS), statistics(results, found))
     except OSError as error:
+        if error.errno in DISK_FULL:
+            raise RunError(f"{out}: cannot be written ({error.strerror}); free space there and give the same command"
+                           " again") from None  # fmt: skip
         raise InputError(f"{out}: cannot be written ({error.strerror or error}); choose another file") from None
     return [out, written], found
 

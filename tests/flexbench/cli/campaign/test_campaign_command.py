@@ -150,3 +150,21 @@ def test_wrong_words_are_refused(tmp_path, monkeypatch, capsys, words, message):
     monkeypatch.chdir(tmp_path)
     assert main(["campaign", *words]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_the_traceback_of_an_unexpected_error_is_kept_until_the_campaign_ends_well(
+    folder, tmp_path, capsys, monkeypatch
+):
+    words = ["campaign", str(folder / "toy.toml"), "--out", str(tmp_path / "out"), "--jobs", "1"]
+    with monkeypatch.context() as patched:
+        patched.setattr("flexbench.campaign.campaign.write_results", lambda *_: 1 / 0)
+        assert main(words) == 70
+    file = tmp_path / "out/traceback.txt"
+    errors = capsys.readouterr().err
+    assert f"{file}: traceback of the error" in errors
+    assert "ZeroDivisionError: division by zero: this is a bug of flexsat" in errors
+    assert file.read_text().startswith("Traceback")
+    assert "in run_campaign" in file.read_text()
+
+    assert main(words) == 0
+    assert not file.exists()

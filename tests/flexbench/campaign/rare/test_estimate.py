@@ -9,7 +9,8 @@ from scipy.stats import spearmanr
 
 from flexbench.campaign.campaign import read_entries
 from flexbench.campaign.campaign_file import read_campaign
-from flexbench.campaign.rare import RARE, Event, parse_event, run_rare
+from flexbench.campaign.rare.estimate import RARE, run_rare
+from flexbench.campaign.rare.event import Event, parse_event
 from flexbench.campaign.rerun import rerun
 from flexbench.campaign.result_file import read_results
 from flexbench.campaign.samples import load_samples
