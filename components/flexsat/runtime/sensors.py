@@ -136,8 +136,7 @@ def prepare(parameters: SensorParameters) -> PreparedSensors:
 
 def init(prepared: PreparedSensors) -> SensorState:
     """Return the state before the first sample: instruments at rest, encoders at the nominal speeds."""
-    streams = np.random.SeedSequence([prepared.seed, STREAM]).spawn(3)
-    noise, disturbance, slow = (np.random.default_rng(stream) for stream in streams)
+    noise, disturbance, slow = _streams(prepared.seed)
     return SensorState(
         count=0,
         filter=np.zeros((4, prepared.accelerometers)),
@@ -157,6 +156,27 @@ def init(prepared: PreparedSensors) -> SensorState:
             wrench=np.zeros(len(prepared.wrench_of_jitter)),
         ),
     )
+
+
+def _streams(seed: int) -> tuple[np.random.Generator, np.random.Generator, np.random.Generator]:
+    """Return the noise of instruments, of wheels, and of what else is random in the instruments."""
+    noise, disturbance, slow = np.random.SeedSequence([seed, STREAM]).spawn(3)
+    return np.random.default_rng(noise), np.random.default_rng(disturbance), np.random.default_rng(slow)
+
+
+def begin_noise(state: SensorState, seed: int) -> None:
+    """Begin all noise anew; what was drawn before, such as biases, stays.
+
+    Raises
+    ------
+    ValueError
+        If the seed is below 0.
+    """
+    if seed < 0:
+        raise ValueError(f"seed must be >= 0, got {seed}")
+    state.noise, state.disturbance, slow = _streams(seed)
+    if state.errors is not None:
+        state.errors.random = slow
 
 
 def step(prepared: PreparedSensors, state: SensorState, inputs: SensorInputs) -> SensorOutputs:

@@ -64,6 +64,10 @@ class Sensors(ComponentSlave):
         """Sample the inputs now; the outputs hold from now on."""
         sensors.step(self._sensors, self.state, self._inputs)
 
+    def tuned(self) -> None:
+        """Begin all noise anew, as the seed was set."""
+        sensors.begin_noise(self.state, self.value("seed"))
+
     def _port(self, name: str, initial: NDArray[Any]) -> NDArray[Any]:
         view = self.view(name)
         view[...] = initial

@@ -23,7 +23,7 @@ from flexbench.html.document import Block, Heading, Paragraph, Table
 from flexbench.html.page_parts import PageSection, render_page
 from lockstep import InputError
 
-from .page_data import MOST_RUNS, bands_data, inputs_that_fit, systems_data
+from .page_data import MOST_RUNS, bands_data, inputs_that_fit, shown_inputs, systems_data
 
 PAGE_FOLDER = Path(__file__).with_name("page")
 SCRIPTS = ("palette.js", "table_of_runs.js", "distributions.js", "matrix.js", "bands.js", "start.js")
@@ -86,8 +86,9 @@ def _sections(
     yield PageSection(anchor="metrics", title="Metrics", template="metrics_section.html",
                   blocks=[_table(metric_table(found)), _table(percentile_table(found))], notes=notes)  # fmt: skip
     yield PageSection(anchor="worst", title="Worst runs", blocks=list(_worst(results, found)))
-    shown = () if inputs is None else (f"{inputs} of {len(results.samples[0].inputs)} inputs found room on this page:"
-                                       " those that metrics depend on most.",)  # fmt: skip
+    count = len(shown_inputs(found[0], None))
+    shown = () if inputs is None else (f"{inputs} of {count} inputs found room on this page: those that metrics depend"
+                                       " on most.",)  # fmt: skip
     yield PageSection(anchor="matrix", title="Scatter matrix", template="matrix_section.html", notes=shown)
     sensitivity = list(_sensitivities(results, found))
     if sensitivity:

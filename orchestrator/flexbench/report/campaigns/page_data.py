@@ -18,6 +18,9 @@ from flexsat.arrays import Array
 STEPS = 65534  # of a quantised column
 LOST = 65535  # stands for a run without a value
 MOST_BYTES = 9_000_000  # of all data on the page, as base64
+MOST_CATEGORIES = 30  # of an input of texts: more leave no room between them
+_SPREAD = 0.3  # of a category around its place, so that runs of one do not lie on one line
+_GOLDEN = 0.6180339887498949
 _BAND_SHARE = 0.4  # of those bytes, for bands
 MOST_RUNS = 50_000  # of a system in plots
 _MOST_TIMES = 1200  # of a band: more than a plot has pixels
@@ -57,17 +60,18 @@ def inputs_that_fit(found: Sequence[Evaluation]) -> int | None:
     room = int(MOST_BYTES * (1.0 - _BAND_SHARE))
     runs = sum(len(plotted_runs(one)) for one in found)
     columns = int(room / (runs * 2 * 4.0 / 3.0)) - max(len(one.metrics) for one in found) - 2  # numbers: four bytes
-    most = max(len(one.sample.inputs) for one in found)
+    most = max(len(shown_inputs(one, None)) for one in found)
     return None if columns >= most else max(0, columns)
 
 
 def shown_inputs(one: Evaluation, most: int | None) -> list[str]:
-    """Return the inputs that a page shows, those first that a metric depends on most."""
+    """Return the inputs that a page shows: numbers, those first that a metric depends on most, then texts."""
     strength: dict[str, float] = dict.fromkeys(one.sample.inputs, 0.0)
     for correlations in one.correlations:
         for each in correlations:
             strength[each.input] = max(strength[each.input], abs(each.value))
-    return sorted(strength, key=lambda name: -strength[name])[:most]
+    texts = [name for name, values in one.sample.choices.items() if len(set(values)) <= MOST_CATEGORIES]
+    return [*sorted(strength, key=lambda name: -strength[name]), *texts][:most]
 
 
 def plotted_runs(one: Evaluation) -> NDArray[np.intp]:
@@ -105,7 +109,10 @@ def _system_data(one: Evaluation, inputs: int | None, element: Element) -> dict[
             | extra
         )
     for name in shown_inputs(one, inputs):
-        columns.append(_column(name, "input", sample.units.get(name, ""), sample.inputs[name][shown], element))
+        if name in sample.choices:
+            columns.append(_categories(name, [sample.choices[name][i] for i in shown], element))
+        else:
+            columns.append(_column(name, "input", sample.units.get(name, ""), sample.inputs[name][shown], element))
     return {
         "name": sample.system,
         "runs": len(shown),
@@ -123,6 +130,17 @@ def _column(name: str, kind: str, unit: str, values: Array, element: Element) ->
     codes, low, high = quantised(values)
     return {"name": name, "kind": kind, "unit": unit, "low": low, "high": high, "id": element(encoded(codes)),
             "positive": bool(np.all(values[np.isfinite(values)] > 0.0))}  # fmt: skip
+
+
+def _categories(name: str, texts: Sequence[str], element: Element) -> dict[str, Any]:
+    """Return a column of texts: category k lies between k - 0.5 and k + 0.5."""
+    categories = sorted(set(texts))
+    places = {text: k for k, text in enumerate(categories)}
+    spread = _SPREAD * (2.0 * np.modf(_GOLDEN * np.arange(len(texts)))[0] - 1.0)
+    shares = (np.array([places[text] for text in texts]) + spread + 0.5) / len(categories)
+    codes = np.rint(shares * STEPS).astype("<u2")
+    return {"name": name, "kind": "input", "unit": "", "low": -0.5, "high": len(categories) - 0.5,
+            "id": element(encoded(codes)), "positive": False, "categories": categories}  # fmt: skip
 
 
 def bands_data(bands: Sequence[Band], element: Element) -> tuple[list[dict[str, Any]], list[str]]:

@@ -54,7 +54,14 @@ def test_columns_are_those_of_the_runs_to_16_bits(tmp_path):
     about, _ = column("pointing")
     assert_allclose([one["most"] for one in about["limits"]], [0.45])
     assert column("momentum")[0]["worse"] == "low"  # its only requirement limits it from below
-    assert [len(one["columns"]) for one in contents["systems"]] == [6, 6]  # the camera is a text
+    assert [len(one["columns"]) for one in contents["systems"]] == [7, 7]
+    for system in (0, 1):
+        about, values = column("camera", system)  # texts: each category at its place, spread by less than half a place
+        assert about["categories"] == ["narrow", "wide"]
+        assert (about["low"], about["high"]) == (-0.5, 1.5)
+        rows = table[table["system"] == ("distributed", "centralised")[system]]
+        assert [about["categories"][round(value)] for value in values] == rows["input.camera"].tolist()
+        assert 0.25 < np.max(np.abs(values - np.rint(values))) < 0.301
 
 
 def test_tables_have_the_numbers_of_the_runs(tmp_path):
@@ -95,7 +102,7 @@ def test_ten_thousand_runs_take_less_than_15_mb_and_the_inputs_that_matter_stay(
     assert 5_000_000 < (folder / "report.html").stat().st_size < 15_000_000
     kept = [one["name"] for one in contents["systems"][0]["columns"]]
     assert {"pointing", "settling", "momentum", "input0", "input1", "input2"} <= set(kept)
-    assert f"{len(kept) - 3} of 120 inputs found room" in root.get_element_by_id("matrix").text_content()
+    assert f"{len(kept) - 3} of 121 inputs found room" in root.get_element_by_id("matrix").text_content()
     assert len(contents["bands"]) == 4
 
 

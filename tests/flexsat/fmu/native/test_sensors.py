@@ -215,6 +215,63 @@ def test_restored_state_goes_on_bit_for_bit(made: Callable[..., Twin]):
         assert_array_equal(twin.arrays["boolean"], other.arrays["boolean"])
 
 
+def test_a_seed_set_in_a_run_begins_all_noise_anew_and_nothing_else(
+    made: Callable[..., Twin], variants: dict[str, SensorMatrices]
+):
+    errors = {"gyro__bias_deviation": 1.0, "gyro__bias_walk": 1e-4, "star_tracker__low_frequency_error": 1e-3}
+    twin, fresh = made(seed=3, **errors), made(seed=8, **errors)
+    inputs = sensors.SensorInputs(*(twin.view(name) for name in ("attitude.quaternion", "gyro_site.rate",
+        "accelerometer_site.acceleration", "wheel.speed", "wheel.angle")))  # fmt: skip
+    for instance in (twin, fresh):
+        instance.start()
+        instance.first_step(STEP)
+    prepared = sensors.prepare(interface.parameters(variants["corrected"], value_of(twin), STEP))
+    state = sensors.init(prepared)
+
+    def step(k: int) -> None:
+        truth(twin, k)
+        sensors.step(prepared, state, inputs)
+        twin.advance(k * STEP, STEP)
+
+    for k in range(10):
+        step(k)
+    assert state.errors is not None
+    bias = state.errors.gyro_bias.copy()
+    saved = twin.save()
+    after: list[np.ndarray] = []
+    for seed in (8, 9, 8):
+        twin.restore(saved)
+        twin.view("seed")[:] = seed
+        twin.tuned()
+        if len(after) == 0:
+            sensors.begin_noise(state, seed)
+        for k in range(10, 130):
+            truth(twin, k)
+            twin.advance(k * STEP, STEP)
+            if len(after) == 0:
+                sensors.step(prepared, state, inputs)
+                assert_array_equal(twin.view("encoder.speed"), state.outputs.encoder_speed)
+                assert np.max(np.abs(twin.view("gyro.rate") - state.outputs.gyro_rate)) < 1e-12
+        assert 0.0 < np.max(np.abs(state.errors.gyro_bias - bias)) < 0.001  # it walks on: it is not drawn again
+        after.append(twin.arrays["real"].copy())
+    assert_array_equal(after[0], after[2])
+    assert np.count_nonzero(after[0] != after[1]) > 20
+
+    truth(fresh, 10)
+    fresh.advance(0.0, STEP)
+    twin.restore(saved)
+    twin.view("seed")[:] = 8
+    twin.tuned()
+    truth(twin, 10)
+    twin.advance(10 * STEP, STEP)
+    assert_array_equal(twin.view("encoder.speed"), fresh.view("encoder.speed"))  # the noise of a run with that seed
+    twin.view("seed")[:] = -1
+    with pytest.raises(ValueError, match="seed must be >= 0, got -1"):
+        twin.tuned()
+    with pytest.raises(ValueError, match="seed must be >= 0, got -1"):
+        sensors.begin_noise(state, -1)
+
+
 @pytest.mark.parametrize(
     ("values", "step"),
     [

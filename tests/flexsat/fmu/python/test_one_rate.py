@@ -210,3 +210,21 @@ def test_accelerations_at_the_start_are_those_with_the_inputs_of_the_start(made)
     index = {v.name: v.index for v in plant.table.variables}
     first = next(v for v in plant.table.variables if v.name == "accelerometer_site.acceleration[1]")
     assert index["external.force[3]"] in plant.table.dependencies(first, initial=True)
+
+
+def test_a_branch_of_the_sensors_has_the_noise_of_the_seed_that_is_set(made):
+    sensors = made("sensors", seed=1)
+    drive(sensors, 5, TICK)
+    state = sensors._get_fmu_state()
+    went_on = drive(sensors, 10, TICK, first=5)
+    branches = []
+    for seed in (2, 3, 2):
+        sensors._set_fmu_state(state)
+        write(sensors, "seed", seed)
+        branches.append(drive(sensors, 10, TICK, first=5))
+    assert branches[0] == branches[2]
+    assert branches[0] != branches[1]
+    assert branches[0] != went_on
+    sensors._set_fmu_state(state)
+    assert read(sensors, "seed") == [1]
+    assert drive(sensors, 10, TICK, first=5) == went_on

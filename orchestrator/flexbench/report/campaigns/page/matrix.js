@@ -37,8 +37,9 @@ function ranksOf(column) {
   return matrix.ranks.get(column);
 }
 
-/** Return Spearman's rank correlation of two columns, NaN if one does not vary. */
+/** Return Spearman's rank correlation of two columns, NaN if one does not vary or has categories. */
 function correlation(a, b) {
+  if (a.categories || b.categories) return NaN;
   const x = ranksOf(a), y = ranksOf(b);
   let n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
   for (let i = 0; i < x.length; i++) {
@@ -85,16 +86,23 @@ class Cell {
   }
 
   drawHistogram(pen, width, height, palette) {
-    const bins = new Uint32Array(24);
-    for (const v of valuesOf(this.row)) if (!Number.isNaN(v)) bins[Math.min(23, Math.floor(shareOf(this.row, v) * 24))] += 1;
-    const most = Math.max(1, ...bins), room = height - 34;
+    const categories = this.row.categories, count = categories ? categories.length : 24;
+    const bins = new Uint32Array(count);
+    for (const v of valuesOf(this.row)) if (!Number.isNaN(v)) bins[Math.min(count - 1, Math.floor(shareOf(this.row, v) * count))] += 1;
+    const most = Math.max(1, ...bins), room = height - 34, gap = categories ? 4 : 0.5;
     pen.fillStyle = palette.systems[selection.system % 4];
-    bins.forEach((n, k) => pen.fillRect(k * width / 24, height - room * n / most, width / 24 - 0.5, room * n / most));
+    bins.forEach((n, k) => pen.fillRect(k * width / count, height - room * n / most, width / count - gap, room * n / most));
     pen.fillStyle = palette.ink;
     pen.textAlign = "center";
     pen.font = "bold 12px system-ui, sans-serif";
     pen.fillText(this.row.name, width / 2, 13, width - 4);
     pen.font = "11px system-ui, sans-serif";
+    if (categories) {
+      pen.fillText(`${count} texts`, width / 2, 27, width - 4);
+      if (count > 8) return;
+      categories.forEach((text, k) => pen.fillText(text, (k + 0.5) * width / count, height - 4, width / count - 2));
+      return;
+    }
     pen.fillText(`${formatNumber(this.row.low, 3)} to ${formatNumber(this.row.high, 3)} ${this.row.unit === "1" ? "" : this.row.unit}`, width / 2, 27, width - 4);
   }
 

@@ -32,7 +32,11 @@ function showSelection() {
   const head = ["run", ...columns.map(labelOf)];
   const body = make("tbody");
   for (const i of found.slice(0, MOST_LISTED)) {
-    const cells = columns.map((c) => { const v = valuesOf(c)[i]; return Number.isNaN(v) ? "failed" : formatNumber(v); });
+    const cells = columns.map((c) => {
+      const v = valuesOf(c)[i];
+      if (Number.isNaN(v)) return "failed";
+      return c.categories ? c.categories[Math.round(v)] : formatNumber(v);
+    });
     body.append(make("tr", {}, ...[String(numbers[i]), ...cells].map((cell) => make("td", { textContent: cell }))));
   }
   const header = make("thead", {}, make("tr", {}, ...head.map((cell) => make("th", { textContent: cell, scope: "col" }))));

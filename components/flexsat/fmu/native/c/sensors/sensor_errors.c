@@ -105,7 +105,7 @@ int sensor_errors(Component *component, const SensorsData *matrices, SensorError
     return 0;
 }
 
-void sensor_errors_init(const Component *component, const SensorsData *matrices, Random random, ErrorState *state)
+void sensor_errors_init(const Component *component, const SensorsData *matrices, ErrorState *state)
 {
     const double *real = component->real;
     const double *const mounting[3] = {real + PORT_GYRO_MOUNTING_ERROR_X, real + PORT_GYRO_MOUNTING_ERROR_Y,
@@ -113,7 +113,6 @@ void sensor_errors_init(const Component *component, const SensorsData *matrices,
     double turned[3][GYROS];
     int i, k;
 
-    state->random = random;
     for (k = 0; k < GYROS; k++)
         state->gyro_bias[k] = real[PORT_GYRO_BIAS + k] + real[PORT_GYRO_BIAS_DEVIATION] * random_normal(&state->random);
     for (k = 0; k < GYROS; k++)

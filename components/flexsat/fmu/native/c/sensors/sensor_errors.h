@@ -41,7 +41,7 @@ typedef struct ErrorState {
 /* Read, check and sample. Returns 0, or 1 with the reason in `message`. */
 int sensor_errors(Component *component, const SensorsData *matrices, SensorErrors *errors);
 
-void sensor_errors_init(const Component *component, const SensorsData *matrices, Random random, ErrorState *state);
+void sensor_errors_init(const Component *component, const SensorsData *matrices, ErrorState *state);
 
 /* Add the errors of a sample to what gyros and accelerometers measure; `first`: no bias has walked before. */
 void add_fast_errors(const SensorErrors *errors, int first, const double *rate, ErrorState *state, double *gyro_rate,

@@ -57,7 +57,6 @@ int sensor_parameters(Component *component, double step, SensorParameters *param
         step = fast;
         known = "fast_period =";
     }
-    parameters->seed = (uint32_t)component->integer[PORT_SEED];
     parameters->gyro_noise = real[PORT_GYRO_NOISE];
     parameters->accelerometer_noise = real[PORT_ACCELEROMETER_NOISE];
     parameters->accelerometer_noise_is_gyros = boolean[PORT_AS_PUBLISHED];

@@ -11,7 +11,6 @@
 
 /* Deviations are standard deviations of one sample. */
 typedef struct SensorParameters {
-    uint32_t seed;
     double gyro_noise;                /* rad/s */
     double accelerometer_noise;       /* m/s2 */
     int accelerometer_noise_is_gyros; /* slip of the release: the gyros' number, read in m/s2 */

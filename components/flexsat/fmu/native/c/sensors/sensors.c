@@ -6,7 +6,6 @@ runtime/sensors.py, which documents it, and of fmu/python/sensors.py. */
 #include <string.h>
 
 #include "data.h"
-#include "plain_component.h"
 #include "rotations.h"
 #include "zero_order_hold.h"
 
@@ -56,19 +55,25 @@ static int prepare(Component *component, PreparedSensors *prepared, double step)
     return 0;
 }
 
+/* Begin all noise with the seed, which may change during a run. */
+static void begin_noise(const Component *component, SensorState *state)
+{
+    const uint32_t seed = (uint32_t)component->integer[PORT_SEED];
+
+    random_begin(&state->noise, seed, STREAM, 0);
+    random_begin(&state->disturbance, seed, STREAM, 1);
+    random_begin(&state->errors.random, seed, STREAM, 2);
+}
+
 /* The state before the first sample: instruments at rest, encoders at the nominal speeds. */
-static void init(Component *component, const PreparedSensors *prepared, SensorState *state,
-                 const SensorsData *matrices)
+static void init(Component *component, SensorState *state, const SensorsData *matrices)
 {
     const double *nominal_speed = matrices->nominal_speed;
     double *real = component->real;
-    Random errors;
 
     memset(state, 0, sizeof *state);
-    random_begin(&state->noise, prepared->parameters.seed, STREAM, 0);
-    random_begin(&state->disturbance, prepared->parameters.seed, STREAM, 1);
-    random_begin(&errors, prepared->parameters.seed, STREAM, 2);
-    sensor_errors_init(component, matrices, errors, &state->errors);
+    begin_noise(component, state);
+    sensor_errors_init(component, matrices, &state->errors);
     memset(real + PORT_STAR_TRACKER_QUATERNION, 0, 3 * sizeof(double));
     real[PORT_STAR_TRACKER_QUATERNION + 3] = 1.0;
     memset(real + PORT_STAR_TRACKER_MRP, 0, 3 * sizeof(double));
@@ -180,7 +185,7 @@ int component_start(Component *component)
     component->step_length = component->real[PORT_STEP_SIZE];
     if (prepare(component, prepared, 0.0) || sensor_errors(component, matrices, &prepared->errors))
         return 1;
-    init(component, prepared, state, matrices);
+    init(component, state, matrices);
     return 0;
 }
 
@@ -219,4 +224,26 @@ int component_restored(Component *component)
     if (state->count < 0 || state->count > MOST_STEPS)
         return refuse(component, "the saved state has a number of steps that no run reaches");
     return prepare(component, component->own, component->step_length);
+}
+
+/* The seed has changed. */
+int component_tuned(Component *component)
+{
+    if (component->integer[PORT_SEED] < 0)
+        return refuse(component, "seed must be >= 0, got %d", component->integer[PORT_SEED]);
+    begin_noise(component, (SensorState *)(void *)component->state);
+    return 0;
+}
+
+/* No output follows inputs or is computed on demand. */
+int component_follow_inputs(Component *component)
+{
+    (void)component;
+    return 0;
+}
+
+int component_evaluate(Component *component)
+{
+    (void)component;
+    return 0;
 }
