@@ -109,7 +109,7 @@ def level_rows(event: Event, found: RareEvent) -> tuple[list[str], list[list[str
     share = "accepted" if found.method == "chains" else "families"
     header = ["level", f"beyond [{unit}]" if unit else "beyond", "probability", "deviation", share, "runs"]
     rows = [
-        [str(k), f"{_shown(event, one.threshold):.4g}", f"{one.probability:.3g}", f"{100.0 * one.deviation:.0f} %",
+        [str(k), f"{_shown(event, one.threshold):.7g}", f"{one.probability:.3g}", f"{100.0 * one.deviation:.0f} %",
          f"{100.0 * one.acceptance:.0f} %", str(one.runs)]
         for k, one in enumerate(found.levels, start=1)
     ]  # fmt: skip

@@ -137,7 +137,7 @@ def splitting(
         for number, (k, after) in enumerate(zip(branches, found, strict=True), start=runs + 1):
             paths[k], numbers[k] = paths[k].followed_by(after), number
         runs, fresh = runs + len(branches), len(branches)
-    deviation = _between_families([roots[k] for k in np.flatnonzero(above)], samples)
+    deviation, effective = _between_families([roots[k] for k in np.flatnonzero(above)], samples)
     return RareEvent(
         probability=math.prod(level.probability for level in levels),
         deviation=deviation,
@@ -148,6 +148,7 @@ def splitting(
         points=np.empty((0, 0)),
         responses=largest[above],
         method="branches",
+        families=effective,
     )
 
 
@@ -159,9 +160,13 @@ def _deviation(share: float, samples: int) -> float:
     return math.sqrt((1.0 - share) / (share * samples)) if share else 0.0
 
 
-def _between_families(roots: Sequence[int], samples: int) -> float:
-    """Return the relative standard deviation, from how the runs with the event are spread over the first runs."""
+def _between_families(roots: Sequence[int], samples: int) -> tuple[float, float]:
+    """Return the relative standard deviation, from how the runs with the event are spread over the first runs.
+
+    And over how many equal families they would be as unevenly spread.
+    """
     if not roots:
-        return math.inf
+        return math.inf, 1.0
     sizes = np.unique(np.array(roots), return_counts=True)[1] / len(roots)
-    return math.sqrt(max(0.0, float(np.sum(sizes**2)) - 1.0 / samples) * samples / (samples - 1))
+    uneven = float(np.sum(sizes**2))
+    return math.sqrt(max(0.0, uneven - 1.0 / samples) * samples / (samples - 1)), 1.0 / uneven

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.stats import t as student
 
 from flexsat.arrays import Array
 from lockstep import InputError
@@ -46,6 +46,7 @@ class RareEvent:
     points: Array  # (k, dimension), standard normal: the runs of the last level in which the event happens
     responses: Array  # (k,)
     method: Literal["chains", "branches"] = "chains"
+    families: float = math.inf  # of branches: how many first runs the deviation rests on
 
     def bounds(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
         """Return approximate bounds of the probability: its logarithm as normal.
@@ -55,7 +56,8 @@ class RareEvent:
         with half of it in 75 %: there, more runs a level are needed.
         """
         deviation = math.sqrt(self.deviation * self.deviation_most)
-        reach = float(norm.ppf(0.5 * (1.0 + confidence))) * math.sqrt(math.log1p(deviation**2))
+        quantile = float(student.ppf(0.5 * (1.0 + confidence), max(1.0, self.families - 1.0)))  # normal for chains
+        reach = quantile * math.sqrt(math.log1p(deviation**2))
         return self.probability * math.exp(-reach), self.probability * math.exp(reach)
 
 
