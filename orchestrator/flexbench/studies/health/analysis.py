@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from flexsat.arrays import Array
 from flexsat.design.chain import Design
+from flexsat.slow_errors import TORQUES
 from lockstep import InputError
 
 from .covariance import FilterCovariance, filter_covariance
 from .replay import Replay
+from .slow_errors import SETTLED as SLOW_SETTLED
+from .slow_errors import groups, slow_covariance
 from .statistics import Average, autocorrelation, average, normalised, portmanteau, whiteness_bound
 
 SETTLED = 20.0  # s: the filter starts at zero, not in its steady state
@@ -43,6 +46,7 @@ class Health:
     error: Mapping[str, Average]  # NEES by group of states, bounds for one independent sample a seed
     history: Array  # (rows, 2): time [s] and NEES of all states, the mean over the seeds
     whiteness: Whiteness  # of the first seed
+    needs: float | None = None  # s: of a run that judges the estimated torque and biases, where these do not
 
 
 def measurement_groups(design: Design) -> dict[str, slice]:
@@ -94,15 +98,39 @@ def analyse(replays: Mapping[int, Replay], design: Design, settled_from: float =
     covariances = filter_covariance(design, next(iter(replays.values())).fine)
     settled = {seed: _from(run, settled_from) for seed, run in replays.items()}
     first = next(iter(settled.values()))
+    slow, needs = _slow_errors(list(replays.values()), design)
     return Health(
         configuration=design.config.name,
         seeds=tuple(settled),
         settled_from=settled_from,
         innovation=_innovations(list(settled.values()), covariances, design),
-        error={name: _errors(list(settled.values()), covariances, part) for name, part in state_groups(design).items()},
+        error={name: _errors(list(settled.values()), covariances, part) for name, part in state_groups(design).items()}
+        | slow,
+        needs=needs,
         history=_history(list(settled.values()), covariances),
         whiteness=_whiteness(first, covariances),
     )
+
+
+def _slow_errors(runs: Sequence[Replay], design: Design) -> tuple[dict[str, Average], float | None]:
+    """Average over time and seeds, from where the filter of torque and biases has settled; each seed is one sample.
+
+    With it, for runs that end before, the time [s] that is needed.
+    """
+    given = [run.slow for run in runs if run.slow is not None]
+    if not given:
+        return {}, None
+    known = slow_covariance(design, runs[0].fine, given[0].choice)
+    start, end = SLOW_SETTLED * known.time_constant, min(float(run.time[-1]) for run in runs)
+    if not end > start + LONGER:
+        return {}, start + LONGER
+    found = {}
+    for name, part in groups(given[0].choice, given[0].error.shape[1] - TORQUES).items():
+        inside = known.covariance[part, part]
+        squares = [np.sum(normalised(slow.error[run.time >= start, part], inside) ** 2, axis=1)
+                   for run, slow in zip(runs, given, strict=True)]  # fmt: skip
+        found[name] = average(np.array([np.mean(one) for one in squares]), part.stop - part.start)
+    return found, None
 
 
 def _from(run: Replay, start: float) -> Replay:

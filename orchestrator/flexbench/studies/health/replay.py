@@ -13,12 +13,14 @@ from flexsat.closed_loop import port_values
 from flexsat.ports import controller as interface
 from flexsat.runtime import controller
 from flexsat.runtime.rotations import error_rotation
+from flexsat.slow_errors import TORQUES
 from lockstep import InputError, Signals
 from lockstep.results.read_run_record import read_run_record
 from lockstep.shadow.ports import ORIGINAL, SHADOW
 
 from ...runs.histories import controller_rows, of_known_modes, wheel_speed_deviation
 from ...runs.run_folder import Run
+from .slow_errors import SlowErrors, slow_errors, true_biases
 
 MEASURED = (
     "sensors.gyro.rate",
@@ -41,10 +43,16 @@ class Replay:
     innovation: Array  # (rows, y)
     error: Array  # (rows, r): estimate less truth, of the states without the anti-aliasing filter
     fine: bool  # whether the fine guidance sensor was in use
+    slow: SlowErrors | None = None  # where torque or biases are estimated, if wanted
 
 
-def replay(run: Run) -> Replay:
+def replay(run: Run, *, slow: bool = False, torque: str | None = None) -> Replay:
     """Run the controller's stepper over the recorded measurements.
+
+    Parameters
+    ----------
+    slow : whether errors of estimated torque and biases are wanted
+    torque : recorded signal of the external torque on the plant, by its name without element; None: it is constant
 
     Raises
     ------
@@ -56,7 +64,7 @@ def replay(run: Run) -> Replay:
     missing = [name for name in (*MEASURED, *TRUE, "controller.wheel.torque") if name not in signals]
     if missing:
         raise InputError(f"{run.folder}: {missing[0]} was not recorded; `flexsat health` records what it needs")
-    given = _controller_parameters(run)
+    given = _parameters(run, "controller")
     matrices = design.controller
     values = port_values("controller", interface.ports(matrices), given)
     parameters = interface.parameters(matrices, values.__getitem__)
@@ -73,24 +81,46 @@ def replay(run: Run) -> Replay:
     measured = [np.ascontiguousarray(signals[name][rows]) for name in MEASURED]
     innovation = np.zeros((len(time), len(matrices.c)))
     estimate = np.zeros((len(time), stepper.controlled))
-    torque = np.zeros((len(time), stepper.wheels))
+    torques = np.zeros((len(time), stepper.wheels))
+    estimated = np.zeros((len(time), TORQUES + stepper.gyros))
     phase = np.zeros(len(time), np.intp)
     for row, now in enumerate(time.tolist()):
         rate, acceleration, speed, angle, mrp, valid = (values[row] for values in measured)
         controller.command(stepper, state, now, rotation, start)
         measurements = controller.Measurements(rate, acceleration, speed, angle, mrp, bool(valid))
         outputs = controller.step(stepper, state, now, measurements)
-        innovation[row], torque[row] = outputs.innovation, outputs.torque
+        innovation[row], torques[row], estimated[row] = outputs.innovation, outputs.torque, outputs.slow_errors
         estimate[row] = outputs.estimate[: stepper.controlled]
         phase[row] = min(state.since_star_tracker, stepper.phases - 1)
     own = f"controller.{ORIGINAL}wheel.torque"  # after a switchover the torque that acted is the shadow's
     commanded = signals[own if own in signals else "controller.wheel.torque"][rows]
-    if np.max(np.abs(torque - commanded)) > SAME * np.max(np.abs(commanded)):
+    if np.max(np.abs(torques - commanded)) > SAME * np.max(np.abs(commanded)):
         raise InputError(f"{run.folder}: the replay commands other torques than the FMU did; build and run it again")
     truth = [of_known_modes(signals, flown, name)[rows] for name in TRUE]
     error = estimate - np.hstack([*truth, wheel_speed_deviation(signals, flown)[rows]])
     error[:, :3] = 0.25 * error_rotation(estimate[:, :3], truth[0])  # MRPs do not subtract far from zero
-    return Replay(time=time, phase=phase, innovation=innovation, error=error, fine=parameters.fine_sensor)
+    choice = (parameters.estimates_torque, parameters.estimates_bias)
+    return Replay(
+        time=time,
+        phase=phase,
+        innovation=innovation,
+        error=error,
+        fine=parameters.fine_sensor,
+        slow=slow_errors(
+            estimated,
+            _constant_torque(run, len(time)) if torque is None else signals[torque][rows],
+            true_biases(design, _parameters(run, "sensors"), len(time)),
+            choice,
+        )
+        if slow and any(choice)
+        else None,
+    )
+
+
+def _constant_torque(run: Run, rows: int) -> Array:
+    given = _parameters(run, "plant")
+    whole = given.get("external.torque", (0.0, 0.0, 0.0))
+    return np.tile([float(given.get(f"external.torque[{k + 1}]", whole[k])) for k in range(3)], (rows, 1))
 
 
 def recorded(signals: Signals) -> bool:
@@ -98,7 +128,7 @@ def recorded(signals: Signals) -> bool:
     return all(name in signals for name in MEASURED)
 
 
-def _controller_parameters(run: Run) -> dict[str, Any]:
+def _parameters(run: Run, component: str) -> dict[str, Any]:
     record, _ = read_run_record(run.folder)
-    found: dict[str, Any] = next(c["parameters"] for c in record["component"] if c["name"] == "controller")
+    found: dict[str, Any] = next(c["parameters"] for c in record["component"] if c["name"] == component)
     return {name: value for name, value in found.items() if not name.startswith(SHADOW)}

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lockstep import InputError, load_system
+from lockstep import InputError, System, load_system
 
 from ...engine.jobs import Job, run_jobs
 from ...loop.fmu_choice import Report, choose_fmus, silent
@@ -50,7 +50,8 @@ def run_health(
     loaded = load_system(system)
     chosen = choose_fmus([loaded], python)
     report(chosen.text)
-    patterns = (*loaded.record, *MEASURED)
+    torque = _torque_source(loaded)
+    patterns = (*loaded.record, *MEASURED, *([] if torque is None else [torque]))
     jobs = [
         Job(
             system=system,
@@ -66,9 +67,30 @@ def run_health(
     run_jobs(jobs, processes)
     runs = {seed: read_run(job.folder) for seed, job in zip(seeds, jobs, strict=True)}
     first = next(iter(runs.values()))
-    health = analyse({seed: replay(run) for seed, run in runs.items()}, first.design)
+    health = analyse({seed: replay(run, slow=True, torque=torque) for seed, run in runs.items()}, first.design)
     write_health(health, folder, chosen.kind)
     return health
+
+
+def _torque_source(system: System) -> str | None:
+    """Return what gives the external torque on the plant, as component and port; None: it is constant.
+
+    Raises
+    ------
+    InputError
+        If the controller reads from something else than the sensors: a replay of it needs what they measured.
+    """
+    for one in system.connections:
+        if one.to_component == "controller" and one.from_component != "sensors":
+            raise InputError(
+                f"{system.name}: controller.{one.input} comes from {one.from_component}; the estimator is judged where"
+                " sensors alone feed the controller: in environment.ssd for that of a mission"
+            )
+    into = "external.torque[1]"
+    for one in system.connections:
+        if (one.to_component, one.input) == ("plant", into):
+            return f"{one.from_component}.{one.output.partition('[')[0]}"
+    return None
 
 
 def write_health(health: Health, folder: Path, fmus: str) -> None:
