@@ -1,8 +1,10 @@
 """The probes judge FMUs of every version, those that end their simulation, and steps that are no test."""
 
+import time
 import zipfile
 from dataclasses import replace
 
+import psutil
 import pytest
 
 from lockstep.check.dynamic import probes_life, probes_load, probes_refusal, probes_setup, probes_state
@@ -10,6 +12,7 @@ from lockstep.check.dynamic.experiment import experiment_of
 from lockstep.check.dynamic.probe_process import ProbeResult, ProbeTask
 from lockstep.check.dynamic.probe_runner import ProbeRunner
 from lockstep.check.dynamic_checks import CHECKS, CheckSequence, dynamic_checks
+from lockstep.operating_system import can_serve_copies
 from lockstep.processes.last_call import SIZE, LastCall
 
 VERSIONS = ["1.0", "2.0", "3.0"]
@@ -103,3 +106,18 @@ def test_one_cause_is_one_error(tmp_path, first, second, same):
     statuses = [finding.status for finding in checks.findings]
     assert statuses == (["error", "skipped"] if same else ["error", "error"])
     assert not same or checks.findings[1].message == f"not checked: as dynamic.reset: {second}"
+
+
+def test_probes_go_on_in_new_processes_where_an_fmu_has_killed_what_they_are_copies_of(reference_fmu, tmp_path):
+    before = psutil.Process().children()
+    with ProbeRunner(archive=reference_fmu("dahlquist", "2.0"), work=tmp_path, time_limit=60.0) as runner:
+        experiment = experiment_of(runner.archive, runner.unpack())
+        assert runner.run(probes_life.initialise, experiment).status == "pass"
+        originals = [child for child in psutil.Process().children() if child not in before]
+        assert len(originals) == can_serve_copies()
+        for original in originals:
+            original.kill()
+            while original.status() != psutil.STATUS_ZOMBIE:
+                time.sleep(0.01)
+        assert runner.run(probes_life.initialise, experiment).status == "pass"
+        assert [child for child in psutil.Process().children() if child not in before] == []
