@@ -85,7 +85,7 @@ def remark(*texts: str) -> None:
     from lockstep.standard_streams import printable, unfiltered
 
     _current().remarks.extend(texts)
-    console = Console(file=unfiltered(sys.stdout), highlight=False)
+    console = Console(file=unfiltered(sys.stdout), highlight=False, emoji=False)
     for text in texts:
         if console.is_terminal:
             console.print(escape(printable(text, keep="\n")))
