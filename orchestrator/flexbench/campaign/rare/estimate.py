@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import closing
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -118,10 +117,13 @@ def level_rows(event: Event, found: RareEvent) -> tuple[list[str], list[list[str
 
 def sentence(event: Event, found: RareEvent) -> str:
     """Return the result as a sentence."""
+    if not found.reached and found.method == "branches":
+        left = 100.0 * found.levels[-1].acceptance
+        return (f"{event.text}: not reached within {found.runs} runs, as {left:.0f} % of the first runs have branches"
+                " left; that is no estimate. Give more cases, or a nearer limit.")  # fmt: skip
     if not found.reached:
-        least = math.prod(one.probability for one in found.levels if one.probability)
-        return (f"{event.text}: not reached within {found.runs} runs; its probability is below about {least:.1g}. Give"
-                " more cases, or a nearer limit.")  # fmt: skip
+        return (f"{event.text}: not reached within {found.runs} runs; its probability is below about"
+                f" {found.probability:.1g}. Give more cases, or a nearer limit.")  # fmt: skip
     low, high = found.bounds()
     return (f"{event.text}: probability {found.probability:.2g}, 95 % bounds {low:.2g} to {high:.2g}, coefficient of"
             f" variation {found.deviation:.2g}, {found.runs} runs.")  # fmt: skip

@@ -1,6 +1,7 @@
 """Branches of runs of an FMU: from saved states, the same as simulated from the start; the same bytes resumed."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -99,6 +100,7 @@ def test_levels_are_those_of_the_runs_and_the_same_bytes_come_after_an_interrupt
     assert results.about["sampling"] == "splitting"
     assert "families" in level_rows(event, found)[0]
     assert f"{found.runs} runs" in sentence(event, found)
+    assert "that is no estimate" in sentence(event, replace(found, reached=False))
     with pytest.raises(InputError, match="run 3: a branch of a rare event cannot be repeated"):
         rerun(tmp_path / "out", 3)
 

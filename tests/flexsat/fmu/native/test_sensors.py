@@ -252,6 +252,8 @@ def test_a_seed_set_in_a_run_begins_all_noise_anew_and_nothing_else(
                 sensors.step(prepared, state, inputs)
                 assert_array_equal(twin.view("encoder.speed"), state.outputs.encoder_speed)
                 assert np.max(np.abs(twin.view("gyro.rate") - state.outputs.gyro_rate)) < 1e-12
+                wrench = np.concatenate([twin.view(name) for name in WRENCH])  # rounding of sums, and no more
+                assert np.max(np.abs(wrench - state.outputs.wrench)) < 1e-12 * np.max(np.abs(wrench))
         assert 0.0 < np.max(np.abs(state.errors.gyro_bias - bias)) < 0.001  # it walks on: it is not drawn again
         after.append(twin.arrays["real"].copy())
     assert_array_equal(after[0], after[2])
