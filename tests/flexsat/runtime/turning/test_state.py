@@ -70,3 +70,13 @@ def test_a_turn_there_and_back_is_none(turn):
     back = turned_state(there, here, away, inputs)
     assert_allclose(plant.structure_motion(here, back), before, atol=1e-13)
     assert_allclose(back.speed, state.speed, rtol=1e-12)
+
+
+def test_the_momenta_of_the_modes_are_kept(turn):
+    """What a slow turn keeps is not the modal velocities but their momenta, which count the motion of the body."""
+    here, state, prepared, inputs = turn
+    m = here.modes
+    there = prepared([2.0, -1.0])
+    before = here.motion.mass[6:] @ plant.structure_motion(here, state)[m:]
+    after = there.motion.mass[6:] @ plant.structure_motion(there, turned_state(here, there, state, inputs))[m:]
+    assert_allclose(after, before, rtol=1e-11, atol=1e-14)
