@@ -119,6 +119,14 @@ def test_another_system_and_other_columns_lay_the_matrix_anew(folder, open_page)
     assert selected(page) > 0
     numbers = [int(text) for text in page.locator("#runs-selected tbody td:first-child").all_inner_texts()]
     assert all(number > 300 for number in numbers)  # runs of the other system
+    page.locator("#variables input[value='input.camera']").check()
+    assert cell(page, "camera").evaluate(INK) > 300
+    cell(page, "camera/settling").focus()
+    page.keyboard.press("Enter")
+    settle(page)
+    texts = page.locator("#runs-selected tbody td:last-child").all_inner_texts()
+    assert set(texts) <= {"narrow", "wide"}
+    assert texts
 
 
 def test_bands_are_drawn_to_their_peak_and_read_by_arrows(folder, open_page):
