@@ -39,7 +39,7 @@ class Outcome:
     suggestion: str | None = None  # instead of the command's `then`
 
     def as_json(self, command: str, code: int, then: str | None) -> str:
-        """Return it as JSON, described in docs/json.md."""
+        """Return it as JSON, described in docs/commands.md."""
         content = {
             "format": FORMAT,
             "command": command,
