@@ -31,7 +31,7 @@ FOLDERS = {
         *("bundle", "checkpoint", "run", "ssp", "ssp/documents", "faults", "tick", "plan", "shadow", "adapter"),
         *("results",),
         *("processes", "fmi", "system", "interrupt", "operating_system", "standard_streams", "data_text"),
-        *("plain_values", "errors", "arrays", "array_names", "whole_file", "version"),
+        *("plain_values", "plain_table", "errors", "arrays", "array_names", "whole_file", "version"),
     ),
     "flexbench": (
         *("cli", "cli/campaign", "cli/spacecraft", "cli/options"),

@@ -10,7 +10,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, out_option, record_option, stop_time_option
-from lockstep.cli.outcome import keep, remark
+from lockstep.cli.outcome import remark, wrote
 from lockstep.cli.parameter_types import OneOf
 
 from .options import DEFAULT_SEED, SCENARIOS, fmus_option, seed_option, spacecraft_option
@@ -72,7 +72,7 @@ def equivalence(
                 )
                 kind = "native, " if native else ""
                 remark(f"{name} {one}, {kind}{stop_time:g} s, seed {seed}: {signals} signals, {result}")
-        keep(root)
+        wrote(root)
     if failed:
         tolerance = gate.NATIVE_TOLERANCE if native else gate.TOLERANCE
         print(f"flexsat: signals differ by more than {tolerance:g}", file=sys.stderr)

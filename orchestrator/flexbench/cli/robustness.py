@@ -12,7 +12,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
-from lockstep.cli.outcome import remark, show_table
+from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import COUNT, NUMBER, OneOf, Several
 from lockstep.errors import InputError
 
@@ -123,6 +123,7 @@ def robustness(
     show_table(errors.HEADER, errors.table_rows(outcomes))
     unstable = sum(not outcome.stable for outcome in outcomes)
     remark(f"{unstable} of {len(outcomes)} runs unstable; worst of seeds {numbers[0]} to {numbers[-1]} in each row")
+    wrote(folder)
     if unstable:
         print("flexsat: the loop is not robust to these errors of the plant", file=sys.stderr)
     return 1 if unstable else 0

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Sequence
 
-_GAP = "  "
+from lockstep.plain_table import plain_lines
+
 _RULE = 3  # characters that a column of a table with rules takes beside its text
 
 
@@ -38,17 +39,6 @@ def print_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
         console.print(shown)
 
 
-def plain_lines(table: Sequence[Sequence[str]]) -> list[str]:
-    """Return the lines of a table: columns of numbers aligned right, others left, two spaces between."""
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    numeric = [k > 0 and all(_is_number(row[k]) for row in table[1:]) for k in range(len(widths))]
-    return [
-        _GAP.join(cell.rjust(width) if right else cell.ljust(width)
-                  for cell, width, right in zip(row, widths, numeric, strict=True)).rstrip()
-        for row in table
-    ]  # fmt: skip
-
-
 def parts(table: Sequence[Sequence[str]], width: int) -> list[list[int]]:
     """Return the columns of each table that fits a width without breaking a word; the first column is in all."""
     least = [_longest_word(table, k) + _RULE for k in range(len(table[0]))]
@@ -62,11 +52,3 @@ def parts(table: Sequence[Sequence[str]], width: int) -> list[list[int]]:
 
 def _longest_word(table: Sequence[Sequence[str]], column: int) -> int:
     return max((len(word) for row in table for word in row[column].split()), default=0)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return text in ("", "-")
-    return True

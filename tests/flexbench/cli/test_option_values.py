@@ -108,7 +108,7 @@ CALLS = {
     "robustness": (
         ("robustness",),
         "flexbench.studies.robustness.model_errors:run_robustness",
-        ("flexbench.loop.build:build_all",),
+        ("flexbench.loop.chosen_spacecraft:build_all",),
         {
             "--configuration": (("centralised",), "['centralised']"),
             "--scenario": (("slew",), "'slew'"),
@@ -173,7 +173,7 @@ CALLS = {
     "equivalence": (
         ("equivalence",),
         "flexbench.loop.equivalence:compare",
-        ("flexbench.loop.build:build_all",),
+        ("flexbench.loop.chosen_spacecraft:build_all",),
         {
             "--configuration": (("distributed",), "'distributed'"),
             "--scenario": (("fine_pointing",), "'fine_pointing'"),

@@ -4,7 +4,8 @@ import io
 import re
 import sys
 
-from lockstep.cli.print_table import parts, plain_lines, print_table
+from lockstep.cli.print_table import parts, print_table
+from lockstep.plain_table import plain_lines
 
 HEADER = ("loop", "gain", "phase", "delay", "what is left out of it")
 ROWS = [("design: body axes", "-9.31 dB at 0.0821 Hz, +11.02 dB at 1.31 Hz", "38.2 deg at 0.5 Hz", "210.7 ms", "3"),

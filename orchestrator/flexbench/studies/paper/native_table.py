@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from ...loop.equivalence import Difference
 from .native import TOLERANCE, NativeRun, NativeStudy
 from .published import TITLES
@@ -73,17 +71,3 @@ def objections(study: NativeStudy) -> list[str]:
             what = f"differs by {largest.relative:.1e} in {largest.signal}, more than {TOLERANCE:g}"
             lines.append(f"{run.run}, native: {what}")
     return lines
-
-
-def as_text(study: NativeStudy) -> str:
-    """Return times and differences for a terminal."""
-    lines = [TITLE, ""]
-    for header, rows in ((RUN_HEADER, run_rows(study)), (PORT_HEADER, port_rows(study))):
-        if rows:
-            lines += [*_aligned([header, *rows]), ""]
-    return "\n".join([*lines, *remarks(study)]) + "\n"
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]

@@ -11,12 +11,10 @@ from functools import cache
 from importlib import resources
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
 
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ConfigurationName
+from lockstep.plain_table import plain_lines
 
 from .published import REMARKS, ROWS, TITLES, VARIANTS, PaperRow, Variant
 
@@ -159,18 +157,12 @@ def title(name: ConfigurationName) -> str:
     return f"{name}: results of the paper and of flexsat"
 
 
-def as_text(results: Results, width: int = 110) -> str:
-    """Return the table for a terminal."""
-    output = io.StringIO()
-    console = Console(file=output, width=width)
+def as_text(results: Results) -> str:
+    """Return the tables as `flexsat paper` prints them into a file."""
+    found = []
     for name in CONFIGURATIONS:
-        table = Table(title=title(name), title_justify="left", box=SIMPLE_HEAD)
-        for column in header(results):
-            table.add_column(column, justify="left" if column in ("row", "unit") else "right", no_wrap=column == "row")
-        for line in lines(results, name):
-            table.add_row(*line)
-        console.print(table)
-    return output.getvalue() + "\n".join(footnotes(results)) + "\n"
+        found += [title(name), *plain_lines([header(results), *lines(results, name)])]
+    return "\n".join([*found, *footnotes(results)]) + "\n"
 
 
 def numbers(results: Results) -> list[tuple[PaperRow, Variant, ConfigurationName, Cell]]:

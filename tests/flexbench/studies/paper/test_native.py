@@ -18,14 +18,13 @@ from flexbench.studies.paper.native_table import (
     PORT_HEADER,
     RUN_HEADER,
     TITLE,
-    as_text,
     objections,
     port_rows,
     remarks,
     run_rows,
 )
 from flexbench.studies.paper.table import Results
-from lockstep.cli.print_table import plain_lines
+from lockstep.plain_table import plain_lines
 from lockstep.results.read_run_record import read_run_record
 
 TORQUE, RATE = "controller.wheel.torque", "plant.rate"
@@ -70,18 +69,21 @@ def test_a_run_through_both_kinds_of_fmus_gives_both_times_and_small_differences
     assert ports["controller.reference.mrp"].relative == 0.0
 
 
+def shown(study):
+    """Return times and differences as the command prints them."""
+    return "\n".join([TITLE, *plain_lines([RUN_HEADER, *run_rows(study)]),
+                      *plain_lines([PORT_HEADER, *port_rows(study)]), *remarks(study)])  # fmt: skip
+
+
 def test_the_text_has_both_times_and_the_signal_where_the_difference_is_largest(study):
-    assert as_text(study).splitlines() == [
+    assert shown(study).splitlines() == [
         "Native FMUs against those in Python",
-        "",
         "run                     Python [s]  native [s]  largest difference  in",
-        "distributed-slew-seed1  100.0       30.0        2.0e-12             controller.wheel.torque[4]",
-        "centralised-slew-seed1  80.0        20.0        3.0e-11             controller.wheel.torque[2]",
-        "sum                     180.0       50.0                            3.6 times as fast",
-        "",
+        "distributed-slew-seed1       100.0        30.0             2.0e-12  controller.wheel.torque[4]",
+        "centralised-slew-seed1        80.0        20.0             3.0e-11  controller.wheel.torque[2]",
+        "sum                          180.0        50.0                      3.6 times as fast",
         "port                     largest difference  in                          run",
-        "controller.wheel.torque  3.0e-11             controller.wheel.torque[2]  centralised-slew-seed1",
-        "",
+        "controller.wheel.torque             3.0e-11  controller.wheel.torque[2]  centralised-slew-seed1",
         "corrected, robust, seed 1, runs of 300 s through the FMUs in Python and through those in C. Times are those of"
         " the runs, some of which ran at the same time.",
         "Differences are relative to the largest value of the port through the FMUs in Python.",
@@ -109,7 +111,7 @@ OBJECTIONS = [
 
 def test_each_run_that_differs_or_failed_is_objected_to(objectionable):
     assert objections(objectionable) == OBJECTIONS
-    assert "plant.rate[2], centralised-slew-seed1; more than the 1e-08 that is allowed." in as_text(objectionable)
+    assert "plant.rate[2], centralised-slew-seed1; more than the 1e-08 that is allowed." in shown(objectionable)
 
 
 def test_its_file_has_everything_and_the_page_shows_it(objectionable, study, tmp_path):
@@ -149,12 +151,6 @@ def command(monkeypatch, tmp_path, capsys):
         return code, *capsys.readouterr(), asked
 
     return call
-
-
-def shown(study):
-    """Return times and differences as the command prints them."""
-    return "\n".join([TITLE, *plain_lines([RUN_HEADER, *run_rows(study)]),
-                      *plain_lines([PORT_HEADER, *port_rows(study)]), *remarks(study)])  # fmt: skip
 
 
 def test_the_command_flies_them_and_ends_with_exit_code_1_where_they_differ(command, study, objectionable):

@@ -157,11 +157,10 @@ def test_json_holds_everything_behind_the_table():
     assert {row["deviation"] is None for row in content["rows"] if row["variant"] == "corrected"} == {True}
 
 
-def test_text_fits_its_width_and_shows_every_row():
-    text = as_text(results(lost={name: [0.03] for name in CONFIGURATIONS}), width=110)
+def test_text_shows_every_row():
+    text = as_text(results(lost={name: [0.03] for name in CONFIGURATIONS}))
     tables = text.partition("Runs of 300 s")[0]
 
-    assert max(map(len, tables.splitlines())) <= 110
     for row in ROWS:
         assert tables.count(row.label) == 2  # a table each configuration
         assert row.definition in text
