@@ -70,7 +70,7 @@ def architecture(designs: Designs) -> Figure:
         ),
         "controller": (
             "slew guidance, LQR,", "Kalman filter with", f"{len(designs.corrected.fine.gain)} gains in turn;",
-            "saturation, delay compensation",
+            "torque limits,", "delay compensation",
         ),
         "plant": ("rigid body,", f"{designs.corrected.structure.mode_count} modes, {craft.wheel_count} wheels"),
     }  # fmt: skip
