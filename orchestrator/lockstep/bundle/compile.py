@@ -28,7 +28,7 @@ _TIME_LIMIT = 600  # [s]
 
 
 def sources(version: str = "2.0") -> dict[str, bytes]:
-    """Return the C files of the library of a version of FMI, by name: what other versions have begins with theirs."""
+    """Return the C files of the library of a version of FMI, by name: not those of other versions."""
     others = tuple(f"fmi{one[0]}_" for one in VERSIONS if one != version)
     files = (path for path in sorted(_SOURCES.iterdir()) if path.suffix in (".c", ".h"))
     own = (path for path in files if path.suffix == ".h" or not path.name.startswith(others))
