@@ -118,7 +118,7 @@ int component_start(Component *component)
 {
     Memory *memory = &component->memory;
     TurningPlant *own = memory_take(memory, 1, sizeof(TurningPlant));
-    Plant *plant = &own->plant;
+    Plant *plant = own == NULL ? NULL : &own->plant;
 
     component->own = plant;
     component->step_length = 0.0;
