@@ -2,9 +2,9 @@
 
     python tests/bench/fuzz_native.py [COMPONENT ...] [--runs 100000] [--seed 1]
 
-The components are toy, sensors, plant and controller, of few modes; all of them without a name. What is checked stands
-in tests/fmus/native/fuzz/: `sequences` makes calls, `states` changes bytes of serialised states. It needs clang with
-libFuzzer.
+The components are toy, plant, turning_plant (of a spacecraft whose arrays turn), sensors and controller, of few modes,
+and environment, thrusters and mission; all of them without a name. What is checked stands in tests/fmus/native/fuzz/:
+`sequences` makes calls, `states` changes bytes of serialised states. It needs clang with libFuzzer.
 """
 
 from __future__ import annotations

@@ -9,11 +9,15 @@ import random
 import re
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from flexsat.description.built_in import configuration
-from flexsat.design.chain import build_design
+from flexsat.design.chain import build_design, plant_matrices
 from flexsat.fmu.native.sources import (
     IDENTITY,
     Identity,
@@ -22,15 +26,22 @@ from flexsat.fmu.native.sources import (
     generated_sources,
     identity_source,
 )
-from flexsat.ports import controller, plant, sensors
+from flexsat.ports import controller, environment, mission, plant, sensors, thrusters
 from flexsat.ports.table import PortTable
 from flexsat.spacecraft.variation import with_modes
+from fmus.mission_numbers import MISSION_DATA
 from fmus.native.native_toy import counter_component
+from fmus.turning_array import spacecraft
 
 HARNESS = Path(__file__).with_name("fuzz")
 TARGETS = ("sequences", "states")
-STEPS = {"toy": 1e-2, "plant": 1e-3, "sensors": 1e-3, "controller": 5e-3}  # s
+TURNING = "turning_plant"
+MISSIONS = {"environment": environment, "thrusters": thrusters, "mission": mission}
+STEPS = {"toy": 1e-2, "plant": 1e-3, TURNING: 1e-3, "sensors": 1e-3, "controller": 5e-3,
+         "environment": 0.1, "thrusters": 5e-3, "mission": 5e-3}  # fmt: skip  # s
 FEW_MODES = 3  # a controller of few modes starts in a millisecond
+NAMES = ("corrected", "as_published", "published")  # of the matrices
+SPEED = np.array([40.0, -60.0, 55.0, 30.0, -80.0])  # rad/s, of the wheels of the turning spacecraft
 GUID = "{11111111-2222-3333-4444-555555555555}"
 SANITIZERS = "address,undefined,float-cast-overflow"
 OPTIONS = ("-std=c99", "-g", "-O1", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off", "-fno-sanitize-recover=all")
@@ -48,23 +59,32 @@ def fuzzer_is_missing() -> str:
 
 
 def sources_of(component: str) -> dict[str, bytes]:
-    """Return the sources of a native FMU by name: of the toy, or of a component of the centralised spacecraft with few
-    modes.
+    """Return the sources of a native FMU by name: of the toy, of a component of the centralised spacecraft with few
+    modes, of the plant of a spacecraft whose arrays turn, or of a component of missions.
     """
     if component == "toy":
         toy = counter_component()
-        main, table, variants, equal_steps, set_by = toy.main, toy.table, {}, toy.equal_steps, toy.step_parameter
-    else:
-        design = build_design(with_modes(configuration("centralised", "published"), FEW_MODES))
-        interface = {"plant": plant, "sensors": sensors, "controller": controller}[component]
-        matrices = getattr(design, component)
-        names = ("corrected", "as_published", "published")[: 3 if component == "controller" else 2]
-        main, table = c_files()[f"{component}.c"], PortTable(interface.ports(matrices))
-        variants = dict.fromkeys(names, matrices)
-        equal_steps, set_by = component != "plant", "step_size" if component == "sensors" else None
-    sources = component_sources(main) | generated_sources(main.stem, table, variants)
-    sources[IDENTITY] = identity_source(Identity(guid=GUID, equal_steps=equal_steps, step_parameter=set_by))
-    return sources
+        return _sources(toy.main, toy.table, {}, toy.equal_steps, toy.step_parameter)
+    main = c_files()[f"{component.removeprefix('turning_')}.c"]
+    if component in MISSIONS:
+        table = PortTable(MISSIONS[component].ports(MISSION_DATA))
+        return _sources(main, table, {}, component != "environment")
+    if component == TURNING:
+        with tempfile.TemporaryDirectory() as folder:
+            turning = plant_matrices(spacecraft(Path(folder)), SPEED, 1e-3)
+        return _sources(main, PortTable(plant.ports(turning)), dict.fromkeys(NAMES[:2], turning), equal_steps=False)
+    design = build_design(with_modes(configuration("centralised", "published"), FEW_MODES))
+    matrices = getattr(design, component)
+    table = PortTable({"plant": plant, "sensors": sensors, "controller": controller}[component].ports(matrices))
+    variants = dict.fromkeys(NAMES[: 3 if component == "controller" else 2], matrices)
+    return _sources(main, table, variants, component != "plant", "step_size" if component == "sensors" else None)
+
+
+def _sources(
+    main: Path, table: PortTable, variants: Mapping[str, Any], equal_steps: bool, set_by: str | None = None
+) -> dict[str, bytes]:
+    identity = identity_source(Identity(guid=GUID, equal_steps=equal_steps, step_parameter=set_by))
+    return component_sources(main) | generated_sources(main.stem, table, variants) | {IDENTITY: identity}
 
 
 def build_targets(component: str, sources: Mapping[str, bytes], folder: Path) -> dict[str, Path]:
