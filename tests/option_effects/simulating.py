@@ -52,7 +52,7 @@ EFFECTS = {
         "--accept-infeasible": "flexbench/loop/test_feasibility.py::test_it_runs_if_that_is_accepted",
         "--as-published": _VALUE_FILE + "test_as_published_sets_the_parameters_of_the_release",
     },
-    "flexsat branch": {
+    "flexsat branch": JSON | {
         "--vary": "flexbench/engine/test_branches.py::test_all_combinations_are_named_by_their_values",
         **dict.fromkeys(("--set", "--reinitialise", "--stop-time", "--record", "--out", "--jobs"), _VALUES),
     },

@@ -83,6 +83,7 @@ EFFECTS = {
         **dict.fromkeys(("--points", "--speed-range", "--stop-time", "--out"), _WATERFALL),
         **dict.fromkeys(("--seed", "--python", "--jobs"), _VALUES),
     },
-    "flexsat equivalence": dict.fromkeys(("--configuration", "--scenario", "--seed", "--stop-time", "--record", "--out",
-                                          "--fmus", "--native"), _VALUES),
+    "flexsat equivalence": JSON
+    | dict.fromkeys(("--configuration", "--scenario", "--seed", "--stop-time", "--record", "--out", "--fmus", "--native"),
+                    _VALUES),
 }  # fmt: skip

@@ -8,6 +8,7 @@ _ADAPTED = "lockstep/ssp/test_adapted_package.py::"
 _BUILT = "flexsat/fmu/test_built_components.py::"
 _SAME_BYTES = _BUILT + "test_builds_in_another_process_and_folder_and_on_another_processor_give_equal_bytes"
 _EXPORTED_C = "flexbench/cli/test_export_c.py::test_every_option_changes_what_is_written"
+_SHOWN_AS_JSON = {"--json": f"{HERE}::test_what_is_shown_is_json_too"}
 _BUNDLE = "lockstep/bundle/test_command.py::test_"
 
 WRITE_SSP = dict.fromkeys(("--replace", "--adapter", "--source", "--out"), _SSP) | {
@@ -27,6 +28,7 @@ EFFECTS = {
     },
     "flexsat new": {},
     "flexsat modal": {
+        "--json": "flexbench/cli/spacecraft/test_modal.py::test_tables_become_a_modal_file",
         "--out": "flexbench/cli/spacecraft/test_modal.py::test_tables_become_a_modal_file",
         "--nastran-python": "flexbench/cli/spacecraft/test_nastran.py::"
                             "test_participation_and_mass_are_those_of_the_models_mass_matrix",
@@ -44,7 +46,7 @@ EFFECTS = {
         _BUNDLE + "every_option_changes_the_bundle",
     ) | {"--platforms": _BUNDLE + "zig_builds_for_chosen_platforms_that_all_fmus_have"}),
     **dict.fromkeys(("lockstep write-ssp", "flexsat write-ssp"), WRITE_SSP),
-    "lockstep show": SHOWN,
-    "flexsat timeline": SHOWN
+    "lockstep show": SHOWN | _SHOWN_AS_JSON,
+    "flexsat timeline": SHOWN | _SHOWN_AS_JSON
     | dict.fromkeys(("--ticks", "--svg"), "system/test_foreign_package.py::test_the_command_shows_and_draws_it"),
 }  # fmt: skip

@@ -1,5 +1,6 @@
 """A foreign controller replaces the LQG by configuration alone, and the LQG works behind foreign conventions."""
 
+import json
 import shutil
 import tomllib
 from pathlib import Path
@@ -190,8 +191,12 @@ def test_a_controller_that_cannot_be_judged_is_refused_in_one_line(vendor, tmp_p
 
     assert main([*given, "--like", "plant"]) == 2
     assert "--like plant: only a controller can be excited" in capsys.readouterr().err
-    assert main(given) == 0
+    assert main([*given, "--json", str(tmp_path / "found.json")]) == 0
     assert "as controller:centralised" in capsys.readouterr().out  # the variant that the adapter fits
+    table = json.loads((tmp_path / "found.json").read_text())["tables"][0]
+    own = {(error, about): row["xyz".index(about)] for error, about, *row, _ in table["rows"]}
+    assert len(own) == 6
+    assert all(share > 0.1 for share in own.values()), own
     (tmp_path / "vendor.toml").write_text(ADAPTER.replace("step = 0.01", "step = 0.005"))
     assert main(given) == 1
     assert "fmi2DoStep returned fmi2Error: the step must be 10 ms" in capsys.readouterr().err

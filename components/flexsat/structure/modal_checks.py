@@ -20,6 +20,7 @@ class Check:
 
     text: str
     right: bool = True
+    numbers: tuple[tuple[str, float, str], ...] = ()  # of the text: quantity, value, unit
 
 
 def modal_checks(data: ModalData) -> list[Check]:
@@ -28,13 +29,17 @@ def modal_checks(data: ModalData) -> list[Check]:
     share = 1.0 - np.diag(structure.residual_mass)
     diagonal = np.diag(structure.rigid_mass)
     shares = [
-        f"{what} {axis} {100.0 * share[3 * k + i]:.2f} %"
+        (f"effective {what} {axis}", float(100.0 * share[3 * k + i]), "%")
         for k, what in enumerate(("mass", "inertia"))
         for i, axis in enumerate(AXES)
         if diagonal[3 * k + i] > 1e-9 * diagonal.max()
     ]
+    shown = ", ".join(f"{name.removeprefix('effective ')} {value:.2f} {unit}" for name, value, unit in shares)
     return [
-        Check(text=f"effective, of all {structure.mode_count} modes clamped at the interface: {', '.join(shares)}"),
+        Check(
+            text=f"effective, of all {structure.mode_count} modes clamped at the interface: {shown}",
+            numbers=tuple(shares),
+        ),
         *_against_nodes(data),
         *(Check(text=f"missing: {text}") for text in _missing(data)),
     ]
@@ -50,18 +55,25 @@ def _against_nodes(data: ModalData) -> Iterator[Check]:
         ("inertia", given.inertia, of_nodes.inertia),
     ):
         error = float(np.max(np.abs(np.subtract(one, other))) / np.max(np.abs(other)))
-        yield Check(text=f"{what} against that of the nodes: differs by {100.0 * error:.2g} %", right=error < ALIKE)
+        yield _deviation(f"{what} against that of the nodes", error)
     moved, turned = normalised(data)
     error = orthogonality(data, moved, turned)
-    yield Check(text=f"orthogonality of the shapes: largest error {error:.2g}", right=error < ALIKE)
+    yield Check(
+        text=f"orthogonality of the shapes: largest error {error:.2g}",
+        right=error < ALIKE,
+        numbers=(("orthogonality of the shapes: largest error", error, ""),),
+    )
     found = participation_of_nodes(data, moved, turned)
     if found is not None and data.translation is not None and data.rotation is not None and data.kind == "clamped":
         scale = np.ones(len(data.frequency)) if data.modal_mass is None else 1.0 / np.sqrt(data.modal_mass)
         stated = np.vstack([data.translation, data.rotation]) * scale
         error = float(np.max(np.abs(stated - found)) / np.max(np.abs(found)))
-        yield Check(
-            text=f"participation against that of the nodes: differs by {100.0 * error:.2g} %", right=error < ALIKE
-        )
+        yield _deviation("participation against that of the nodes", error)
+
+
+def _deviation(what: str, error: float) -> Check:
+    percent = 100.0 * error
+    return Check(text=f"{what}: differs by {percent:.2g} %", right=error < ALIKE, numbers=((what, percent, "%"),))
 
 
 def orthogonality(data: ModalData, moved: Array, turned: Array) -> float:

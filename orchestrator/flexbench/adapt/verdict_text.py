@@ -14,6 +14,11 @@ from ..loop.systems import NANOSECOND
 
 def describe_verdict(verdict: Verdict, excitation: Excitation, fmu: Path, adapter: Path) -> list[str]:
     """Return a verdict as lines of text."""
+    return [*describe_response(verdict, excitation, fmu, adapter), *describe_findings(verdict, fmu)]
+
+
+def describe_response(verdict: Verdict, excitation: Excitation, fmu: Path, adapter: Path) -> list[str]:
+    """Return the measured response as a table."""
     judgement = verdict.judgement
     lines = [
         f"{fmu} through {adapter} as {excitation.component}, steps of "
@@ -25,6 +30,13 @@ def describe_verdict(verdict: Verdict, excitation: Excitation, fmu: Path, adapte
             " ".join(f"{value:8.3g}" for value in shares[:, k]) for shares in (judgement.attitude, judgement.rate)
         )
         lines.append(f"  {axis}              {attitude}    {rate}")
+    return lines
+
+
+def describe_findings(verdict: Verdict, fmu: Path) -> list[str]:
+    """Return what was not judged, what is right or wrong, and what to change."""
+    judgement = verdict.judgement
+    lines = []
     if verdict.unseen:
         lines.append(f"constant, so not judged: {', '.join(verdict.unseen)}")
     unmeasured = [axis for axis, measured in zip(AXES, judgement.measured, strict=True) if not measured]

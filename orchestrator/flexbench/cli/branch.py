@@ -17,7 +17,7 @@ from lockstep.cli.options import (
     set_option,
     stop_time_option,
 )
-from lockstep.cli.outcome import wrote
+from lockstep.cli.outcome import show_table, wrote
 from lockstep.cli.parameter_types import PATH, Several
 
 _EXAMPLES = """
@@ -26,7 +26,7 @@ example:
 """
 
 
-@command("branch", _EXAMPLES, then="{program} report {path}    # all runs on one page")
+@command("branch", _EXAMPLES, then="{program} report {path}    # all runs on one page", tables=True)
 @click.argument("checkpoint", type=PATH, metavar="CHECKPOINT", help="a .ckpt file, written by a run with --checkpoint")
 @click.option("--vary", type=Several(), multiple=True, required=True, metavar="C.P V...",
               help="values of an input or tunable parameter; if given several times, all combinations")  # fmt: skip
@@ -64,7 +64,9 @@ def branch(
             processes=jobs,
         )
     start = seconds(read_checkpoint(checkpoint).time)
-    for one in finished:
-        print(f"{one.job.folder}: {start:g} to {one.simulated_time:g} s in {one.wall_time:.1f} s")
+    show_table(
+        ("run", "from [s]", "to [s]", "wall time [s]"),
+        ((one.job.folder.name, f"{start:g}", f"{one.simulated_time:g}", f"{one.wall_time:.1f}") for one in finished),
+    )
     wrote(folder)
     return 0

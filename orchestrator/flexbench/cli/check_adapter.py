@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from lockstep.cli.command import command
+from lockstep.cli.outcome import keep_table, remark
 from lockstep.cli.parameter_types import PATH
 
 _EXAMPLES = """
@@ -21,6 +22,7 @@ example:
     "check-adapter",
     _EXAMPLES,
     then="{program} run fmus/centralised/fine_pointing.ssd --replace controller={fmu} --adapter {adapter}",
+    tables=True,
 )
 @click.argument("fmu", type=PATH, metavar="FMU", help="the foreign controller")
 @click.option("--adapter", type=PATH, required=True, metavar="FILE", help="TOML file to check")
@@ -31,11 +33,25 @@ def check_adapter(fmu: Path, adapter: Path, like: str | None) -> int:
     from lockstep.adapter.read import read_adapter
 
     from ..adapt.excitation_of_design import excitation_for
+    from ..adapt.judge import AXES
     from ..adapt.verdict import check_adapter as judge
-    from ..adapt.verdict_text import describe_verdict
+    from ..adapt.verdict_text import describe_findings, describe_response
 
     read = read_adapter(adapter)
     excitation = excitation_for(read, fmu, like or "controller")
     verdict = judge(fmu, read, excitation)
-    print("\n".join(describe_verdict(verdict, excitation, fmu, adapter)))
+    print("\n".join(describe_response(verdict, excitation, fmu, adapter)))
+    remark(*describe_findings(verdict, fmu))
+    keep_table(
+        ("error", "about", *(f"torque {axis}" for axis in AXES), "judged"),
+        (
+            (name, axis, *map(float, shares[:, k]), measured)
+            for name, shares, judged in (
+                ("attitude", verdict.judgement.attitude, (True, True, True)),
+                ("rate", verdict.judgement.rate, verdict.judgement.measured),
+            )
+            for k, (axis, measured) in enumerate(zip(AXES, judged, strict=True))
+        ),
+        "torque as a share of that of flexsat's LQG",
+    )
     return 0 if verdict.right else 1

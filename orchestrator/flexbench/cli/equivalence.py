@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, out_option, record_option, stop_time_option
-from lockstep.cli.outcome import remark, wrote
+from lockstep.cli.outcome import keep_table, remark, wrote
 from lockstep.cli.parameter_types import OneOf
 
 from .options import DEFAULT_SEED, SCENARIOS, fmus_option, seed_option, spacecraft_option
@@ -28,7 +28,8 @@ examples:
 """
 
 
-@command("equivalence", _EXAMPLES, then="{program} figures {path} --out differences    # the runs, drawn")
+@command("equivalence", _EXAMPLES, then="{program} figures {path} --out differences    # the runs, drawn",
+         tables=True)  # fmt: skip
 @spacecraft_option
 @click.option("--scenario", type=OneOf(SCENARIOS), multiple=True, metavar="NAME",
               help="slew, fine_pointing or fine_pointing_open_loop (default: the first two)")  # fmt: skip
@@ -55,6 +56,7 @@ def equivalence(
 
     seed = DEFAULT_SEED if seed is None else seed
     failed = False
+    ports: list[tuple[Any, ...]] = []
     with study_folder(out, "equivalence") as root:
         for spacecraft in choose(configuration, fmus):
             build_missing((spacecraft,), SCENARIOS[0], native=native)
@@ -66,12 +68,18 @@ def equivalence(
                 )
                 worst = max(differences, key=lambda difference: difference.relative)
                 failed |= not worst.met
+                ports += [(name, one, d.port, d.scalars, d.relative, d.signal, d.met) for d in differences]
                 signals = sum(difference.scalars for difference in differences)
                 result = (
                     "equal" if worst.relative == 0.0 else f"largest difference {worst.relative:.1e} in {worst.signal}"
                 )
                 kind = "native, " if native else ""
                 remark(f"{name} {one}, {kind}{stop_time:g} s, seed {seed}: {signals} signals, {result}")
+        keep_table(
+            ("spacecraft", "scenario", "port", "signals", "largest relative difference", "in", "agrees"),
+            ports,
+            f"{'native' if native else 'Python'} FMUs against the monolith, {stop_time:g} s, seed {seed}",
+        )
         wrote(root)
     if failed:
         tolerance = gate.NATIVE_TOLERANCE if native else gate.TOLERANCE

@@ -1,7 +1,8 @@
 """What a command came to: tables, remarks and written files, for readers and with `--json`; and what to do next.
 
-A command prints its results with `show_table`, `remark` and `wrote`; what they print is collected for `--json`. What to
-do next is the parameter `then` of `@command`, one text a command, unless the command calls `suggest`.
+A command prints its results with `show_table`, `remark` and `wrote`; what they print is collected for `--json`. A
+result that is printed in a form of its own, such as a timeline, is collected by `keep_table`. What to do next is the
+parameter `then` of `@command`, one text a command, unless the command calls `suggest`.
 """
 
 from __future__ import annotations
@@ -100,6 +101,13 @@ def wrote(*paths: Path | str) -> None:
         print(path, flush=True)
 
 
+def keep_table(header: Sequence[str], rows: Iterable[Sequence[Any]], title: str) -> None:
+    """Keep a table for `--json` whose content some other text has printed; numbers keep all their digits."""
+    _current().tables.append(
+        {"title": title, "columns": list(header), "rows": [[_plain(value) for value in row] for row in rows]}
+    )
+
+
 def keep(*paths: Path | str) -> None:
     """Keep the paths of what was written, which some other line has printed."""
     _current().files.extend(map(str, paths))
@@ -173,6 +181,15 @@ def _value(cell: str) -> str | float | None:
             number = kind(text)
             return number if abs(number) < float("inf") else text
     return text
+
+
+def _plain(value: Any) -> str | float | bool | None:
+    """Return a value as JSON has it: what is not finite as text, what is no number as its text."""
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, float):  # also one of numpy
+        return float(value) if abs(value) < float("inf") else str(float(value))
+    return str(value)
 
 
 def _checked(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:  # noqa: ARG001

@@ -1,5 +1,6 @@
 """Options that several commands share: timing, processes, strictness, and what is probed."""
 
+import json
 import tomllib
 
 import pytest
@@ -58,6 +59,26 @@ def test_timing_options_change_what_is_shown(pair, capsys, label, name, option):
     else:
         assert code == 0
         assert given.out != plain.out
+
+
+def test_what_is_shown_is_json_too(pair, capsys):
+    def tables(label, *words):
+        assert PROGRAMS[label].run([*words, "--json", "-"]) == 0
+        return [(one["title"], one["rows"]) for one in json.loads(capsys.readouterr().out)["tables"]]
+
+    name = "integrator.fmu"
+    shown = dict(tables("lockstep", "show", str(pair)))
+    assert shown["components in the order of a tick"] == [
+        ["a", 0.01, 0, "continuous", name],
+        ["b", 0.01, 0, "continuous", name],
+    ]
+    assert shown["connections"] == [["a", "b", 1, 2]]
+    assert shown["inputs without a value"] == []  # a.u has a start value
+    drawn = dict(tables("flexsat", "timeline", str(pair), "--ticks", "3"))
+    assert drawn["steps"] == [[tick, one, 0.005 * tick, 0.005 * tick + 0.01, 0.005 * tick + 0.01]
+                              for tick in (0, 2) for one in "ab"]  # fmt: skip
+    assert drawn["values read"] == [[0, "b", "a", 1, 2, 0, True], [2, "b", "a", 1, 2, 0, True]]
+    assert drawn["connections"] == [["a", "b", 2, "x -> u"]]
 
 
 def test_a_written_package_has_the_delay_and_the_step(pair, tmp_path, capsys):

@@ -188,5 +188,9 @@ def test_equivalence_of_native_fmus_and_the_python_steppers(delivered, tmp_path,
     assert 0.0 < float(printed.removeprefix(begin).split()[0]) < SAME
 
     monkeypatch.setattr("flexbench.loop.equivalence.NATIVE_TOLERANCE", 1e-18)  # the gate closes
-    assert main(command) == 1
+    assert main([*command, "--json", str(tmp_path / "ports.json")]) == 1
+    rows = json.loads((tmp_path / "ports.json").read_text())["tables"][0]["rows"]
+    assert sum(signals for _, _, _, signals, *_ in rows) == 686
+    assert f"{max(relative for *_, relative, _, _ in rows):.1e}" == printed.removeprefix(begin).split()[0]
+    assert {agrees for *_, agrees in rows} == {True, False}
     assert capsys.readouterr().err.endswith("flexsat: signals differ by more than 1e-18\n")

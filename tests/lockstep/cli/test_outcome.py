@@ -4,12 +4,14 @@ import io
 import json
 import re
 import sys
+from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 
 from lockstep.cli.command import command
-from lockstep.cli.outcome import remark, show_table, suggest, wrote
+from lockstep.cli.outcome import keep_table, remark, show_table, suggest, wrote
 from lockstep.errors import RunError
 
 
@@ -64,6 +66,23 @@ def test_tables_files_and_the_next_command_are_written_as_json(tmp_path, capsys)
     assert out.splitlines()[0] == "modes"
     assert out.splitlines()[-1] == "results/a b/table.json"
     assert err == "next: flexsat show a.ssd 'results/a b/table.json'\n"
+
+
+def test_a_table_that_other_text_has_printed_is_kept_with_all_digits(capsys):
+    @command("study", "", tables=True)
+    def study():
+        print("a third")
+        keep_table(("value", "judged", "path"), [(np.float64(1) / 3, True, Path("a")), (np.inf, None, 7)], "shares")
+
+    group = click.Group("flexsat", commands=[study])
+    with group.make_context("flexsat", ["study", "--json", "-"]) as context:
+        group.invoke(context)
+
+    out, err = capsys.readouterr()
+    assert json.loads(out)["tables"] == [
+        {"title": "shares", "columns": ["value", "judged", "path"], "rows": [[1 / 3, True, "a"], ["inf", None, 7]]}
+    ]
+    assert err == "a third\n"
 
 
 def test_a_dash_prints_the_json_alone(capsys):

@@ -9,7 +9,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
-from lockstep.cli.outcome import wrote
+from lockstep.cli.outcome import keep_table, wrote
 from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
 
@@ -25,7 +25,8 @@ examples:
 """
 
 
-@command("modal", _EXAMPLES, then="{program} new my.toml    # then name the modal file in it: docs/modal_files.md")
+@command("modal", _EXAMPLES, then="{program} new my.toml    # then name the modal file in it: docs/modal_files.md",
+         tables=True)  # fmt: skip
 @click.argument("source", type=PATH, metavar="SOURCE",
                 help="a modal file (.npz), a folder of CSV tables, results of CalculiX (.frd) or of NASTRAN"
                      " (.op2)")  # fmt: skip
@@ -57,6 +58,8 @@ def modal(source: Path, out: Path | None, nastran_python: Path | None) -> int:
         raise InputError(f"{source}: {error}") from None
     for check in checks:
         print(check.text if check.right else f"WRONG: {check.text}")
+    keep_table(("check", "right"), ((check.text, check.right) for check in checks), "checks")
+    keep_table(("quantity", "value", "unit"), (number for check in checks for number in check.numbers), "numbers")
     if out is not None:
         write_atomically(out, modal_bytes(data))
         wrote(out)

@@ -1,5 +1,6 @@
 """`flexsat modal`: CSV tables become a modal file; data that do not fit together are named, wrong tables refused."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +44,11 @@ def test_tables_become_a_modal_file(folder, tmp_path, capsys):
     assert_allclose(found.damping, 0.004 * found.frequency, rtol=1e-14)
     assert_allclose(found.rotation, [[0.0, 0.0], [-4.0 * np.sqrt(8.0), 0.0], [0.0, 4.0 * np.sqrt(8.0)]], rtol=1e-14)
     assert found.names == ("tip",)
-    assert main(["modal", str(out)]) == 0  # itself
+    assert main(["modal", str(out), "--json", str(tmp_path / "found.json")]) == 0  # itself
+    checks, numbers = (one["rows"] for one in json.loads((tmp_path / "found.json").read_text())["tables"])
+    assert [right for _, right in checks] == [True] * len(checks)
+    assert {name: unit for name, _, unit in numbers}["effective mass y"] == "%"
+    assert_allclose([value for name, value, _ in numbers if name == "effective mass z"], 100.0, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
