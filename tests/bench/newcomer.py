@@ -112,7 +112,7 @@ def give(command: Command, image: Path, log: TextIO) -> int:
     os.close(terminal)
     status = os.waitpid(process, 0)[1]
     text = CONTROL.sub("", shown.decode(errors="replace").replace("\r\n", "\n"))
-    log.writelines(f"{line.rsplit(chr(13), 1)[-1]}\n" for line in text.splitlines())
+    log.writelines(f"{line.rsplit(chr(13), 1)[-1]}\n" for line in text.split("\n"))
     return os.waitstatus_to_exitcode(status)
 
 

@@ -84,6 +84,6 @@ EFFECTS = {
         **dict.fromkeys(("--seed", "--python", "--jobs"), _VALUES),
     },
     "flexsat equivalence": JSON
-    | dict.fromkeys(("--configuration", "--scenario", "--seed", "--stop-time", "--record", "--out", "--fmus", "--native"),
-                    _VALUES),
+    | dict.fromkeys(("--configuration", "--scenario", "--seed", "--stop-time", "--record", "--out", "--fmus",
+                     "--native"), _VALUES),
 }  # fmt: skip

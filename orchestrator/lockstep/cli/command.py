@@ -10,7 +10,8 @@ import click
 
 from lockstep.cli.outcome import json_option, reported
 from lockstep.cli.parameter_types import SEPARATOR, Several
-from lockstep.cli.usage_errors import option_name
+from lockstep.cli.usage_errors import option_name, with_option_named
+from lockstep.errors import InputError
 
 HELP_SETTINGS: dict[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 _TRACEBACK = "lockstep.traceback"  # key of a context's `meta`
@@ -25,7 +26,13 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command, say what to do next, write what `--json` asks for; return the exit code."""
         with reported(ctx, self.then) as codes:
-            found = super().invoke(ctx)
+            try:
+                found = super().invoke(ctx)
+            except InputError as error:
+                message = with_option_named(str(error), ctx)
+                if message == str(error):
+                    raise
+                raise InputError(message) from error
             codes.append(found if isinstance(found, int) else 0)
         return found
 

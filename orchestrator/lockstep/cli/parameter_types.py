@@ -12,7 +12,17 @@ from lockstep.cli.usage_errors import option_name, similar
 
 SEPARATOR = "\0"  # between the values of an option that takes several: no argument can contain it
 
-PATH: click.ParamType[Path] = click.Path(path_type=Path)
+
+class NamedPath(click.ParamType[Path]):
+    """A file or folder. An empty text, often a variable that is not set, would be the working folder."""
+
+    name = "path"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Return the path, or raise UsageError."""
+        if value == "":
+            raise _error("is empty; give the name of a file or folder, `.` for this one", param, ctx)
+        return Path(str(value))
 
 
 class Number(click.ParamType[float]):
@@ -116,5 +126,6 @@ def _name(param: click.Parameter | None) -> str:
     return "value" if param is None else option_name(param)
 
 
+PATH = NamedPath()
 NUMBER, WHOLE_NUMBER, COUNT = Number(), WholeNumber(), WholeNumber(1, 1_000_000)
 DURATION = Number(above=0.0, most=9.2e9)  # [s]: the longest time of the master's clock

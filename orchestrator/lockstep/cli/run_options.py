@@ -20,7 +20,7 @@ from lockstep.cli.options import (
     record_option,
     replace_option,
 )
-from lockstep.cli.parameter_types import PATH
+from lockstep.cli.parameter_types import PATH, WholeNumber
 from lockstep.cli.shadow_options import ShadowOptions, shadow_options
 from lockstep.cli.timing_options import TimingOptions, implementation, timing_options, with_delays, with_step_sizes
 from lockstep.errors import InputError
@@ -94,9 +94,9 @@ run_options = option_group(
     click.option("--overwrite", is_flag=True, help="replace an earlier run in the results folder"),
     checkpoint_options,
     click.option("--pace", metavar="X", help="at most X times real time (default: as fast as possible)"),
-    click.option("--realtime-priority", type=click.IntRange(1), metavar="N",
+    click.option("--realtime-priority", type=WholeNumber(1), metavar="N",
                  help="SCHED_FIFO priority of the thread that steps, 1 to 99, where that is permitted"),
-    click.option("--core", type=click.IntRange(0), metavar="N", help="keep the thread that steps on this core"),
+    click.option("--core", type=WholeNumber(0), metavar="N", help="keep the thread that steps on this core"),
     click.option("--threads", metavar="N|auto",
                  help="threads that step FMUs beside each other, at most; 1: all in turn (default: auto, as many as "
                       "there are cores, for steps that are long enough)"),

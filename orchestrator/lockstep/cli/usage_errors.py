@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -35,6 +36,35 @@ def describe_usage_error(error: click.UsageError, root: click.Context | None, co
 def option_name(parameter: click.Parameter) -> str:
     """Return the name of an option, or of an argument, as a user writes it."""
     return max(parameter.opts, key=len) if isinstance(parameter, click.Option) else parameter.human_readable_name
+
+
+def with_option_named(message: str, context: click.Context) -> str:
+    """Return the message of an error that says `NAME: no such ...`, with the option that gave the name before it.
+
+    What looks names up does not know which option they come from: it may be any, or a file.
+    """
+    name, found, _ = message.partition(": no such ")
+    if not found:
+        return message
+    given = {
+        (option_name(parameter), text)
+        for parameter in context.command.params
+        if isinstance(parameter, click.Option)
+        for text in _texts(context.params.get(str(parameter.name)))
+        if name == text or name in re.split("[=:]", text)
+    }
+    if len(given) != 1:  # none, or it may be either
+        return message
+    option, text = given.pop()
+    shown = f"{option} {text or repr(text)}"
+    return f"{shown}{message[len(name) :]}" if name == text else f"{shown}: {message}"
+
+
+def _texts(value: object) -> Iterable[str]:
+    """Return the texts given for an option: none, one, or those of a list."""
+    if isinstance(value, str):
+        return [value]
+    return [text for one in value for text in _texts(one)] if isinstance(value, tuple) else []
 
 
 def similar(name: str, names: Iterable[str]) -> list[str]:
