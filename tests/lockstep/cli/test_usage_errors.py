@@ -50,6 +50,8 @@ PROBE = "; see `python -m lockstep probe-latency --help`"
             ["probe-latency", "a.fmu", "--kind", "sample"],
             f"--kind: 'sample' is none of sampled, continuous; did you mean sampled?{PROBE}",
         ),
+        (["run", "a.ssd", "--out", ""], f"--out: is empty; give the name of a file or folder, `.` for this one{RUN}"),
+        (["run", "a.ssd", "--core", "-1"], f"--core -1: must be 0 or more{RUN}"),
         (["run", "a.ssd", "--overwrite=yes"], "--overwrite: takes no value; see `python -m lockstep --help`"),
     ],
 )
@@ -160,3 +162,28 @@ def test_examples_are_printed_as_they_are_with_the_name_of_the_program(program, 
     made, _ = program
     assert made.run(["go", "--help"]) == 0
     assert capsys.readouterr().out.endswith("\n\nexample:\n  toy go   --number  1\n")
+
+
+@pytest.mark.parametrize(
+    ("message", "line"),
+    [
+        ("ghost: no such component; there are a, b", "--sampled ghost: no such component; there are a, b"),
+        ("x: no such component; there are a, b", "--delay x:b=1: x: no such component; there are a, b"),
+        (": no such component; there are a, b", "--sampled '': no such component; there are a, b"),
+        ("both: no such component; there are a, b", "both: no such component; there are a, b"),  # of which option?
+        ("c: no such component; there are a, b", "c: no such component; there are a, b"),  # of a file
+        ("ghost: must not be there", "ghost: must not be there"),
+    ],
+)
+def test_the_option_that_gave_a_wrong_name_is_named(capsys, message, line):
+    @command("show", "", tables=True)
+    @click.option("--sampled", multiple=True)
+    @click.option("--delay", multiple=True)
+    def show(**_):
+        raise InputError(message)
+
+    group = Program("lockstep", {}, label="lockstep", description="", epilog="")
+    group.get_command = lambda *_: show
+    words = ["--sampled", "ghost", "--sampled", "both", "--sampled", "", "--delay", "x:b=1", "--delay", "both:b=1"]
+    assert group.run(["show", *words]) == 2
+    assert capsys.readouterr().err == f"lockstep: {line}\n"
